@@ -1,0 +1,27 @@
+//! Rotations, rigid transforms with frames in their types, and seeded randomness.
+//!
+//! Conventions, everywhere in the core: metres, radians, seconds; `parent_from_child` transforms; perturbations on
+//! the *right* (`T * exp(error)`), error order `[rotation; translation]`; Hamilton quaternions.
+
+mod frames;
+mod plain;
+mod random;
+pub mod se3;
+pub mod so3;
+
+pub use frames::{Base, Imu, Lidar, Map, Odom, Transform};
+pub use plain::{isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
+pub use random::{Rng, RngTree};
+
+/// 3-vector, f64.
+pub type Vector3 = nalgebra::Vector3<f64>;
+/// 6-vector, f64; `[rotation; translation]` where it is a twist or an error.
+pub type Vector6 = nalgebra::Vector6<f64>;
+/// 3x3 matrix, f64.
+pub type Matrix3 = nalgebra::Matrix3<f64>;
+/// 6x6 matrix, f64.
+pub type Matrix6 = nalgebra::Matrix6<f64>;
+/// Unit quaternion, f64.
+pub type Rotation = nalgebra::UnitQuaternion<f64>;
+/// Rigid transform without frames in its type, f64.
+pub type Isometry = nalgebra::Isometry3<f64>;

@@ -1,0 +1,2 @@
+//! The `autoinspect` program.
+fn main() {}

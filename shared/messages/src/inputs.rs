@@ -1,0 +1,132 @@
+//! What enters the stack.
+
+use crate::Sensor;
+use serde::{Deserialize, Serialize};
+use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Twist, Vec3};
+
+/// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Input {
+    /// First input of every log: who the robot is and how the stack is set up.
+    Boot(Box<BootRecord>),
+    /// Time passes; sent at 20 Hz whether or not sensors speak.
+    Tick,
+    /// A sensor spoke.
+    Sensor(Sensor),
+    /// Somebody wants something.
+    Command(Command),
+    /// A job started by the stack has finished.
+    JobDone(JobDone),
+}
+
+/// Everything the stack knows before the first sensor speaks.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BootRecord {
+    /// Name of the robot, for people.
+    pub robot: String,
+    /// Where sensors sit on the base; `None` where the recording does not say (then assumed at the base).
+    pub mounting: Mounting,
+    /// Which sources odometry may use.
+    pub sources: Sources,
+    /// Whether to begin a mapping session at once (offline use).
+    pub start_mapping: Option<SessionId>,
+}
+
+/// Static transforms of the sensors. The base frame has x forward, y left, z up, its origin in the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Mounting {
+    /// LiDAR in the base.
+    pub base_from_lidar: Option<Pose>,
+    /// IMU in the base.
+    pub base_from_imu: Option<Pose>,
+    /// Frame of the external odometry in the base.
+    pub base_from_external: Option<Pose>,
+    /// Height of the base over the ground when standing, metres.
+    pub standing_height: Option<f64>,
+}
+
+/// Which sources odometry may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the fields are the sources")]
+pub struct Sources {
+    pub lidar: bool,
+    pub imu: bool,
+    pub legs: bool,
+    pub external: bool,
+}
+
+impl Default for Sources {
+    fn default() -> Self {
+        Self { lidar: true, imu: true, legs: true, external: true }
+    }
+}
+
+/// A command with its maker. Repeating an id does nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Command {
+    /// Made by the client.
+    pub id: CommandId,
+    /// Who asks.
+    pub by: ClientId,
+    /// What is asked.
+    pub order: Order,
+}
+
+/// What can be asked of the stack.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// Take the control lease (from whoever has it).
+    TakeControl {
+        /// Shown to the others.
+        name: String,
+    },
+    /// Give the lease back.
+    ReleaseControl,
+    /// Begin a mapping session; the id is made by the client or the shell.
+    StartMapping(SessionId),
+    /// End the session and save it as a map version of this id and name.
+    FinishMapping {
+        /// Id of the new version.
+        map: MapId,
+        /// Its name, for people.
+        name: String,
+    },
+    /// End the session and keep nothing of its map.
+    DiscardMapping,
+    /// Move with this velocity of the base; stops by itself 0.5 s after the last one.
+    Teleoperate(Twist),
+    /// Walk to a point in the map frame (metres), round obstacles seen on the way.
+    WalkTo(Vec3),
+    /// Stop motion now and stay stopped until [`Order::AllowMotion`].
+    StopMotion,
+    /// Allow motion again after [`Order::StopMotion`].
+    AllowMotion,
+}
+
+/// The result of a job, with its number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JobDone {
+    /// Number the stack gave it.
+    pub job: u64,
+    /// What came out.
+    pub result: JobResult,
+}
+
+/// What came out of a job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum JobResult {
+    /// The map was saved with these numbers.
+    MapSaved {
+        /// Which version.
+        map: MapId,
+        /// Bytes on disk.
+        bytes: u64,
+    },
+    /// The map could not be saved; the sentence says why and what to do.
+    MapNotSaved {
+        /// Which version.
+        map: MapId,
+        /// One clear sentence.
+        reason: String,
+    },
+}

@@ -1,0 +1,300 @@
+//! What leaves the stack.
+
+use crate::BatteryState;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use vocab::{ClientId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+
+/// What the shell has to do after a step, in this order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Effect {
+    /// Tell the robot how to move. Links stop the robot by themselves when these cease for 0.5 s.
+    Drive(Drive),
+    /// Run a job and hand its result back as `Input::JobDone`.
+    StartJob {
+        /// Number of the job, counted up from 0.
+        job: u64,
+        /// What to do.
+        work: Job,
+    },
+    /// Tell whoever listens.
+    Publish(Publication),
+}
+
+/// A velocity command to the robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Drive {
+    /// Wanted velocity of the base in its own frame; zero stops.
+    pub velocity: Twist,
+}
+
+/// Work too long for a step. Owns all it needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Job {
+    /// Write a finished map as an immutable version.
+    SaveMap(Arc<FinishedMap>),
+}
+
+/// Points in the frame that the holder names, as parallel columns.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cloud {
+    /// Metres.
+    pub xyz: Vec<[f32; 3]>,
+    /// Sensor units, or empty.
+    pub intensity: Vec<f32>,
+}
+
+/// What the stack says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Publication {
+    /// Where the robot is; after every scan, and at 20 Hz between them.
+    Estimate(Estimate),
+    /// A motion-corrected scan.
+    Scan(CorrectedScan),
+    /// A new keyframe of the map under construction.
+    Keyframe(Keyframe),
+    /// The pose graph changed: poses moved or edges were added.
+    Graph(Arc<PoseGraph>),
+    /// State of mapping.
+    Mapping(MappingState),
+    /// State of motion.
+    Motion(MotionState),
+    /// Who controls.
+    Control(ControlState),
+    /// State of sensors and odometry; at 1 Hz and on change.
+    Health(Health),
+    /// The battery spoke.
+    Battery(BatteryState),
+    /// Something people should read.
+    Notice(Notice),
+}
+
+/// Where the robot is and how sure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The instant of the estimate.
+    pub stamp: Stamp,
+    /// Base in the map of the session.
+    pub map_from_base: Pose,
+    /// Velocity of the base in its own frame.
+    pub velocity: Twist,
+    /// Of `map_from_base`.
+    pub covariance: Covariance6,
+    /// Directions that the LiDAR did not see, as unit vectors in the base frame, carried by other sources.
+    pub degenerate: [Option<Vec3>; 3],
+    /// Metres walked since boot.
+    pub distance: f64,
+}
+
+/// A scan with the robot's motion during the sweep taken out.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CorrectedScan {
+    /// The instant to which all points were moved.
+    pub stamp: Stamp,
+    /// Base in the map at `stamp`.
+    pub map_from_base: Pose,
+    /// Points in the base frame.
+    pub cloud: Arc<Cloud>,
+}
+
+/// A place of the pose graph with its cloud.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Keyframe {
+    /// Counts from 0 within the session.
+    pub id: KeyframeId,
+    /// The instant of its pose.
+    pub stamp: Stamp,
+    /// Base at that instant in the map.
+    pub map_from_keyframe: Pose,
+    /// Motion-corrected points in the keyframe's frame.
+    pub cloud: Arc<Cloud>,
+}
+
+/// Poses and edges of the map under construction.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseGraph {
+    /// Grows with every change.
+    pub revision: u64,
+    /// Every keyframe's pose in the map, in the order of their ids.
+    pub nodes: Vec<GraphNode>,
+    /// Every edge, in the order of creation.
+    pub edges: Vec<GraphEdge>,
+}
+
+/// One keyframe's pose.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraphNode {
+    /// Which keyframe.
+    pub id: KeyframeId,
+    /// When it was made.
+    pub stamp: Stamp,
+    /// Its pose in the map.
+    pub map_from_keyframe: Pose,
+}
+
+/// A measured relative pose between two keyframes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraphEdge {
+    /// Parent keyframe.
+    pub from: KeyframeId,
+    /// Child keyframe.
+    pub to: KeyframeId,
+    /// What made it.
+    pub kind: EdgeKind,
+    /// Measured pose of `to` in `from`.
+    pub from_from_to: Pose,
+    /// Information (inverse covariance), `[rotation; translation]`.
+    pub information: [[f64; 6]; 6],
+}
+
+/// What made an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EdgeKind {
+    /// Consecutive keyframes.
+    Odometry,
+}
+
+/// State of mapping.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum MappingState {
+    /// No session.
+    #[default]
+    Idle,
+    /// Waiting for the robot to stand still for gravity and biases.
+    Starting {
+        /// Which session.
+        session: SessionId,
+    },
+    /// Building.
+    Mapping {
+        /// Which session.
+        session: SessionId,
+        /// Since when.
+        since: Stamp,
+        /// Metres walked in it.
+        distance: f64,
+        /// Keyframes so far.
+        keyframes: u32,
+    },
+    /// Being written.
+    Saving {
+        /// Which session.
+        session: SessionId,
+        /// Which version it becomes.
+        map: MapId,
+    },
+}
+
+/// State of motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum MotionState {
+    /// Standing, free to move.
+    #[default]
+    Idle,
+    /// Stopped by somebody; nothing moves until allowed again.
+    Stopped {
+        /// Who pressed it, if known.
+        by: Option<ClientId>,
+    },
+    /// Driven by hand.
+    Teleoperated,
+    /// Walking to a point.
+    Walking {
+        /// Where to, map frame.
+        goal: Vec3,
+        /// The way there, map frame.
+        path: Vec<Vec3>,
+        /// Metres to go.
+        remaining: f64,
+    },
+    /// Could not go on; the reason is for people.
+    Blocked {
+        /// Where to, map frame.
+        goal: Vec3,
+        /// One clear sentence.
+        reason: String,
+    },
+}
+
+/// Who controls the robot.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ControlState {
+    /// Holder of the lease.
+    pub owner: Option<ClientId>,
+    /// Name of the holder, for people.
+    pub name: String,
+}
+
+/// State of sensors and odometry.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// One entry per sensor that was heard or is expected.
+    pub sensors: Vec<SensorHealth>,
+    /// One entry per thing that is wrong, most serious first.
+    pub findings: Vec<Finding>,
+    /// Points of the last scan that entered registration.
+    pub points_used: u32,
+}
+
+/// State of one sensor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorHealth {
+    /// For people: "LiDAR", "IMU", "Legs".
+    pub name: String,
+    /// Messages per second over the last few seconds.
+    pub rate_hz: f32,
+    /// Since the last message.
+    pub age: Span,
+}
+
+/// Something wrong with a sensor or its setup, with what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Finding {
+    /// How bad.
+    pub severity: Severity,
+    /// What is wrong, one sentence.
+    pub what: String,
+    /// What to do, one sentence.
+    pub remedy: String,
+}
+
+/// How bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Severity {
+    Info,
+    Warning,
+    Error,
+}
+
+/// Something people should read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Notice {
+    /// When.
+    pub at: Stamp,
+    /// How bad.
+    pub severity: Severity,
+    /// Says what happened and what comes next.
+    pub text: String,
+}
+
+/// A finished mapping session, complete.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinishedMap {
+    /// Id of the version.
+    pub map: MapId,
+    /// Name, for people.
+    pub name: String,
+    /// Session it came from.
+    pub session: SessionId,
+    /// When it was finished.
+    pub at: Stamp,
+    /// Metres walked.
+    pub distance: f64,
+    /// Final graph.
+    pub graph: Arc<PoseGraph>,
+    /// Every keyframe, in the order of their ids, with final poses.
+    pub keyframes: Vec<Keyframe>,
+    /// Estimate after every scan, with final corrections.
+    pub trajectory: Vec<(Stamp, Pose)>,
+}

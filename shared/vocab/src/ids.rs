@@ -1,0 +1,47 @@
+//! One type for each kind of id, so that a map's id cannot be passed for a keyframe's.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use uuid::Uuid;
+
+macro_rules! uuid_id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        pub struct $name(pub Uuid);
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+
+        impl std::str::FromStr for $name {
+            type Err = uuid::Error;
+            fn from_str(text: &str) -> Result<Self, Self::Err> {
+                text.parse().map(Self)
+            }
+        }
+    };
+}
+
+uuid_id! {
+    /// A saved map version. Immutable once written.
+    MapId
+}
+uuid_id! {
+    /// One mapping session, from start to save or discard.
+    SessionId
+}
+uuid_id! {
+    /// One browser tab or program connected to the gateway.
+    ClientId
+}
+uuid_id! {
+    /// A command, named by the client that makes it, so that sending it twice does it once.
+    CommandId
+}
+
+/// A keyframe of one map or mapping session: counts from zero in the order of creation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct KeyframeId(pub u32);

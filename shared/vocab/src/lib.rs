@@ -1,0 +1,12 @@
+//! Words that every part shares: time, ids, plain poses and units. No behaviour beyond arithmetic on them.
+//!
+//! Robot and browser both build this crate, so it depends on serde and a UUID type only. Mathematics beyond
+//! component access lives in `autonomy/geometry`, which converts to and from these types.
+
+mod ids;
+mod pose;
+mod time;
+
+pub use ids::{ClientId, CommandId, KeyframeId, MapId, SessionId};
+pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
+pub use time::{Span, Stamp};
