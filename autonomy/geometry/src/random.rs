@@ -75,7 +75,14 @@ mod tests {
     #[test]
     fn same_path_same_numbers_and_other_paths_other_numbers() {
         let root = RngTree::new(42);
-        let draw = |tree: RngTree| (0..8).map({ let mut rng = tree.rng(); move |_| rng.bits() }).collect::<Vec<_>>();
+        let draw = |tree: RngTree| {
+            (0..8)
+                .map({
+                    let mut rng = tree.rng();
+                    move |_| rng.bits()
+                })
+                .collect::<Vec<_>>()
+        };
         assert_eq!(draw(root.child("imu")), draw(RngTree::new(42).child("imu")));
         assert_ne!(draw(root.child("imu")), draw(root.child("legs")));
         assert_ne!(draw(root.child("imu")), draw(RngTree::new(43).child("imu")));

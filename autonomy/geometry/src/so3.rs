@@ -74,7 +74,9 @@ mod tests {
     fn random_vectors(scale: f64) -> Vec<Vector3> {
         let mut rng = RngTree::new(7).child("so3").rng();
         (0..200)
-            .map(|_| Vector3::new(rng.normal(), rng.normal(), rng.normal()).normalize() * (rng.uniform() * scale))
+            .map(|_| {
+                Vector3::new(rng.normal(), rng.normal(), rng.normal()).normalize() * (rng.uniform() * scale)
+            })
             .collect()
     }
 

@@ -1,1 +1,31 @@
-//! (empty)
+//! The contract between server and clients, and between core and gateway: plain data, versioned.
+//!
+//! Two WebSockets per client, so that clouds never delay a command:
+//!
+//! - [`CONTROL_PATH`]: state and commands. The client opens with [`ClientMessage::Hello`]; the server answers
+//!   [`ServerMessage::Welcome`], then one [`Event`] of each kind it knows (the snapshot), then every change.
+//! - [`STREAM_PATH`]: live scans. The client opens with [`StreamRequest::Open`] and acknowledges every frame; the
+//!   server keeps at most [`MAX_UNACKNOWLEDGED`] frames under way and always sends the latest.
+//!
+//! Messages are postcard, one per binary WebSocket frame. Core and gateway speak [`CoreMessage`] and
+//! [`GatewayMessage`] over a Unix socket, each behind a little-endian `u32` length. Documents and tiles go over HTTP as
+//! JSON and bytes; paths are in [`paths`].
+
+mod codec;
+mod command;
+mod core_link;
+mod event;
+mod map;
+pub mod paths;
+mod socket;
+
+pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode};
+pub use command::{CommandOutcome, Order};
+pub use core_link::{CoreMessage, GatewayMessage};
+pub use event::*;
+pub use map::{Anchor, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
+pub use paths::{CONTROL_PATH, STREAM_PATH};
+pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
+
+/// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
+pub const VERSION: u16 = 1;

@@ -66,8 +66,7 @@ pub struct Pose {
 
 impl Pose {
     /// Child and parent coincide.
-    pub const IDENTITY: Self =
-        Self { position: Vec3::new(0.0, 0.0, 0.0), orientation: Quat::IDENTITY };
+    pub const IDENTITY: Self = Self { position: Vec3::new(0.0, 0.0, 0.0), orientation: Quat::IDENTITY };
 }
 
 /// Velocity of a frame in its own coordinates.

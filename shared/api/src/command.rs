@@ -1,0 +1,44 @@
+//! What clients may ask.
+
+use serde::{Deserialize, Serialize};
+use vocab::{MapId, SessionId, Twist, Vec3};
+
+/// An order from a person at a client.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// Take the control lease, from whoever has it.
+    TakeControl {
+        /// Shown to the others.
+        name: String,
+    },
+    /// Give the lease back.
+    ReleaseControl,
+    /// Begin a mapping session with this id.
+    StartMapping(SessionId),
+    /// End the session and save it under this id and name.
+    FinishMapping {
+        /// Id of the new map version.
+        map: MapId,
+        /// Its name.
+        name: String,
+    },
+    /// End the session and keep nothing.
+    DiscardMapping,
+    /// Move with this velocity of the base; repeat at 10 Hz, the robot stops 0.5 s after the last.
+    Teleoperate(Twist),
+    /// Walk to this point of the map (metres), round obstacles.
+    WalkTo(Vec3),
+    /// Stop motion now. Needs no lease.
+    StopMotion,
+    /// Allow motion again.
+    AllowMotion,
+}
+
+/// What became of a command.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CommandOutcome {
+    /// Accepted by the robot.
+    Accepted,
+    /// Not done; the sentence says why and what to do.
+    Refused(String),
+}

@@ -1,0 +1,57 @@
+//! Messages between core and gateway. The gateway may crash or be flooded; it has no call that stops the core.
+
+use crate::{Event, Order};
+use serde::{Deserialize, Serialize};
+use vocab::{ClientId, CommandId, Pose, Stamp};
+
+/// Core to gateway.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum CoreMessage {
+    /// First message after the gateway connects; a full snapshot of events follows.
+    Hello {
+        /// [`crate::VERSION`] of the core.
+        version: u16,
+    },
+    /// State for one client (answers) or for all.
+    Event {
+        /// Only for this client, or for all.
+        to: Option<ClientId>,
+        /// The state.
+        event: Event,
+    },
+    /// A live scan.
+    Scan {
+        /// The instant of the pose.
+        stamp: Stamp,
+        /// Base in the map at `stamp`.
+        map_from_base: Pose,
+        /// `map_codec`'s live scan, base frame.
+        points: Vec<u8>,
+    },
+}
+
+/// Gateway to core.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum GatewayMessage {
+    /// First message.
+    Hello {
+        /// [`crate::VERSION`] of the gateway.
+        version: u16,
+    },
+    /// A client's order.
+    Command {
+        /// Made by the client.
+        id: CommandId,
+        /// Who asks.
+        by: ClientId,
+        /// What is asked.
+        order: Order,
+    },
+    /// How many clients listen, so that nothing is encoded for nobody.
+    Listeners {
+        /// Control sockets.
+        clients: u32,
+        /// Stream sockets that want scans now.
+        streams: u32,
+    },
+}

@@ -1,0 +1,245 @@
+//! What the server tells clients. Every event replaces the last of its kind unless it says otherwise.
+
+use crate::{CommandOutcome, MapSummary, TileEntry};
+use serde::{Deserialize, Serialize};
+use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+
+/// One piece of state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Event {
+    /// Where the robot is.
+    Estimate(Estimate),
+    /// Poses and edges of the current mapping session; empty without one.
+    Graph(Graph),
+    /// Tiles of the current mapping session: adds to what was sent, unless `reset`.
+    Tiles(TilesChanged),
+    /// State of mapping.
+    Mapping(Mapping),
+    /// State of motion.
+    Motion(Motion),
+    /// Who controls.
+    Control(Control),
+    /// Sensors and odometry.
+    Health(Health),
+    /// Battery.
+    Battery(Battery),
+    /// Saved maps, newest first.
+    Maps(Vec<MapSummary>),
+    /// Something to read; adds to those before.
+    Notice(Notice),
+    /// Answer to a command, to its maker only.
+    CommandDone {
+        /// Which command.
+        id: CommandId,
+        /// What became of it.
+        outcome: CommandOutcome,
+    },
+    /// State of the server itself.
+    Platform(Platform),
+}
+
+/// Where the robot is and how sure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The instant of the estimate, robot's clock.
+    pub stamp: Stamp,
+    /// Base in the map.
+    pub map_from_base: Pose,
+    /// Velocity of the base in its own frame.
+    pub velocity: Twist,
+    /// Of `map_from_base`.
+    pub covariance: Covariance6,
+    /// Number of directions that the LiDAR does not see now.
+    pub degenerate: u8,
+    /// Metres walked.
+    pub distance: f64,
+}
+
+/// Poses and edges of a pose graph.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Graph {
+    /// Which session; `None` for a saved map.
+    pub session: Option<SessionId>,
+    /// Keyframes in the map, in the order of their ids.
+    pub nodes: Vec<GraphNode>,
+    /// Edges as pairs of keyframes.
+    pub edges: Vec<(KeyframeId, KeyframeId)>,
+}
+
+/// One keyframe.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GraphNode {
+    /// Which.
+    pub id: KeyframeId,
+    /// When it was made.
+    pub stamp: Stamp,
+    /// Where.
+    pub map_from_keyframe: Pose,
+}
+
+/// New tiles.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TilesChanged {
+    /// Forget the tiles sent before.
+    pub reset: bool,
+    /// Tiles that came.
+    pub added: Vec<TileEntry>,
+}
+
+/// State of mapping.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Mapping {
+    /// No session.
+    #[default]
+    Idle,
+    /// The robot stands still to find gravity.
+    Starting {
+        /// Which session.
+        session: SessionId,
+    },
+    /// Building.
+    Running {
+        /// Which session.
+        session: SessionId,
+        /// Since when.
+        since: Stamp,
+        /// Metres walked.
+        distance: f64,
+        /// Keyframes so far.
+        keyframes: u32,
+    },
+    /// Being written.
+    Saving {
+        /// Which version it becomes.
+        map: MapId,
+    },
+}
+
+/// State of motion.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// Standing, free to move.
+    #[default]
+    Idle,
+    /// Stopped by somebody.
+    Stopped {
+        /// By whom, if known.
+        by: Option<ClientId>,
+    },
+    /// Driven by hand.
+    Teleoperated,
+    /// Walking to a point.
+    Walking {
+        /// Where to, map frame.
+        goal: Vec3,
+        /// The way, map frame.
+        path: Vec<Vec3>,
+        /// Metres to go.
+        remaining: f64,
+    },
+    /// Could not go on.
+    Blocked {
+        /// Where to, map frame.
+        goal: Vec3,
+        /// Why, for people.
+        reason: String,
+    },
+}
+
+/// Who controls.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Control {
+    /// Holder of the lease.
+    pub owner: Option<ClientId>,
+    /// Name of the holder.
+    pub name: String,
+}
+
+/// Sensors and odometry.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// One entry per sensor.
+    pub sensors: Vec<SensorHealth>,
+    /// What is wrong, most serious first.
+    pub findings: Vec<Finding>,
+    /// Points of the last scan that entered registration.
+    pub points_used: u32,
+}
+
+/// One sensor.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorHealth {
+    /// For people.
+    pub name: String,
+    /// Messages per second.
+    pub rate_hz: f32,
+    /// Since the last message.
+    pub age: Span,
+}
+
+/// Something wrong, and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Finding {
+    /// How bad.
+    pub severity: Severity,
+    /// What is wrong.
+    pub what: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// How bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Severity {
+    Info,
+    Warning,
+    Error,
+}
+
+/// The battery.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Battery {
+    /// When it was measured.
+    pub stamp: Stamp,
+    /// Charge, 0 to 1.
+    pub charge: f32,
+    /// Time left at the present draw, or until full while charging, if known.
+    pub left: Option<Span>,
+    /// Whether it charges.
+    pub charging: bool,
+}
+
+/// Something to read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Notice {
+    /// When.
+    pub at: Stamp,
+    /// How bad.
+    pub severity: Severity,
+    /// What happened and what comes next.
+    pub text: String,
+}
+
+/// The server itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Platform {
+    /// Name of the robot.
+    pub robot: String,
+    /// Name of the site, if the robot is simulated.
+    pub site: Option<String>,
+    /// Robot's clock when this was said.
+    pub now: Stamp,
+    /// Processed time over real time of the last seconds; below 1 the stack falls behind.
+    pub real_time_factor: f32,
+    /// CPU of core and gateway, cores.
+    pub cpu_cores: f32,
+    /// Resident memory of core and gateway, bytes.
+    pub memory_bytes: u64,
+    /// Free space for recordings, bytes.
+    pub disk_free_bytes: u64,
+    /// Whether core and gateway are connected.
+    pub core_connected: bool,
+    /// Clients connected.
+    pub clients: u32,
+}

@@ -1,0 +1,137 @@
+//! Saved maps and tiles.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::str::FromStr;
+use vocab::{Aabb, KeyframeId, MapId, Stamp};
+
+/// A saved map version, in a list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MapSummary {
+    /// Which.
+    pub id: MapId,
+    /// For people.
+    pub name: String,
+    /// When it was finished.
+    pub created: Stamp,
+    /// Metres walked to make it.
+    pub distance: f64,
+    /// Keyframes in it.
+    pub keyframes: u32,
+    /// Points in its tiles.
+    pub points: u64,
+    /// Bytes on disk.
+    pub bytes: u64,
+}
+
+/// BLAKE3 of a tile's bytes: its name. Hexadecimal in JSON and paths.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileHash(pub [u8; 32]);
+
+/// Text that names no tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileHashError;
+
+impl fmt::Display for TileHashError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a tile is named by 64 hexadecimal digits")
+    }
+}
+
+impl std::error::Error for TileHashError {}
+
+impl fmt::Display for TileHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for TileHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "TileHash({self})")
+    }
+}
+
+impl FromStr for TileHash {
+    type Err = TileHashError;
+    fn from_str(text: &str) -> Result<Self, TileHashError> {
+        let digits = text.as_bytes();
+        if digits.len() != 64 {
+            return Err(TileHashError);
+        }
+        let value = |digit: u8| (digit as char).to_digit(16).ok_or(TileHashError);
+        let mut hash = [0; 32];
+        for (byte, pair) in hash.iter_mut().zip(digits.chunks_exact(2)) {
+            *byte = (value(pair[0])? << 4 | value(pair[1])?) as u8;
+        }
+        Ok(Self(hash))
+    }
+}
+
+impl Serialize for TileHash {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() {
+            serializer.collect_str(self)
+        } else {
+            self.0.serialize(serializer)
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for TileHash {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        if deserializer.is_human_readable() {
+            String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+        } else {
+            <[u8; 32]>::deserialize(deserializer).map(Self)
+        }
+    }
+}
+
+/// What a tile's coordinates are relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Anchor {
+    /// The map frame.
+    Map,
+    /// A keyframe, whose pose a loop closure may move.
+    Keyframe(KeyframeId),
+}
+
+/// A tile that can be fetched. Tiles add up: showing a level means showing all coarser ones too.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TileEntry {
+    /// Its name.
+    pub hash: TileHash,
+    /// What its coordinates are relative to.
+    pub anchor: Anchor,
+    /// 0 is coarsest.
+    pub level: u8,
+    /// Distance between neighbouring points of this level, metres.
+    pub spacing: f32,
+    /// Box round its points, in the anchor's frame, metres.
+    pub bounds: Aabb,
+    /// Points in it.
+    pub points: u32,
+    /// Encoded size.
+    pub bytes: u32,
+}
+
+/// Every tile of a saved map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TileList {
+    /// Box round all, map frame.
+    pub bounds: Aabb,
+    /// Coarse levels first.
+    pub tiles: Vec<TileEntry>,
+}
+
+/// An error over HTTP: `application/problem+json`, RFC 9457.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Problem {
+    /// HTTP status.
+    pub status: u16,
+    /// The kind of problem, short.
+    pub title: String,
+    /// This case: what, where and what to do.
+    pub detail: String,
+}

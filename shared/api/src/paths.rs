@@ -1,0 +1,16 @@
+//! Paths of the HTTP interface.
+
+/// WebSocket for state and commands.
+pub const CONTROL_PATH: &str = "/api/v1/control";
+/// WebSocket for live scans.
+pub const STREAM_PATH: &str = "/api/v1/stream";
+/// GET: [`crate::MapSummary`] of every saved map, newest first.
+pub const MAPS_PATH: &str = "/api/v1/maps";
+/// GET with the map's id in place of `{id}`: its [`crate::TileList`].
+pub const MAP_TILES_PATH: &str = "/api/v1/maps/{id}/tiles";
+/// GET with the map's id in place of `{id}`: its pose graph, a [`crate::Graph`].
+pub const MAP_GRAPH_PATH: &str = "/api/v1/maps/{id}/graph";
+/// GET with the hash in place of `{hash}`: the bytes of a tile, immutable.
+pub const TILE_PATH: &str = "/api/v1/tiles/{hash}";
+/// GET: 200 while core and gateway are connected, 503 otherwise.
+pub const HEALTH_PATH: &str = "/api/v1/health";
