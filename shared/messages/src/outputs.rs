@@ -3,7 +3,7 @@
 use crate::BatteryState;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{ClientId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
 
 /// What the shell has to do after a step, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,15 @@ pub enum Effect {
     },
     /// Tell whoever listens.
     Publish(Publication),
+    /// Answer a command, to its maker only.
+    Answer {
+        /// Which command.
+        id: CommandId,
+        /// Its maker.
+        to: ClientId,
+        /// `None` when it was accepted; else one sentence: why not and what to do.
+        refused: Option<String>,
+    },
 }
 
 /// A velocity command to the robot.
@@ -51,7 +60,7 @@ pub enum Publication {
     Estimate(Estimate),
     /// A motion-corrected scan.
     Scan(CorrectedScan),
-    /// A new keyframe of the map under construction.
+    /// A new keyframe of the map under construction. The shell keeps its cloud until the session is saved or discarded.
     Keyframe(Keyframe),
     /// The pose graph changed: poses moved or edges were added.
     Graph(Arc<PoseGraph>),
@@ -100,6 +109,8 @@ pub struct CorrectedScan {
 /// A place of the pose graph with its cloud.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
+    /// The mapping session it belongs to.
+    pub session: SessionId,
     /// Counts from 0 within the session.
     pub id: KeyframeId,
     /// The instant of its pose.
@@ -278,7 +289,8 @@ pub struct Notice {
     pub text: String,
 }
 
-/// A finished mapping session, complete.
+/// A finished mapping session. The clouds are not in it: each went out with its [`Publication::Keyframe`], and the
+/// shell keeps them on disk by session and keyframe, so that memory does not grow with the walk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishedMap {
     /// Id of the version.
@@ -291,10 +303,21 @@ pub struct FinishedMap {
     pub at: Stamp,
     /// Metres walked.
     pub distance: f64,
-    /// Final graph.
+    /// Final graph, with the final pose of every keyframe.
     pub graph: Arc<PoseGraph>,
-    /// Every keyframe, in the order of their ids, with final poses.
-    pub keyframes: Vec<Keyframe>,
-    /// Estimate after every scan, with final corrections.
+    /// Base in the map after every scan, with final corrections.
     pub trajectory: Vec<(Stamp, Pose)>,
+    /// Stretches in which the LiDAR alone could not tell the motion in some direction.
+    pub degenerate: Vec<DegenerateStretch>,
+}
+
+/// A stretch of the walk in which the LiDAR did not see some direction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DegenerateStretch {
+    /// First scan of it.
+    pub from: Stamp,
+    /// Last scan of it.
+    pub until: Stamp,
+    /// Metres walked in it.
+    pub distance: f64,
 }
