@@ -1,0 +1,265 @@
+//! One mapping session.
+
+use geometry::{Isometry, Matrix6, se3, so3};
+use vocab::{KeyframeId, Span, Stamp};
+
+/// Floor of the standard deviation of an odometry edge: rotation (rad) and translation (m). What a cell size of some
+/// centimetres and unmodelled vibration leave even where the filter believes itself perfect.
+const EDGE_FLOOR: (f64, f64) = (1e-3, 5e-3);
+/// Degenerate scans closer together than this belong to one stretch.
+const STRETCH_GAP: Span = Span::from_millis(500);
+
+/// When a scan becomes a keyframe: as soon as either is exceeded since the last one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframePolicy {
+    /// Metres moved.
+    pub distance: f64,
+    /// Radians turned.
+    pub rotation: f64,
+}
+
+impl Default for KeyframePolicy {
+    /// A metre or 40 degrees: neighbouring XT-32 scans then overlap by more than 80 % indoors.
+    fn default() -> Self {
+        Self { distance: 1.0, rotation: 0.7 }
+    }
+}
+
+/// A keyframe's place in the graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Counts from 0.
+    pub id: KeyframeId,
+    /// When it was made.
+    pub stamp: Stamp,
+    /// Where.
+    pub map_from_keyframe: Isometry,
+}
+
+/// A measured relative pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Parent.
+    pub from: KeyframeId,
+    /// Child.
+    pub to: KeyframeId,
+    /// Pose of the child in the parent.
+    pub from_from_to: Isometry,
+    /// Inverse covariance, `[rotation; translation]`.
+    pub information: Matrix6,
+}
+
+/// A stretch of the walk in which the LiDAR did not see some direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// First such scan.
+    pub from: Stamp,
+    /// Last such scan.
+    pub until: Stamp,
+    /// Metres walked in it.
+    pub distance: f64,
+}
+
+/// A map under construction.
+#[derive(Clone, Debug)]
+pub struct Session {
+    policy: KeyframePolicy,
+    map_from_odom: Isometry,
+    nodes: Vec<Node>,
+    edges: Vec<Edge>,
+    trajectory: Vec<(Stamp, Isometry)>,
+    stretches: Vec<Stretch>,
+    distance: f64,
+    last_covariance: Matrix6,
+    revision: u64,
+}
+
+impl Session {
+    /// Begins where the robot stands: the map's origin is the base, its x axis the heading, its z axis up.
+    pub fn begin(odom_from_base: &Isometry, policy: KeyframePolicy) -> Self {
+        let forward = odom_from_base.rotation * geometry::Vector3::x();
+        let heading = so3::exp(&(geometry::Vector3::z() * forward.y.atan2(forward.x)));
+        let odom_from_map = Isometry::from_parts(odom_from_base.translation, heading);
+        Self {
+            policy,
+            map_from_odom: odom_from_map.inverse(),
+            nodes: Vec::new(),
+            edges: Vec::new(),
+            trajectory: Vec::new(),
+            stretches: Vec::new(),
+            distance: 0.0,
+            last_covariance: Matrix6::zeros(),
+            revision: 0,
+        }
+    }
+
+    /// Where the odometry's frame is in the map.
+    pub fn map_from_odom(&self) -> &Isometry {
+        &self.map_from_odom
+    }
+
+    /// Adds the pose of a motion-corrected scan; returns the keyframe if it became one.
+    ///
+    /// `covariance` is the odometry's own, of `odom_from_base`, `[rotation; translation]`, growing along the walk;
+    /// `degenerate` says that the LiDAR did not see some direction. Constant time.
+    pub fn add_scan(
+        &mut self,
+        stamp: Stamp,
+        odom_from_base: &Isometry,
+        covariance: &Matrix6,
+        degenerate: bool,
+    ) -> Option<Node> {
+        let map_from_base = self.map_from_odom * odom_from_base;
+        let step = self
+            .trajectory
+            .last()
+            .map_or(0.0, |(_, last)| (last.translation.vector - map_from_base.translation.vector).norm());
+        self.distance += step;
+        self.trajectory.push((stamp, map_from_base));
+        if degenerate {
+            self.note_degenerate(stamp, step);
+        }
+        self.is_new_place(&map_from_base).then(|| self.add_keyframe(stamp, map_from_base, covariance))
+    }
+
+    /// Metres walked.
+    pub fn distance(&self) -> f64 {
+        self.distance
+    }
+
+    /// Keyframes in the order of their ids.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Edges in the order of creation.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Base in the map after every scan.
+    pub fn trajectory(&self) -> &[(Stamp, Isometry)] {
+        &self.trajectory
+    }
+
+    /// Stretches that the LiDAR alone could not have followed.
+    pub fn degenerate_stretches(&self) -> &[Stretch] {
+        &self.stretches
+    }
+
+    /// Grows with every change of the graph.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    fn is_new_place(&self, map_from_base: &Isometry) -> bool {
+        let Some(last) = self.nodes.last() else { return true };
+        let moved = last.map_from_keyframe.inverse() * map_from_base;
+        moved.translation.vector.norm() > self.policy.distance
+            || so3::log(&moved.rotation).norm() > self.policy.rotation
+    }
+
+    fn add_keyframe(&mut self, stamp: Stamp, map_from_keyframe: Isometry, covariance: &Matrix6) -> Node {
+        let id = KeyframeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
+        if let Some(last) = self.nodes.last() {
+            let from_from_to = last.map_from_keyframe.inverse() * map_from_keyframe;
+            let information = edge_information(&self.last_covariance, covariance, &from_from_to);
+            self.edges.push(Edge { from: last.id, to: id, from_from_to, information });
+        }
+        let node = Node { id, stamp, map_from_keyframe };
+        self.nodes.push(node);
+        self.last_covariance = *covariance;
+        self.revision += 1;
+        node
+    }
+
+    fn note_degenerate(&mut self, stamp: Stamp, step: f64) {
+        match self.stretches.last_mut() {
+            Some(stretch) if stamp - stretch.until <= STRETCH_GAP => {
+                stretch.until = stamp;
+                stretch.distance += step;
+            }
+            _ => self.stretches.push(Stretch { from: stamp, until: stamp, distance: 0.0 }),
+        }
+    }
+}
+
+/// Information of the relative pose between two moments of one odometry.
+///
+/// What the absolute covariance grew by, after moving the old one into the new frame; only the diagonal of that
+/// difference is kept and floored, because the difference of two estimates of a filter need not be positive definite.
+fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry) -> Matrix6 {
+    let ad = se3::adjoint(&from_from_to.inverse());
+    let growth = after - ad * before * ad.transpose();
+    Matrix6::from_fn(|row, column| {
+        if row != column {
+            return 0.0;
+        }
+        let floor = if row < 3 { EDGE_FLOOR.0 } else { EDGE_FLOOR.1 };
+        let variance = growth[(row, row)].max(floor * floor);
+        if variance.is_finite() { 1.0 / variance } else { 0.0 }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::Vector3;
+    use nalgebra::Translation3;
+
+    fn at(x: f64, yaw: f64) -> Isometry {
+        Isometry::from_parts(Translation3::new(x, 0.0, 0.0), so3::exp(&(Vector3::z() * yaw)))
+    }
+
+    fn walk(session: &mut Session, poses: impl Iterator<Item = Isometry>) {
+        for (index, pose) in poses.enumerate() {
+            session.add_scan(Stamp::from_nanos(index as i64 * 100_000_000), &pose, &Matrix6::zeros(), false);
+        }
+    }
+
+    #[test]
+    fn map_begins_at_the_base_level_and_facing_x() {
+        let tilted = Isometry::from_parts(
+            Translation3::new(3.0, -2.0, 0.5),
+            so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
+        );
+        let mut session = Session::begin(&tilted, KeyframePolicy::default());
+        let node = session.add_scan(Stamp::EPOCH, &tilted, &Matrix6::zeros(), false).expect("first keyframe");
+        assert!(node.map_from_keyframe.translation.vector.norm() < 1e-12);
+        let rotation = node.map_from_keyframe.rotation;
+        assert!((rotation.inverse() * so3::exp(&(Vector3::x() * 0.2))).angle() < 1e-12);
+    }
+
+    #[test]
+    fn keyframes_follow_distance_and_rotation() {
+        let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy { distance: 1.0, rotation: 0.5 });
+        walk(&mut session, (0..=50).map(|i| at(f64::from(i) * 0.1, 0.0)));
+        assert_eq!(session.nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
+        assert!((session.distance() - 5.0).abs() < 1e-9);
+        walk(&mut session, (0..=20).map(|i| at(5.0, f64::from(i) * 0.05)));
+        assert_eq!(session.nodes().len(), 6, "and one for turning by more than half a radian");
+        assert_eq!(session.edges().len(), 5);
+    }
+
+    #[test]
+    fn edges_lose_information_where_the_filter_lost_certainty() {
+        let mut grown = Matrix6::zeros();
+        grown[(3, 3)] = 0.25;
+        let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0));
+        assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
+        assert!((information[(4, 4)] - 1.0 / (EDGE_FLOOR.1 * EDGE_FLOOR.1)).abs() < 1e-3);
+    }
+
+    #[test]
+    fn degenerate_scans_join_into_stretches() {
+        let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+        for index in 0..60_i64 {
+            let degenerate = (10..20).contains(&index) || (40..45).contains(&index);
+            let pose = at(index as f64 * 0.1, 0.0);
+            session.add_scan(Stamp::from_nanos(index * 100_000_000), &pose, &Matrix6::zeros(), degenerate);
+        }
+        let lengths: Vec<f64> = session.degenerate_stretches().iter().map(|s| s.distance).collect();
+        assert_eq!(lengths.len(), 2);
+        assert!((lengths[0] - 0.9).abs() < 1e-9 && (lengths[1] - 0.4).abs() < 1e-9, "{lengths:?}");
+    }
+}

@@ -1,0 +1,46 @@
+//! Walks an ideal body along paths.
+
+use super::*;
+use geometry::so3;
+
+fn walk(path: &[[f64; 2]], start_yaw: f64) -> (Isometry, f64, usize) {
+    let path: Vec<Vector3> = path.iter().map(|p| Vector3::new(p[0], p[1], 0.0)).collect();
+    let mut pose = Isometry::from_parts(path[0].into(), so3::exp(&(Vector3::z() * start_yaw)));
+    let follower = Follower::new(FollowerConfig::default(), path.clone());
+    let (mut worst, mut steps) = (0.0_f64, 0);
+    while let Some(velocity) = follower.velocity(&pose) {
+        pose.translation.vector += pose.rotation * Vector3::x() * velocity.forward * 0.05;
+        pose.rotation *= so3::exp(&(Vector3::z() * velocity.turn * 0.05));
+        let off = path
+            .windows(2)
+            .map(|pair| {
+                let along = ((pose.translation.vector - pair[0]).dot(&(pair[1] - pair[0]))
+                    / (pair[1] - pair[0]).norm_squared())
+                .clamp(0.0, 1.0);
+                (pair[0].lerp(&pair[1], along) - pose.translation.vector).norm()
+            })
+            .fold(f64::INFINITY, f64::min);
+        worst = worst.max(off);
+        steps += 1;
+        assert!(steps < 4000, "never arrives");
+    }
+    (pose, worst, steps)
+}
+
+#[test]
+fn arrives_and_stays_near_the_path() {
+    for yaw in [0.0, 1.5, 3.1, -2.0] {
+        let (end, worst, _) = walk(&[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [1.0, 3.0]], yaw);
+        assert!((end.translation.vector.xy() - Vector3::new(1.0, 3.0, 0.0).xy()).norm() < 0.16);
+        assert!(worst < 0.35, "cut a corner by {worst} m");
+    }
+}
+
+#[test]
+fn remaining_shrinks_to_nothing() {
+    let path = vec![Vector3::zeros(), Vector3::new(3.0, 0.0, 0.0), Vector3::new(3.0, 4.0, 0.0)];
+    let follower = Follower::new(FollowerConfig::default(), path);
+    let at = |x: f64, y: f64| follower.remaining(&Isometry::translation(x, y, 0.0));
+    assert!((at(0.0, 0.0) - 7.0).abs() < 1e-9);
+    assert!((at(3.0, 2.5) - 1.5).abs() < 1e-9);
+}

@@ -1,0 +1,149 @@
+//! Plans drawn as text: `#` an obstacle as tall as the robot, `.` floor seen, ` ` never seen, `S` start, `G` goal.
+
+use super::*;
+use crate::RobotShape;
+use expect_test::{Expect, expect};
+use geometry::Isometry;
+
+const SIZE: f64 = 0.25;
+
+/// Draws the picture into a terrain by showing it the points a LiDAR would see there.
+fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
+    let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
+    let mut terrain = Terrain::new(SIZE, shape);
+    let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
+    for (row, line) in picture.lines().enumerate() {
+        for (column, letter) in line.chars().enumerate() {
+            let (x, y) = ((column as f64 + 0.5) * SIZE, -(row as f64 + 0.5) * SIZE);
+            let at = |z: f64| [x as f32, y as f32, z as f32];
+            match letter {
+                '#' => points.extend([at(-0.5), at(0.2)]),
+                '_' => points.push(at(-0.1)),
+                ' ' => {}
+                _ => points.push(at(-0.5)),
+            }
+            if letter == 'S' {
+                from = Vector3::new(x, y, 0.0);
+            } else if letter == 'G' {
+                to = Vector3::new(x, y, 0.0);
+            }
+        }
+    }
+    let far_away = Isometry::identity();
+    for _ in 0..2 {
+        terrain.observe(&far_away, &points, 100.0);
+    }
+    (terrain, from, to)
+}
+
+fn check(picture: &str, expected: Expect) {
+    let picture = picture.trim_matches('\n');
+    let (terrain, from, to) = terrain(picture);
+    let drawn = match plan(&terrain, &from, &to) {
+        Err(error) => format!("{error:?}"),
+        Ok(path) => {
+            let mut rows: Vec<Vec<char>> = picture.lines().map(|line| line.chars().collect()).collect();
+            for pair in path.windows(2) {
+                for step in 0..=200 {
+                    let at = pair[0].lerp(&pair[1], f64::from(step) / 200.0);
+                    let (row, column) = ((-at.y / SIZE) as usize, (at.x / SIZE) as usize);
+                    let letter = &mut rows[row][column];
+                    if *letter == '.' || *letter == ' ' {
+                        *letter = '*';
+                    }
+                }
+            }
+            rows.iter().map(|row| row.iter().collect::<String>()).collect::<Vec<_>>().join("\n")
+        }
+    };
+    expected.assert_eq(&drawn);
+}
+
+#[test]
+fn goes_round_a_wall_at_a_distance() {
+    check(
+        "
+............
+.....#......
+.S...#...G..
+.....#......
+.....#......
+............
+............
+",
+        expect![[r#"
+            ...*****....
+            ..**.#..*...
+            .S*..#...G..
+            .....#......
+            .....#......
+            ............
+            ............"#]],
+    );
+}
+
+#[test]
+fn passes_a_door_just_wide_enough() {
+    check(
+        "
+......#.....
+......#.....
+.S..........
+......#...G.
+......#.....
+",
+        expect![[r#"
+            ......#.....
+            ......#.....
+            .S********..
+            ......#..*G.
+            ......#....."#]],
+    );
+}
+
+#[test]
+fn says_that_there_is_no_way() {
+    check(
+        "
+.....#######
+.S...#.....#
+.....#...G.#
+.....#.....#
+.....#######
+",
+        expect!["TooFar"],
+    );
+}
+
+#[test]
+fn does_not_take_a_step_too_high() {
+    check(
+        "
+............
+.S..._____..
+....._____..
+.....___G_..
+............
+",
+        expect![[r#"
+            ............
+            .S*.._____..
+            ..**._____..
+            ...**___G_..
+            ....*****..."#]],
+    );
+}
+
+#[test]
+fn people_who_leave_free_the_way() {
+    let mut terrain = Terrain::new(SIZE, RobotShape::default());
+    let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
+    let floor = [[2.0, 0.0, -0.55]];
+    let cell = terrain.index(2.0, 0.0);
+    terrain.observe(&Isometry::identity(), &person, 10.0);
+    assert!(!terrain.is_free(cell));
+    for _ in 0..20 {
+        terrain.observe(&Isometry::identity(), &floor, 10.0);
+    }
+    assert!(terrain.is_free(cell));
+}

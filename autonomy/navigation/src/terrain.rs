@@ -1,0 +1,234 @@
+//! A grid of ground heights and obstacles round everywhere the robot has looked.
+//!
+//! 2.5-dimensional: one ground height per cell. On a site with several floors a cell forgets the other floor as soon as
+//! the robot sees it again from this one. Memory: 8 bytes a cell, 0.8 kB a square metre seen.
+
+use geometry::Isometry;
+use std::collections::BTreeMap;
+
+/// Cells along a block's side; blocks are allocated whole.
+const BLOCK: i32 = 64;
+/// Count at which a cell is an obstacle, the most that it remembers, and what one sighting adds.
+const OBSTACLE_AT: i8 = 2;
+const OBSTACLE_MOST: i8 = 12;
+const OBSTACLE_SEEN: i8 = 3;
+/// A ground height farther than this from what was known is another floor, metres.
+const OTHER_FLOOR: f32 = 1.2;
+
+/// What the terrain must know of the robot, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotShape {
+    /// Radius of the circle that the robot turns in.
+    pub radius: f64,
+    /// Height of the base over the ground.
+    pub standing_height: f64,
+    /// Everything from the ground up to here must be free.
+    pub clearance: f64,
+    /// Highest step it takes.
+    pub step: f64,
+}
+
+impl Default for RobotShape {
+    fn default() -> Self {
+        Self { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 }
+    }
+}
+
+/// Index of a cell: x and y in cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct CellIndex {
+    /// Along x.
+    pub x: i32,
+    /// Along y.
+    pub y: i32,
+}
+
+/// One cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Lowest surface seen, metres; NaN while unknown.
+    ground: f32,
+    /// Confidence that something stands here.
+    obstacle: i8,
+    /// Obstacle cells within the robot's radius: kept up to date so that planning asks one cell only.
+    near: u16,
+}
+
+const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, near: 0 };
+
+impl Cell {
+    /// Height of the ground, metres, if it was ever seen.
+    pub fn ground(&self) -> Option<f64> {
+        self.ground.is_finite().then(|| f64::from(self.ground))
+    }
+
+    /// Whether something stands here.
+    pub fn is_obstacle(&self) -> bool {
+        self.obstacle >= OBSTACLE_AT
+    }
+}
+
+/// The grid.
+#[derive(Clone, Debug)]
+pub struct Terrain {
+    cell_size: f64,
+    shape: RobotShape,
+    blocks: BTreeMap<(i32, i32), Vec<Cell>>,
+    /// Reused between scans: the heights seen per cell touched.
+    touched: BTreeMap<CellIndex, Touch>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Touch {
+    lowest: f32,
+    highest: f32,
+}
+
+impl Terrain {
+    /// An empty grid of square cells of `cell_size` metres.
+    pub fn new(cell_size: f64, shape: RobotShape) -> Self {
+        Self { cell_size, shape, blocks: BTreeMap::new(), touched: BTreeMap::new() }
+    }
+
+    /// Side of a cell, metres.
+    pub fn cell_size(&self) -> f64 {
+        self.cell_size
+    }
+
+    /// The robot that it is for.
+    pub fn shape(&self) -> &RobotShape {
+        &self.shape
+    }
+
+    /// The cell that holds a point.
+    pub fn index(&self, x: f64, y: f64) -> CellIndex {
+        CellIndex { x: (x / self.cell_size).floor() as i32, y: (y / self.cell_size).floor() as i32 }
+    }
+
+    /// Middle of a cell, metres.
+    pub fn centre(&self, index: CellIndex) -> (f64, f64) {
+        ((f64::from(index.x) + 0.5) * self.cell_size, (f64::from(index.y) + 0.5) * self.cell_size)
+    }
+
+    /// What is known of a cell.
+    pub fn cell(&self, index: CellIndex) -> Cell {
+        let (block, offset) = locate(index);
+        self.blocks.get(&block).map_or(UNKNOWN, |cells| cells[offset])
+    }
+
+    /// Learns from a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`. Points farther than
+    /// `range` are left out. Linear in the points, with a logarithm of the cells touched.
+    pub fn observe(&mut self, map_from_base: &Isometry, points: &[[f32; 3]], range: f64) {
+        let rotation = map_from_base.rotation.to_rotation_matrix().cast::<f32>();
+        let origin = map_from_base.translation.vector;
+        let foot = (origin.z - self.shape.standing_height) as f32;
+        let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
+        let range_squared = (range * range) as f32;
+        let mut touched = std::mem::take(&mut self.touched);
+        touched.clear();
+        for point in points {
+            if point[0] * point[0] + point[1] * point[1] > range_squared {
+                continue;
+            }
+            let turned = rotation * nalgebra_point(point);
+            let z = turned[2] + origin.z as f32;
+            if z > ceiling || z < foot - 3.0 {
+                continue;
+            }
+            let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
+            let touch = touched.entry(index).or_insert(Touch { lowest: z, highest: z });
+            touch.lowest = touch.lowest.min(z);
+            touch.highest = touch.highest.max(z);
+        }
+        for (&index, touch) in &touched {
+            self.learn(index, touch, foot);
+        }
+        self.touched = touched;
+        self.stand(map_from_base, foot);
+    }
+
+    /// The ground under the robot is known: it stands on it. The LiDAR is blind there.
+    fn stand(&mut self, map_from_base: &Isometry, foot: f32) {
+        let centre = map_from_base.translation.vector;
+        let reach = (self.shape.radius / self.cell_size).ceil() as i32;
+        let middle = self.index(centre.x, centre.y);
+        for dx in -reach..=reach {
+            for dy in -reach..=reach {
+                if dx * dx + dy * dy <= reach * reach {
+                    let index = CellIndex { x: middle.x + dx, y: middle.y + dy };
+                    let cell = self.cell_mut(index);
+                    if !cell.ground.is_finite() || (cell.ground - foot).abs() > OTHER_FLOOR {
+                        cell.ground = foot;
+                        self.set_obstacle(index, 0);
+                    }
+                }
+            }
+        }
+    }
+
+    fn learn(&mut self, index: CellIndex, touch: &Touch, foot: f32) {
+        let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
+        let cell = self.cell_mut(index);
+        let other_floor = cell.ground.is_finite()
+            && (cell.ground - touch.lowest).abs() > OTHER_FLOOR
+            && (touch.lowest - foot).abs() < (cell.ground - foot).abs();
+        let mut obstacle = cell.obstacle;
+        if other_floor {
+            cell.ground = f32::NAN;
+            obstacle = 0;
+        }
+        // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
+        let looks_like_ground = (touch.lowest - foot).abs() < OTHER_FLOOR;
+        if looks_like_ground && !(cell.ground < touch.lowest) {
+            cell.ground = touch.lowest;
+        }
+        let ground = if cell.ground.is_finite() { cell.ground } else { foot };
+        let in_the_way = touch.highest > ground + step && touch.lowest < ground + clearance;
+        if in_the_way {
+            obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);
+        } else if touch.lowest < ground + step {
+            obstacle = (obstacle - 1).max(0);
+        }
+        self.set_obstacle(index, obstacle);
+    }
+
+    /// Sets a cell's confidence and, if it turned into or ceased to be an obstacle, the counts round it.
+    fn set_obstacle(&mut self, index: CellIndex, obstacle: i8) {
+        let cell = self.cell_mut(index);
+        let was = cell.is_obstacle();
+        cell.obstacle = obstacle;
+        let is = cell.is_obstacle();
+        if was == is {
+            return;
+        }
+        let reach = (self.shape.radius / self.cell_size).floor() as i32;
+        for dx in -reach..=reach {
+            for dy in -reach..=reach {
+                if dx * dx + dy * dy <= reach * reach {
+                    let near = &mut self.cell_mut(CellIndex { x: index.x + dx, y: index.y + dy }).near;
+                    *near = if is { near.saturating_add(1) } else { near.saturating_sub(1) };
+                }
+            }
+        }
+    }
+
+    fn cell_mut(&mut self, index: CellIndex) -> &mut Cell {
+        let (block, offset) = locate(index);
+        let cells = self.blocks.entry(block).or_insert_with(|| vec![UNKNOWN; (BLOCK * BLOCK) as usize]);
+        &mut cells[offset]
+    }
+
+    /// Whether a robot could stand in a cell: no obstacle within its radius. Constant time.
+    pub fn is_free(&self, index: CellIndex) -> bool {
+        self.cell(index).near == 0
+    }
+}
+
+fn nalgebra_point(point: &[f32; 3]) -> nalgebra::Vector3<f32> {
+    nalgebra::Vector3::from(*point)
+}
+
+fn locate(index: CellIndex) -> ((i32, i32), usize) {
+    let block = (index.x.div_euclid(BLOCK), index.y.div_euclid(BLOCK));
+    (block, (index.y.rem_euclid(BLOCK) * BLOCK + index.x.rem_euclid(BLOCK)) as usize)
+}
