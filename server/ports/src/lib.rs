@@ -1,1 +1,13 @@
-//! (empty)
+//! Where the parts of the server meet: only what has more than one implementation or more than one reader.
+//!
+//! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
+//! - [`Journal`]: the recorder on one side, the runtime on the other;
+//! - [`DataDir`]: where things lie on disk, for the store that writes and the gateway that reads.
+
+mod data_dir;
+mod journal;
+mod robot_link;
+
+pub use data_dir::DataDir;
+pub use journal::{Journal, JournalError};
+pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, News, RobotLink};

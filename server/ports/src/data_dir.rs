@@ -1,0 +1,110 @@
+//! Layout of the data directory.
+//!
+//! ```text
+//! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
+//! maps/<map id>/           one immutable directory per map version; see the store
+//! maps/.<anything>         half-written, to be deleted
+//! recordings/<time>.mcap   what the stack heard, newest last by name
+//! run/core.sock            where the core listens for the gateway
+//! ```
+
+use api::TileHash;
+use std::path::{Path, PathBuf};
+use vocab::MapId;
+
+/// Longest path of a Unix socket that every system accepts, bytes.
+const SOCKET_PATH_MAX: usize = 100;
+
+/// Knows where things lie under one directory. Makes nothing and checks nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DataDir {
+    root: PathBuf,
+}
+
+impl DataDir {
+    /// The layout under `root`.
+    pub fn new(root: impl Into<PathBuf>) -> Self {
+        Self { root: root.into() }
+    }
+
+    /// The directory itself.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Directory of all tiles.
+    pub fn tiles(&self) -> PathBuf {
+        self.root.join("tiles")
+    }
+
+    /// File of one tile.
+    pub fn tile(&self, hash: TileHash) -> PathBuf {
+        let name = hash.to_string();
+        self.tiles().join(&name[..2]).join(name)
+    }
+
+    /// Directory of all map versions.
+    pub fn maps(&self) -> PathBuf {
+        self.root.join("maps")
+    }
+
+    /// Directory of one map version.
+    pub fn map(&self, map: MapId) -> PathBuf {
+        self.maps().join(map.to_string())
+    }
+
+    /// A map version's [`api::MapSummary`] as JSON. Its presence makes the directory a map.
+    pub fn map_summary(&self, map: MapId) -> PathBuf {
+        self.map(map).join("map.json")
+    }
+
+    /// A map version's pose graph, an [`api::Graph`] as JSON.
+    pub fn map_graph(&self, map: MapId) -> PathBuf {
+        self.map(map).join("graph.json")
+    }
+
+    /// A map version's tiles, an [`api::TileList`] as JSON.
+    pub fn map_tiles(&self, map: MapId) -> PathBuf {
+        self.map(map).join("tiles.json")
+    }
+
+    /// Directory of all recordings.
+    pub fn recordings(&self) -> PathBuf {
+        self.root.join("recordings")
+    }
+
+    /// Where the core listens for the gateway: inside the directory, or in the system's directory for temporary
+    /// files under a name made from this one when the path would be too long for a socket.
+    pub fn core_socket(&self) -> PathBuf {
+        let inside = self.root.join("run").join("core.sock");
+        if inside.as_os_str().len() <= SOCKET_PATH_MAX {
+            return inside;
+        }
+        // FNV-1a: stable between processes, and a clash only means that the second core says the socket is taken.
+        let hash =
+            inside.as_os_str().as_encoded_bytes().iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+                (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+            });
+        std::env::temp_dir().join(format!("autoinspect-{hash:016x}.sock"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deep_directory_still_has_a_socket_short_enough_to_bind() {
+        let deep = DataDir::new(format!("/{}", "long/".repeat(40)));
+        let other = DataDir::new(format!("/{}", "lung/".repeat(40)));
+        assert!(deep.core_socket().as_os_str().len() <= SOCKET_PATH_MAX);
+        assert_ne!(deep.core_socket(), other.core_socket());
+        assert_eq!(DataDir::new("/data").core_socket(), Path::new("/data/run/core.sock"));
+    }
+
+    #[test]
+    fn tiles_are_spread_over_directories_by_the_first_byte_of_their_name() {
+        let hash = TileHash([0xab; 32]);
+        assert_eq!(DataDir::new("/d").tile(hash), Path::new("/d/tiles/ab").join("ab".repeat(32)));
+    }
+}

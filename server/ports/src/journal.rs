@@ -1,0 +1,21 @@
+//! Where the inputs of the stack are written before it sees them.
+
+use messages::Input;
+use vocab::Stamp;
+
+/// Why an input could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("the recording could not be written")]
+pub struct JournalError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
+
+/// Takes down every input with its instant, in order: enough to repeat the run bit for bit.
+pub trait Journal: Send {
+    /// Writes one input.
+    fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError>;
+
+    /// Hands everything written so far to the operating system, so that a crash of this process loses nothing.
+    fn flush(&mut self) -> Result<(), JournalError>;
+
+    /// Writes what belongs at the end and closes.
+    fn finish(self: Box<Self>) -> Result<(), JournalError>;
+}

@@ -1,0 +1,57 @@
+//! What a robot is to the server: a source of stamped arrivals and a sink of drive commands.
+
+use crossbeam_channel::Receiver;
+use messages::{BootRecord, Drive, Sensor};
+use vocab::{Span, Stamp};
+
+/// A link stops its robot by itself when no [`RobotLink::drive`] came for this long on the robot's clock.
+pub const DRIVE_TIMEOUT: Span = Span::from_millis(500);
+
+/// Something that came from the robot, with the robot's clock when it came.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arrival {
+    /// Robot's clock on arrival; never decreases. A measurement's own stamp is earlier.
+    pub at: Stamp,
+    /// What came.
+    pub news: News,
+}
+
+/// What can come from a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// A sensor spoke.
+    Sensor(Sensor),
+    /// Nothing but the time; sent often enough (every 50 ms of robot time) that silence means trouble.
+    Clock,
+    /// Nothing more will come, and why, in one sentence.
+    Ended(String),
+}
+
+/// Why there is no robot.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    /// The link was asked for something that does not exist.
+    #[error("{0}")]
+    Setup(String),
+    /// The thread of the link could not be started.
+    #[error("could not start the robot link's thread")]
+    Thread(#[source] std::io::Error),
+}
+
+/// A robot, simulated or real. Dropping it stops the robot and ends its threads.
+pub trait RobotLink: Send {
+    /// Who the robot is and where its sensors sit: the first input of the stack.
+    fn boot(&self) -> BootRecord;
+
+    /// Name of the simulated site, if it is one.
+    fn site(&self) -> Option<String> {
+        None
+    }
+
+    /// What comes from the robot, in order of arrival. Bounded; each link says what it does when it is full.
+    /// Disconnected once the link has ended.
+    fn arrivals(&self) -> Receiver<Arrival>;
+
+    /// Tells the robot how to move. Never blocks. Must be repeated: see [`DRIVE_TIMEOUT`].
+    fn drive(&self, drive: Drive);
+}
