@@ -1,1 +1,12 @@
-//! (empty)
+//! Point clouds: thinning, filters, and maps made of Gaussians in hashed cells.
+//!
+//! Knows nothing of sensors, time or robots. Points are `f32` around an origin that the caller keeps in `f64`.
+
+pub mod downsample;
+pub mod filter;
+pub mod gaussian_map;
+pub mod hash;
+pub mod symmetric;
+
+pub use downsample::{Centroid, Downsampler};
+pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};

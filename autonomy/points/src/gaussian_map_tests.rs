@@ -1,0 +1,126 @@
+//! The map against slow twins: batch statistics, and planes that are known.
+
+use super::*;
+use geometry::{RngTree, Vector3};
+
+fn wall(seed: u64, n: usize, noise: f64) -> Vec<[f64; 3]> {
+    let mut rng = RngTree::new(seed).child("wall").rng();
+    (0..n)
+        .map(|_| [3.0 + noise * rng.normal(), rng.range(-4.0, 4.0), rng.range(0.0, 3.0)])
+        .collect()
+}
+
+#[test]
+fn a_wall_is_found_where_it_is() {
+    let mut map = GaussianMap::new(GaussianMapConfig::default());
+    for point in wall(1, 20_000, 0.01) {
+        map.insert(&point);
+    }
+    for y in [-3.1, -0.4, 2.2] {
+        for off in [-0.2, 0.0, 0.15] {
+            let Some(Surface::Plane { normal, distance, variance }) = map.surface(&[3.0 + off, y, 1.7], 0.1) else {
+                panic!("no plane at {y}")
+            };
+            let signed = distance * normal[0].signum();
+            assert!((f64::from(signed) - off).abs() < 0.003, "{signed} {off}");
+            assert!(normal[0].abs() > 0.999 && (variance.sqrt() - 0.01).abs() < 0.003, "{normal:?} {variance}");
+        }
+    }
+}
+
+#[test]
+fn both_sides_of_a_thin_partition_are_kept_apart() {
+    let mut map = GaussianMap::new(GaussianMapConfig::default());
+    for point in wall(2, 20_000, 0.01) {
+        map.insert(&point);
+    }
+    for mut point in wall(3, 20_000, 0.01) {
+        point[0] += 0.15;
+        map.insert(&point);
+    }
+    let mut found = 0;
+    for y in [-3.1, -2.2, -0.4, 0.9, 2.2, 3.3] {
+        for (x, z) in [(3.0, 1.2), (3.15, 1.2), (3.0, 2.2), (3.15, 2.2)] {
+            if let Some(Surface::Plane { distance, .. }) = map.surface(&[x, y, z], 0.05) {
+                found += usize::from(distance.abs() < 0.005);
+            }
+        }
+    }
+    assert!(found >= 20, "{found} of 24");
+}
+
+#[test]
+fn a_passer_by_does_not_move_the_wall() {
+    let mut map = GaussianMap::new(GaussianMapConfig::default());
+    for point in wall(4, 8_000, 0.01) {
+        map.insert(&point);
+    }
+    let mut rng = RngTree::new(9).child("person").rng();
+    for _ in 0..20_000 {
+        map.insert(&[2.6 + 0.1 * rng.normal(), 0.3 * rng.normal(), rng.range(0.0, 1.8)]);
+    }
+    let Some(Surface::Plane { distance, .. }) = map.surface(&[3.0, 0.0, 1.0], 0.1) else { panic!("wall gone") };
+    assert!(distance.abs() < 0.005, "{distance}");
+}
+
+/// Mean and covariance of a cell agree with the two-pass formulas.
+#[test]
+fn a_filled_cell_has_the_batch_mean_and_covariance() {
+    let mut rng = RngTree::new(6).child("bush").rng();
+    let config = GaussianMapConfig { depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
+    let mut map = GaussianMap::new(config);
+    // Inside one root cube: the grid is shifted by GRID_SHIFT.
+    let centre = Vector3::new(1.0 - GRID_SHIFT[0], 1.0 - GRID_SHIFT[1], 1.0 - GRID_SHIFT[2]);
+    let points: Vec<Vector3> =
+        (0..1_500).map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9))).collect();
+    for point in &points {
+        map.insert(&[point.x, point.y, point.z]);
+    }
+    let mean = points.iter().sum::<Vector3>() / points.len() as f64;
+    let query = centre + Vector3::new(0.1, -0.2, 0.3);
+    let Some(Surface::Spread { offset, covariance }) = map.surface(&[query.x, query.y, query.z], 0.1) else {
+        panic!("no cell")
+    };
+    assert!((Vector3::from(offset.map(f64::from)) - (query - mean)).norm() < 1e-5);
+    let mut index = 0;
+    for row in 0..3 {
+        for column in row..3 {
+            let batch = points.iter().map(|p| (p[row] - mean[row]) * (p[column] - mean[column])).sum::<f64>()
+                / points.len() as f64;
+            assert!((f64::from(covariance[index]) - batch).abs() < 1e-5);
+            index += 1;
+        }
+    }
+}
+
+#[test]
+fn forgetting_is_complete_and_memory_is_used_again() {
+    let mut map = GaussianMap::new(GaussianMapConfig::default());
+    let mut bytes = 0;
+    for lap in 0..6 {
+        let at = f64::from(lap) * 200.0;
+        for mut point in wall(7, 10_000, 0.3) {
+            point[0] += at;
+            map.insert(&point);
+        }
+        map.keep_within(&[at, 0.0, 0.0], 50.0);
+        assert!(map.surface(&[at - 197.0, 0.0, 1.0], 0.1).is_none());
+        assert!(map.surface(&[at + 3.0, 0.0, 1.0], 0.1).is_some());
+        if lap == 1 {
+            bytes = map.bytes();
+        }
+    }
+    assert_eq!(map.bytes(), bytes, "memory grew");
+}
+
+#[test]
+fn same_points_same_bits() {
+    let build = || {
+        let mut map = GaussianMap::new(GaussianMapConfig::default());
+        for point in wall(8, 5_000, 0.02) {
+            map.insert(&point);
+        }
+        map.surfels()
+    };
+    assert_eq!(build(), build());
+}

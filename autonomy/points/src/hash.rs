@@ -1,0 +1,186 @@
+//! A flat hash table from grid cells to small numbers, whose behaviour depends on nothing but what was put in.
+//!
+//! The standard table seeds itself differently in every process; this one has a fixed mixing function, linear
+//! probing and removal by shifting back, and is never iterated. It holds at most half as many cells as slots.
+
+/// A cell of a regular grid, packed into 63 bits: 21 for each axis, so ±1,048,575 cells from the origin. Farther
+/// cells are clamped to the rim, where they share entries: harmless, since nothing is mapped that far out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CellKey(u64);
+
+/// Offset that makes every axis of a key positive.
+const BIAS: i64 = 1 << 20;
+/// No cell packs to this.
+const EMPTY: u64 = u64::MAX;
+
+impl CellKey {
+    /// Packs whole cell coordinates.
+    #[inline]
+    pub fn new(cell: [i64; 3]) -> Self {
+        let pack = |c: i64| (c.clamp(1 - BIAS, BIAS - 1) + BIAS) as u64;
+        Self(pack(cell[0]) | pack(cell[1]) << 21 | pack(cell[2]) << 42)
+    }
+
+    /// The whole cell coordinates again.
+    pub fn cell(self) -> [i64; 3] {
+        let unpack = |shift: u32| ((self.0 >> shift) & ((1 << 21) - 1)) as i64 - BIAS;
+        [unpack(0), unpack(21), unpack(42)]
+    }
+}
+
+/// Hash table from cells to `u32`.
+#[derive(Clone, Debug)]
+pub struct CellTable {
+    /// Key and value of each slot.
+    slots: Vec<(u64, u32)>,
+    /// 64 minus the logarithm of the number of slots.
+    shift: u32,
+    len: usize,
+}
+
+impl Default for CellTable {
+    fn default() -> Self {
+        Self::with_capacity(512)
+    }
+}
+
+impl CellTable {
+    /// Room for that many cells before it first grows.
+    pub fn with_capacity(cells: usize) -> Self {
+        let slots = (cells.max(8) * 2).next_power_of_two();
+        Self { slots: vec![(EMPTY, 0); slots], shift: 64 - slots.trailing_zeros(), len: 0 }
+    }
+
+    /// Number of cells held.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether no cell is held.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Forgets every cell and keeps the memory.
+    pub fn clear(&mut self) {
+        self.slots.fill((EMPTY, 0));
+        self.len = 0;
+    }
+
+    /// The number stored for a cell.
+    #[inline]
+    pub fn get(&self, key: CellKey) -> Option<u32> {
+        let mut slot = self.home(key.0);
+        loop {
+            let (stored, value) = self.slots[slot];
+            if stored == key.0 {
+                return Some(value);
+            }
+            if stored == EMPTY {
+                return None;
+            }
+            slot = (slot + 1) & (self.slots.len() - 1);
+        }
+    }
+
+    /// The number stored for a cell, after storing `value` when there was none; and whether there was none.
+    #[inline]
+    pub fn get_or_insert(&mut self, key: CellKey, value: u32) -> (u32, bool) {
+        let mut slot = self.home(key.0);
+        loop {
+            let (stored, found) = self.slots[slot];
+            if stored == key.0 {
+                return (found, false);
+            }
+            if stored == EMPTY {
+                break;
+            }
+            slot = (slot + 1) & (self.slots.len() - 1);
+        }
+        self.slots[slot] = (key.0, value);
+        self.len += 1;
+        if self.len * 2 > self.slots.len() {
+            self.grow();
+        }
+        (value, true)
+    }
+
+    /// Forgets a cell; says what was stored.
+    pub fn remove(&mut self, key: CellKey) -> Option<u32> {
+        let mask = self.slots.len() - 1;
+        let mut hole = self.home(key.0);
+        while self.slots[hole].0 != key.0 {
+            if self.slots[hole].0 == EMPTY {
+                return None;
+            }
+            hole = (hole + 1) & mask;
+        }
+        let value = self.slots[hole].1;
+        // Later entries of the same run move back unless that would put them before their home.
+        let mut next = (hole + 1) & mask;
+        while self.slots[next].0 != EMPTY {
+            let home = self.home(self.slots[next].0);
+            if next.wrapping_sub(home) & mask >= next.wrapping_sub(hole) & mask {
+                self.slots[hole] = self.slots[next];
+                hole = next;
+            }
+            next = (next + 1) & mask;
+        }
+        self.slots[hole] = (EMPTY, 0);
+        self.len -= 1;
+        Some(value)
+    }
+
+    /// Where the search for a key begins: Fibonacci hashing.
+    #[inline]
+    fn home(&self, key: u64) -> usize {
+        ((key ^ (key >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> self.shift) as usize
+    }
+
+    fn grow(&mut self) {
+        let slots = self.slots.len() * 2;
+        let old = std::mem::replace(&mut self.slots, vec![(EMPTY, 0); slots]);
+        self.shift -= 1;
+        for (key, value) in old.into_iter().filter(|&(key, _)| key != EMPTY) {
+            let mut slot = self.home(key);
+            while self.slots[slot].0 != EMPTY {
+                slot = (slot + 1) & (slots - 1);
+            }
+            self.slots[slot] = (key, value);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::RngTree;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn keys_round_trip() {
+        for cell in [[0, 0, 0], [-1, 2, -3], [BIAS - 1, 1 - BIAS, 77]] {
+            assert_eq!(CellKey::new(cell).cell(), cell);
+        }
+    }
+
+    #[test]
+    fn behaves_as_an_ordered_map_does() {
+        let mut rng = RngTree::new(11).child("hash").rng();
+        let mut table = CellTable::with_capacity(8);
+        let mut twin = BTreeMap::new();
+        for step in 0..60_000_u32 {
+            let mut axis = || (rng.bits() % 12) as i64 - 6;
+            let key = CellKey::new([axis(), axis(), axis()]);
+            match rng.bits() % 3 {
+                0 => assert_eq!(table.remove(key), twin.remove(&key)),
+                1 => assert_eq!(table.get(key), twin.get(&key).copied()),
+                _ => {
+                    let fresh = !twin.contains_key(&key);
+                    assert_eq!(table.get_or_insert(key, step), (*twin.entry(key).or_insert(step), fresh));
+                }
+            }
+            assert_eq!(table.len(), twin.len());
+        }
+    }
+}
