@@ -1,0 +1,110 @@
+//! Which directions of a pose a scan did not see, and normal equations freed of what it only seems to have seen.
+//!
+//! Surfaces are never measured perfectly flat: in a featureless corridor the noise of thousands of normals adds up
+//! to an apparent grip along its axis. That grip is a small share of the strongest direction's, so eigenvalues
+//! have that share taken off before anything trusts them. Source of the eigenvalue view: Zhang, Kaess, Singh, *On
+//! Degeneracy of Optimization-based State Estimation Problems*, ICRA 2016.
+
+use geometry::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::SymmetricEigen;
+
+/// Normal equations with the apparent grip removed, and what remains blind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditioned {
+    /// Information, order `[rotation; translation]`.
+    pub information: Matrix6,
+    /// Gradient, reduced in the same directions.
+    pub gradient: Vector6,
+}
+
+/// Takes `share` of the greatest eigenvalue off all eigenvalues, and as much of the gradient. Rotations are
+/// compared with translations at `arm` metres, the typical range of the points.
+pub fn condition(information: &Matrix6, gradient: &Vector6, arm: f64, share: f64) -> Conditioned {
+    let scale = Vector6::new(1.0 / arm, 1.0 / arm, 1.0 / arm, 1.0, 1.0, 1.0);
+    let scaled = Matrix6::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
+    let eigen = SymmetricEigen::new(scaled);
+    let floor = eigen.eigenvalues.max() * share;
+    let mut kept_information = Matrix6::zeros();
+    let mut kept = Matrix6::zeros();
+    for index in 0..6 {
+        let value = eigen.eigenvalues[index];
+        let vector = eigen.eigenvectors.column(index);
+        let rest = (value - floor).max(0.0);
+        let outer = vector * vector.transpose();
+        kept_information += outer * rest;
+        if value > 0.0 {
+            kept += outer * (rest / value);
+        }
+    }
+    let unscale = scale.map(|s| 1.0 / s);
+    let gradient = (kept * gradient.component_mul(&scale)).component_mul(&unscale);
+    let information = Matrix6::from_fn(|i, j| kept_information[(i, j)] * unscale[i] * unscale[j]);
+    Conditioned { information, gradient }
+}
+
+/// Directions of translation, as unit vectors in the frame of the information, whose standard deviation with the
+/// rotation unknown exceeds `limit` metres; weakest first.
+pub fn blind_directions(information: &Matrix6, limit: f64) -> [Option<Vector3>; 3] {
+    let rotation: Matrix3 = information.fixed_view::<3, 3>(0, 0).into();
+    let coupling: Matrix3 = information.fixed_view::<3, 3>(0, 3).into();
+    let translation: Matrix3 = information.fixed_view::<3, 3>(3, 3).into();
+    let marginal = match rotation.try_inverse() {
+        Some(inverse) => translation - coupling.transpose() * inverse * coupling,
+        None => translation,
+    };
+    let eigen = SymmetricEigen::new((marginal + marginal.transpose()) * 0.5);
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    order.map(|index| {
+        let blind = eigen.eigenvalues[index] * limit * limit < 1.0;
+        blind.then(|| eigen.eigenvectors.column(index).into_owned())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linearise::plane_jacobian;
+    use geometry::RngTree;
+
+    /// Points on floor, ceiling and walls of a corridor along x, with normals that are off by a hundredth of a radian.
+    fn corridor(ends: usize) -> (Matrix6, Vector6) {
+        let mut rng = RngTree::new(1).child("corridor").rng();
+        let mut information = Matrix6::zeros();
+        let mut gradient = Vector6::zeros();
+        let mut add = |point: Vector3, normal: Vector3, noise: Vector3| {
+            let jacobian = plane_jacobian(&point, &(normal + noise * 0.01).normalize());
+            information += jacobian * jacobian.transpose() * 1e4;
+            gradient += jacobian * 1e4 * 0.003;
+        };
+        for index in 0..4_000 {
+            let along = rng.range(-15.0, 15.0);
+            let (y, z) = (rng.range(-1.2, 1.2), rng.range(-0.5, 2.0));
+            let noise = Vector3::new(rng.normal(), rng.normal(), rng.normal());
+            match index % 4 {
+                0 => add(Vector3::new(along, y, -0.5), Vector3::z(), noise),
+                1 => add(Vector3::new(along, y, 2.0), -Vector3::z(), noise),
+                2 => add(Vector3::new(along, 1.2, z), -Vector3::y(), noise),
+                _ => add(Vector3::new(along, -1.2, z), Vector3::y(), noise),
+            }
+        }
+        for _ in 0..ends {
+            let (y, z) = (rng.range(-1.2, 1.2), rng.range(-0.5, 2.0));
+            add(Vector3::new(18.0, y, z), -Vector3::x(), Vector3::zeros());
+        }
+        (information, gradient)
+    }
+
+    #[test]
+    fn a_corridor_without_ends_is_blind_along_its_axis_and_with_an_end_it_is_not() {
+        let (information, gradient) = corridor(0);
+        let open = condition(&information, &gradient, 8.0, 1e-3);
+        let [Some(axis), None, None] = blind_directions(&open.information, 0.01) else { panic!("not one direction") };
+        assert!(axis.x.abs() > 0.99, "{axis}");
+        assert!(open.gradient[3].abs() < 0.05 * gradient.norm());
+
+        let (information, gradient) = corridor(60);
+        let closed = condition(&information, &gradient, 8.0, 1e-3);
+        assert_eq!(blind_directions(&closed.information, 0.01), [None; 3]);
+    }
+}
