@@ -1,2 +1,61 @@
-//! The build tool.
-fn main() {}
+//! The build tool: `cargo xtask setup | web | run | test | bench`.
+//!
+//! It only starts other programs, times them and says what happened. Whatever needs more than the standard library
+//! lives elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
+#![allow(clippy::print_stdout, reason = "a build tool's reports are its output")]
+
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+
+mod bench;
+mod fingerprint;
+mod run;
+mod setup;
+mod shell;
+mod stages;
+mod test;
+mod toolchain;
+mod web;
+
+const HELP: &str = "\
+cargo xtask COMMAND
+
+  setup                      Install what building and testing need: WASM toolchain, Chromium.
+  web [--dev | --release]    Build the browser client into static/pkg (default: --release).
+      [--toolchain NAME]     rustup or debian instead of the first one found.
+  run [--site NAME] [--port N] [--data DIR] [--speed X] [--dev]
+                             Build what is stale, then serve a simulated robot on http://127.0.0.1:8080.
+  test [--quick] [FILTER...] Everything a change must pass. --quick leaves out release build, bundle and browser.
+  bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
+";
+
+fn main() -> ExitCode {
+    match dispatch() {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch() -> Result<ExitCode> {
+    let mut arguments = std::env::args_os().skip(1);
+    let command = arguments.next().unwrap_or_else(|| OsString::from("help"));
+    let rest: Vec<OsString> = arguments.collect();
+    let done = |result: Result<()>| result.map(|()| ExitCode::SUCCESS);
+    match command.to_str() {
+        Some("setup") => done(setup::setup(rest)),
+        Some("web") => done(web::command(rest)),
+        Some("run") => done(run::command(rest)),
+        Some("test") => test::command(rest),
+        Some("bench") => done(bench::command(rest)),
+        Some("help" | "--help" | "-h") => {
+            print!("{HELP}");
+            Ok(ExitCode::SUCCESS)
+        }
+        _ => bail!("no command {}; `cargo xtask help` lists them", command.display()),
+    }
+}

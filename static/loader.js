@@ -1,0 +1,100 @@
+// Loads the client: finds the current build, shows how far it has come, starts it, and says plainly what is wrong when
+// it cannot start. Needs nothing that a plain http:// address lacks.
+
+const loading = document.getElementById("loading");
+const progress = document.getElementById("loading-progress");
+const text = document.getElementById("loading-text");
+const retry = document.getElementById("loading-retry");
+
+/** A failure whose message is meant for the operator as it is. */
+class Problem extends Error {}
+
+function fail(message) {
+  loading.hidden = false;
+  loading.classList.add("failed");
+  loading.setAttribute("aria-busy", "false");
+  progress.hidden = true;
+  text.textContent = message;
+  retry.hidden = false;
+}
+
+function requireWebGl2() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (!context && !navigator.gpu) {
+    throw new Problem(
+      "This browser cannot draw the 3D map: WebGL 2 is missing or switched off. " +
+        "Turn on hardware acceleration in the browser's settings, or open this address in a current Chrome, Edge, " +
+        "Firefox or Safari.",
+    );
+  }
+  // Browsers allow few contexts at a time; give this one back before the client asks for its own.
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+}
+
+async function get(url, options) {
+  let response;
+  try {
+    response = await fetch(url, options);
+  } catch {
+    throw new Problem("The robot's server does not answer. Check the network, then try again.");
+  }
+  if (!response.ok) {
+    throw new Problem(
+      response.status === 404
+        ? "This server has no client to hand out. Build it with `cargo xtask web`, then try again."
+        : `The robot's server answered with error ${response.status}. Try again in a moment.`,
+    );
+  }
+  return response;
+}
+
+/** The same response, showing progress as it streams in, so that the browser still compiles while it downloads. */
+function watched(response, bytesTotal) {
+  let bytes = 0;
+  const counted = response.body.pipeThrough(
+    new TransformStream({
+      transform(chunk, controller) {
+        bytes += chunk.byteLength;
+        progress.value = Math.min(1, bytes / bytesTotal);
+        text.textContent = `Loading… ${Math.round(100 * progress.value)} %`;
+        controller.enqueue(chunk);
+      },
+      flush() {
+        text.textContent = "Starting…";
+      },
+    }),
+  );
+  return new Response(counted, { headers: { "content-type": "application/wasm" } });
+}
+
+async function load() {
+  requireWebGl2();
+  const manifest = await (await get("pkg/manifest.json", { cache: "no-cache" })).json();
+  const bundle = {
+    js: new URL(`pkg/${manifest.js}`, document.baseURI).href,
+    wasm: new URL(`pkg/${manifest.wasm}`, document.baseURI).href,
+  };
+  // The client's workers load the same two files.
+  globalThis.autoinspectBundle = bundle;
+  const [response, client] = await Promise.all([get(bundle.wasm), import(bundle.js)]);
+  await client.default({ module_or_path: watched(response, manifest.wasm_bytes) });
+  await client.start("scene");
+  loading.setAttribute("aria-busy", "false");
+  loading.hidden = true;
+}
+
+retry.addEventListener("click", () => location.reload());
+
+// A trap inside the client leaves a picture that no longer changes: worse than none on a screen that shows a robot.
+function stopped(event) {
+  if ((event.error ?? event.reason) instanceof WebAssembly.RuntimeError) {
+    fail("The client has stopped because of a fault in it. The robot is not affected. Try again to reload the page.");
+  }
+}
+addEventListener("error", stopped);
+addEventListener("unhandledrejection", stopped);
+
+load().catch((error) => {
+  console.error(error);
+  fail(error instanceof Problem ? error.message : `The client could not start: ${error.message ?? error}`);
+});

@@ -1,0 +1,106 @@
+//! A row of stages, each timed, with a table at the end that leaves nothing out.
+
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+
+/// How a stage ended.
+enum Outcome {
+    Passed,
+    Failed(String),
+    Skipped(String),
+}
+
+struct Stage {
+    name: &'static str,
+    took: Duration,
+    outcome: Outcome,
+}
+
+/// What a stage that could run reports.
+#[derive(Default)]
+pub(crate) struct Report {
+    /// Single tests the stage ran, where it counts them.
+    pub(crate) tests: Tests,
+    /// Parts that did not run, each with its reason.
+    pub(crate) skipped: Vec<String>,
+}
+
+/// Counts of single tests.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Tests {
+    pub(crate) passed: usize,
+    pub(crate) failed: usize,
+    pub(crate) skipped: usize,
+}
+
+#[derive(Default)]
+pub(crate) struct Stages {
+    stages: Vec<Stage>,
+    tests: Tests,
+    skipped: Vec<String>,
+}
+
+impl Stages {
+    /// Runs one stage, whatever became of those before it: one run should show everything that is wrong.
+    pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
+        eprintln!("\n── {name}");
+        let started = Instant::now();
+        let outcome = match stage() {
+            Ok(report) => {
+                self.tests.passed += report.tests.passed;
+                self.tests.failed += report.tests.failed;
+                self.tests.skipped += report.tests.skipped;
+                self.skipped.extend(report.skipped);
+                match report.tests.failed {
+                    0 => Outcome::Passed,
+                    failed => Outcome::Failed(format!("{failed} tests failed")),
+                }
+            }
+            Err(error) => {
+                eprintln!("{error:#}");
+                Outcome::Failed(format!("{error:#}"))
+            }
+        };
+        self.stages.push(Stage { name, took: started.elapsed(), outcome });
+    }
+
+    /// Notes that a stage is left out, and why.
+    pub(crate) fn skip(&mut self, name: &'static str, reason: &str) {
+        eprintln!("\n── {name}: skipped, {reason}");
+        self.stages.push(Stage { name, took: Duration::ZERO, outcome: Outcome::Skipped(reason.to_owned()) });
+    }
+
+    /// Prints the table and the closing line; true if nothing failed.
+    pub(crate) fn finish(self) -> bool {
+        println!("\n{:<28} {:>8}  result", "stage", "seconds");
+        for stage in &self.stages {
+            let result = match &stage.outcome {
+                Outcome::Passed => "passed".to_owned(),
+                Outcome::Failed(why) => format!("FAILED: {}", why.lines().next().unwrap_or_default()),
+                Outcome::Skipped(why) => format!("skipped: {why}"),
+            };
+            println!("{:<28} {:>8.1}  {result}", stage.name, stage.took.as_secs_f64());
+        }
+        let total: Duration = self.stages.iter().map(|stage| stage.took).sum();
+        println!("{:<28} {:>8.1}", "in all", total.as_secs_f64());
+        for skipped in &self.skipped {
+            println!("{skipped}");
+        }
+        let count = |wanted: fn(&Outcome) -> bool| self.stages.iter().filter(|stage| wanted(&stage.outcome)).count();
+        let failed_stages = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+        println!(
+            "{} of {} stages failed; tests and stages together:",
+            failed_stages,
+            self.stages.len()
+        );
+        // A stage counts as one check beside the single tests it ran, so that a failed build cannot hide behind them.
+        println!(
+            "{} passed, {} failed, {} skipped",
+            self.tests.passed + count(|outcome| matches!(outcome, Outcome::Passed)),
+            self.tests.failed + failed_stages,
+            self.tests.skipped + self.skipped.len() + count(|outcome| matches!(outcome, Outcome::Skipped(_))),
+        );
+        failed_stages == 0
+    }
+}

@@ -1,0 +1,113 @@
+//! `cargo xtask web`: compiles the client for the browser and bundles it into `static/pkg`.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{Context, Result, bail};
+
+use crate::toolchain::{TARGET, Toolchain};
+use crate::{fingerprint, shell};
+
+/// What a client over a slow radio may cost, in bytes of brotli.
+const BROTLI_BYTES_MAX: &str = "3000000";
+
+/// The version of npm's `binaryen` whose `wasm-opt` shrinks release bundles.
+const BINARYEN: &str = "binaryen@132";
+const NPM_LIMIT: Duration = Duration::from_secs(120);
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flavour {
+    /// Quick to build, larger to load.
+    Dev,
+    /// Small to load; fails when larger than the limit.
+    Release,
+}
+
+impl Flavour {
+    fn profile(self) -> &'static str {
+        match self {
+            Self::Dev => "web-dev",
+            Self::Release => "web",
+        }
+    }
+}
+
+pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
+    use lexopt::prelude::*;
+
+    let mut flavour = Flavour::Release;
+    let mut toolchain = None;
+    let mut parser = lexopt::Parser::from_args(arguments);
+    while let Some(argument) = parser.next()? {
+        match argument {
+            Long("dev") => flavour = Flavour::Dev,
+            Long("release") => flavour = Flavour::Release,
+            Long("toolchain") => toolchain = Some(Toolchain::named(&parser.value()?.string()?)?),
+            other => return Err(other.unexpected().into()),
+        }
+    }
+    let toolchain = toolchain.map_or_else(Toolchain::find_or_install, Ok)?;
+    build(flavour, toolchain)
+}
+
+/// Builds the bundle unless the one that is there was made from the same sources.
+pub(crate) fn build_if_stale(flavour: Flavour) -> Result<()> {
+    let made_from = fs::read_to_string(stamp()).unwrap_or_default();
+    if made_from == source_fingerprint(flavour)? && shell::root().join("static/pkg/manifest.json").exists() {
+        return Ok(());
+    }
+    build(flavour, Toolchain::find_or_install()?)
+}
+
+fn build(flavour: Flavour, toolchain: Toolchain) -> Result<()> {
+    let fingerprint = source_fingerprint(flavour)?;
+    let target = toolchain.target_folder();
+    shell::run(
+        toolchain
+            .cargo_build()
+            .args(["-p", "app", "--lib", "--profile", flavour.profile()])
+            .arg("--target-dir")
+            .arg(&target),
+    )?;
+    let wasm = target.join(TARGET).join(flavour.profile()).join("app.wasm");
+    if !wasm.exists() {
+        bail!("compiling `app` left no {}; is it a cdylib?", wasm.display());
+    }
+
+    let mut bundler = shell::cargo();
+    bundler.args(["run", "--quiet", "-p", "bundler", "--"]).arg(&wasm).arg(shell::root().join("static/pkg"));
+    if flavour == Flavour::Release {
+        bundler.args(["--smallest", "--brotli-max", BROTLI_BYTES_MAX]);
+        match wasm_opt() {
+            Some(path) => drop(bundler.arg("--wasm-opt").arg(path)),
+            None => eprintln!("npm or its package {BINARYEN} is not to be had: the bundle is not shrunk with wasm-opt"),
+        }
+    }
+    shell::run(&mut bundler)?;
+    fs::write(stamp(), fingerprint).with_context(|| format!("could not write {}", stamp().display()))
+}
+
+/// Where the fingerprint of the bundle's sources is kept: beside the bundle, so that they go together.
+fn stamp() -> PathBuf {
+    shell::root().join("static/pkg/sources.stamp")
+}
+
+fn source_fingerprint(flavour: Flavour) -> Result<String> {
+    let sources = ["Cargo.toml", "Cargo.lock", "shared", "web", "xtask/bundler"];
+    fingerprint::of(&sources.map(|path| shell::root().join(path)), flavour.profile())
+}
+
+/// Path of a current `wasm-opt`, installed from npm into the target folder when it is not there yet.
+fn wasm_opt() -> Option<PathBuf> {
+    let folder = shell::root().join("target/binaryen");
+    let script = folder.join("node_modules/binaryen/bin/wasm-opt");
+    if !script.exists() && shell::on_path("npm") {
+        fs::create_dir_all(&folder).ok()?;
+        let mut npm = shell::program("npm");
+        npm.args(["install", "--no-audit", "--no-fund", "--silent", "--prefix"]).arg(&folder).arg(BINARYEN);
+        shell::succeeds_within(&mut npm, NPM_LIMIT);
+    }
+    script.exists().then_some(script)
+}
