@@ -1,0 +1,186 @@
+//! A finished map as one additive octree.
+//!
+//! Every node is a cube with a grid of 128 cells a side, one point at most in each; a point lives in the coarsest
+//! node whose cell around it is free, unless an earlier point shares its cell of the finest level. Nodes with few points are then folded into their parents, which spares the
+//! browser hundreds of tiny requests at the rim of the map.
+
+use crate::cells::CellSet;
+use crate::chunk::{GpuPoint, PointChunk};
+use crate::encode::{encode, intensity_unit};
+use crate::octree::NodeId;
+use std::collections::BTreeMap;
+use vocab::Aabb;
+
+/// Cells along each edge of a node.
+const GRID: u32 = 128;
+/// Steps of the lattice in each cell, at most, so that a node's lattice has 65,536 along each edge.
+const LATTICE_MAX: f32 = 512.0;
+/// Deepest level: 128 cells of the root, halved 13 times, are 2^20 cells along the whole map.
+const LEVEL_MAX: u8 = 13;
+/// Greatest extent that is baked, metres; points outside ±this are dropped.
+const COORDINATE_MAX: f32 = 1e6;
+
+/// How fine a baked map is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// Distance between points on the finest level, metres; points nearer to others are dropped. Raised where the
+    /// map is too large for 14 levels.
+    pub finest_spacing: f32,
+    /// Greatest step of a node's lattice, metres. A node's step is its cell halved until it is no larger than
+    /// this, nine times at most: coarse nodes hold few points, but those are drawn close up too, so they
+    /// are placed as well as the others.
+    pub resolution: f32,
+    /// Nodes with fewer points are folded into their parents.
+    pub node_points_min: usize,
+}
+
+impl Default for BakeOptions {
+    fn default() -> Self {
+        Self { finest_spacing: 0.03, resolution: 0.01, node_points_min: 1000 }
+    }
+}
+
+/// One node of the octree, ready to be served.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakedTile {
+    /// Which node. All its ancestors are tiles of the same map.
+    pub node: NodeId,
+    /// The smallest box around its points, metres, map frame.
+    pub bounds: Aabb,
+    /// Distance between points when this node and its ancestors are drawn, metres.
+    pub spacing: f32,
+    /// Number of points.
+    pub points: u32,
+    /// For [`crate::decode`]; positions in the map frame, each coordinate off by at most half of
+    /// [`BakeOptions::resolution`].
+    pub bytes: Vec<u8>,
+}
+
+/// Bakes a finished map.
+///
+/// - `xyz`: metres, map frame. Points that are not finite or beyond 1,000 km are dropped.
+/// - `intensity`: sensor units; what is missing is 0.
+///
+/// Returns the tiles coarsest first, each level in the order of x, y, z; none for no points. The same points in
+/// the same order give the same bytes.
+pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], options: &BakeOptions) -> Vec<BakedTile> {
+    let Some(tree) = Tree::around(xyz, options) else {
+        return Vec::new();
+    };
+    let mut nodes = tree.distribute(xyz);
+    fold_small(&mut nodes, options.node_points_min);
+    let unit = intensity_unit(intensity);
+    nodes
+        .into_iter()
+        .map(|(node, members)| {
+            let spacing = tree.finest_spacing * f32::from(tree.level_max - node.level).exp2();
+            let mut chunk = tree.chunk(node, spacing, options.resolution);
+            chunk.intensity_unit = unit;
+            chunk.points = members.iter().map(|i| lattice_point(&chunk, xyz, intensity, *i)).collect();
+            BakedTile {
+                node,
+                bounds: chunk.bounds(),
+                spacing,
+                points: chunk.points.len() as u32,
+                bytes: encode(&chunk),
+            }
+        })
+        .collect()
+}
+
+/// Where the root lies and how deep it goes.
+struct Tree {
+    origin: [f32; 3],
+    level_max: u8,
+    finest_spacing: f32,
+}
+
+/// Indices of the points of each node; ordered by level first because [`NodeId`] is.
+type Nodes = BTreeMap<NodeId, Vec<u32>>;
+
+impl Tree {
+    /// The least tree that holds all usable points; none when there are none.
+    fn around(xyz: &[[f32; 3]], options: &BakeOptions) -> Option<Self> {
+        let mut bounds = Aabb::EMPTY;
+        for point in xyz.iter().filter(|p| usable(p)) {
+            bounds.include(*point);
+        }
+        let extent = (0..3).map(|axis| bounds.max[axis] - bounds.min[axis]).fold(f32::NEG_INFINITY, f32::max);
+        if extent < 0.0 {
+            return None;
+        }
+        // One cell to spare, so that the greatest coordinate is inside.
+        let edge_of = |spacing: f32, level: u8| spacing * (GRID - 1) as f32 * f32::from(level).exp2();
+        let finest_spacing = options.finest_spacing.max(1e-3).max(extent / edge_of(1.0, LEVEL_MAX));
+        let level_max = (0..LEVEL_MAX).find(|level| edge_of(finest_spacing, *level) > extent);
+        Some(Self { origin: bounds.min, level_max: level_max.unwrap_or(LEVEL_MAX), finest_spacing })
+    }
+
+    /// Gives every point its node, or none where it is nearer to others than the finest spacing.
+    fn distribute(&self, xyz: &[[f32; 3]]) -> Nodes {
+        let mut taken = vec![CellSet::default(); usize::from(self.level_max) + 1];
+        let mut nodes = Nodes::new();
+        for (i, point) in (0_u32..).zip(xyz).filter(|(_, p)| usable(p)) {
+            let finest: [u32; 3] =
+                std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.finest_spacing) as u32);
+            // Whoever takes a cell of the finest level keeps the place; everybody later is a repetition.
+            if !taken[usize::from(self.level_max)].insert(finest) {
+                continue;
+            }
+            let cell_on = |level: u8| finest.map(|c| c >> (self.level_max - level));
+            let coarser =
+                (0..self.level_max).find(|level| taken[usize::from(*level)].insert(cell_on(*level)));
+            let level = coarser.unwrap_or(self.level_max);
+            let [x, y, z] = cell_on(level).map(|c| c / GRID);
+            nodes.entry(NodeId { level, x, y, z }).or_default().push(i);
+        }
+        nodes
+    }
+
+    /// The node's lattice, without points.
+    fn chunk(&self, node: NodeId, spacing: f32, resolution: f32) -> PointChunk {
+        let divisor = (0..9_u8).map(|bits| f32::from(bits).exp2()).find(|d| spacing / d <= resolution);
+        let divisor = divisor.unwrap_or(LATTICE_MAX);
+        let edge = self.finest_spacing * GRID as f32 * f32::from(self.level_max).exp2();
+        let step = spacing / divisor;
+        // Lattice coordinates are the centres of the lattice's cells.
+        let origin = node.cube(self.origin, edge).min.map(|c| c + 0.5 * step);
+        PointChunk { origin, step, spacing, level: node.level, ..PointChunk::default() }
+    }
+}
+
+fn usable(point: &[f32; 3]) -> bool {
+    point.iter().all(|c| c.abs() <= COORDINATE_MAX)
+}
+
+fn lattice_point(chunk: &PointChunk, xyz: &[[f32; 3]], intensity: &[f32], i: u32) -> GpuPoint {
+    let point = xyz[i as usize];
+    let value = intensity.get(i as usize).copied().unwrap_or(0.0);
+    GpuPoint {
+        // At most 128 * 512 steps, and `as` saturates.
+        position: std::array::from_fn(|axis| {
+            ((point[axis] - chunk.origin[axis]) / chunk.step).round() as u16
+        }),
+        intensity: (value / chunk.intensity_unit).round() as u8,
+        spare: 0,
+    }
+}
+
+/// Moves the points of small leaves into their parents, deepest first, so that whole thin branches vanish.
+fn fold_small(nodes: &mut Nodes, points_min: usize) {
+    let deepest_first: Vec<NodeId> = nodes.keys().rev().copied().collect();
+    // A node is a leaf as long as none of its children stayed.
+    let mut inner = std::collections::BTreeSet::new();
+    for node in deepest_first {
+        let Some(parent) = node.parent() else {
+            continue;
+        };
+        let small = nodes.get(&node).is_some_and(|members| members.len() < points_min);
+        if small && !inner.contains(&node) {
+            let members = nodes.remove(&node).unwrap_or_default();
+            nodes.entry(parent).or_default().extend(members);
+        } else {
+            inner.insert(parent);
+        }
+    }
+}

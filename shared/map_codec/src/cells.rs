@@ -1,0 +1,69 @@
+//! A flat set of integer cells: one `u64` a slot, open addressing, nothing to allocate per entry.
+
+/// Bits for each coordinate of a cell.
+const COORDINATE_BITS: u32 = 21;
+/// Coordinates run from 0 to one less than this.
+pub(crate) const COORDINATE_END: u32 = 1 << COORDINATE_BITS;
+
+const SLOTS_MIN: usize = 1024;
+const EMPTY: u64 = 0;
+
+/// Which cells are taken. Grows to at most 32 bytes a cell, 48 while it grows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellSet {
+    /// A power of two of slots, or none yet; at most half of them taken.
+    slots: Vec<u64>,
+    taken: usize,
+}
+
+impl CellSet {
+    /// Number of cells taken.
+    pub(crate) fn len(&self) -> usize {
+        self.taken
+    }
+
+    /// Forgets all cells and keeps the memory.
+    pub(crate) fn clear(&mut self) {
+        self.slots.fill(EMPTY);
+        self.taken = 0;
+    }
+
+    /// Takes a cell; false when it was taken before. Only the lowest 21 bits of each coordinate count.
+    pub(crate) fn insert(&mut self, cell: [u32; 3]) -> bool {
+        if self.taken * 2 >= self.slots.len() {
+            self.grow();
+        }
+        let inserted = place(&mut self.slots, key_of(cell));
+        self.taken += usize::from(inserted);
+        inserted
+    }
+
+    fn grow(&mut self) {
+        let mut slots = vec![EMPTY; (self.slots.len() * 2).max(SLOTS_MIN)];
+        for key in self.slots.iter().copied().filter(|key| *key != EMPTY) {
+            place(&mut slots, key);
+        }
+        self.slots = slots;
+    }
+}
+
+/// Never [`EMPTY`]: the highest bit is set, and 63 bits suffice for the coordinates.
+fn key_of(cell: [u32; 3]) -> u64 {
+    let [x, y, z] = cell.map(|c| u64::from(c & (COORDINATE_END - 1)));
+    (1 << 63) | (z << (2 * COORDINATE_BITS)) | (y << COORDINATE_BITS) | x
+}
+
+/// Puts `key` where it belongs; false when it is there. `slots` has a power of two of slots, not all taken.
+fn place(slots: &mut [u64], key: u64) -> bool {
+    let mask = slots.len() - 1;
+    // Fibonacci hashing: the high bits of the product mix all bits of the key.
+    let mut at = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & mask;
+    while slots[at] != EMPTY {
+        if slots[at] == key {
+            return false;
+        }
+        at = (at + 1) & mask;
+    }
+    slots[at] = key;
+    true
+}

@@ -1,0 +1,192 @@
+//! Which points of a growing map belong to which level, one keyframe at a time.
+//!
+//! A point lives on the coarsest level whose cell around it is still free, so each level adds to the coarser ones;
+//! one whose cell of the finest level is taken repeats another and is dropped. Cells are counted in the frame of the current submap (a run of keyframes), because drift
+//! between keyframes close in time is far below a cell. When a submap is full the count starts again at the next
+//! keyframe, so that a place seen again much later, perhaps after a loop closure, is drawn anew where it is now.
+
+use crate::cells::{COORDINATE_END, CellSet};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::encode::{encode, quantise};
+use vocab::Pose;
+
+/// How a map is cut into levels while it grows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitOptions {
+    /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive
+    /// takes no point; if that is the finest one, none does.
+    pub spacings: Vec<f32>,
+    /// Keyframes after which a new submap starts.
+    pub submap_keyframes_max: u32,
+    /// Occupied cells, all levels together, at which a new submap starts.
+    pub submap_cells_max: usize,
+}
+
+impl Default for SplitOptions {
+    fn default() -> Self {
+        Self {
+            spacings: vec![0.80, 0.40, 0.20, 0.10, 0.05],
+            submap_keyframes_max: 64,
+            submap_cells_max: 2_000_000,
+        }
+    }
+}
+
+/// The points that a keyframe adds to one level, in the keyframe's frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LevelPoints {
+    /// Index into [`SplitOptions::spacings`].
+    pub level: u8,
+    /// Distance between points, metres.
+    pub spacing: f32,
+    /// Metres, frame of the keyframe.
+    pub xyz: Vec<[f32; 3]>,
+    /// Sensor units, one for each point.
+    pub intensity: Vec<f32>,
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+impl LevelPoints {
+    /// The tile as bytes; each coordinate is off by at most half of `resolution` (metres), see
+    /// [`crate::encode_scan`].
+    pub fn encode(&self, resolution: f32) -> Vec<u8> {
+        let mut chunk = quantise(&self.xyz, &self.intensity, resolution);
+        chunk.level = self.level;
+        chunk.spacing = self.spacing;
+        encode(&chunk)
+    }
+}
+
+/// Cuts keyframe clouds into additive levels.
+///
+/// One pass over each cloud, no work left over for later. Memory: at most 32 bytes for each of
+/// `submap_cells_max` cells plus those of one keyframe, however long the map grows.
+#[derive(Clone, Debug)]
+pub struct LevelSplitter {
+    options: SplitOptions,
+    /// One set for each level.
+    taken: Vec<CellSet>,
+    /// Pose of the first keyframe of the submap; none before the first keyframe.
+    map_from_submap: Option<Rigid>,
+    keyframes_in_submap: u32,
+}
+
+impl LevelSplitter {
+    /// Starts an empty map.
+    pub fn new(mut options: SplitOptions) -> Self {
+        options.spacings.truncate(usize::from(u8::MAX));
+        let taken = vec![CellSet::default(); options.spacings.len()];
+        Self { options, taken, map_from_submap: None, keyframes_in_submap: 0 }
+    }
+
+    /// Takes the cloud of the next keyframe and returns what it adds, one entry for each level that gains points,
+    /// coarsest first.
+    ///
+    /// - `map_from_keyframe`: the pose as known now; later changes of it need no call.
+    /// - `xyz`: metres, keyframe's frame. Points that are not finite, or over 1,000,000 cells away, are dropped.
+    /// - `intensity`: sensor units; what is missing is 0.
+    pub fn push(
+        &mut self,
+        map_from_keyframe: &Pose,
+        xyz: &[[f32; 3]],
+        intensity: &[f32],
+    ) -> Vec<LevelPoints> {
+        let submap_from_keyframe = self.enter_keyframe(map_from_keyframe);
+        let mut levels: Vec<LevelPoints> = (0_u8..)
+            .zip(&self.options.spacings)
+            .map(|(level, spacing)| LevelPoints { level, spacing: *spacing, ..LevelPoints::default() })
+            .collect();
+        let intensities = intensity.iter().copied().chain(std::iter::repeat(0.0));
+        for (point, intensity) in xyz.iter().zip(intensities) {
+            let in_submap = submap_from_keyframe.apply(*point);
+            if let Some(level) = home_of(in_submap, &mut self.taken, &self.options.spacings) {
+                levels[level].xyz.push(*point);
+                levels[level].intensity.push(intensity);
+            }
+        }
+        levels.retain(|level| !level.xyz.is_empty());
+        levels
+    }
+
+    /// Starts a new submap when it is time, and returns the keyframe's pose in the current one.
+    fn enter_keyframe(&mut self, map_from_keyframe: &Pose) -> Rigid {
+        let map_from_keyframe = Rigid::from_pose(map_from_keyframe);
+        let cells: usize = self.taken.iter().map(CellSet::len).sum();
+        let full = self.keyframes_in_submap >= self.options.submap_keyframes_max
+            || cells >= self.options.submap_cells_max;
+        if full {
+            self.taken.iter_mut().for_each(CellSet::clear);
+            self.map_from_submap = None;
+            self.keyframes_in_submap = 0;
+        }
+        self.keyframes_in_submap += 1;
+        let map_from_submap = self.map_from_submap.get_or_insert(map_from_keyframe);
+        map_from_submap.inverse_times(&map_from_keyframe)
+    }
+}
+
+/// The level on which a new point lives: the coarsest whose cell is free. None when its cell on the finest level
+/// is taken, which makes it a repetition.
+fn home_of(point: [f32; 3], taken: &mut [CellSet], spacings: &[f32]) -> Option<usize> {
+    let finest = spacings.len().checked_sub(1)?;
+    if !taken[finest].insert(cell_of(point, spacings[finest])?) {
+        return None;
+    }
+    let coarser = (0..finest).find(|level| match cell_of(point, spacings[*level]) {
+        Some(cell) => taken[*level].insert(cell),
+        None => false,
+    });
+    Some(coarser.unwrap_or(finest))
+}
+
+/// The cell around a point, its coordinates shifted to be positive; none when it is out of range or not finite.
+fn cell_of(point: [f32; 3], spacing: f32) -> Option<[u32; 3]> {
+    const HALF: f32 = (COORDINATE_END / 2) as f32;
+    let cell = point.map(|c| (c / spacing).floor());
+    // NaN, from a point or from a zero spacing, fails the comparison.
+    let in_range = cell.iter().all(|c| c.abs() < HALF) && spacing > 0.0;
+    in_range.then(|| cell.map(|c| (c + HALF) as u32))
+}
+
+/// A pose as a rotation matrix (rows) and a translation, metres.
+#[derive(Clone, Copy, Debug)]
+struct Rigid {
+    rotation: [[f64; 3]; 3],
+    translation: [f64; 3],
+}
+
+impl Rigid {
+    fn from_pose(pose: &Pose) -> Self {
+        let q = pose.orientation;
+        let (w, x, y, z) = (q.w, q.x, q.y, q.z);
+        Self {
+            rotation: [
+                [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+                [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+                [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+            ],
+            translation: pose.position.to_array(),
+        }
+    }
+
+    /// `self⁻¹ * other`.
+    fn inverse_times(&self, other: &Self) -> Self {
+        let transposed_dot = |row: usize, v: [f64; 3]| (0..3).map(|k| self.rotation[k][row] * v[k]).sum();
+        let offset = std::array::from_fn(|axis| other.translation[axis] - self.translation[axis]);
+        Self {
+            rotation: std::array::from_fn(|row| {
+                std::array::from_fn(|column| {
+                    transposed_dot(row, std::array::from_fn(|k| other.rotation[k][column]))
+                })
+            }),
+            translation: std::array::from_fn(|row| transposed_dot(row, offset)),
+        }
+    }
+
+    fn apply(&self, point: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|row| {
+            let rotated: f64 = (0..3).map(|k| self.rotation[row][k] * f64::from(point[k])).sum();
+            (rotated + self.translation[row]) as f32
+        })
+    }
+}
