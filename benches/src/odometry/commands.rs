@@ -1,0 +1,56 @@
+//! Runs the `autoinspect` program and reads its JSON.
+
+use crate::Arguments;
+use crate::table::Row;
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// Records a walk; `blind` covers the LiDAR between two moments, seconds from the start.
+pub fn record(arguments: &Arguments, site: &str, seed: u64, blind: Option<(f64, f64)>, out: &Path) -> Result<()> {
+    let mut command = Command::new(&arguments.program);
+    command.args(["sim", "record", "--site", site, "--route", "round", "--json"]);
+    command.args(["--seed", &seed.to_string(), "--minutes", &arguments.minutes.to_string()]);
+    command.args(["--columns", &arguments.columns.to_string(), "--people", &arguments.people.to_string()]);
+    if let Some((from, until)) = blind {
+        command.args(["--faults", &format!("blind-lidar:{from}-{until}")]);
+    }
+    json(command.arg("--out").arg(out)).map(drop)
+}
+
+/// Maps a recording and compares the trajectory with the simulator's truth.
+pub fn map_and_compare(arguments: &Arguments, recording: &Path, out: &Path, sources: &str) -> Result<Row> {
+    let mut map = Command::new("taskset");
+    map.args(["-c", "0"]).arg(&arguments.program).arg("map").arg(recording);
+    map.args(["--sources", sources, "--json"]).arg("--out").arg(out);
+    let summary = json(&mut map)?;
+    let mut compare = Command::new(&arguments.program);
+    compare.args(["trajectory", "compare", "--align", "se3", "--json"]);
+    let errors = json(compare.arg(recording).arg(out.join("trajectory.tum")))?;
+    Ok(Row {
+        scans: number(&summary, "/scans") as u64,
+        path: number(&summary, "/distance_m"),
+        error: errors.pointer("/ape/rmse").and_then(Value::as_f64),
+        vertical: errors.pointer("/vertical/max").and_then(Value::as_f64),
+        cpu_ms: number(&summary, "/scan_cpu_ms/mean"),
+        p99_ms: number(&summary, "/scan_cpu_ms/p99"),
+        peak_mb: number(&summary, "/peak_memory_mb"),
+        ..Row::default()
+    })
+}
+
+fn number(value: &Value, pointer: &str) -> f64 {
+    value.pointer(pointer).and_then(Value::as_f64).unwrap_or(f64::NAN)
+}
+
+/// Runs a command and parses the last line of its standard output.
+fn json(command: &mut Command) -> Result<Value> {
+    let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
+    if !output.status.success() {
+        bail!("{command:?} failed: {}", String::from_utf8_lossy(&output.stderr).trim());
+    }
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().last().unwrap_or_default();
+    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON but '{line}'"))
+}

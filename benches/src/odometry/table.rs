@@ -1,0 +1,49 @@
+//! The table that is printed.
+
+/// One program on one walk.
+#[derive(Clone, Debug, Default)]
+pub struct Row {
+    /// Site of the walk.
+    pub site: String,
+    /// Seed of the walk.
+    pub seed: u64,
+    /// Whose odometry.
+    pub who: String,
+    /// Scans processed.
+    pub scans: u64,
+    /// Length of the walk, metres.
+    pub path: f64,
+    /// Absolute trajectory error after rigid alignment, metres RMSE; `None` when it failed.
+    pub error: Option<f64>,
+    /// Greatest vertical error after alignment, metres, where known.
+    pub vertical: Option<f64>,
+    /// CPU per scan, milliseconds: mean and 99th percentile where known.
+    pub cpu_ms: f64,
+    /// 99th percentile of the time per scan, milliseconds.
+    pub p99_ms: f64,
+    /// Peak resident memory, MB.
+    pub peak_mb: f64,
+    /// What went wrong.
+    pub note: String,
+}
+
+/// Names of the columns.
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+pub fn print_header() {
+    println!(
+        "{:<8}{:>5}  {:<18}{:>7}{:>9}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+        "site", "seed", "odometry", "scans", "path m", "error m", "drift %", "height m", "cpu ms", "p99 ms", "MB"
+    );
+}
+
+/// One row.
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+pub fn print(row: &Row) {
+    let metres = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.4}"));
+    let drift = row.error.filter(|_| row.path > 0.0).map_or_else(|| "-".to_owned(), |e| format!("{:.3}", 100.0 * e / row.path));
+    println!(
+        "{:<8}{:>5}  {:<18}{:>7}{:>9.1}{:>10}{:>10}{:>10}{:>9.2}{:>9.2}{:>9.0}  {}",
+        row.site, row.seed, row.who, row.scans, row.path, metres(row.error), drift, metres(row.vertical),
+        row.cpu_ms, row.p99_ms, row.peak_mb, row.note
+    );
+}
