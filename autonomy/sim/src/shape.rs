@@ -1,0 +1,219 @@
+//! The solids that a site is made of, as exact shapes in f64: bounds and signed distances. Ray casting uses the packed
+//! f32 twins in `packed`.
+
+use geometry::{Rotation, Vector3};
+
+/// What a surface is made of, as far as a LiDAR of 905 nm can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the names say it")]
+pub enum Material {
+    Concrete,
+    Floor,
+    Plaster,
+    WhiteSheet,
+    Steel,
+    Galvanised,
+    DarkPaint,
+    YellowPaint,
+    BluePaint,
+    Rubber,
+    Wood,
+    Cardboard,
+    Glass,
+    Cloth,
+    Skin,
+    Foliage,
+    Asphalt,
+    Reflector,
+}
+
+impl Material {
+    /// Diffuse reflectivity at 905 nm; above 1 for retroreflectors.
+    pub const fn reflectivity(self) -> f32 {
+        match self {
+            Self::Concrete => 0.34,
+            Self::Floor => 0.26,
+            Self::Plaster => 0.62,
+            Self::WhiteSheet => 0.78,
+            Self::Steel => 0.45,
+            Self::Galvanised => 0.55,
+            Self::DarkPaint => 0.12,
+            Self::YellowPaint => 0.68,
+            Self::BluePaint => 0.30,
+            Self::Rubber => 0.05,
+            Self::Wood => 0.50,
+            Self::Cardboard => 0.58,
+            Self::Glass => 0.04,
+            Self::Cloth => 0.22,
+            Self::Skin => 0.40,
+            Self::Foliage => 0.48,
+            Self::Asphalt => 0.14,
+            Self::Reflector => 2.2,
+        }
+    }
+}
+
+/// A closed shape in the site frame, metres. Triangles are sheets seen from both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A box along the axes.
+    Block {
+        /// Least corner.
+        min: Vector3,
+        /// Greatest corner.
+        max: Vector3,
+    },
+    /// A box in any direction.
+    Crate {
+        /// Middle.
+        center: Vector3,
+        /// Half the edges, along the box's own axes.
+        half: Vector3,
+        /// The box's axes in the site.
+        site_from_crate: Rotation,
+    },
+    /// A cylinder with flat ends.
+    Rod {
+        /// Middle of one end.
+        from: Vector3,
+        /// Middle of the other end.
+        to: Vector3,
+        /// Radius.
+        radius: f64,
+    },
+    /// A sphere.
+    Ball {
+        /// Middle.
+        center: Vector3,
+        /// Radius.
+        radius: f64,
+    },
+    /// A triangle.
+    Triangle([Vector3; 3]),
+}
+
+/// A shape of some material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solid {
+    /// Where and what form.
+    pub shape: Shape,
+    /// Made of what.
+    pub material: Material,
+}
+
+/// Signed distance to a surface with its gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Metres; negative inside.
+    pub distance: f64,
+    /// Unit vector away from the nearest surface, site frame; zero where none is defined.
+    pub outward: Vector3,
+}
+
+impl Shape {
+    /// Least and greatest corner of the box along the axes that holds the shape.
+    pub fn bounds(&self) -> (Vector3, Vector3) {
+        match self {
+            Self::Block { min, max } => (*min, *max),
+            Self::Crate { center, half, site_from_crate } => {
+                let reach = site_from_crate.to_rotation_matrix().into_inner().abs() * half;
+                (center - reach, center + reach)
+            }
+            Self::Rod { from, to, radius } => {
+                let axis = (to - from).normalize();
+                let reach = axis.map(|a| radius * (1.0 - a * a).max(0.0).sqrt());
+                (from.inf(to) - reach, from.sup(to) + reach)
+            }
+            Self::Ball { center, radius } => {
+                let reach = Vector3::repeat(*radius);
+                (center - reach, center + reach)
+            }
+            Self::Triangle([a, b, c]) => (a.inf(b).inf(c), a.sup(b).sup(c)),
+        }
+    }
+
+    /// How far `point` is from the surface, and which way leads away from it.
+    pub fn clearance(&self, point: &Vector3) -> Clearance {
+        match self {
+            Self::Block { min, max } => box_clearance(&(point - (min + max) / 2.0), &((max - min) / 2.0)),
+            Self::Crate { center, half, site_from_crate } => {
+                let local = box_clearance(&(site_from_crate.inverse() * (point - center)), half);
+                Clearance { outward: site_from_crate * local.outward, ..local }
+            }
+            Self::Rod { from, to, radius } => rod_clearance(point, from, to, *radius),
+            Self::Ball { center, radius } => {
+                let offset = point - center;
+                let distance = offset.norm();
+                Clearance { distance: distance - radius, outward: unit_or_zero(&offset) }
+            }
+            Self::Triangle(corners) => {
+                let offset = point - nearest_on_triangle(point, corners);
+                Clearance { distance: offset.norm(), outward: unit_or_zero(&offset) }
+            }
+        }
+    }
+}
+
+fn unit_or_zero(v: &Vector3) -> Vector3 {
+    v.try_normalize(1e-12).unwrap_or_else(Vector3::zeros)
+}
+
+/// `point` is in the box's frame, whose origin is its middle.
+fn box_clearance(point: &Vector3, half: &Vector3) -> Clearance {
+    let excess = point.abs() - half;
+    let outside = excess.sup(&Vector3::zeros());
+    let distance = outside.norm();
+    if distance > 0.0 {
+        let outward = Vector3::from_fn(|i, _| outside[i].copysign(point[i])) / distance;
+        return Clearance { distance, outward };
+    }
+    let axis = excess.imax();
+    let mut outward = Vector3::zeros();
+    outward[axis] = 1.0_f64.copysign(point[axis]);
+    Clearance { distance: excess[axis], outward }
+}
+
+fn rod_clearance(point: &Vector3, from: &Vector3, to: &Vector3, radius: f64) -> Clearance {
+    let axis = (to - from).normalize();
+    let offset = point - (from + to) / 2.0;
+    let along = offset.dot(&axis);
+    let across = offset - axis * along;
+    let profile = Vector3::new(across.norm(), along, 0.0);
+    // A cylinder is a box in the half plane of (distance from axis, height).
+    let local = box_clearance(&profile, &Vector3::new(radius, (to - from).norm() / 2.0, 1.0));
+    let outward = unit_or_zero(&across) * local.outward.x + axis * local.outward.y;
+    Clearance { distance: local.distance, outward }
+}
+
+/// Source: Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5 (barycentric regions).
+fn nearest_on_triangle(point: &Vector3, [a, b, c]: &[Vector3; 3]) -> Vector3 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return *a;
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return *b;
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return a + ab * (d1 / (d1 - d3));
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return *c;
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return a + ac * (d2 / (d2 - d6));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
+    }
+    let total = va + vb + vc;
+    a + ab * (vb / total) + ac * (vc / total)
+}
