@@ -1,1 +1,32 @@
-//! (empty)
+//! LiDAR-inertial-leg odometry: where the robot is since it was switched on, smooth but slowly drifting, with
+//! motion-corrected scans.
+//!
+//! An iterated error-state Kalman filter carries pose, velocity, biases, gravity and the legs' scale through IMU
+//! readings; leg velocities are measurements, and each scan is registered to a local map of Gaussians with the
+//! prediction as prior, so that directions the LiDAR cannot see stay with the other sources and their covariance
+//! grows. Every source is optional. `docs/maths/odometry.md` has the equations.
+//!
+//! Read [`Odometry`] (waiting and ordering), then `tracker` (the estimate), then `local_map` (a scan's fit).
+
+mod checks;
+mod config;
+mod event;
+mod filter;
+mod imu_queue;
+mod local_map;
+mod motion;
+mod odometry;
+mod pose_table;
+mod startup;
+mod state;
+mod sweep;
+mod tracker;
+mod velocity;
+
+pub use config::{Mounting, Noise, OdometryConfig, Sources};
+pub use event::{
+    CorrectedScan, Estimate, Finding, FindingKind, OdometryEvent, PoseEvent, RegistrationReport, Severity,
+    Started,
+};
+pub use odometry::Odometry;
+pub use sweep::ScanView;

@@ -33,7 +33,8 @@ mod tests {
 
     #[test]
     fn near_far_hidden_and_broken_points_go() {
-        let points = [[0.1, 0.0, 0.0], [2.0, 0.0, 0.0], [200.0, 0.0, 0.0], [f32::NAN, 1.0, 1.0], [0.0, 3.0, 0.0]];
+        let points =
+            [[0.1, 0.0, 0.0], [2.0, 0.0, 0.0], [200.0, 0.0, 0.0], [f32::NAN, 1.0, 1.0], [0.0, 3.0, 0.0]];
         let hidden = Aabb { min: [-1.0, 2.5, -1.0], max: [1.0, 3.5, 1.0] };
         let mut kept = Vec::new();
         in_range(&points, 0.5, 100.0, Some(&hidden), &mut kept);

@@ -412,8 +412,7 @@ impl Candidate {
             Some(Surface::Spread { .. }) | None => true,
         };
         if nearer {
-            self.surface =
-                Some(Surface::Plane { normal: node.normal, distance, variance: node.thickness });
+            self.surface = Some(Surface::Plane { normal: node.normal, distance, variance: node.thickness });
             self.within = distance.abs() <= gate;
         }
     }

@@ -5,9 +5,7 @@ use geometry::{RngTree, Vector3};
 
 fn wall(seed: u64, n: usize, noise: f64) -> Vec<[f64; 3]> {
     let mut rng = RngTree::new(seed).child("wall").rng();
-    (0..n)
-        .map(|_| [3.0 + noise * rng.normal(), rng.range(-4.0, 4.0), rng.range(0.0, 3.0)])
-        .collect()
+    (0..n).map(|_| [3.0 + noise * rng.normal(), rng.range(-4.0, 4.0), rng.range(0.0, 3.0)]).collect()
 }
 
 #[test]
@@ -18,12 +16,16 @@ fn a_wall_is_found_where_it_is() {
     }
     for y in [-3.1, -0.4, 2.2] {
         for off in [-0.2, 0.0, 0.15] {
-            let Some(Surface::Plane { normal, distance, variance }) = map.surface(&[3.0 + off, y, 1.7], 0.1) else {
+            let Some(Surface::Plane { normal, distance, variance }) = map.surface(&[3.0 + off, y, 1.7], 0.1)
+            else {
                 panic!("no plane at {y}")
             };
             let signed = distance * normal[0].signum();
             assert!((f64::from(signed) - off).abs() < 0.003, "{signed} {off}");
-            assert!(normal[0].abs() > 0.999 && (variance.sqrt() - 0.01).abs() < 0.003, "{normal:?} {variance}");
+            assert!(
+                normal[0].abs() > 0.999 && (variance.sqrt() - 0.01).abs() < 0.003,
+                "{normal:?} {variance}"
+            );
         }
     }
 }
@@ -59,7 +61,9 @@ fn a_passer_by_does_not_move_the_wall() {
     for _ in 0..20_000 {
         map.insert(&[2.6 + 0.1 * rng.normal(), 0.3 * rng.normal(), rng.range(0.0, 1.8)]);
     }
-    let Some(Surface::Plane { distance, .. }) = map.surface(&[3.0, 0.0, 1.0], 0.1) else { panic!("wall gone") };
+    let Some(Surface::Plane { distance, .. }) = map.surface(&[3.0, 0.0, 1.0], 0.1) else {
+        panic!("wall gone")
+    };
     assert!(distance.abs() < 0.005, "{distance}");
 }
 
@@ -71,8 +75,9 @@ fn a_filled_cell_has_the_batch_mean_and_covariance() {
     let mut map = GaussianMap::new(config);
     // Inside one root cube: the grid is shifted by GRID_SHIFT.
     let centre = Vector3::new(1.0 - GRID_SHIFT[0], 1.0 - GRID_SHIFT[1], 1.0 - GRID_SHIFT[2]);
-    let points: Vec<Vector3> =
-        (0..1_500).map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9))).collect();
+    let points: Vec<Vector3> = (0..1_500)
+        .map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9)))
+        .collect();
     for point in &points {
         map.insert(&[point.x, point.y, point.z]);
     }

@@ -71,8 +71,9 @@ mod tests {
             let least = rng.uniform() * 1e-3;
             let middle = least + 1e-3 + rng.uniform() * 0.1;
             let greatest = middle + rng.uniform() * 0.3;
-            let matrix =
-                rotation * Matrix3::from_diagonal(&Vector3::new(least, middle, greatest)) * rotation.transpose();
+            let matrix = rotation
+                * Matrix3::from_diagonal(&Vector3::new(least, middle, greatest))
+                * rotation.transpose();
             let packed = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(i, j)| matrix[(i, j)] as f32);
             let Some(shape) = shape(&packed) else { panic!("{matrix}") };
             for (found, truth) in shape.variances.iter().zip([least, middle, greatest]) {

@@ -99,7 +99,9 @@ mod tests {
     fn a_corridor_without_ends_is_blind_along_its_axis_and_with_an_end_it_is_not() {
         let (information, gradient) = corridor(0);
         let open = condition(&information, &gradient, 8.0, 1e-3);
-        let [Some(axis), None, None] = blind_directions(&open.information, 0.01) else { panic!("not one direction") };
+        let [Some(axis), None, None] = blind_directions(&open.information, 0.01) else {
+            panic!("not one direction")
+        };
         assert!(axis.x.abs() > 0.99, "{axis}");
         assert!(open.gradient[3].abs() < 0.05 * gradient.norm());
 

@@ -43,13 +43,7 @@ pub struct NormalEquations {
 
 impl Default for NormalEquations {
     fn default() -> Self {
-        Self {
-            information: Matrix6::zeros(),
-            gradient: Vector6::zeros(),
-            cost: 0.0,
-            matched: 0,
-            inliers: 0,
-        }
+        Self { information: Matrix6::zeros(), gradient: Vector6::zeros(), cost: 0.0, matched: 0, inliers: 0 }
     }
 }
 
@@ -93,7 +87,14 @@ pub fn linearise<'a>(
             }
             Some(Surface::Spread { offset, covariance }) if options.spread => {
                 let offset = Vector3::new(f64::from(offset[0]), f64::from(offset[1]), f64::from(offset[2]));
-                sum.add_spread(&in_body, &rotation, &offset, &covariance.map(f64::from), f64::from(noise), options);
+                sum.add_spread(
+                    &in_body,
+                    &rotation,
+                    &offset,
+                    &covariance.map(f64::from),
+                    f64::from(noise),
+                    options,
+                );
             }
             Some(Surface::Spread { .. }) | None => {}
         }
@@ -180,7 +181,8 @@ mod tests {
             let mut random = || Vector3::new(rng.normal(), rng.normal(), rng.normal());
             let pose = Isometry::new(random(), random());
             let (point, normal, mean) = (random() * 5.0, random().normalize(), random());
-            let residual = |pose: &Isometry| normal.dot(&(pose.rotation * point + pose.translation.vector - mean));
+            let residual =
+                |pose: &Isometry| normal.dot(&(pose.rotation * point + pose.translation.vector - mean));
             let analytic = plane_jacobian(&point, &(pose.rotation.inverse() * normal));
             for axis in 0..6 {
                 let mut step = Vector6::zeros();
@@ -203,7 +205,8 @@ mod tests {
             map.insert(&[-1.0 + 0.15 * rng.normal(), -1.0 + 0.15 * rng.normal(), 0.4 + 0.15 * rng.normal()]);
         }
         let options = MatchOptions { kernel: 1e4, gate: 0.3, ..MatchOptions::default() };
-        let points: Vec<[f32; 3]> = vec![[1.98, 0.2, 0.3], [2.03, -1.4, 0.6], [-1.03, -1.02, 0.42], [-1.1, -0.93, 0.35]];
+        let points: Vec<[f32; 3]> =
+            vec![[1.98, 0.2, 0.3], [2.03, -1.4, 0.6], [-1.03, -1.02, 0.42], [-1.1, -0.93, 0.35]];
         let pose = Isometry::identity();
         let at = linearise(&map, &points, &pose, &options);
         assert_eq!((at.matched, at.inliers), (4, 4));
@@ -213,7 +216,11 @@ mod tests {
             let cost = |step: &Vector6| linearise(&map, &points, &se3::retract(&pose, step), &options).cost;
             let numeric = (cost(&step) - cost(&-step)) / 2e-5 / 2.0;
             let scale = at.gradient.norm();
-            assert!((numeric - at.gradient[axis]).abs() < 2e-3 * scale, "{axis}: {numeric} {}", at.gradient[axis]);
+            assert!(
+                (numeric - at.gradient[axis]).abs() < 2e-3 * scale,
+                "{axis}: {numeric} {}",
+                at.gradient[axis]
+            );
         }
     }
 }

@@ -35,7 +35,12 @@ pub struct Fit {
 }
 
 /// Share of the points that fit the map at a pose, weighted by how well: 0 to 1.
-pub fn score(map: &GaussianMap, points: &[[f32; 3]], map_from_body: &Isometry, options: &MatchOptions) -> f64 {
+pub fn score(
+    map: &GaussianMap,
+    points: &[[f32; 3]],
+    map_from_body: &Isometry,
+    options: &MatchOptions,
+) -> f64 {
     let at = linearise(map, points, map_from_body, options);
     fit(&at, points.len(), options)
 }

@@ -1,0 +1,70 @@
+//! What can be seen to be wrong with the sensors or their setup, and what to do about it.
+
+use crate::config::Mounting;
+use crate::event::{Finding, FindingKind, Severity, milliseconds};
+use crate::startup::Bearing;
+use crate::state::STANDARD_GRAVITY;
+use geometry::Vector3;
+use vocab::Span;
+
+/// Accelerometer length at rest may differ from gravity by this much, m/s²: a bias and a scale error of 3 %.
+const GRAVITY_TOLERANCE: f64 = 0.6;
+/// A robot does not stand more tilted than this when it starts, radians.
+const TILT_MAX: f64 = 0.6;
+
+/// Judges the first second.
+pub fn at_start(bearing: &Bearing, mounting: &Mounting) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let length = bearing.up.norm();
+    if (length - STANDARD_GRAVITY).abs() > GRAVITY_TOLERANCE {
+        let remedy = if (0.8..1.2).contains(&length) {
+            "It seems to report multiples of gravity: have its driver report m/s²."
+        } else {
+            "Check the accelerometer's unit and range, and that it reports gravity too."
+        };
+        found.push(Finding {
+            kind: FindingKind::GravityOdd,
+            severity: Severity::Error,
+            what: format!("The accelerometer reads {length:.2} m/s² at rest instead of 9.81."),
+            remedy: remedy.into(),
+        });
+    }
+    let up_in_base = mounting.base_from_imu.rotation * bearing.up;
+    let tilt = up_in_base.angle(&Vector3::z());
+    if tilt > TILT_MAX {
+        let what = if tilt > 2.4 { "The IMU is mounted upside down" } else { "Gravity does not point down" };
+        found.push(Finding {
+            kind: FindingKind::MountingTilted,
+            severity: Severity::Error,
+            what: format!(
+                "{what}: with the given mounting, up is {:.0} degrees away from the base's z axis.",
+                tilt.to_degrees()
+            ),
+            remedy: "Correct the rotation of base_from_imu, or set the robot upright before starting.".into(),
+        });
+    }
+    if !bearing.still {
+        found.push(Finding {
+            kind: FindingKind::NotStill,
+            severity: Severity::Info,
+            what: "The robot moved at the start, so gravity and gyroscope bias are first guesses.".into(),
+            remedy: "Let the robot stand still for a second when starting; the estimate improves by itself."
+                .into(),
+        });
+    }
+    found
+}
+
+/// IMU and LiDAR clocks have nothing to do with each other.
+pub fn clocks_apart(imu_ahead: Span) -> Finding {
+    Finding {
+        kind: FindingKind::ClocksApart,
+        severity: Severity::Error,
+        what: format!(
+            "The IMU's clock is {} ms {} the LiDAR's; the IMU is not used.",
+            milliseconds(imu_ahead).abs(),
+            if imu_ahead > Span::ZERO { "ahead of" } else { "behind" }
+        ),
+        remedy: "Synchronise both sensors to one clock (PTP or the host's), then start again.".into(),
+    }
+}

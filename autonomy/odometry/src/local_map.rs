@@ -1,0 +1,198 @@
+//! The map around the robot, and where a scan lies in it.
+
+use crate::config::OdometryConfig;
+use crate::event::RegistrationReport;
+use crate::filter::Filter;
+use crate::state::State;
+use geometry::{Isometry, Matrix6, Vector3, Vector6};
+use points::{Centroid, Downsampler, GaussianMap};
+use registration::{MatchOptions, NormalEquations, condition, linearise};
+
+/// Fewer points than this say nothing.
+pub const MIN_POINTS: usize = 60;
+/// Gauss-Newton steps at most.
+const MAX_ITERATIONS: usize = 10;
+/// A step this small ends the iteration: metres and radians.
+const RESTING: f64 = 2e-5;
+/// Share of the strongest direction's information that noise alone can fake in a blind one.
+const APPARENT_GRIP: f64 = 1e-3;
+/// A plane this near is taken without looking further, metres.
+const GATE: f32 = 0.1;
+/// Width of the robust kernel, standard deviations.
+const KERNEL: f32 = 3.0;
+
+/// How good the predicted pose is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Prediction {
+    /// To centimetres.
+    Close,
+    /// To decimetres.
+    Loose,
+}
+
+/// Result of fitting a scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitted {
+    /// Best state.
+    pub state: State,
+    /// What the scan says about the pose there.
+    pub information: Matrix6,
+    /// For people.
+    pub report: RegistrationReport,
+}
+
+/// A thinned scan: for registration, and finer for the map.
+#[derive(Clone, Debug, Default)]
+pub struct Thinned {
+    /// Body frame, metres.
+    pub coarse: Vec<[f32; 3]>,
+    /// Body frame, metres.
+    pub fine: Vec<[f32; 3]>,
+}
+
+/// The map around the robot.
+#[derive(Clone, Debug)]
+pub struct LocalMap {
+    map: GaussianMap,
+    downsampler: Downsampler,
+    centroids: Vec<Centroid>,
+    scratch: Vec<[f32; 3]>,
+    /// Edge of the voxels that thin a scan, metres.
+    voxel: f32,
+    points_wanted: usize,
+    noise: f32,
+    correlation: f64,
+    radius: f64,
+    /// Where parts far away were last forgotten.
+    forgotten_at: Option<Vector3>,
+}
+
+impl LocalMap {
+    /// An empty one.
+    pub fn new(config: &OdometryConfig) -> Self {
+        Self {
+            map: GaussianMap::new(config.map),
+            downsampler: Downsampler::default(),
+            centroids: Vec::new(),
+            scratch: Vec::new(),
+            voxel: 0.3,
+            points_wanted: config.points_wanted,
+            noise: config.noise.lidar as f32,
+            correlation: config.noise.lidar_correlation,
+            radius: config.map_radius,
+            forgotten_at: None,
+        }
+    }
+
+    /// The Gaussians.
+    pub fn gaussians(&self) -> &GaussianMap {
+        &self.map
+    }
+
+    /// How points are matched once the pose is nearly right.
+    pub fn matching(&self) -> MatchOptions {
+        MatchOptions { gate: GATE, kernel: KERNEL, noise: self.noise, spread: true }
+    }
+
+    /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size to the scene.
+    pub fn thin(&mut self, xyz: &[[f32; 3]], body_from_base: &Isometry, out: &mut Thinned) {
+        let first = self.map.is_empty();
+        for _ in 0..if first { 6 } else { 1 } {
+            self.thin_once(xyz, out);
+            let ratio = out.coarse.len() as f32 / self.points_wanted as f32;
+            // Points on surfaces: halving the edge quadruples them, less where they are sparse.
+            self.voxel = (self.voxel * ratio.powf(if first { 0.6 } else { 0.3 })).clamp(0.05, 2.0);
+            if (0.8..1.25).contains(&ratio) {
+                break;
+            }
+        }
+        let matrix = crate::sweep::matrix_of(body_from_base);
+        for point in out.coarse.iter_mut().chain(&mut out.fine) {
+            *point = crate::sweep::apply(&matrix, point);
+        }
+    }
+
+    fn thin_once(&mut self, xyz: &[[f32; 3]], out: &mut Thinned) {
+        self.centroids.clear();
+        self.downsampler.centroids(xyz, &[], self.voxel * 0.5, &mut self.centroids);
+        out.fine.clear();
+        out.fine.extend(self.centroids.iter().map(|centroid| centroid.xyz));
+        self.centroids.clear();
+        self.downsampler.centroids(&out.fine, &[], self.voxel, &mut self.centroids);
+        out.coarse.clear();
+        out.coarse.extend(self.centroids.iter().map(|centroid| centroid.xyz));
+    }
+
+    /// Finds the state that a scan and the prior agree on. `start` is where to begin.
+    pub fn fit(&self, filter: &Filter, start: State, thinned: &Thinned, prediction: Prediction) -> Fitted {
+        let mut state = start;
+        let mut report = RegistrationReport {
+            points_used: thinned.coarse.len(),
+            voxel: self.voxel,
+            ..RegistrationReport::default()
+        };
+        let mut information = Matrix6::zeros();
+        let mut widen: f32 = match prediction {
+            Prediction::Close => 2.0,
+            Prediction::Loose => 8.0,
+        };
+        for _ in 0..MAX_ITERATIONS {
+            let options = MatchOptions { gate: GATE * widen, kernel: KERNEL * widen, ..self.matching() };
+            let at = linearise(&self.map, &thinned.coarse, &state.odom_from_body, &options);
+            let (share, gradient);
+            (share, information, gradient) = self.trusted(&at, thinned);
+            report.matched = at.matched;
+            report.inlier_share = share;
+            report.iterations += 1;
+            let Some(deviation) = filter.pose_step(&state, &information, &gradient) else { break };
+            let next = filter.state.retract(&deviation);
+            let moved = geometry::se3::local(&state.odom_from_body, &next.odom_from_body).norm();
+            state = next;
+            let wide = widen > 1.0;
+            widen = (widen * 0.5).max(1.0);
+            if moved < RESTING && !wide {
+                break;
+            }
+        }
+        Fitted { state, information, report }
+    }
+
+    /// Share of inliers, and normal equations with the noise's grip taken off and neighbours' common errors counted.
+    fn trusted(&self, at: &NormalEquations, thinned: &Thinned) -> (f64, Matrix6, Vector6) {
+        let squares: f64 = thinned.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
+        let arm = (squares / thinned.coarse.len().max(1) as f64).sqrt().max(0.5);
+        let conditioned = condition(&at.information, &at.gradient, arm, APPARENT_GRIP);
+        let scale = 1.0 / self.correlation;
+        let share = at.inliers as f64 / at.matched.max(1) as f64;
+        (share, conditioned.information * scale, conditioned.gradient * scale)
+    }
+
+    /// Adds a thinned scan at a pose.
+    pub fn insert(&mut self, thinned: &Thinned, odom_from_body: &Isometry) {
+        let rotation = odom_from_body.rotation.to_rotation_matrix();
+        let translation = odom_from_body.translation.vector;
+        for point in &thinned.fine {
+            let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
+            let in_odom = rotation * in_body + translation;
+            self.map.insert(&[in_odom.x, in_odom.y, in_odom.z]);
+        }
+        self.forget_far(&translation);
+    }
+
+    /// Every 10 m, forgets what is out of reach.
+    fn forget_far(&mut self, position: &Vector3) {
+        let due = self.forgotten_at.is_none_or(|last| (position - last).norm() > 10.0);
+        if due {
+            self.forgotten_at = Some(*position);
+            self.map.keep_within(&[position.x, position.y, position.z], self.radius);
+        }
+    }
+
+    /// A few hundred points of a scan, evenly picked: enough to compare guesses.
+    pub fn sample<'a>(&'a mut self, thinned: &Thinned) -> &'a [[f32; 3]] {
+        let step = thinned.coarse.len().div_ceil(500).max(1);
+        self.scratch.clear();
+        self.scratch.extend(thinned.coarse.iter().step_by(step));
+        &self.scratch
+    }
+}

@@ -1,0 +1,314 @@
+//! The estimator as its callers see it: sensors in, events out.
+
+use crate::config::OdometryConfig;
+use crate::event::{Estimate, Finding, FindingKind, OdometryEvent, Severity};
+use crate::imu_queue::{ImuQueue, ImuReading};
+use crate::sweep::{ScanView, Sweep};
+use crate::tracker::{Timed, Tracker};
+use geometry::{Isometry, Vector3};
+use std::collections::VecDeque;
+use vocab::{Span, Stamp};
+
+/// A scan waits at most so long, by the stamps of later messages, for the other sensors to cover its end.
+const PATIENCE: Span = Span::from_millis(200);
+/// At the start it waits so long for other sensors to speak at all.
+const FIRST_PATIENCE: Span = Span::from_millis(400);
+/// A source that has been silent for so long is not waited for.
+const SILENT: Span = Span::from_millis(500);
+/// Time spent judging whether the robot stands still, and the most spent hoping that it will.
+const STILL_WINDOW: Span = Span::from_millis(500);
+const START_WINDOW: Span = Span::from_millis(1_000);
+/// Without scans, readings older than this are worked through.
+const BACKLOG: Span = Span::from_millis(600);
+/// IMU and LiDAR stamps farther apart than this have no common clock.
+const CLOCKS_APART: Span = Span::from_millis(3_000);
+/// Scans that may wait; more mean that something is badly wrong, and the oldest goes ahead as it is.
+const WAITING_MAX: usize = 40;
+
+/// LiDAR-inertial-leg odometry. A pure function of the calls made: same calls, same bits.
+#[derive(Clone, Debug)]
+pub struct Odometry {
+    config: OdometryConfig,
+    imu: ImuQueue,
+    legs: VecDeque<Timed<Vector3>>,
+    external: VecDeque<Timed<Isometry>>,
+    scans: VecDeque<Sweep>,
+    /// Newest stamp of any source: the only clock.
+    newest: Option<Stamp>,
+    /// Stamp of the first message of any source.
+    oldest: Option<Stamp>,
+    /// `None` until started.
+    tracker: Option<Tracker>,
+    findings: Vec<FindingKind>,
+    /// Consecutive scans whose clock has nothing to do with the IMU's.
+    apart: usize,
+    kept: Vec<u32>,
+}
+
+impl Odometry {
+    /// Waits for sensors.
+    pub fn new(config: OdometryConfig) -> Self {
+        Self {
+            config,
+            imu: ImuQueue::default(),
+            legs: VecDeque::new(),
+            external: VecDeque::new(),
+            scans: VecDeque::new(),
+            newest: None,
+            oldest: None,
+            tracker: None,
+            findings: Vec::new(),
+            apart: 0,
+            kept: Vec::new(),
+        }
+    }
+
+    /// An IMU reads: turn rate (rad/s) and specific force (m/s²), IMU frame.
+    pub fn imu(
+        &mut self,
+        stamp: Stamp,
+        gyro: Vector3,
+        specific_force: Vector3,
+        out: &mut Vec<OdometryEvent>,
+    ) {
+        let finite = gyro.iter().chain(specific_force.iter()).all(|c| c.is_finite());
+        if !self.config.sources.imu || !finite {
+            return;
+        }
+        if self.imu.push(ImuReading { stamp, gyro, specific_force }) {
+            self.heard(stamp, out);
+        } else {
+            self.backwards("IMU", out);
+        }
+    }
+
+    /// The legs say how fast the base moves, m/s, base frame.
+    pub fn legs(&mut self, stamp: Stamp, base_velocity: Vector3, out: &mut Vec<OdometryEvent>) {
+        if !self.config.sources.legs || !base_velocity.iter().all(|c| c.is_finite()) {
+            return;
+        }
+        if push_newer(&mut self.legs, Timed { stamp, value: base_velocity }) {
+            self.heard(stamp, out);
+        } else {
+            self.backwards("leg odometry", out);
+        }
+    }
+
+    /// Another odometry says where its frame is in its own, drifting origin.
+    pub fn external(&mut self, stamp: Stamp, odom_from_external: Isometry, out: &mut Vec<OdometryEvent>) {
+        let finite = odom_from_external.to_homogeneous().iter().all(|c| c.is_finite());
+        if !self.config.sources.external || !finite {
+            return;
+        }
+        if push_newer(&mut self.external, Timed { stamp, value: odom_from_external }) {
+            self.heard(stamp, out);
+        } else {
+            self.backwards("external odometry", out);
+        }
+    }
+
+    /// A LiDAR sweep. It is copied and waits until the other sources cover its end.
+    pub fn scan(&mut self, scan: ScanView<'_>, out: &mut Vec<OdometryEvent>) {
+        if !self.config.sources.lidar {
+            return;
+        }
+        let sweep = Sweep::take(
+            &scan,
+            (self.config.range_min, self.config.range_max),
+            self.config.hidden.as_ref(),
+            &self.config.mounting.base_from_lidar,
+            &mut self.kept,
+        );
+        let last = self.scans.back().map(|waiting| waiting.end);
+        let done = self.tracker.as_ref().and_then(Tracker::last_scan_end);
+        if last.max(done).is_some_and(|before| sweep.end <= before) {
+            self.backwards("LiDAR", out);
+            return;
+        }
+        if !sweep.timed && !scan.xyz.is_empty() {
+            self.find(missing_times(), out);
+        }
+        self.compare_clocks(&sweep, out);
+        let end = sweep.end;
+        self.scans.push_back(sweep);
+        self.heard(end, out);
+    }
+
+    /// No more messages will come: works through everything that waits.
+    pub fn flush(&mut self, out: &mut Vec<OdometryEvent>) {
+        self.work(true, out);
+    }
+
+    /// The estimate at an instant: between and after scans the pose is carried by the IMU. Before the start, the
+    /// origin with a large covariance.
+    pub fn predict(&self, at: Stamp) -> Estimate {
+        match &self.tracker {
+            Some(tracker) => tracker.predict(at, &self.imu),
+            None => Estimate {
+                stamp: at,
+                odom_from_base: Isometry::identity(),
+                velocity: Vector3::zeros(),
+                turn_rate: Vector3::zeros(),
+                covariance: geometry::Matrix6::identity() * 1e6,
+            },
+        }
+    }
+
+    /// Bytes held by the local map.
+    pub fn map_bytes(&self) -> usize {
+        self.tracker.as_ref().map_or(0, Tracker::map_bytes)
+    }
+
+    /// Surface elements of the local map: position (odom frame) and unit normal, zero where not flat.
+    pub fn surfels(&self) -> Vec<([f64; 3], [f32; 3])> {
+        self.tracker.as_ref().map(Tracker::surfels).unwrap_or_default()
+    }
+
+    fn heard(&mut self, stamp: Stamp, out: &mut Vec<OdometryEvent>) {
+        self.newest = self.newest.max(Some(stamp));
+        self.oldest = Some(self.oldest.map_or(stamp, |oldest| oldest.min(stamp)));
+        self.work(false, out);
+    }
+
+    /// Starts if possible, then takes every scan whose time has come.
+    fn work(&mut self, last_call: bool, out: &mut Vec<OdometryEvent>) {
+        if self.tracker.is_none() && !self.start(last_call, out) {
+            return;
+        }
+        while self.scans.front().is_some_and(|sweep| last_call || self.is_covered(sweep)) {
+            let (Some(sweep), Some(tracker)) = (self.scans.pop_front(), &mut self.tracker) else { return };
+            tracker.advance(sweep.end, &mut self.imu, &mut self.legs, &mut self.external);
+            let mut found = Vec::new();
+            tracker.take_scan(sweep, out, &mut found);
+            for finding in found {
+                self.find(finding, out);
+            }
+        }
+        if let (None, Some(newest), Some(tracker)) = (self.scans.front(), self.newest, &mut self.tracker) {
+            // Keeps the queues short when no scan comes for long.
+            if newest - tracker.time() > BACKLOG {
+                let until = newest - Span::from_millis(BACKLOG.nanos() / 2_000_000);
+                tracker.advance(until, &mut self.imu, &mut self.legs, &mut self.external);
+            }
+        }
+    }
+
+    /// Whether every source that speaks has spoken past the end of a sweep, or has had its chance.
+    fn is_covered(&self, sweep: &Sweep) -> bool {
+        let Some(newest) = self.newest else { return false };
+        if newest - sweep.end > PATIENCE || self.scans.len() > WAITING_MAX {
+            return true;
+        }
+        let covers =
+            |last: Option<Stamp>| last.is_none_or(|last| last >= sweep.end || newest - last > SILENT);
+        covers(self.imu.newest())
+            && covers(
+                self.legs
+                    .back()
+                    .map(|legs| legs.stamp)
+                    .or(self.tracker.as_ref().and_then(Tracker::last_legs)),
+            )
+            && covers(
+                self.external
+                    .back()
+                    .map(|external| external.stamp)
+                    .or(self.tracker.as_ref().and_then(Tracker::last_external)),
+            )
+    }
+
+    /// Begins the estimate once it is clear which sensors there are and which way is up.
+    fn start(&mut self, last_call: bool, out: &mut Vec<OdometryEvent>) -> bool {
+        let (Some(newest), Some(oldest)) = (self.newest, self.oldest) else { return false };
+        let first_scan = self.scans.front().map(|sweep| (sweep.start, sweep.end));
+        let Some(imu_oldest) = self.imu.oldest() else {
+            let waited =
+                first_scan.is_some_and(|(_, end)| newest - end >= FIRST_PATIENCE || !self.config.sources.imu);
+            let only_velocity = first_scan.is_none() && newest - oldest > START_WINDOW;
+            if !(waited || only_velocity || last_call) {
+                return false;
+            }
+            let begin = first_scan.map_or(oldest, |(start, _)| start.min(oldest));
+            self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+            return true;
+        };
+        let Some(imu_newest) = self.imu.newest() else { return false };
+        let begin = first_scan.map_or(imu_oldest, |(start, _)| start.min(imu_oldest));
+        let seen = imu_newest - imu_oldest;
+        if seen < STILL_WINDOW && !last_call {
+            return false;
+        }
+        let since = imu_newest - STILL_WINDOW;
+        let recent = self.imu.iter().filter(move |reading| reading.stamp >= since);
+        let bearing = crate::startup::bearing(recent).filter(|bearing| bearing.still);
+        let bearing = match bearing {
+            Some(bearing) => bearing,
+            None if seen < START_WINDOW && !last_call => return false,
+            None => match crate::startup::bearing(self.imu.iter()) {
+                Some(bearing) => bearing,
+                None => {
+                    self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+                    return true;
+                }
+            },
+        };
+        for finding in crate::checks::at_start(&bearing, &self.config.mounting) {
+            self.find(finding, out);
+        }
+        self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, out));
+        true
+    }
+
+    /// Notices scans and readings that share no clock, and goes on without the IMU then.
+    fn compare_clocks(&mut self, sweep: &Sweep, out: &mut Vec<OdometryEvent>) {
+        let Some(imu) = self.imu.newest() else { return };
+        let apart = if imu > sweep.end { imu - sweep.end } else { sweep.end - imu };
+        self.apart = if apart > CLOCKS_APART { self.apart + 1 } else { 0 };
+        if self.apart == 3 {
+            self.find(crate::checks::clocks_apart(imu - sweep.end), out);
+            self.config.sources.imu = false;
+            self.imu.clear();
+            self.newest = Some(sweep.end);
+            self.oldest = self.scans.front().map(|first| first.start);
+            self.tracker = None;
+        }
+    }
+
+    fn backwards(&mut self, source: &str, out: &mut Vec<OdometryEvent>) {
+        self.find(
+            Finding {
+                kind: FindingKind::StampsBackwards,
+                severity: Severity::Warning,
+                what: format!(
+                    "Stamps of the {source} went backwards or repeated; those messages are ignored."
+                ),
+                remedy: "Check the clock of the sensor and that the recording is in order of time.".into(),
+            },
+            out,
+        );
+    }
+
+    /// Tells a finding, once for each kind.
+    fn find(&mut self, finding: Finding, out: &mut Vec<OdometryEvent>) {
+        if !self.findings.contains(&finding.kind) {
+            self.findings.push(finding.kind);
+            out.push(OdometryEvent::Finding(finding));
+        }
+    }
+}
+
+fn missing_times() -> Finding {
+    Finding {
+        kind: FindingKind::MissingPointTimes,
+        severity: Severity::Warning,
+        what: "The scans do not say when each point was measured, so motion during the sweep cannot be taken out.".into(),
+        remedy: "Switch on per-point times in the LiDAR's driver, unless the scans are corrected already.".into(),
+    }
+}
+
+fn push_newer<T>(queue: &mut VecDeque<Timed<T>>, item: Timed<T>) -> bool {
+    let newer = queue.back().is_none_or(|last| item.stamp > last.stamp);
+    if newer {
+        queue.push_back(item);
+    }
+    newer
+}
