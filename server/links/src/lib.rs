@@ -1,1 +1,81 @@
-//! (empty)
+//! Robots to link to: a simulated one, and a recording played as if it happened now.
+//!
+//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, a second or so of a fully equipped robot. When it is full they
+//! *wait*: their time then passes more slowly than asked for, which the platform shows as a real-time factor below
+//! one, and nothing is lost.
+
+mod pace;
+mod replay;
+mod sim_link;
+
+pub use replay::{ReplayLink, ReplaySource};
+pub use sim_link::{SimLink, SimLinkConfig};
+
+use crossbeam_channel::{Receiver, Sender, select};
+use ports::{Arrival, LinkError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+/// Arrivals that may wait for the control loop.
+pub const QUEUE_MAX: usize = 1_000;
+
+/// The thread of a link. Dropping it ends the thread.
+struct LinkThread {
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread sends into.
+struct Outlet {
+    arrivals: Sender<Arrival>,
+    stop: Receiver<()>,
+}
+
+/// The link has been dropped.
+struct Stopped;
+
+impl LinkThread {
+    /// Starts a thread that fills the returned queue.
+    fn start(
+        name: &str,
+        run: impl FnOnce(Outlet) + Send + 'static,
+    ) -> Result<(Self, Receiver<Arrival>), LinkError> {
+        let (sender, arrivals) = crossbeam_channel::bounded(QUEUE_MAX);
+        let (stop, stopped) = crossbeam_channel::bounded(0);
+        let outlet = Outlet { arrivals: sender, stop: stopped };
+        let thread =
+            thread::Builder::new().name(name.to_owned()).spawn(|| run(outlet)).map_err(LinkError::Thread)?;
+        Ok((Self { stop: Some(stop), thread: Some(thread) }, arrivals))
+    }
+}
+
+impl Drop for LinkThread {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // A panic has been reported on standard error already.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Outlet {
+    /// Delivers, waiting while the queue is full.
+    fn send(&self, arrival: Arrival) -> Result<(), Stopped> {
+        select! {
+            send(self.arrivals, arrival) -> sent => sent.map_err(|_| Stopped),
+            recv(self.stop) -> _ => Err(Stopped),
+        }
+    }
+
+    /// Waits on this computer's clock.
+    fn sleep(&self, duration: Duration) -> Result<(), Stopped> {
+        if duration.is_zero() {
+            return Ok(());
+        }
+        match self.stop.recv_timeout(duration) {
+            Err(crossbeam_channel::RecvTimeoutError::Timeout) => Ok(()),
+            _ => Err(Stopped),
+        }
+    }
+}

@@ -10,11 +10,8 @@ pub struct JournalError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
 
 /// Takes down every input with its instant, in order: enough to repeat the run bit for bit.
 pub trait Journal: Send {
-    /// Writes one input.
+    /// Writes one input. Whoever implements this sees to it that a crash loses at most a second of robot time.
     fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError>;
-
-    /// Hands everything written so far to the operating system, so that a crash of this process loses nothing.
-    fn flush(&mut self) -> Result<(), JournalError>;
 
     /// Writes what belongs at the end and closes.
     fn finish(self: Box<Self>) -> Result<(), JournalError>;

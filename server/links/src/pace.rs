@@ -1,0 +1,74 @@
+//! Keeps a robot's clock in step with this computer's.
+
+use std::time::{Duration, Instant};
+use vocab::Stamp;
+
+/// A lag up to this long is caught up; what exceeds it is forgotten, so that a laptop that slept does not race.
+const LAG_MAX: Duration = Duration::from_millis(500);
+
+/// Says how long to wait until an instant of the robot's clock is due.
+#[derive(Debug)]
+pub struct Pace {
+    /// Robot seconds per second.
+    speed: f64,
+    /// An instant on both clocks.
+    origin: Option<(Instant, Stamp)>,
+}
+
+impl Pace {
+    /// `speed` times as fast as time; a speed that is not positive and finite is taken as 1.
+    pub fn new(speed: f64) -> Self {
+        let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
+        Self { speed, origin: None }
+    }
+
+    /// Whatever is asked for next is due at once.
+    pub fn restart(&mut self) {
+        self.origin = None;
+    }
+
+    /// How long after `now` the instant `at` is due. The first call sets the origin.
+    pub fn delay(&mut self, at: Stamp, now: Instant) -> Duration {
+        let (wall, robot) = *self.origin.get_or_insert((now, at));
+        let since = (at - robot).secs_f64() / self.speed;
+        let due = Duration::try_from_secs_f64(since).ok().and_then(|since| wall.checked_add(since));
+        match due {
+            Some(due) if now <= due + LAG_MAX => due.saturating_duration_since(now),
+            // Too late, or the robot's clock stepped: begin anew.
+            _ => {
+                self.origin = Some((now, at));
+                Duration::ZERO
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(millis: i64) -> Stamp {
+        Stamp::EPOCH + vocab::Span::from_millis(millis)
+    }
+
+    #[test]
+    fn robot_time_runs_at_the_chosen_speed() {
+        let (mut pace, start) = (Pace::new(4.0), Instant::now());
+        assert_eq!(pace.delay(at(0), start), Duration::ZERO);
+        assert_eq!(pace.delay(at(400), start), Duration::from_millis(100));
+        assert_eq!(pace.delay(at(400), start + Duration::from_millis(60)), Duration::from_millis(40));
+    }
+
+    #[test]
+    fn a_short_lag_is_caught_up_and_a_long_one_forgotten() {
+        let (mut pace, start) = (Pace::new(1.0), Instant::now());
+        pace.delay(at(0), start);
+        let late = start + Duration::from_millis(300);
+        assert_eq!(pace.delay(at(100), late), Duration::ZERO);
+        assert_eq!(pace.delay(at(400), late), Duration::from_millis(100));
+
+        let much_later = start + Duration::from_secs(60);
+        assert_eq!(pace.delay(at(500), much_later), Duration::ZERO);
+        assert_eq!(pace.delay(at(600), much_later), Duration::from_millis(100));
+    }
+}
