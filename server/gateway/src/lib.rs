@@ -1,1 +1,77 @@
-//! (empty)
+//! The gateway: between the robot's core and everybody's browser.
+//!
+//! It speaks the contract of crate `api` both ways: over a Unix socket to the core, over HTTP and WebSockets to clients;
+//! and it hands out the client's own files and the tiles of maps. It may crash or be flooded; the core does not notice.
+//!
+//! Three rules hold everywhere in it:
+//!
+//! - Nobody waits for a client. The link to the core writes into a snapshot; clients take from it at their own pace.
+//! - No queue without a bound. What replaces is kept once, what answers is counted, what stalls is closed.
+//! - Every refusal is a sentence that says what to do.
+
+mod app;
+mod client_io;
+mod control;
+mod core_link;
+mod documents;
+mod files;
+mod hub;
+mod limits;
+mod openapi;
+mod outbox;
+mod pacer;
+mod problem;
+mod robot_clock;
+mod router;
+mod security;
+mod server;
+mod snapshot;
+mod socket;
+mod static_files;
+mod stream;
+mod wire;
+
+pub use limits::Limits;
+pub use openapi::description;
+pub use server::serve_with;
+
+use std::future::Future;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use tokio::sync::oneshot;
+
+/// Where the gateway listens, and what it serves.
+#[derive(Debug)]
+pub struct GatewayConfig {
+    /// Address for clients; port 0 lets the system choose.
+    pub listen: SocketAddr,
+    /// The core's Unix socket. It may appear later, and vanish and come back.
+    pub core_socket: PathBuf,
+    /// Data directory: `maps/<id>/tiles.json`, `maps/<id>/graph.json` and `tiles/ab/<hash>` are read from it.
+    pub data_dir: PathBuf,
+    /// Folder of the client's page, with the bundle in `pkg`.
+    pub static_dir: PathBuf,
+    /// Told the address once clients can connect.
+    pub on_ready: Option<oneshot::Sender<SocketAddr>>,
+}
+
+/// Why the gateway could not start.
+#[derive(Debug, thiserror::Error)]
+pub enum GatewayError {
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+/// Serves clients until `shutdown` completes, then closes their connections and returns within a few seconds.
+///
+/// # Errors
+/// When the address cannot be listened on. Nothing that core or clients do ends it.
+pub async fn serve(config: GatewayConfig, shutdown: impl Future<Output = ()>) -> Result<(), GatewayError> {
+    serve_with(config, Limits::default(), shutdown).await
+}

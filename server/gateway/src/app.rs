@@ -1,0 +1,44 @@
+//! What every connection of one gateway shares.
+
+use crate::GatewayConfig;
+use crate::hub::Hub;
+use crate::limits::Limits;
+use std::path::PathBuf;
+use std::sync::Arc;
+use tokio::sync::{mpsc, watch};
+
+/// Shared by all connections. When the last holder drops it, everything has ended.
+pub(crate) struct App {
+    pub(crate) hub: Arc<Hub>,
+    pub(crate) limits: Limits,
+    pub(crate) data_dir: PathBuf,
+    pub(crate) static_dir: PathBuf,
+    stopping: watch::Receiver<bool>,
+    _alive: mpsc::Sender<()>,
+}
+
+impl App {
+    /// `stopping` turns true when all should end; `alive` is held until all has.
+    pub(crate) fn new(
+        config: &GatewayConfig,
+        limits: Limits,
+        hub: Arc<Hub>,
+        stopping: watch::Receiver<bool>,
+        alive: mpsc::Sender<()>,
+    ) -> Self {
+        Self {
+            hub,
+            limits,
+            data_dir: config.data_dir.clone(),
+            static_dir: config.static_dir.clone(),
+            stopping,
+            _alive: alive,
+        }
+    }
+
+    /// Returns when the gateway stops.
+    pub(crate) async fn shutdown(&self) {
+        // An error means that the server is gone altogether, which is a stop too.
+        self.stopping.clone().wait_for(|stopping| *stopping).await.ok();
+    }
+}

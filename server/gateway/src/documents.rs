@@ -1,0 +1,103 @@
+//! Documents over HTTP: maps, their tiles and graphs, health.
+
+use crate::app::App;
+use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
+use crate::openapi::{GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument};
+use crate::problem::ProblemResponse;
+use api::TileHash;
+use axum::Json;
+use axum::extract::rejection::PathRejection;
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, header};
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use vocab::MapId;
+
+type AnyPath = Result<Path<String>, PathRejection>;
+type Answer = Result<Response, ProblemResponse>;
+
+/// Saved maps, newest first.
+#[utoipa::path(get, path = api::paths::MAPS_PATH, tag = "maps", operation_id = "listMaps", responses(
+    (status = 200, body = [MapSummaryDocument], description = "Every saved map version"),
+    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not told yet"),
+))]
+pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
+    let listed = app.hub.with_maps(|maps| Json(maps).into_response());
+    let mut response = listed.ok_or_else(|| {
+        ProblemResponse::unavailable("The robot's core has not told its maps yet. Try again in a moment.")
+    })?;
+    response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
+    Ok(response)
+}
+
+/// Every tile of a saved map.
+#[utoipa::path(get, path = api::paths::MAP_TILES_PATH, tag = "maps", operation_id = "listTiles",
+    params(("id" = String, Path, format = Uuid, description = "The map's id")),
+    responses(
+    (status = 200, body = TileListDocument, description = "Its tiles, coarse levels first"),
+    (status = 304, description = "As the client has it"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of id"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map"),
+))]
+pub(crate) async fn map_tiles(State(app): State<Arc<App>>, id: AnyPath, headers: HeaderMap) -> Answer {
+    map_document(&app, id, "tiles.json", &headers).await
+}
+
+/// Pose graph of a saved map.
+#[utoipa::path(get, path = api::paths::MAP_GRAPH_PATH, tag = "maps", operation_id = "getGraph",
+    params(("id" = String, Path, format = Uuid, description = "The map's id")),
+    responses(
+    (status = 200, body = GraphDocument, description = "Its keyframes and edges"),
+    (status = 304, description = "As the client has it"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of id"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map"),
+))]
+pub(crate) async fn map_graph(State(app): State<Arc<App>>, id: AnyPath, headers: HeaderMap) -> Answer {
+    map_document(&app, id, "graph.json", &headers).await
+}
+
+async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -> Answer {
+    let malformed = || ProblemResponse::malformed("A map is named by a UUID. GET /api/v1/maps lists them.");
+    let id: MapId = text(id).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
+    // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
+    let file = app.data_dir.join("maps").join(id.to_string()).join(name);
+    let serving = Serving { content_type: "application/json", cache_control: REVALIDATE, etag: None };
+    let missing = || ProblemResponse::not_found(format!("There is no map {id}. GET /api/v1/maps lists them."));
+    respond(&file, headers, serving).await?.ok_or_else(missing)
+}
+
+/// Bytes of a tile.
+#[utoipa::path(get, path = api::paths::TILE_PATH, tag = "maps", operation_id = "getTile",
+    params(("hash" = String, Path, description = "BLAKE3 of the tile's bytes, 64 hexadecimal digits")),
+    responses(
+    (status = 200, content_type = "application/octet-stream", description = "Its bytes; the same for ever"),
+    (status = 304, description = "As the client has it"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of hash"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such tile"),
+))]
+pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: HeaderMap) -> Answer {
+    let malformed = || ProblemResponse::malformed("A tile is named by 64 hexadecimal digits.");
+    let hash: TileHash = text(hash).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
+    let name = hash.to_string();
+    let file = app.data_dir.join("tiles").join(&name[..2]).join(&name);
+    let serving =
+        Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&name) };
+    let missing = || ProblemResponse::not_found(format!("There is no tile {name}. Ask for the list of tiles anew."));
+    respond(&file, &headers, serving).await?.ok_or_else(missing)
+}
+
+/// Whether gateway and core are connected.
+#[utoipa::path(get, path = api::paths::HEALTH_PATH, tag = "server", operation_id = "getHealth", responses(
+    (status = 200, body = HealthDocument, description = "Connected"),
+    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "Not connected, and why"),
+))]
+pub(crate) async fn health(State(app): State<Arc<App>>) -> Answer {
+    app.hub.core_state().map_err(ProblemResponse::unavailable)?;
+    let clients = app.hub.listeners().borrow().clients;
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(HealthDocument { core_connected: true, clients })).into_response())
+}
+
+/// The variable part of a path, if it is text at all.
+fn text(path: AnyPath) -> Option<String> {
+    path.ok().map(|Path(text)| text)
+}

@@ -1,0 +1,170 @@
+//! Files as responses: streamed, with validators, and precompressed where a `.br` or `.gz` lies beside them.
+
+use crate::problem::ProblemResponse;
+use axum::body::Body;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::Response;
+use std::fs::Metadata;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+use tokio::fs::File;
+use tokio::io::AsyncReadExt;
+use tokio_util::io::ReaderStream;
+
+/// May be kept for ever without asking.
+pub(crate) const IMMUTABLE: &str = "public, max-age=31536000, immutable";
+/// May be kept, but must be asked for each time; the answer is usually 304.
+pub(crate) const REVALIDATE: &str = "no-cache";
+/// Bytes read at a time: what a connection that does not read holds.
+const CHUNK_BYTES: usize = 64 << 10;
+
+/// How a file is served.
+pub(crate) struct Serving<'a> {
+    pub(crate) content_type: &'static str,
+    pub(crate) cache_control: &'static str,
+    /// Strong validator without quotes; made of time and length if `None`.
+    pub(crate) etag: Option<&'a str>,
+}
+
+/// The file at `path`, or `None` if there is none.
+pub(crate) async fn respond(
+    path: &Path,
+    request: &HeaderMap,
+    serving: Serving<'_>,
+) -> Result<Option<Response>, ProblemResponse> {
+    let chosen = choose(path, request).await.map_err(|error| {
+        tracing::warn!(path = %path.display(), %error, "could not read a file");
+        ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, "The server could not read the file from its disk.")
+    })?;
+    let Some(Chosen { file, metadata, encoding }) = chosen else { return Ok(None) };
+    let etag = match serving.etag {
+        Some(name) => format!("\"{name}\""),
+        None => validator(&metadata),
+    };
+    let mut response = Response::new(Body::empty());
+    let headers = response.headers_mut();
+    if let Ok(etag) = HeaderValue::from_str(&etag) {
+        headers.insert(header::ETAG, etag);
+    }
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static(serving.cache_control));
+    headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
+    if is_known(request, &etag) {
+        *response.status_mut() = StatusCode::NOT_MODIFIED;
+        return Ok(Some(response));
+    }
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(serving.content_type));
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(metadata.len()));
+    if let Some(encoding) = encoding {
+        headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
+    }
+    // `take`, because a file that grows meanwhile must not outgrow the length just promised.
+    *response.body_mut() =
+        Body::from_stream(ReaderStream::with_capacity(file.take(metadata.len()), CHUNK_BYTES));
+    Ok(Some(response))
+}
+
+struct Chosen {
+    file: File,
+    metadata: Metadata,
+    encoding: Option<&'static str>,
+}
+
+/// The smallest form of the file that the client takes.
+async fn choose(path: &Path, request: &HeaderMap) -> io::Result<Option<Chosen>> {
+    for (encoding, suffix) in [("br", ".br"), ("gzip", ".gz")] {
+        if accepts(request, encoding)
+            && let Some((file, metadata)) = open(&with_suffix(path, suffix)).await?
+        {
+            return Ok(Some(Chosen { file, metadata, encoding: Some(encoding) }));
+        }
+    }
+    let plain = open(path).await?;
+    Ok(plain.map(|(file, metadata)| Chosen { file, metadata, encoding: None }))
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(suffix);
+    name.into()
+}
+
+/// Opens a regular file; `None` for anything else and for nothing.
+async fn open(path: &Path) -> io::Result<Option<(File, Metadata)>> {
+    // Asked before opening, because opening a pipe would wait for its writer.
+    match tokio::fs::metadata(path).await {
+        Ok(metadata) if metadata.is_file() => {}
+        Ok(_) => return Ok(None),
+        Err(error) if is_absence(&error) => return Ok(None),
+        Err(error) => return Err(error),
+    }
+    match File::open(path).await {
+        Ok(file) => {
+            let metadata = file.metadata().await?;
+            Ok(Some((file, metadata)))
+        }
+        Err(error) if is_absence(&error) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn is_absence(error: &io::Error) -> bool {
+    use io::ErrorKind::{InvalidFilename, NotADirectory, NotFound};
+    matches!(error.kind(), NotFound | NotADirectory | InvalidFilename)
+}
+
+fn validator(metadata: &Metadata) -> String {
+    let modified = metadata.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+    format!("\"{:x}-{:x}\"", modified.unwrap_or_default().as_nanos(), metadata.len())
+}
+
+/// Whether the client has this version already (RFC 9110, 13.1.2: weak comparison).
+fn is_known(request: &HeaderMap, etag: &str) -> bool {
+    let tags = request.get_all(header::IF_NONE_MATCH).iter().filter_map(|value| value.to_str().ok());
+    tags.flat_map(|tags| tags.split(','))
+        .map(str::trim)
+        .any(|tag| tag == "*" || tag.strip_prefix("W/").unwrap_or(tag) == etag)
+}
+
+/// Whether `Accept-Encoding` names `encoding` with a weight above zero (RFC 9110, 12.5.3).
+fn accepts(request: &HeaderMap, encoding: &str) -> bool {
+    let values = request.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    values.flat_map(|codings| codings.split(',')).any(|coding| {
+        let mut parts = coding.split(';').map(str::trim);
+        let named = parts.next().is_some_and(|name| name.eq_ignore_ascii_case(encoding));
+        let weight = parts.find_map(|parameter| parameter.strip_prefix("q=")?.trim().parse::<f32>().ok());
+        named && weight.unwrap_or(1.0) > 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(name: header::HeaderName, value: &'static str) -> HeaderMap {
+        HeaderMap::from_iter([(name, HeaderValue::from_static(value))])
+    }
+
+    #[test]
+    fn encodings_are_taken_by_name_and_weight() {
+        let cases = [
+            ("gzip, deflate, br", true, true),
+            ("gzip;q=1.0, br;q=0", true, false),
+            ("GZIP; q=0.1", true, false),
+            ("identity", false, false),
+            ("brx, xgzip", false, false),
+        ];
+        for (value, gzip, br) in cases {
+            let request = with(header::ACCEPT_ENCODING, value);
+            assert_eq!((accepts(&request, "gzip"), accepts(&request, "br")), (gzip, br), "{value}");
+        }
+    }
+
+    #[test]
+    fn known_tags_are_found_in_lists() {
+        let cases = [("\"a\"", true), ("\"b\", W/\"a\"", true), ("*", true), ("\"b\"", false), ("a", false)];
+        for (value, known) in cases {
+            assert_eq!(is_known(&with(header::IF_NONE_MATCH, value), "\"a\""), known, "{value}");
+        }
+    }
+}

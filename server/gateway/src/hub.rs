@@ -1,0 +1,295 @@
+//! Where the link to the core meets the clients: the latest state, who listens, and the way for commands.
+//!
+//! One lock, held for microseconds and never across an await. Nobody waits for a client: the link to the core writes
+//! into the [`Snapshot`] and every client takes from it at its own pace.
+
+use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, Limits, MAX_PENDING};
+use crate::outbox::Outbox;
+use crate::robot_clock::RobotClock;
+use crate::snapshot::{Cursor, Snapshot};
+use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, Order, ScanFrame};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+use tokio::sync::{mpsc, watch};
+use vocab::{ClientId, CommandId, Stamp};
+
+/// Clients that listen, as [`GatewayMessage::Listeners`] tells the core.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Listeners {
+    pub(crate) clients: u32,
+    pub(crate) streams: u32,
+}
+
+/// State shared by all connections.
+pub(crate) struct Hub {
+    state: Mutex<State>,
+    clients_max: usize,
+    /// Changes whenever a client may be owed something.
+    changed: watch::Sender<()>,
+    scan: watch::Sender<Option<Arc<ScanFrame>>>,
+    listeners: watch::Sender<Listeners>,
+}
+
+struct State {
+    snapshot: Snapshot,
+    clock: RobotClock,
+    /// Way to the core; `None` while there is no core.
+    core: Option<mpsc::Sender<GatewayMessage>>,
+    /// Why there is no core.
+    core_fault: String,
+    members: BTreeMap<u64, Member>,
+    next_member: u64,
+    stream_sockets: usize,
+}
+
+/// One control socket.
+struct Member {
+    client: ClientId,
+    outbox: Arc<Outbox>,
+    /// Forwarded commands that the core has not answered.
+    pending: VecDeque<CommandId>,
+}
+
+impl Hub {
+    /// Without core and clients.
+    pub(crate) fn new(limits: &Limits) -> Self {
+        Self {
+            state: Mutex::new(State {
+                snapshot: Snapshot::new(),
+                clock: RobotClock::new(),
+                core: None,
+                core_fault: "The robot's core has not been reached yet.".to_owned(),
+                members: BTreeMap::new(),
+                next_member: 0,
+                stream_sockets: 0,
+            }),
+            clients_max: limits.clients,
+            changed: watch::Sender::new(()),
+            scan: watch::Sender::new(None),
+            listeners: watch::Sender::new(Listeners::default()),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No code under the lock leaves the state half changed, so a panic elsewhere need not spread.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A core has introduced itself and will tell everything anew. Returns what it is to be sent.
+    pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
+        let (sender, receiver) = mpsc::channel(COMMAND_QUEUE);
+        {
+            let mut state = self.lock();
+            state.core = Some(sender);
+            state.clock = RobotClock::new();
+            state.snapshot.forget_tiles();
+            state.snapshot.change_platform(|platform| platform.core_connected = true);
+        }
+        self.changed.send_replace(());
+        receiver
+    }
+
+    /// There is no core (any more), for this reason. Commands under way are answered for it.
+    pub(crate) fn core_lost(&self, reason: &str) {
+        {
+            let mut state = self.lock();
+            reason.clone_into(&mut state.core_fault);
+            if state.core.take().is_none() {
+                return;
+            }
+            state.snapshot.change_platform(|platform| platform.core_connected = false);
+            for member in state.members.values_mut() {
+                for id in member.pending.drain(..) {
+                    let reason = "The robot's core went away before it answered. Look at what the robot does before \
+                                  you repeat the command.";
+                    let outcome = CommandOutcome::Refused(reason.to_owned());
+                    member.outbox.answer(Event::CommandDone { id, outcome });
+                }
+            }
+        }
+        self.scan.send_replace(None);
+        self.changed.send_replace(());
+    }
+
+    /// Takes in what the core says after its hello.
+    pub(crate) fn apply(&self, message: CoreMessage) {
+        match message {
+            CoreMessage::Hello { .. } => tracing::warn!("the core introduced itself twice"),
+            CoreMessage::Event { to: Some(client), event } => self.answer(client, &event),
+            CoreMessage::Event { to: None, event } => {
+                {
+                    let mut state = self.lock();
+                    state.clock.learn(&event, Instant::now());
+                    state.snapshot.apply(event);
+                }
+                self.changed.send_replace(());
+            }
+            CoreMessage::Scan { stamp, map_from_base, points } => {
+                let scan = ScanFrame { sequence: 0, stamp, map_from_base, points };
+                self.scan.send_replace(Some(Arc::new(scan)));
+            }
+        }
+    }
+
+    fn answer(&self, client: ClientId, event: &Event) {
+        let mut state = self.lock();
+        for member in state.members.values_mut().filter(|member| member.client == client) {
+            if let Event::CommandDone { id, .. } = event {
+                member.pending.retain(|pending| pending != id);
+            }
+            member.outbox.answer(event.clone());
+        }
+    }
+
+    /// Whether there is a core; if not, why.
+    pub(crate) fn core_state(&self) -> Result<(), String> {
+        let state = self.lock();
+        if state.core.is_some() { Ok(()) } else { Err(state.core_fault.clone()) }
+    }
+
+    /// Saved maps, newest first; `None` while no core has told.
+    pub(crate) fn with_maps<T>(&self, read: impl FnOnce(&[MapSummary]) -> T) -> Option<T> {
+        let event = self.lock().snapshot.maps()?;
+        match &*event {
+            Event::Maps(maps) => Some(read(maps)),
+            _ => None,
+        }
+    }
+
+    /// Robot's clock now.
+    pub(crate) fn robot_now(&self) -> Stamp {
+        self.lock().clock.now(Instant::now())
+    }
+
+    /// Clients connected now.
+    pub(crate) fn listeners(&self) -> watch::Receiver<Listeners> {
+        self.listeners.subscribe()
+    }
+
+    /// The latest scan, from the next on.
+    pub(crate) fn scans(&self) -> watch::Receiver<Option<Arc<ScanFrame>>> {
+        self.scan.subscribe()
+    }
+
+    fn tell_client_count(&self, state: &mut State) {
+        let clients = state.members.len() as u32;
+        state.snapshot.change_platform(|platform| platform.clients = clients);
+        self.listeners.send_modify(|listeners| listeners.clients = clients);
+    }
+}
+
+/// A control socket's place in the hub; leaves it when dropped.
+pub(crate) struct ControlSeat {
+    hub: Arc<Hub>,
+    key: u64,
+    client: ClientId,
+    pub(crate) outbox: Arc<Outbox>,
+}
+
+impl ControlSeat {
+    /// Takes a place, unless all are taken. A client may have several: after a network change its old socket lingers.
+    pub(crate) fn take(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
+        let outbox = Arc::new(Outbox::default());
+        let key = {
+            let mut state = hub.lock();
+            if state.members.len() >= hub.clients_max {
+                return None;
+            }
+            let key = state.next_member;
+            state.next_member += 1;
+            let member = Member { client, outbox: outbox.clone(), pending: VecDeque::new() };
+            state.members.insert(key, member);
+            hub.tell_client_count(&mut state);
+            key
+        };
+        hub.changed.send_replace(());
+        Some(Self { hub: hub.clone(), key, client, outbox })
+    }
+
+    /// Changes whenever there may be something to tell.
+    pub(crate) fn changes(&self) -> watch::Receiver<()> {
+        self.hub.changed.subscribe()
+    }
+
+    /// The next state that the client does not know.
+    pub(crate) fn next_event(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
+        self.hub.lock().snapshot.next(cursor)
+    }
+
+    /// Forwards a command to the core, or says why not.
+    pub(crate) fn forward(&self, id: CommandId, order: Order) -> Result<(), &'static str> {
+        let mut state = self.hub.lock();
+        let stops = order == Order::StopMotion;
+        let State { core, members, .. } = &mut *state;
+        let core = core.as_ref().ok_or(
+            "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.",
+        )?;
+        let Some(member) = members.get_mut(&self.key) else { return Err("This connection is closing.") };
+        let busy = "The robot has not answered earlier commands yet. Wait for it, then try again.";
+        // Motion can be stopped even when everything else is clogged.
+        if !stops && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
+            return Err(busy);
+        }
+        let command = GatewayMessage::Command { id, by: self.client, order };
+        core.try_send(command).map_err(|_| busy)?;
+        if member.pending.len() < MAX_PENDING && !member.pending.contains(&id) {
+            member.pending.push_back(id);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for ControlSeat {
+    fn drop(&mut self) {
+        {
+            let mut state = self.hub.lock();
+            state.members.remove(&self.key);
+            self.hub.tell_client_count(&mut state);
+        }
+        self.hub.changed.send_replace(());
+    }
+}
+
+/// A stream socket's place in the hub; leaves it when dropped.
+pub(crate) struct StreamSeat {
+    hub: Arc<Hub>,
+    wants_scans: bool,
+}
+
+impl StreamSeat {
+    /// Takes a place, unless all are taken.
+    pub(crate) fn take(hub: &Arc<Hub>) -> Option<Self> {
+        let mut state = hub.lock();
+        if state.stream_sockets >= hub.clients_max {
+            return None;
+        }
+        state.stream_sockets += 1;
+        Some(Self { hub: hub.clone(), wants_scans: false })
+    }
+
+    /// Says whether this client wants scans now.
+    pub(crate) fn set_wants_scans(&mut self, wants_scans: bool) {
+        if wants_scans == self.wants_scans {
+            return;
+        }
+        self.wants_scans = wants_scans;
+        let mut streams = 0;
+        self.hub.listeners.send_modify(|listeners| {
+            listeners.streams =
+                if wants_scans { listeners.streams + 1 } else { listeners.streams.saturating_sub(1) };
+            streams = listeners.streams;
+        });
+        if streams == 0 {
+            // The core now stops sending scans: the last must not be taken for a live one later.
+            self.hub.scan.send_replace(None);
+        }
+    }
+}
+
+impl Drop for StreamSeat {
+    fn drop(&mut self) {
+        self.set_wants_scans(false);
+        self.hub.lock().stream_sockets -= 1;
+    }
+}

@@ -1,0 +1,96 @@
+//! What one client may use up. Every queue, buffer and wait in this crate has its bound here.
+
+use std::time::{Duration, Instant};
+
+/// Bounds on clients. The defaults suit a robot on a site network; tests shorten the waits.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// TCP connections at a time, WebSockets included. More get 503 and are closed.
+    pub connections: usize,
+    /// Control sockets at a time, and as many stream sockets. More are refused with a sentence.
+    pub clients: usize,
+    /// Longest a request's head may take, and longest an idle connection is kept.
+    pub header_timeout: Duration,
+    /// Longest a WebSocket may say nothing before it is closed.
+    pub silence: Duration,
+    /// Longest a peer may take nothing while something waits for it.
+    pub write_stall: Duration,
+    /// Commands a second from one socket; twice as many in a burst. Orders to stop are counted apart.
+    pub commands_per_second: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            connections: 512,
+            clients: 64,
+            header_timeout: Duration::from_secs(10),
+            silence: Duration::from_secs(10),
+            write_stall: Duration::from_secs(10),
+            commands_per_second: 50.0,
+        }
+    }
+}
+
+/// Longest message from a client, bytes. The longest legitimate one is a command with a name in it.
+pub(crate) const MAX_CLIENT_MESSAGE_BYTES: usize = 16 << 10;
+/// Longest head of a request, bytes.
+pub(crate) const MAX_REQUEST_HEAD_BYTES: usize = 32 << 10;
+/// Header fields in a request.
+pub(crate) const MAX_REQUEST_HEADERS: usize = 64;
+/// Bytes that the kernel holds unsent for a client: what waits longer than this waits here, where newer replaces older.
+pub(crate) const UNSENT_BYTES: u32 = 16 << 10;
+/// Answers and pongs that wait for one client.
+pub(crate) const MAX_ANSWERS: usize = 256;
+/// Commands of one client that the core has not answered.
+pub(crate) const MAX_PENDING: usize = 256;
+/// Commands on their way to the core, of all clients.
+pub(crate) const COMMAND_QUEUE: usize = 256;
+/// Places in that queue that only orders to stop may take.
+pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
+/// Notices kept for clients that come later.
+pub(crate) const MAX_NOTICES: usize = 50;
+/// Tiles in one event: some 50 kB, so that a pose never waits long behind a big map.
+pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
+
+/// A token bucket.
+pub(crate) struct RateLimit {
+    per_second: f64,
+    tokens: f64,
+    filled: Instant,
+}
+
+impl RateLimit {
+    /// `per_second` in the mean, twice as many at once.
+    pub(crate) fn new(per_second: f64, now: Instant) -> Self {
+        Self { per_second, tokens: 2.0 * per_second, filled: now }
+    }
+
+    /// Takes one token, if there is one.
+    pub(crate) fn allow(&mut self, now: Instant) -> bool {
+        let elapsed = now.saturating_duration_since(self.filled).as_secs_f64();
+        self.filled = now;
+        self.tokens = (self.tokens + elapsed * self.per_second).min(2.0 * self.per_second);
+        let allowed = self.tokens >= 1.0;
+        if allowed {
+            self.tokens -= 1.0;
+        }
+        allowed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_then_the_mean_rate() {
+        let start = Instant::now();
+        let mut limit = RateLimit::new(50.0, start);
+        assert_eq!((0..1000).filter(|_| limit.allow(start)).count(), 100);
+        let later = start + Duration::from_secs(1);
+        assert_eq!((0..1000).filter(|_| limit.allow(later)).count(), 50);
+        let much_later = start + Duration::from_secs(3600);
+        assert_eq!((0..1000).filter(|_| limit.allow(much_later)).count(), 100);
+    }
+}

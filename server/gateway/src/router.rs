@@ -1,0 +1,66 @@
+//! Which path leads where.
+
+use crate::app::App;
+use crate::limits::MAX_CLIENT_MESSAGE_BYTES;
+use crate::problem::ProblemResponse;
+use crate::{control, documents, openapi, security, static_files, stream};
+use axum::extract::State;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{WebSocket, WebSocketUpgrade};
+use axum::http::{Method, StatusCode, Uri};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use axum::{Router, middleware};
+use std::future::Future;
+use std::sync::Arc;
+
+/// All routes.
+pub(crate) fn router(app: Arc<App>) -> Router {
+    let sockets = Router::new()
+        .route(api::CONTROL_PATH, get(control_socket))
+        .route(api::STREAM_PATH, get(stream_socket))
+        .route_layer(middleware::from_fn(security::same_origin));
+    Router::new()
+        .merge(sockets)
+        .route(api::paths::MAPS_PATH, get(documents::maps))
+        .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
+        .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
+        .route(api::paths::TILE_PATH, get(documents::tile))
+        .route(api::paths::HEALTH_PATH, get(documents::health))
+        .route(openapi::PATH, get(openapi::serve))
+        .fallback(static_files::serve)
+        .method_not_allowed_fallback(wrong_method)
+        .layer(middleware::map_response(security::add_headers))
+        .with_state(app)
+}
+
+async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
+    let detail = format!("{} cannot be asked with {method}. See /api/v1/openapi.json.", uri.path());
+    ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, detail)
+}
+
+type Upgrade = Result<WebSocketUpgrade, WebSocketUpgradeRejection>;
+
+async fn control_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
+    open(upgrade, app, control::serve)
+}
+
+async fn stream_socket(State(app): State<Arc<App>>, upgrade: Upgrade) -> Result<Response, ProblemResponse> {
+    open(upgrade, app, stream::serve)
+}
+
+fn open<F>(
+    upgrade: Upgrade,
+    app: Arc<App>,
+    serve: impl FnOnce(WebSocket, Arc<App>) -> F + Send + 'static,
+) -> Result<Response, ProblemResponse>
+where
+    F: Future<Output = ()> + Send + 'static,
+{
+    let upgrade = upgrade.map_err(|rejection| {
+        let status = rejection.into_response().status();
+        ProblemResponse::new(status, "This path is a WebSocket. Connect to it with one (version 13).")
+    })?;
+    let bounded = upgrade.max_message_size(MAX_CLIENT_MESSAGE_BYTES).max_frame_size(MAX_CLIENT_MESSAGE_BYTES);
+    Ok(bounded.on_upgrade(move |socket| serve(socket, app)).into_response())
+}

@@ -1,0 +1,89 @@
+//! Who may open a socket, and what a page from this server may do.
+
+use crate::problem::ProblemResponse;
+use axum::extract::Request;
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+/// The page loads scripts, workers and data from this server only. WASM needs `wasm-unsafe-eval`; workers may start from
+/// blobs; the canvas library sets styles on elements; nobody may frame the page and lure clicks onto the robot's controls.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
+    worker-src 'self' blob:; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
+    font-src 'self' data:; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Headers on every response.
+const HEADERS: [(HeaderName, &str); 6] = [
+    (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+    (header::X_FRAME_OPTIONS, "DENY"),
+    (header::REFERRER_POLICY, "no-referrer"),
+    (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+];
+
+/// Adds [`HEADERS`].
+pub(crate) async fn add_headers(mut response: Response) -> Response {
+    for (name, value) in HEADERS {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// Lets only pages of this very server open sockets: browsers send `Origin` with every WebSocket, whatever page opens it,
+/// and enforce nothing themselves. Programs send none and pass.
+pub(crate) async fn same_origin(request: Request, next: Next) -> Response {
+    if is_same_origin(request.headers()) {
+        next.run(request).await
+    } else {
+        ProblemResponse::new(
+            StatusCode::FORBIDDEN,
+            "Only pages from this server may connect. Open the client at the server's own address.",
+        )
+        .into_response()
+    }
+}
+
+fn is_same_origin(headers: &HeaderMap) -> bool {
+    let mut origins = headers.get_all(header::ORIGIN).iter();
+    let (origin, more) = (origins.next(), origins.next());
+    let Some(origin) = origin else { return true };
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+    let authority = origin.to_str().ok().and_then(|origin| Some(origin.split_once("://")?.1));
+    match (authority, host, more) {
+        (Some(authority), Some(host), None) => !host.is_empty() && authority.eq_ignore_ascii_case(host),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn origins_are_compared_with_the_host() {
+        let cases = [
+            (vec![], Some("robot:8080"), true),
+            (vec!["http://robot:8080"], Some("robot:8080"), true),
+            (vec!["https://ROBOT"], Some("robot"), true),
+            (vec!["http://[::1]:8080"], Some("[::1]:8080"), true),
+            (vec!["http://robot"], Some("robot:8080"), false),
+            (vec!["http://evil.example"], Some("robot:8080"), false),
+            (vec!["http://robot:8080.evil.example"], Some("robot:8080"), false),
+            (vec!["null"], Some("robot:8080"), false),
+            (vec!["http://robot:8080"], None, false),
+            (vec!["http://"], Some(""), false),
+            (vec!["http://robot:8080", "http://evil.example"], Some("robot:8080"), false),
+        ];
+        for (origins, host, same) in cases {
+            let mut headers = HeaderMap::new();
+            for origin in &origins {
+                headers.append(header::ORIGIN, HeaderValue::from_static(origin));
+            }
+            if let Some(host) = host {
+                headers.insert(header::HOST, HeaderValue::from_static(host));
+            }
+            assert_eq!(is_same_origin(&headers), same, "{origins:?} {host:?}");
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Accepts connections, bounds them, and ends them all when the gateway stops.
+
+use crate::app::App;
+use crate::client_io::ClientIo;
+use crate::core_link;
+use crate::hub::Hub;
+use crate::limits::{Limits, MAX_REQUEST_HEAD_BYTES, MAX_REQUEST_HEADERS};
+use crate::{GatewayConfig, GatewayError, router};
+use axum::Router;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use std::future::Future;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, mpsc, watch};
+
+/// Longest wait for connections to end by themselves.
+const GRACE: Duration = Duration::from_secs(3);
+/// Pause when the system cannot give another socket, so that others can be closed meanwhile.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
+/// All that a connection too many is told. Written without reading anything from it.
+const TOO_MANY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
+    retry-after: 5\r\nconnection: close\r\n\r\n\
+    {\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"Too many connections are open. Close some, then try again.\"}";
+
+/// As [`crate::serve`], with limits of the caller's choice.
+///
+/// # Errors
+/// When the address cannot be listened on.
+pub async fn serve_with(
+    config: GatewayConfig,
+    limits: Limits,
+    shutdown: impl Future<Output = ()>,
+) -> Result<(), GatewayError> {
+    let address = config.listen;
+    let listen_error = |source| GatewayError::Listen { address, source };
+    let listener = TcpListener::bind(address).await.map_err(listen_error)?;
+    let bound = listener.local_addr().map_err(listen_error)?;
+
+    let hub = Arc::new(Hub::new(&limits));
+    let (stop, stopping) = watch::channel(false);
+    let (alive, mut all_ended) = mpsc::channel(1);
+    let app = Arc::new(App::new(&config, limits, hub.clone(), stopping, alive));
+
+    tracing::info!(address = %bound, "listening");
+    if let Some(on_ready) = config.on_ready {
+        // Nobody waits for it any more: no reason not to serve.
+        on_ready.send(bound).ok();
+    }
+    tokio::select! {
+        () = accept(listener, app) => {}
+        () = core_link::run(&config.core_socket, &hub) => {}
+        () = shutdown => {}
+    }
+    stop.send_replace(true);
+    // Every connection holds the app, which holds `alive`; nothing is ever sent.
+    tokio::time::timeout(GRACE, all_ended.recv()).await.ok();
+    Ok(())
+}
+
+async fn accept(listener: TcpListener, app: Arc<App>) {
+    let places = Arc::new(Semaphore::new(app.limits.connections));
+    let router = router::router(app.clone());
+    loop {
+        match listener.accept().await {
+            Ok((stream, _)) => match places.clone().try_acquire_owned() {
+                Ok(place) => {
+                    let io = ClientIo::new(stream, app.limits.write_stall, place);
+                    tokio::spawn(serve_connection(io, router.clone(), app.clone()));
+                }
+                Err(_) => turn_away(&stream),
+            },
+            Err(error) => {
+                tracing::warn!(%error, "could not accept a connection");
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+            }
+        }
+    }
+}
+
+fn turn_away(stream: &TcpStream) {
+    // A new connection's send buffer is empty, so this goes out whole or not at all.
+    stream.try_write(TOO_MANY).ok();
+}
+
+async fn serve_connection(io: ClientIo, router: Router, app: Arc<App>) {
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(app.limits.header_timeout)
+        .max_headers(MAX_REQUEST_HEADERS)
+        .max_buf_size(MAX_REQUEST_HEAD_BYTES)
+        .serve_connection(TokioIo::new(io), TowerToHyperService::new(router))
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    let ended = tokio::select! {
+        ended = connection.as_mut() => ended,
+        () = app.shutdown() => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = ended {
+        tracing::debug!(%error, "a connection ended early");
+    }
+}

@@ -1,0 +1,193 @@
+//! The latest state of every kind, and how far each client has been told: what makes "latest value wins" need no queue.
+//!
+//! Nothing is queued per client. A [`Cursor`] remembers which revision of each kind its client was sent; whatever is
+//! newer is owed. A client that reads slowly is owed fewer, newer values, in the memory of one cursor.
+
+use crate::limits::{MAX_NOTICES, MAX_TILES_PER_EVENT};
+use api::{Event, Notice, Platform, TileEntry, TilesChanged};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+const LATEST_KINDS: usize = 9;
+const TILES: usize = LATEST_KINDS;
+const NOTICES: usize = LATEST_KINDS + 1;
+const SOURCES: usize = LATEST_KINDS + 2;
+
+/// Everything a client that connects now must be told.
+pub(crate) struct Snapshot {
+    /// Counts changes; a kind's revision is that of its last change.
+    revision: u64,
+    latest: [Option<(u64, Arc<Event>)>; LATEST_KINDS],
+    tiles: Tiles,
+    notices: VecDeque<(u64, Notice)>,
+    platform: Platform,
+}
+
+#[derive(Default)]
+struct Tiles {
+    /// Counts resets; 0 while tiles were never mentioned.
+    epoch: u64,
+    revision: u64,
+    entries: Vec<TileEntry>,
+}
+
+/// What one client has been told.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cursor {
+    /// Revision last sent, by source.
+    seen: [u64; SOURCES],
+    /// Turn in which a source was last served: the one that waited longest goes first.
+    served: [u64; SOURCES],
+    turn: u64,
+    tiles_epoch: u64,
+    tiles_sent: usize,
+}
+
+impl Snapshot {
+    /// Knows nothing but that there is no core.
+    pub(crate) fn new() -> Self {
+        let mut snapshot = Self {
+            revision: 0,
+            latest: Default::default(),
+            tiles: Tiles::default(),
+            notices: VecDeque::new(),
+            platform: Platform::default(),
+        };
+        snapshot.change_platform(|_| ());
+        snapshot
+    }
+
+    /// Takes in an event for all. [`Event::CommandDone`] is no state and changes nothing.
+    pub(crate) fn apply(&mut self, event: Event) {
+        match event {
+            Event::Tiles(change) => self.change_tiles(change),
+            Event::Notice(notice) => self.add_notice(notice),
+            Event::Platform(said) => self.change_platform(|platform| {
+                // These two the gateway knows better than the core.
+                *platform = Platform { core_connected: true, clients: platform.clients, ..said };
+            }),
+            event => {
+                if let Some(kind) = latest_kind(&event) {
+                    self.revision += 1;
+                    self.latest[kind] = Some((self.revision, Arc::new(event)));
+                }
+            }
+        }
+    }
+
+    /// Changes what is said of the server itself.
+    pub(crate) fn change_platform(&mut self, change: impl FnOnce(&mut Platform)) {
+        change(&mut self.platform);
+        let event = Event::Platform(self.platform.clone());
+        if let Some(kind) = latest_kind(&event) {
+            self.revision += 1;
+            self.latest[kind] = Some((self.revision, Arc::new(event)));
+        }
+    }
+
+    /// Forgets tiles, because a core that (re)connects will tell all of its own.
+    pub(crate) fn forget_tiles(&mut self) {
+        if self.tiles.epoch > 0 {
+            self.change_tiles(TilesChanged { reset: true, added: Vec::new() });
+        }
+    }
+
+    /// Last list of saved maps.
+    pub(crate) fn maps(&self) -> Option<Arc<Event>> {
+        self.latest[MAPS].as_ref().map(|(_, event)| event.clone())
+    }
+
+    /// The next thing that a client is owed, now counted as told; `None` when it knows everything.
+    pub(crate) fn next(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
+        let source = (0..SOURCES)
+            .filter_map(|source| Some((cursor.served[source], self.owed(source, cursor)?, source)))
+            .min()
+            .map(|(.., source)| source)?;
+        cursor.turn += 1;
+        cursor.served[source] = cursor.turn;
+        match source {
+            TILES => Some(self.next_tiles(cursor)),
+            NOTICES => self.next_notice(cursor),
+            kind => {
+                let (revision, event) = self.latest[kind].as_ref()?;
+                cursor.seen[kind] = *revision;
+                Some(event.clone())
+            }
+        }
+    }
+
+    /// Revision of what `source` owes to the client, if anything.
+    fn owed(&self, source: usize, cursor: &Cursor) -> Option<u64> {
+        match source {
+            TILES => {
+                let complete =
+                    cursor.tiles_epoch == self.tiles.epoch && cursor.tiles_sent == self.tiles.entries.len();
+                (!complete).then_some(self.tiles.revision)
+            }
+            NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
+            kind => self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind]),
+        }
+    }
+
+    fn next_tiles(&self, cursor: &mut Cursor) -> Arc<Event> {
+        let reset = cursor.tiles_epoch != self.tiles.epoch;
+        if reset {
+            cursor.tiles_epoch = self.tiles.epoch;
+            cursor.tiles_sent = 0;
+        }
+        let end = self.tiles.entries.len().min(cursor.tiles_sent + MAX_TILES_PER_EVENT);
+        let added = self.tiles.entries[cursor.tiles_sent..end].to_vec();
+        cursor.tiles_sent = end;
+        Arc::new(Event::Tiles(TilesChanged { reset, added }))
+    }
+
+    fn next_notice(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
+        let (revision, notice) = self.notices.iter().find(|(revision, _)| *revision > cursor.seen[NOTICES])?;
+        cursor.seen[NOTICES] = *revision;
+        Some(Arc::new(Event::Notice(notice.clone())))
+    }
+
+    fn change_tiles(&mut self, change: TilesChanged) {
+        self.revision += 1;
+        self.tiles.revision = self.revision;
+        if change.reset || self.tiles.epoch == 0 {
+            self.tiles.epoch += 1;
+            self.tiles.entries.clear();
+        }
+        self.tiles.entries.extend(change.added);
+    }
+
+    fn add_notice(&mut self, notice: Notice) {
+        // A core that reconnects repeats its notices; the instant in each tells a repetition from news.
+        if self.notices.iter().any(|(_, known)| *known == notice) {
+            return;
+        }
+        self.revision += 1;
+        self.notices.push_back((self.revision, notice));
+        if self.notices.len() > MAX_NOTICES {
+            self.notices.pop_front();
+        }
+    }
+}
+
+const MAPS: usize = 7;
+
+/// Place of events of which only the last counts.
+fn latest_kind(event: &Event) -> Option<usize> {
+    match event {
+        Event::Estimate(_) => Some(0),
+        Event::Graph(_) => Some(1),
+        Event::Mapping(_) => Some(2),
+        Event::Motion(_) => Some(3),
+        Event::Control(_) => Some(4),
+        Event::Health(_) => Some(5),
+        Event::Battery(_) => Some(6),
+        Event::Maps(_) => Some(MAPS),
+        Event::Platform(_) => Some(8),
+        Event::Tiles(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
+    }
+}
+
+#[cfg(test)]
+#[path = "snapshot_tests.rs"]
+mod tests;

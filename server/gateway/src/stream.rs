@@ -1,0 +1,128 @@
+//! The stream socket: live scans, the latest only, never more under way than the client can take.
+
+use crate::app::App;
+use crate::hub::StreamSeat;
+use crate::pacer::{Pacer, Permission};
+use crate::socket::{Closing, Incoming, Outgoing, farewell, send};
+use crate::wire::ScanFrameRef;
+use api::{ScanFrame, StreamRequest};
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::{SinkExt, StreamExt};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::{Notify, watch};
+
+/// Serves one stream socket to its end.
+pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
+    let (mut sink, stream) = socket.split();
+    let mut incoming = Incoming::new(stream, app.limits.silence);
+    let closing = tokio::select! {
+        closing = converse(&mut sink, &mut incoming, &app) => closing,
+        () = app.shutdown() => Closing::Shutdown,
+    };
+    farewell(sink, incoming, closing, None).await;
+}
+
+async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
+    let Some(seat) = StreamSeat::take(&app.hub) else {
+        return Closing::Refused("too many streams".to_owned());
+    };
+    let flow = Flow::default();
+    tokio::select! {
+        closing = tell(sink, app.hub.scans(), &flow, app) => closing,
+        closing = listen(incoming, seat, &flow) => closing,
+    }
+}
+
+/// Flow control, shared by the two directions.
+struct Flow {
+    pacer: Mutex<Pacer>,
+    heard: Notify,
+}
+
+impl Default for Flow {
+    fn default() -> Self {
+        Self { pacer: Mutex::new(Pacer::new()), heard: Notify::new() }
+    }
+}
+
+impl Flow {
+    fn pacer(&self) -> MutexGuard<'_, Pacer> {
+        self.pacer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Reads requests and acknowledgements until the client leaves or falls silent.
+async fn listen(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> Closing {
+    let mut opened = false;
+    loop {
+        match incoming.message().await {
+            Ok(StreamRequest::Open { version: api::VERSION, max_hz }) => {
+                opened = true;
+                let wants_scans = {
+                    let mut pacer = flow.pacer();
+                    pacer.set_rate(max_hz);
+                    pacer.wants_scans()
+                };
+                seat.set_wants_scans(wants_scans);
+            }
+            Ok(StreamRequest::Open { version, .. }) => return Closing::wrong_version(version),
+            Ok(StreamRequest::Acknowledge { .. }) if !opened => {
+                return Closing::Refused("a stream is opened first".to_owned());
+            }
+            Ok(StreamRequest::Acknowledge { sequence }) => {
+                if flow.pacer().acknowledged(sequence, Instant::now()).is_err() {
+                    return Closing::Refused("a frame was acknowledged that was never sent".to_owned());
+                }
+            }
+            Err(closing) => return closing,
+        }
+        flow.heard.notify_one();
+    }
+}
+
+/// Sends the latest scan whenever the pacer permits, until the connection fails.
+async fn tell(
+    sink: &mut Outgoing,
+    mut scans: watch::Receiver<Option<Arc<ScanFrame>>>,
+    flow: &Flow,
+    app: &App,
+) -> Closing {
+    // Scans kept from before anybody listened are old.
+    scans.mark_unchanged();
+    // Browsers answer pings by themselves, so a paused stream is still seen to live.
+    let mut ping = tokio::time::interval((app.limits.silence / 3).max(Duration::from_millis(1)));
+    loop {
+        let permission = flow.pacer().permission(Instant::now());
+        let sent = tokio::select! {
+            _ = ping.tick() => sink.send(Message::Ping(Vec::new().into())).await.map_err(|_| Closing::Gone),
+            () = flow.heard.notified() => Ok(()),
+            () = sleep_until(permission) => Ok(()),
+            changed = scans.changed(), if permission == Permission::Send => match changed {
+                Ok(()) => send_latest(sink, &mut scans, flow).await,
+                Err(_) => Err(Closing::Shutdown),
+            },
+        };
+        if let Err(closing) = sent {
+            return closing;
+        }
+    }
+}
+
+/// Waits for the instant that a permission names, or for ever.
+async fn sleep_until(permission: Permission) {
+    match permission {
+        Permission::At(instant) => tokio::time::sleep_until(instant.into()).await,
+        Permission::Send | Permission::AfterMessage => std::future::pending().await,
+    }
+}
+
+async fn send_latest(
+    sink: &mut Outgoing,
+    scans: &mut watch::Receiver<Option<Arc<ScanFrame>>>,
+    flow: &Flow,
+) -> Result<(), Closing> {
+    let Some(scan) = scans.borrow_and_update().clone() else { return Ok(()) };
+    let sequence = flow.pacer().sent(Instant::now());
+    send(sink, api::encode(&ScanFrameRef::numbered(&scan, sequence))).await
+}
