@@ -67,7 +67,7 @@ pub struct Noise {
     pub accel_walk: f64,
     /// Velocity of the legs while the robot walks, m/s; neighbours in time are treated as independent.
     pub legs: f64,
-    /// External odometry: share of the turn and of the distance that is wrong.
+    /// External odometry: share of the turn and of the distance of one second that is wrong, 1/√s. Its clock may lag.
     pub external: f64,
     /// Change of velocity when nothing measures it, m/s/√s.
     pub velocity_walk: f64,
@@ -87,7 +87,7 @@ impl Default for Noise {
             gyro_walk: 3e-5,
             accel_walk: 5e-4,
             legs: 0.1,
-            external: 0.05,
+            external: 0.14,
             velocity_walk: 1.5,
             rate_walk: 2.0,
             lidar: 0.01,

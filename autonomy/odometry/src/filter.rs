@@ -46,13 +46,13 @@ impl Filter {
                 add(ACCEL_BIAS, noise.accel_walk * noise.accel_walk * dt);
             }
             Motion::Twist { turn_rate, velocity } => {
-                // A share of the motion, and a little for standing still; `dt` is a fraction of the other
-                // odometry's period, over which the error is the same: variance grows as if steps were 0.1 s.
+                // A share of the motion, and a little for standing still.
                 let share = noise.external * noise.external;
-                add(ROTATION, share * (turn_rate.norm_squared() + 1e-3) * 0.1 * dt);
-                add(POSITION, share * (velocity.norm_squared() + 1e-2) * 0.1 * dt);
-                add(VELOCITY, share * (velocity.norm_squared() + 1e-2));
-                add(GYRO_BIAS, share * (turn_rate.norm_squared() + 1e-3));
+                let (turning, moving) = (turn_rate.norm_squared() + 0.05, velocity.norm_squared() + 0.05);
+                add(ROTATION, share * turning * dt);
+                add(POSITION, share * moving * dt);
+                add(VELOCITY, share * moving);
+                add(GYRO_BIAS, share * turning);
             }
             Motion::Coast => {
                 add(VELOCITY, noise.velocity_walk * noise.velocity_walk * dt);

@@ -17,6 +17,7 @@ mod local_map;
 mod motion;
 mod odometry;
 mod pose_table;
+mod recovery;
 mod startup;
 mod state;
 mod sweep;

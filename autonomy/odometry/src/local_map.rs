@@ -56,7 +56,6 @@ pub struct LocalMap {
     map: GaussianMap,
     downsampler: Downsampler,
     centroids: Vec<Centroid>,
-    scratch: Vec<[f32; 3]>,
     /// Edge of the voxels that thin a scan, metres.
     voxel: f32,
     points_wanted: usize,
@@ -74,7 +73,6 @@ impl LocalMap {
             map: GaussianMap::new(config.map),
             downsampler: Downsampler::default(),
             centroids: Vec::new(),
-            scratch: Vec::new(),
             voxel: 0.3,
             points_wanted: config.points_wanted,
             noise: config.noise.lidar as f32,
@@ -136,7 +134,11 @@ impl LocalMap {
             Prediction::Close => 2.0,
             Prediction::Loose => 8.0,
         };
-        for _ in 0..MAX_ITERATIONS {
+        let iterations = match prediction {
+            Prediction::Close => MAX_ITERATIONS,
+            Prediction::Loose => 2 * MAX_ITERATIONS,
+        };
+        for _ in 0..iterations {
             let options = MatchOptions { gate: GATE * widen, kernel: KERNEL * widen, ..self.matching() };
             let at = linearise(&self.map, &thinned.coarse, &state.odom_from_body, &options);
             let (share, gradient);
@@ -186,13 +188,5 @@ impl LocalMap {
             self.forgotten_at = Some(*position);
             self.map.keep_within(&[position.x, position.y, position.z], self.radius);
         }
-    }
-
-    /// A few hundred points of a scan, evenly picked: enough to compare guesses.
-    pub fn sample<'a>(&'a mut self, thinned: &Thinned) -> &'a [[f32; 3]] {
-        let step = thinned.coarse.len().div_ceil(500).max(1);
-        self.scratch.clear();
-        self.scratch.extend(thinned.coarse.iter().step_by(step));
-        &self.scratch
     }
 }

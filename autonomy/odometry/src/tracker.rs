@@ -7,6 +7,7 @@ use crate::imu_queue::ImuQueue;
 use crate::local_map::{Fitted, LocalMap, MIN_POINTS, Prediction, Thinned};
 use crate::motion::Motion;
 use crate::pose_table::PoseTable;
+use crate::recovery::Recovery;
 use crate::startup::{Bearing, level};
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorVector, GRAVITY, GYRO_BIAS, LEG_SCALE, POSITION, ROTATION, State, VELOCITY,
@@ -53,8 +54,7 @@ pub struct Tracker {
     last_scan: Option<Timed<Isometry>>,
     last_legs: Option<Stamp>,
     last_external: Option<Timed<Isometry>>,
-    /// Running mean of how well scans fit.
-    typical_fit: f64,
+    recovery: Recovery,
     thinned: Thinned,
     corrected: Vec<[f32; 3]>,
     share: Vec<f32>,
@@ -129,7 +129,7 @@ impl Tracker {
             last_scan: None,
             last_legs: None,
             last_external: None,
-            typical_fit: 0.0,
+            recovery: Recovery::default(),
             thinned: Thinned::default(),
             corrected: Vec::new(),
             share: Vec::new(),
@@ -318,6 +318,9 @@ impl Tracker {
         } else {
             self.table.shift(&(posterior * prior.inverse()));
         }
+        if !self.inertial && accepted.is_some() {
+            self.recovery.learn(&self.map, &self.thinned, &posterior);
+        }
         if self.thinned.fine.len() >= MIN_POINTS && !report.rejected {
             self.map.insert(&self.thinned, &posterior);
         }
@@ -331,11 +334,19 @@ impl Tracker {
         if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
             return None;
         }
-        let close = self.inertial;
-        let start = previous.map_or(self.filter.state, |fitted| fitted.state);
-        let prediction = if close { Prediction::Close } else { Prediction::Loose };
+        let mut start = previous.map_or(self.filter.state, |fitted| fitted.state);
+        let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
+        let prediction = if self.inertial { Prediction::Close } else { Prediction::Loose };
+        if let (Prediction::Loose, None, Some(last)) = (prediction, previous, &self.last_scan) {
+            let guesses =
+                [start.odom_from_body, last.value, se3::interpolate(&last.value, &start.odom_from_body, 0.5)];
+            let found = self.recovery.best_start(&self.map, &self.thinned, &guesses);
+            start.odom_from_body = found.map_from_body;
+            searched = found.searched;
+        }
         let mut fitted = self.map.fit(&self.filter, start, &self.thinned, prediction);
         let report = &mut fitted.report;
+        report.searched = searched;
         let matched = report.matched as f64 / report.points_used as f64;
         report.rejected = report.inlier_share < INLIERS_MIN && matched > 0.3;
         Some(fitted)

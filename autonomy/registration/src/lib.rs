@@ -8,4 +8,4 @@ pub mod search;
 
 pub use degeneracy::{Conditioned, blind_directions, condition};
 pub use linearise::{MatchOptions, NormalEquations, linearise};
-pub use search::{Fit, SearchOptions, refine, search};
+pub use search::{Fit, SearchOptions, refine, score, search};
