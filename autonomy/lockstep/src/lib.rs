@@ -1,1 +1,7 @@
-//! (empty)
+//! Stack and simulator in one thread, faster than time; and the check that a log repeats bit for bit.
+
+mod digest;
+mod walk;
+
+pub use digest::{Digest, Stepper, replay};
+pub use walk::Lockstep;

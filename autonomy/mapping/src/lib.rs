@@ -5,4 +5,4 @@
 
 mod session;
 
-pub use session::{Edge, KeyframePolicy, Node, Session, Stretch};
+pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Stretch};

@@ -49,6 +49,23 @@ pub struct Edge {
     pub information: Matrix6,
 }
 
+/// What odometry says of one motion-corrected scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanPose {
+    /// The instant to which its points were moved.
+    pub stamp: Stamp,
+    /// Base at `stamp`: the pose of the cloud.
+    pub odom_from_base: Isometry,
+    /// The scan's own stamp.
+    pub scan_stamp: Stamp,
+    /// Base at `scan_stamp`: what the trajectory lists.
+    pub odom_from_base_at_scan: Isometry,
+    /// Of `odom_from_base`, `[rotation; translation]`, growing along the walk.
+    pub covariance: Matrix6,
+    /// Whether the LiDAR did not see some direction.
+    pub degenerate: bool,
+}
+
 /// A stretch of the walk in which the LiDAR did not see some direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stretch {
@@ -98,28 +115,21 @@ impl Session {
         &self.map_from_odom
     }
 
-    /// Adds the pose of a motion-corrected scan; returns the keyframe if it became one.
-    ///
-    /// `covariance` is the odometry's own, of `odom_from_base`, `[rotation; translation]`, growing along the walk;
-    /// `degenerate` says that the LiDAR did not see some direction. Constant time.
-    pub fn add_scan(
-        &mut self,
-        stamp: Stamp,
-        odom_from_base: &Isometry,
-        covariance: &Matrix6,
-        degenerate: bool,
-    ) -> Option<Node> {
-        let map_from_base = self.map_from_odom * odom_from_base;
+    /// Adds the pose of a motion-corrected scan; returns the keyframe if it became one. Constant time.
+    pub fn add_scan(&mut self, scan: &ScanPose) -> Option<Node> {
+        let at_scan = self.map_from_odom * scan.odom_from_base_at_scan;
         let step = self
             .trajectory
             .last()
-            .map_or(0.0, |(_, last)| (last.translation.vector - map_from_base.translation.vector).norm());
+            .map_or(0.0, |(_, last)| (last.translation.vector - at_scan.translation.vector).norm());
         self.distance += step;
-        self.trajectory.push((stamp, map_from_base));
-        if degenerate {
-            self.note_degenerate(stamp, step);
+        self.trajectory.push((scan.scan_stamp, at_scan));
+        if scan.degenerate {
+            self.note_degenerate(scan.stamp, step);
         }
-        self.is_new_place(&map_from_base).then(|| self.add_keyframe(stamp, map_from_base, covariance))
+        let map_from_base = self.map_from_odom * scan.odom_from_base;
+        self.is_new_place(&map_from_base)
+            .then(|| self.add_keyframe(scan.stamp, map_from_base, &scan.covariance))
     }
 
     /// Metres walked.
@@ -211,9 +221,20 @@ mod tests {
         Isometry::from_parts(Translation3::new(x, 0.0, 0.0), so3::exp(&(Vector3::z() * yaw)))
     }
 
+    fn scan(stamp: Stamp, pose: &Isometry, degenerate: bool) -> ScanPose {
+        ScanPose {
+            stamp,
+            odom_from_base: *pose,
+            scan_stamp: stamp,
+            odom_from_base_at_scan: *pose,
+            covariance: Matrix6::zeros(),
+            degenerate,
+        }
+    }
+
     fn walk(session: &mut Session, poses: impl Iterator<Item = Isometry>) {
         for (index, pose) in poses.enumerate() {
-            session.add_scan(Stamp::from_nanos(index as i64 * 100_000_000), &pose, &Matrix6::zeros(), false);
+            session.add_scan(&scan(Stamp::from_nanos(index as i64 * 100_000_000), &pose, false));
         }
     }
 
@@ -224,7 +245,7 @@ mod tests {
             so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
         );
         let mut session = Session::begin(&tilted, KeyframePolicy::default());
-        let node = session.add_scan(Stamp::EPOCH, &tilted, &Matrix6::zeros(), false).expect("first keyframe");
+        let node = session.add_scan(&scan(Stamp::EPOCH, &tilted, false)).expect("first keyframe");
         assert!(node.map_from_keyframe.translation.vector.norm() < 1e-12);
         let rotation = node.map_from_keyframe.rotation;
         assert!((rotation.inverse() * so3::exp(&(Vector3::x() * 0.2))).angle() < 1e-12);
@@ -256,7 +277,7 @@ mod tests {
         for index in 0..60_i64 {
             let degenerate = (10..20).contains(&index) || (40..45).contains(&index);
             let pose = at(index as f64 * 0.1, 0.0);
-            session.add_scan(Stamp::from_nanos(index * 100_000_000), &pose, &Matrix6::zeros(), degenerate);
+            session.add_scan(&scan(Stamp::from_nanos(index * 100_000_000), &pose, degenerate));
         }
         let lengths: Vec<f64> = session.degenerate_stretches().iter().map(|s| s.distance).collect();
         assert_eq!(lengths.len(), 2);

@@ -179,7 +179,7 @@ impl Terrain {
         }
         // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
         let looks_like_ground = (touch.lowest - foot).abs() < OTHER_FLOOR;
-        if looks_like_ground && !(cell.ground < touch.lowest) {
+        if looks_like_ground && (cell.ground.is_nan() || cell.ground > touch.lowest) {
             cell.ground = touch.lowest;
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };

@@ -4,12 +4,49 @@
 //! way anything reaches it is an [`Input`]. What it wants done comes out as [`Effect`]s. A recording of the inputs
 //! therefore repeats a run bit for bit.
 
-use messages::{Effect, Input};
-use vocab::Stamp;
+mod control;
+mod health;
+mod localising;
+mod mapping_phase;
+mod motion;
+
+use control::{Admission, Control};
+use geometry::{Isometry, pose_from_isometry, vec_from_plain, vec_to_plain};
+use health::Watch;
+use localising::{Localiser, Located, Said};
+use mapping_phase::{MappingPhase, rows};
+use messages::{
+    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
+    Order, Publication, Sensor, Severity,
+};
+use motion::Motion;
+use std::sync::Arc;
+use vocab::{Covariance6, Span, Stamp};
+
+/// Scans teach the terrain at most this often: people walk 0.3 m in between.
+const OBSERVE_EVERY: Span = Span::from_millis(180);
 
 /// State of the robot's autonomy.
-#[derive(Default)]
-pub struct Stack {}
+#[derive(Debug, Default)]
+pub struct Stack {
+    running: Option<Box<Running>>,
+    complained: bool,
+}
+
+/// Everything that exists once the boot record is known.
+#[derive(Debug)]
+struct Running {
+    localiser: Localiser,
+    control: Control,
+    watch: Watch,
+    mapping: MappingPhase,
+    motion: Motion,
+    jobs: u64,
+    points_used: u32,
+    distance: f64,
+    last: Option<Box<Located>>,
+    observed: Option<Stamp>,
+}
 
 impl Stack {
     /// A stack that has heard nothing yet. The first input must be [`Input::Boot`].
@@ -19,6 +56,233 @@ impl Stack {
 
     /// The only way in. `at` is the only clock and never decreases; effects are appended in the order to be done.
     pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
-        let _ = (at, input, effects);
+        match (&mut self.running, input) {
+            (running, Input::Boot(record)) => {
+                let started = running.insert(Box::new(Running::boot(&record)));
+                started.greet(&record, effects);
+            }
+            (Some(running), Input::Tick) => running.tick(at, effects),
+            (Some(running), Input::Sensor(sensor)) => running.sensor(at, &sensor, effects),
+            (Some(running), Input::Command(command)) => running.command(at, &command, effects),
+            (Some(running), Input::JobDone(done)) => running.job_done(at, done, effects),
+            (None, _) if !self.complained => {
+                self.complained = true;
+                let text =
+                    "The log does not begin with a boot record, so nothing in it can be used.".to_owned();
+                effects.push(notice(at, Severity::Error, text));
+            }
+            (None, _) => {}
+        }
     }
+}
+
+impl Running {
+    fn boot(record: &BootRecord) -> Self {
+        let mut mapping = MappingPhase::default();
+        if let Some(session) = record.start_mapping {
+            // A fresh phase is idle, so this cannot be refused.
+            let _ = mapping.start(session);
+        }
+        Self {
+            localiser: Localiser::new(record),
+            control: Control::default(),
+            watch: Watch::default(),
+            mapping,
+            motion: Motion::new(record.mounting.standing_height),
+            jobs: 0,
+            points_used: 0,
+            distance: 0.0,
+            last: None,
+            observed: None,
+        }
+    }
+
+    fn greet(&mut self, record: &BootRecord, effects: &mut Vec<Effect>) {
+        for finding in Localiser::mounting_findings(record) {
+            self.watch.found(finding);
+        }
+        publish(effects, Publication::Control(self.control.state().clone()));
+        self.publish_changes(effects);
+    }
+
+    fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<Effect>) {
+        self.watch.heard(at, sensor);
+        if let Sensor::Battery(battery) = sensor {
+            publish(effects, Publication::Battery(*battery));
+        }
+        let mut said = Vec::new();
+        self.localiser.hear(sensor, &mut said);
+        self.digest(at, said, effects);
+    }
+
+    /// Works through what odometry said.
+    fn digest(&mut self, at: Stamp, said: Vec<Said>, effects: &mut Vec<Effect>) {
+        for one in said {
+            match one {
+                Said::Located(located) => self.located(at, located, effects),
+                Said::Found(finding) => {
+                    self.tell(at, &finding, effects);
+                    self.watch.found(finding);
+                }
+            }
+        }
+    }
+
+    fn tell(&self, at: Stamp, finding: &Finding, effects: &mut Vec<Effect>) {
+        effects.push(notice(at, finding.severity, format!("{} {}", finding.what, finding.remedy)));
+    }
+
+    fn located(&mut self, at: Stamp, located: Box<Located>, effects: &mut Vec<Effect>) {
+        if self.mapping.is_starting() {
+            self.motion.forget_map();
+        }
+        let grown = self.mapping.add(&located);
+        let map_from_base = self.mapping.map_from_odom() * located.odom_from_base;
+        if let Some(last) = &self.last {
+            let step = located.odom_from_base.translation.vector - last.odom_from_base.translation.vector;
+            self.distance += step.norm();
+        }
+        self.points_used = located.points_used;
+        if self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
+            self.observed = Some(located.stamp);
+            self.motion.observe(&map_from_base, &located.cloud.xyz);
+        }
+        publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
+        publish(
+            effects,
+            Publication::Scan(CorrectedScan {
+                stamp: located.stamp,
+                map_from_base: pose_from_isometry(&map_from_base),
+                cloud: Arc::clone(&located.cloud),
+            }),
+        );
+        if let Some(grown) = grown {
+            publish(effects, Publication::Keyframe(grown.keyframe));
+            publish(effects, Publication::Graph(grown.graph));
+        }
+        self.last = Some(located);
+        self.publish_changes(effects);
+        self.report(at, effects);
+    }
+
+    fn estimate(&self, located: &Located, map_from_base: &Isometry) -> Estimate {
+        Estimate {
+            stamp: located.stamp,
+            map_from_base: pose_from_isometry(map_from_base),
+            velocity: located.velocity,
+            covariance: Covariance6(rows(&located.covariance)),
+            degenerate: located.degenerate.map(|direction| direction.map(|d| vec_to_plain(&d))),
+            distance: self.distance,
+        }
+    }
+
+    fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+        let map_from_odom = self.mapping.map_from_odom();
+        let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
+        let map_from_base = map_from_odom
+            * predicted.as_ref().map_or_else(Isometry::identity, |located| located.odom_from_base);
+        if let Some(drive) = self.motion.tick(at, &map_from_base) {
+            effects.push(Effect::Drive(drive));
+        }
+        if let Some(located) = predicted {
+            publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
+        }
+        self.publish_changes(effects);
+        self.report(at, effects);
+    }
+
+    fn report(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+        if let Some(health) = self.watch.report(at, self.points_used) {
+            publish(effects, Publication::Health(health));
+        }
+    }
+
+    fn publish_changes(&mut self, effects: &mut Vec<Effect>) {
+        if let Some(state) = self.mapping.changed() {
+            publish(effects, Publication::Mapping(state));
+        }
+        let map_from_base = self.map_from_base();
+        if let Some(state) = self.motion.changed(&map_from_base) {
+            publish(effects, Publication::Motion(state));
+        }
+    }
+
+    fn map_from_base(&self) -> Isometry {
+        let odom_from_base = self.last.as_ref().map_or_else(Isometry::identity, |last| last.odom_from_base);
+        self.mapping.map_from_odom() * odom_from_base
+    }
+
+    fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) {
+        let refused = match self.control.admit(command) {
+            Admission::Repeated(answer) => {
+                effects.push(Effect::Answer { id: command.id, to: command.by, refused: answer });
+                return;
+            }
+            Admission::Refused(reason) => Some(reason),
+            Admission::Granted { changed } => {
+                if changed {
+                    publish(effects, Publication::Control(self.control.state().clone()));
+                }
+                self.obey(at, command, effects).err()
+            }
+        };
+        self.control.answered(command.id, refused.clone());
+        effects.push(Effect::Answer { id: command.id, to: command.by, refused });
+        self.publish_changes(effects);
+    }
+
+    fn obey(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) -> Result<(), String> {
+        match &command.order {
+            Order::TakeControl { .. } | Order::ReleaseControl => Ok(()),
+            Order::StartMapping(session) => self.mapping.start(*session),
+            Order::DiscardMapping => self.mapping.discard(),
+            Order::FinishMapping { map, name } => {
+                let mut said = Vec::new();
+                self.localiser.flush(&mut said);
+                self.digest(at, said, effects);
+                let finished = self.mapping.finish(at, *map, name)?;
+                effects.push(Effect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
+                self.jobs += 1;
+                Ok(())
+            }
+            Order::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
+            Order::WalkTo(goal) => {
+                let map_from_base = self.map_from_base();
+                self.motion.walk_to(at, &map_from_base, vec_from_plain(*goal))
+            }
+            Order::StopMotion => {
+                self.motion.stop(Some(command.by));
+                // At once, not at the next tick.
+                effects.extend(self.motion.tick(at, &self.map_from_base()).map(Effect::Drive));
+                Ok(())
+            }
+            Order::AllowMotion => {
+                self.motion.allow();
+                Ok(())
+            }
+        }
+    }
+
+    fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
+        match done.result {
+            JobResult::MapSaved { map, .. } => {
+                self.mapping.saved(map, true);
+                effects.push(notice(at, Severity::Info, "The map is saved.".to_owned()));
+            }
+            JobResult::MapNotSaved { map, reason } => {
+                self.mapping.saved(map, false);
+                let text = format!("The map was not saved: {reason} The session goes on; try again.");
+                effects.push(notice(at, Severity::Error, text));
+            }
+        }
+        self.publish_changes(effects);
+    }
+}
+
+fn publish(effects: &mut Vec<Effect>, publication: Publication) {
+    effects.push(Effect::Publish(publication));
+}
+
+fn notice(at: Stamp, severity: Severity, text: String) -> Effect {
+    Effect::Publish(Publication::Notice(Notice { at, severity, text }))
 }

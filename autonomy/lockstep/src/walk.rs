@@ -1,0 +1,107 @@
+//! A simulated robot and its stack, taken forward together as fast as the machine allows.
+
+use crate::Digest;
+use messages::{Effect, Input, Job, JobDone, JobResult};
+use sim::{SimConfig, SimEvent, Simulator};
+use stack::Stack;
+use std::collections::VecDeque;
+use vocab::{SessionId, Span, Stamp};
+
+/// Ticks come at 20 Hz, and commands reach the body with them.
+const TICK: Span = Span::from_millis(50);
+
+/// Both in one thread. Saving a map always succeeds and writes nothing.
+pub struct Lockstep {
+    simulator: Simulator,
+    stack: Stack,
+    digest: Digest,
+    log: Option<Vec<(Stamp, Input)>>,
+    waiting: VecDeque<Input>,
+    events: Vec<SimEvent>,
+    effects: Vec<Effect>,
+}
+
+impl Lockstep {
+    /// Boots the stack with the simulated robot's own record, mapping from the first scan if `session` is given.
+    /// `keep_log` keeps every input in memory for a replay.
+    pub fn new(config: SimConfig, session: Option<SessionId>, keep_log: bool) -> Self {
+        let simulator = Simulator::new(config);
+        let mut boot = simulator.boot();
+        boot.start_mapping = session;
+        let mut lockstep = Self {
+            simulator,
+            stack: Stack::new(),
+            digest: Digest::default(),
+            log: keep_log.then(Vec::new),
+            waiting: VecDeque::new(),
+            events: Vec::new(),
+            effects: Vec::new(),
+        };
+        let now = lockstep.now();
+        lockstep.step(now, Input::Boot(Box::new(boot)), &mut |_, _| {});
+        lockstep
+    }
+
+    /// The simulator, for its clock, truth and faults.
+    pub fn simulator(&mut self) -> &mut Simulator {
+        &mut self.simulator
+    }
+
+    /// The robot's clock.
+    pub fn now(&self) -> Stamp {
+        self.simulator.now()
+    }
+
+    /// Gives the stack an input (a command, mostly) at the next tick.
+    pub fn give(&mut self, input: Input) {
+        self.waiting.push_back(input);
+    }
+
+    /// Runs until `until`, showing every effect.
+    pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &Effect)) {
+        while self.now() < until {
+            let next = (self.now() + TICK).min(until);
+            let mut events = std::mem::take(&mut self.events);
+            self.simulator.advance(next, &mut events);
+            for event in events.drain(..) {
+                self.step(event.at, Input::Sensor(event.sensor), watch);
+            }
+            self.events = events;
+            while let Some(input) = self.waiting.pop_front() {
+                self.step(next, input, watch);
+            }
+            self.step(next, Input::Tick, watch);
+        }
+    }
+
+    /// Everything done so far.
+    pub fn digest(&self) -> &Digest {
+        &self.digest
+    }
+
+    /// Every input so far, if they are kept.
+    pub fn log(&self) -> &[(Stamp, Input)] {
+        self.log.as_deref().unwrap_or_default()
+    }
+
+    fn step(&mut self, at: Stamp, input: Input, watch: &mut dyn FnMut(Stamp, &Effect)) {
+        if let Some(log) = &mut self.log {
+            log.push((at, input.clone()));
+        }
+        let mut effects = std::mem::take(&mut self.effects);
+        self.stack.step(at, input, &mut effects);
+        self.digest.add(at, &effects);
+        for effect in effects.drain(..) {
+            watch(at, &effect);
+            match effect {
+                Effect::Drive(drive) => self.simulator.command(drive),
+                Effect::StartJob { job, work: Job::SaveMap(finished) } => {
+                    let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
+                    self.waiting.push_back(Input::JobDone(JobDone { job, result }));
+                }
+                Effect::Publish(_) | Effect::Answer { .. } => {}
+            }
+        }
+        self.effects = effects;
+    }
+}

@@ -1,0 +1,169 @@
+//! Odometry as the stack sees it: messages in, located scans and findings out.
+
+use geometry::{Isometry, Matrix6, Vector3, isometry_from_pose, vec_from_plain, vec_to_plain};
+use messages::{BootRecord, Cloud, Finding, Sensor, Severity};
+use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
+use std::sync::Arc;
+use vocab::{Stamp, Twist};
+
+/// A scan with its pose.
+#[derive(Clone, Debug)]
+pub(crate) struct Located {
+    /// Instant of the pose: the end of the sweep.
+    pub stamp: Stamp,
+    pub odom_from_base: Isometry,
+    /// The scan's own stamp, usually the start of the sweep, and the pose then.
+    pub scan_stamp: Stamp,
+    pub odom_from_base_at_scan: Isometry,
+    /// Velocity of the base in its own frame.
+    pub velocity: Twist,
+    /// Of `odom_from_base`.
+    pub covariance: Matrix6,
+    pub degenerate: [Option<Vector3>; 3],
+    pub points_used: u32,
+    /// Corrected points in the base frame.
+    pub cloud: Arc<Cloud>,
+}
+
+/// What odometry said.
+pub(crate) enum Said {
+    Located(Box<Located>),
+    Found(Finding),
+}
+
+/// Feeds sensors to odometry and puts its answers together.
+#[derive(Debug)]
+pub(crate) struct Localiser {
+    odometry: Odometry,
+    /// The pose whose scan has not come yet: they come one after the other.
+    pending: Option<Box<PoseEvent>>,
+    events: Vec<OdometryEvent>,
+}
+
+impl Localiser {
+    /// For the robot of a boot record.
+    pub fn new(record: &BootRecord) -> Self {
+        let mounting = &record.mounting;
+        let config = OdometryConfig {
+            sources: Sources {
+                lidar: record.sources.lidar,
+                imu: record.sources.imu,
+                legs: record.sources.legs,
+                external: record.sources.external,
+            },
+            mounting: Mounting::from_poses(
+                mounting.base_from_lidar.as_ref(),
+                mounting.base_from_imu.as_ref(),
+                mounting.base_from_external.as_ref(),
+            ),
+            ..OdometryConfig::default()
+        };
+        Self { odometry: Odometry::new(config), pending: None, events: Vec::new() }
+    }
+
+    /// What is missing or wrong in the mounting itself.
+    pub fn mounting_findings(record: &BootRecord) -> Vec<Finding> {
+        let mounting = &record.mounting;
+        [("LiDAR", mounting.base_from_lidar), ("IMU", mounting.base_from_imu)]
+            .into_iter()
+            .filter(|(_, pose)| pose.is_some_and(|pose| isometry_from_pose(&pose).is_none()))
+            .map(|(name, _)| Finding {
+                severity: Severity::Error,
+                what: format!("The mounting of the {name} is not a pose, so it is taken to be at the base."),
+                remedy: "Correct its position and orientation in the robot's description.".to_owned(),
+            })
+            .collect()
+    }
+
+    /// Passes a message on.
+    pub fn hear(&mut self, sensor: &Sensor, said: &mut Vec<Said>) {
+        let mut events = std::mem::take(&mut self.events);
+        match sensor {
+            Sensor::Imu(imu) => {
+                let (gyro, force) =
+                    (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
+                self.odometry.imu(imu.stamp, gyro, force, &mut events);
+            }
+            Sensor::Legs(legs) => {
+                self.odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), &mut events);
+            }
+            Sensor::Odometry(external) => {
+                if let Some(pose) = isometry_from_pose(&external.odom_from_external) {
+                    self.odometry.external(external.stamp, pose, &mut events);
+                }
+            }
+            Sensor::Scan(scan) => {
+                let view = ScanView {
+                    stamp: scan.stamp,
+                    xyz: &scan.xyz,
+                    intensity: &scan.intensity,
+                    offset_ns: &scan.offset_ns,
+                };
+                self.odometry.scan(view, &mut events);
+            }
+            Sensor::Battery(_) => {}
+        }
+        self.events = events;
+        self.collect(said);
+    }
+
+    /// At the end of a recording: what still waits for other sensors is worked through without them.
+    pub fn flush(&mut self, said: &mut Vec<Said>) {
+        let mut events = std::mem::take(&mut self.events);
+        self.odometry.flush(&mut events);
+        self.events = events;
+        self.collect(said);
+    }
+
+    /// The last located scan moved on to `at`.
+    pub fn predict(&self, at: Stamp, last: &Located) -> Box<Located> {
+        let estimate = self.odometry.predict(at);
+        Box::new(Located {
+            stamp: estimate.stamp,
+            odom_from_base: estimate.odom_from_base,
+            velocity: twist(&estimate.velocity, &estimate.turn_rate),
+            covariance: estimate.covariance,
+            ..last.clone()
+        })
+    }
+
+    fn collect(&mut self, said: &mut Vec<Said>) {
+        for event in self.events.drain(..) {
+            match event {
+                OdometryEvent::Started(_) => {}
+                OdometryEvent::Pose(pose) => self.pending = Some(pose),
+                OdometryEvent::Scan(scan) => {
+                    let Some(pose) = self.pending.take() else { continue };
+                    let cloud = Cloud {
+                        xyz: Arc::unwrap_or_clone(scan.xyz),
+                        intensity: Arc::unwrap_or_clone(scan.intensity),
+                    };
+                    said.push(Said::Located(Box::new(Located {
+                        stamp: pose.estimate.stamp,
+                        odom_from_base: pose.estimate.odom_from_base,
+                        scan_stamp: pose.scan_stamp,
+                        odom_from_base_at_scan: pose.odom_from_base_at_scan,
+                        velocity: twist(&pose.estimate.velocity, &pose.estimate.turn_rate),
+                        covariance: pose.estimate.covariance,
+                        degenerate: pose.degenerate,
+                        points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
+                        cloud: Arc::new(cloud),
+                    })));
+                }
+                OdometryEvent::Finding(finding) => said.push(Said::Found(Finding {
+                    severity: match finding.severity {
+                        odometry::Severity::Info => Severity::Info,
+                        odometry::Severity::Warning => Severity::Warning,
+                        odometry::Severity::Error => Severity::Error,
+                    },
+                    what: finding.what,
+                    remedy: finding.remedy,
+                })),
+            }
+        }
+    }
+}
+
+fn twist(linear: &Vector3, angular: &Vector3) -> Twist {
+    Twist { linear: vec_to_plain(linear), angular: vec_to_plain(angular) }
+}
