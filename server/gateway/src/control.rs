@@ -39,11 +39,16 @@ async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) 
     };
     let Some(seat) = ControlSeat::take(&app.hub, client) else {
         let clients = app.limits.clients;
-        return Closing::Refused(format!("The server already has {clients} clients. Close one, then reload."));
+        return Closing::Refused(format!(
+            "The server already has {clients} clients. Close one, then reload."
+        ));
     };
     tokio::select! {
         closing = tell(sink, &seat, app) => closing,
         closing = listen(incoming, &seat, app) => closing,
+        () = seat.outbox.overflowed() => {
+            Closing::Refused("This client asks faster than it reads the answers. Reload the page.".to_owned())
+        }
     }
 }
 
@@ -69,17 +74,18 @@ async fn tell(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Closing {
         // Marked as seen before looking, so that no change falls between looking and waiting.
         changes.mark_unchanged();
         loop {
-            let sent = match next(seat, &mut cursor) {
-                Ok(Some(Next::Pong(token))) => {
+            // Answers to this client first, they are few; then state.
+            let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(Answer::Event));
+            let sent = match next {
+                Some(Answer::Pong(token)) => {
                     let pong = ServerMessageRef::Pong { token, now: app.hub.robot_now() };
                     sink_message(sink, &pong).await
                 }
-                Ok(Some(Next::Event(event))) => {
+                Some(Answer::Event(event)) => {
                     sequence += 1;
                     sink_message(sink, &ServerMessageRef::Event { sequence, event: &event }).await
                 }
-                Ok(None) => break,
-                Err(closing) => Err(closing),
+                None => break,
             };
             if let Err(closing) = sent {
                 return closing;
@@ -89,21 +95,6 @@ async fn tell(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Closing {
             changed = changes.changed() => if changed.is_err() { return Closing::Shutdown },
             () = seat.outbox.filled() => {}
         }
-    }
-}
-
-enum Next {
-    Pong(u64),
-    Event(Arc<Event>),
-}
-
-/// What goes next: answers to this client first, they are few; then state.
-fn next(seat: &ControlSeat, cursor: &mut Cursor) -> Result<Option<Next>, Closing> {
-    match seat.outbox.next() {
-        Ok(Some(Answer::Pong(token))) => Ok(Some(Next::Pong(token))),
-        Ok(Some(Answer::Event(event))) => Ok(Some(Next::Event(Arc::new(event)))),
-        Ok(None) => Ok(seat.next_event(cursor).map(Next::Event)),
-        Err(_) => Err(Closing::Refused("This client asks faster than it reads the answers. Reload.".to_owned())),
     }
 }
 
@@ -130,7 +121,7 @@ fn command(seat: &ControlSeat, gate: &mut Gate, id: CommandId, order: Order) {
     let forwarded = gate.check(&order).and_then(|()| seat.forward(id, order));
     if let Err(reason) = forwarded {
         let outcome = CommandOutcome::Refused(reason.to_owned());
-        seat.outbox.answer(Event::CommandDone { id, outcome });
+        seat.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
     }
 }
 

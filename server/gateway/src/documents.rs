@@ -2,8 +2,8 @@
 
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
-use crate::openapi::{GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument};
 use crate::problem::ProblemResponse;
+use crate::schemas::{GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument};
 use api::TileHash;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
@@ -62,7 +62,8 @@ async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let file = app.data_dir.join("maps").join(id.to_string()).join(name);
     let serving = Serving { content_type: "application/json", cache_control: REVALIDATE, etag: None };
-    let missing = || ProblemResponse::not_found(format!("There is no map {id}. GET /api/v1/maps lists them."));
+    let missing =
+        || ProblemResponse::not_found(format!("There is no map {id}. GET /api/v1/maps lists them."));
     respond(&file, headers, serving).await?.ok_or_else(missing)
 }
 
@@ -82,7 +83,8 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
     let file = app.data_dir.join("tiles").join(&name[..2]).join(&name);
     let serving =
         Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&name) };
-    let missing = || ProblemResponse::not_found(format!("There is no tile {name}. Ask for the list of tiles anew."));
+    let missing =
+        || ProblemResponse::not_found(format!("There is no tile {name}. Ask for the list of tiles anew."));
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }
 
@@ -94,7 +96,8 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
 pub(crate) async fn health(State(app): State<Arc<App>>) -> Answer {
     app.hub.core_state().map_err(ProblemResponse::unavailable)?;
     let clients = app.hub.listeners().borrow().clients;
-    Ok(([(header::CACHE_CONTROL, "no-store")], Json(HealthDocument { core_connected: true, clients })).into_response())
+    Ok(([(header::CACHE_CONTROL, "no-store")], Json(HealthDocument { core_connected: true, clients }))
+        .into_response())
 }
 
 /// The variable part of a path, if it is text at all.

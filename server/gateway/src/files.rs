@@ -35,7 +35,10 @@ pub(crate) async fn respond(
 ) -> Result<Option<Response>, ProblemResponse> {
     let chosen = choose(path, request).await.map_err(|error| {
         tracing::warn!(path = %path.display(), %error, "could not read a file");
-        ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, "The server could not read the file from its disk.")
+        ProblemResponse::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "The server could not read the file from its disk.",
+        )
     })?;
     let Some(Chosen { file, metadata, encoding }) = chosen else { return Ok(None) };
     let etag = match serving.etag {

@@ -21,13 +21,21 @@ pub(crate) struct Listeners {
     pub(crate) streams: u32,
 }
 
+/// The latest scan.
+pub(crate) struct LiveScan {
+    /// When the core sent it.
+    pub(crate) heard: Instant,
+    /// The scan, not yet numbered.
+    pub(crate) frame: ScanFrame,
+}
+
 /// State shared by all connections.
 pub(crate) struct Hub {
     state: Mutex<State>,
     clients_max: usize,
     /// Changes whenever a client may be owed something.
     changed: watch::Sender<()>,
-    scan: watch::Sender<Option<Arc<ScanFrame>>>,
+    scan: watch::Sender<Option<Arc<LiveScan>>>,
     listeners: watch::Sender<Listeners>,
 }
 
@@ -104,7 +112,7 @@ impl Hub {
                     let reason = "The robot's core went away before it answered. Look at what the robot does before \
                                   you repeat the command.";
                     let outcome = CommandOutcome::Refused(reason.to_owned());
-                    member.outbox.answer(Event::CommandDone { id, outcome });
+                    member.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
                 }
             }
         }
@@ -116,7 +124,7 @@ impl Hub {
     pub(crate) fn apply(&self, message: CoreMessage) {
         match message {
             CoreMessage::Hello { .. } => tracing::warn!("the core introduced itself twice"),
-            CoreMessage::Event { to: Some(client), event } => self.answer(client, &event),
+            CoreMessage::Event { to: Some(client), event } => self.answer(client, event),
             CoreMessage::Event { to: None, event } => {
                 {
                     let mut state = self.lock();
@@ -126,16 +134,17 @@ impl Hub {
                 self.changed.send_replace(());
             }
             CoreMessage::Scan { stamp, map_from_base, points } => {
-                let scan = ScanFrame { sequence: 0, stamp, map_from_base, points };
-                self.scan.send_replace(Some(Arc::new(scan)));
+                let frame = ScanFrame { sequence: 0, stamp, map_from_base, points };
+                self.scan.send_replace(Some(Arc::new(LiveScan { heard: Instant::now(), frame })));
             }
         }
     }
 
-    fn answer(&self, client: ClientId, event: &Event) {
+    fn answer(&self, client: ClientId, event: Event) {
+        let event = Arc::new(event);
         let mut state = self.lock();
         for member in state.members.values_mut().filter(|member| member.client == client) {
-            if let Event::CommandDone { id, .. } = event {
+            if let Event::CommandDone { id, .. } = &*event {
                 member.pending.retain(|pending| pending != id);
             }
             member.outbox.answer(event.clone());
@@ -167,8 +176,8 @@ impl Hub {
         self.listeners.subscribe()
     }
 
-    /// The latest scan, from the next on.
-    pub(crate) fn scans(&self) -> watch::Receiver<Option<Arc<ScanFrame>>> {
+    /// The latest scan.
+    pub(crate) fn scans(&self) -> watch::Receiver<Option<Arc<LiveScan>>> {
         self.scan.subscribe()
     }
 
@@ -274,16 +283,10 @@ impl StreamSeat {
             return;
         }
         self.wants_scans = wants_scans;
-        let mut streams = 0;
         self.hub.listeners.send_modify(|listeners| {
             listeners.streams =
                 if wants_scans { listeners.streams + 1 } else { listeners.streams.saturating_sub(1) };
-            streams = listeners.streams;
         });
-        if streams == 0 {
-            // The core now stops sending scans: the last must not be taken for a live one later.
-            self.hub.scan.send_replace(None);
-        }
     }
 }
 

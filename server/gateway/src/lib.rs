@@ -23,6 +23,7 @@ mod pacer;
 mod problem;
 mod robot_clock;
 mod router;
+mod schemas;
 mod security;
 mod server;
 mod snapshot;
@@ -59,7 +60,9 @@ pub struct GatewayConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum GatewayError {
     /// The address cannot be listened on.
-    #[error("cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one")]
+    #[error(
+        "cannot listen on {address}: {source}. Choose another address, or stop the program that uses this one"
+    )]
     Listen {
         /// The address.
         address: SocketAddr,

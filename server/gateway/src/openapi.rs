@@ -1,13 +1,9 @@
-//! The description of the HTTP interface (OpenAPI 3.1).
-//!
-//! The types of crate `api` are built for the browser too and carry no schemas, so their JSON is described here; the
-//! tests compare every field with what the types really become.
+//! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
 use crate::documents;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
-use utoipa::{OpenApi, ToSchema};
+use utoipa::OpenApi;
 
 /// Where the description is served.
 pub(crate) const PATH: &str = "/api/v1/openapi.json";
@@ -32,165 +28,8 @@ pub fn description() -> String {
 
 /// Serves the description.
 pub(crate) async fn serve() -> Response {
-    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], description()).into_response()
-}
-
-/// State of the server.
-#[derive(Serialize, ToSchema)]
-#[schema(as = Health)]
-pub(crate) struct HealthDocument {
-    /// Whether gateway and core are connected.
-    pub(crate) core_connected: bool,
-    /// Clients connected.
-    pub(crate) clients: u32,
-}
-
-/// An error, RFC 9457.
-#[derive(ToSchema)]
-#[schema(as = Problem)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct ProblemDocument {
-    /// HTTP status.
-    status: u16,
-    /// The kind of problem, short.
-    title: String,
-    /// This case: what, where and what to do.
-    detail: String,
-}
-
-/// A saved map version.
-#[derive(ToSchema)]
-#[schema(as = MapSummary)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct MapSummaryDocument {
-    /// Which.
-    #[schema(format = Uuid)]
-    id: String,
-    /// For people.
-    name: String,
-    /// When it was finished, nanoseconds since the Unix epoch.
-    created: i64,
-    /// Metres walked to make it.
-    distance: f64,
-    /// Keyframes in it.
-    keyframes: u32,
-    /// Points in its tiles.
-    points: u64,
-    /// Bytes on disk.
-    bytes: u64,
-}
-
-/// Every tile of a saved map.
-#[derive(ToSchema)]
-#[schema(as = TileList)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct TileListDocument {
-    /// Box round all, map frame.
-    bounds: BoundsDocument,
-    /// Coarse levels first.
-    tiles: Vec<TileEntryDocument>,
-}
-
-/// A tile that can be fetched.
-#[derive(ToSchema)]
-#[schema(as = TileEntry)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct TileEntryDocument {
-    /// BLAKE3 of its bytes, 64 hexadecimal digits.
-    hash: String,
-    /// What its coordinates are relative to.
-    anchor: AnchorDocument,
-    /// 0 is coarsest.
-    level: u8,
-    /// Distance between neighbouring points, metres.
-    spacing: f32,
-    /// Box round its points, in the anchor's frame.
-    bounds: BoundsDocument,
-    /// Points in it.
-    points: u32,
-    /// Encoded size.
-    bytes: u32,
-}
-
-/// What coordinates are relative to.
-#[derive(ToSchema)]
-#[schema(as = Anchor)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) enum AnchorDocument {
-    /// The map frame.
-    Map,
-    /// A keyframe, whose pose a loop closure may move.
-    Keyframe(u32),
-}
-
-/// An axis-aligned box, metres.
-#[derive(ToSchema)]
-#[schema(as = Bounds)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct BoundsDocument {
-    /// Least corner.
-    min: [f32; 3],
-    /// Greatest corner.
-    max: [f32; 3],
-}
-
-/// A pose graph.
-#[derive(ToSchema)]
-#[schema(as = Graph)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct GraphDocument {
-    /// Mapping session; null for a saved map.
-    #[schema(format = Uuid)]
-    session: Option<String>,
-    /// Keyframes in the map, in the order of their ids.
-    nodes: Vec<GraphNodeDocument>,
-    /// Pairs of keyframes.
-    edges: Vec<[u32; 2]>,
-}
-
-/// One keyframe.
-#[derive(ToSchema)]
-#[schema(as = GraphNode)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct GraphNodeDocument {
-    /// Which.
-    id: u32,
-    /// When it was made, nanoseconds since the Unix epoch.
-    stamp: i64,
-    /// Where.
-    map_from_keyframe: PoseDocument,
-}
-
-/// Where a child frame is, seen from its parent.
-#[derive(ToSchema)]
-#[schema(as = Pose)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct PoseDocument {
-    /// Origin of the child in the parent, metres.
-    position: Vec3Document,
-    /// Rotation of the child in the parent, unit, Hamilton.
-    orientation: QuatDocument,
-}
-
-/// Three numbers.
-#[derive(ToSchema)]
-#[schema(as = Vec3)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct Vec3Document {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
-/// A unit quaternion.
-#[derive(ToSchema)]
-#[schema(as = Quat)]
-#[allow(dead_code, reason = "described, never made: the contract's own type is")]
-pub(crate) struct QuatDocument {
-    w: f64,
-    x: f64,
-    y: f64,
-    z: f64,
+    ([(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-cache")], description())
+        .into_response()
 }
 
 #[cfg(test)]

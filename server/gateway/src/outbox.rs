@@ -3,7 +3,7 @@
 use crate::limits::MAX_ANSWERS;
 use api::Event;
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
 /// Answers that wait to be written.
@@ -11,27 +11,23 @@ use tokio::sync::Notify;
 pub(crate) struct Outbox {
     content: Mutex<Content>,
     filled: Notify,
+    overflowed: Notify,
 }
 
 #[derive(Default)]
 struct Content {
     pongs: VecDeque<u64>,
-    answers: VecDeque<Event>,
-    overflowed: bool,
+    answers: VecDeque<Arc<Event>>,
 }
 
-/// The next thing for this client only.
+/// The next thing for a client.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Answer {
     /// Answer to a ping with this token.
     Pong(u64),
-    /// An event for nobody else.
-    Event(Event),
+    /// An event.
+    Event(Arc<Event>),
 }
-
-/// Too much waits: the client asks but does not read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Overflow;
 
 impl Outbox {
     fn lock(&self) -> MutexGuard<'_, Content> {
@@ -44,7 +40,7 @@ impl Outbox {
     }
 
     /// Adds an event.
-    pub(crate) fn answer(&self, event: Event) {
+    pub(crate) fn answer(&self, event: Arc<Event>) {
         self.add(|content| content.answers.push_back(event));
     }
 
@@ -52,26 +48,29 @@ impl Outbox {
         let mut content = self.lock();
         if content.pongs.len() + content.answers.len() < MAX_ANSWERS {
             push(&mut content);
+            drop(content);
+            self.filled.notify_one();
         } else {
-            content.overflowed = true;
+            drop(content);
+            self.overflowed.notify_one();
         }
-        drop(content);
-        self.filled.notify_one();
     }
 
     /// Takes the next answer.
-    pub(crate) fn next(&self) -> Result<Option<Answer>, Overflow> {
+    pub(crate) fn next(&self) -> Option<Answer> {
         let mut content = self.lock();
-        if content.overflowed {
-            return Err(Overflow);
-        }
         let pong = content.pongs.pop_front().map(Answer::Pong);
-        Ok(pong.or_else(|| content.answers.pop_front().map(Answer::Event)))
+        pong.or_else(|| content.answers.pop_front().map(Answer::Event))
     }
 
     /// Returns after something was added since the last call. For one waiter.
     pub(crate) async fn filled(&self) {
         self.filled.notified().await;
+    }
+
+    /// Returns once an answer found no room: the client asks but does not read.
+    pub(crate) async fn overflowed(&self) {
+        self.overflowed.notified().await;
     }
 }
 
@@ -79,17 +78,17 @@ impl Outbox {
 mod tests {
     use super::*;
 
-    #[test]
-    fn pongs_overtake_answers_and_overflow_is_final() {
+    #[tokio::test]
+    async fn pongs_overtake_answers_and_what_finds_no_room_is_noticed() {
         let outbox = Outbox::default();
-        let notice = Event::Maps(Vec::new());
+        let notice = Arc::new(Event::Maps(Vec::new()));
         outbox.answer(notice.clone());
         outbox.pong(1);
-        assert_eq!(outbox.next(), Ok(Some(Answer::Pong(1))));
-        assert_eq!(outbox.next(), Ok(Some(Answer::Event(notice))));
-        assert_eq!(outbox.next(), Ok(None));
+        assert_eq!(outbox.next(), Some(Answer::Pong(1)));
+        assert_eq!(outbox.next(), Some(Answer::Event(notice)));
+        assert_eq!(outbox.next(), None);
         (0..=MAX_ANSWERS as u64).for_each(|token| outbox.pong(token));
-        assert_eq!(outbox.next(), Err(Overflow));
+        outbox.overflowed().await;
         assert_eq!(outbox.lock().pongs.len(), MAX_ANSWERS);
     }
 }

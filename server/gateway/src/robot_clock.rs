@@ -47,7 +47,8 @@ mod tests {
     #[test]
     fn follows_the_platform_both_ways_and_estimates_forward_only() {
         let start = Instant::now();
-        let estimate = |s| Event::Estimate(Estimate { stamp: Stamp::from_parts(s, 0), ..Estimate::default() });
+        let estimate =
+            |s| Event::Estimate(Estimate { stamp: Stamp::from_parts(s, 0), ..Estimate::default() });
         let platform = |s| Event::Platform(Platform { now: Stamp::from_parts(s, 0), ..Platform::default() });
         let mut clock = RobotClock::new();
         assert_eq!(clock.now(start), Stamp::EPOCH);

@@ -125,7 +125,9 @@ impl Snapshot {
                 (!complete).then_some(self.tiles.revision)
             }
             NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
-            kind => self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind]),
+            kind => {
+                self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind])
+            }
         }
     }
 
@@ -142,7 +144,8 @@ impl Snapshot {
     }
 
     fn next_notice(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
-        let (revision, notice) = self.notices.iter().find(|(revision, _)| *revision > cursor.seen[NOTICES])?;
+        let (revision, notice) =
+            self.notices.iter().find(|(revision, _)| *revision > cursor.seen[NOTICES])?;
         cursor.seen[NOTICES] = *revision;
         Some(Arc::new(Event::Notice(notice.clone())))
     }

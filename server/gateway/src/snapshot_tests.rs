@@ -1,0 +1,162 @@
+use super::*;
+use api::{Battery, Estimate, Severity, TileHash};
+use proptest::prelude::*;
+use vocab::Stamp;
+
+fn battery(charge: f32) -> Event {
+    Event::Battery(Battery { charge, ..Battery::default() })
+}
+
+fn tile(number: u32) -> TileEntry {
+    let mut hash = [0; 32];
+    hash[..4].copy_from_slice(&number.to_le_bytes());
+    TileEntry {
+        hash: TileHash(hash),
+        anchor: api::Anchor::Map,
+        level: 0,
+        spacing: 1.0,
+        bounds: vocab::Aabb::EMPTY,
+        points: number,
+        bytes: 0,
+    }
+}
+
+fn tiles(reset: bool, numbers: std::ops::Range<u32>) -> Event {
+    Event::Tiles(TilesChanged { reset, added: numbers.map(tile).collect() })
+}
+
+fn notice(at: i64) -> Event {
+    Event::Notice(Notice { at: Stamp::from_nanos(at), severity: Severity::Info, text: String::new() })
+}
+
+/// Everything owed to the cursor.
+fn drain(snapshot: &Snapshot, cursor: &mut Cursor) -> Vec<Event> {
+    std::iter::from_fn(|| snapshot.next(cursor)).map(|event| (*event).clone()).collect()
+}
+
+/// A snapshot and a cursor that knows it.
+fn settled() -> (Snapshot, Cursor) {
+    let (snapshot, mut cursor) = (Snapshot::new(), Cursor::default());
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Platform(Platform::default())]);
+    (snapshot, cursor)
+}
+
+#[test]
+fn the_latest_value_wins_and_is_told_once() {
+    let (mut snapshot, mut cursor) = settled();
+    (0..1000).for_each(|i| snapshot.apply(battery(i as f32)));
+    assert_eq!(drain(&snapshot, &mut cursor), [battery(999.0)]);
+    assert_eq!(drain(&snapshot, &mut cursor), []);
+}
+
+#[test]
+fn state_is_told_in_the_order_of_its_last_change() {
+    let (mut snapshot, _) = settled();
+    let mapping = Event::Mapping(api::Mapping::Idle);
+    snapshot.apply(battery(0.1));
+    snapshot.apply(mapping.clone());
+    snapshot.apply(battery(0.2));
+    assert_eq!(drain(&snapshot, &mut Cursor::default())[1..], [mapping, battery(0.2)]);
+}
+
+#[test]
+fn tiles_coalesce_to_what_the_client_lacks() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.apply(tiles(false, 0..3));
+    assert_eq!(drain(&snapshot, &mut cursor), [tiles(true, 0..3)], "the first always resets");
+    snapshot.apply(tiles(false, 3..4));
+    snapshot.apply(tiles(false, 4..6));
+    assert_eq!(drain(&snapshot, &mut cursor), [tiles(false, 3..6)]);
+    snapshot.apply(tiles(true, 10..11));
+    snapshot.apply(tiles(false, 11..12));
+    assert_eq!(drain(&snapshot, &mut cursor), [tiles(true, 10..12)]);
+    assert_eq!(drain(&snapshot, &mut Cursor::default())[1..], [tiles(true, 10..12)], "a new client gets all");
+}
+
+#[test]
+fn a_reset_to_the_same_number_of_tiles_is_not_missed() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.apply(tiles(true, 0..2));
+    drain(&snapshot, &mut cursor);
+    snapshot.apply(tiles(true, 2..4));
+    assert_eq!(drain(&snapshot, &mut cursor), [tiles(true, 2..4)]);
+    snapshot.apply(tiles(true, 0..0));
+    assert_eq!(drain(&snapshot, &mut cursor), [tiles(true, 0..0)], "forgetting all is news too");
+}
+
+#[test]
+fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
+    let (mut snapshot, mut cursor) = settled();
+    let pieces = 10;
+    snapshot.apply(tiles(true, 0..pieces * MAX_TILES_PER_EVENT as u32));
+    let mut received = 0;
+    for turn in 0..2 * pieces {
+        // The pose changes without pause, so both are always owed.
+        let pose = Event::Estimate(Estimate { distance: f64::from(turn), ..Estimate::default() });
+        snapshot.apply(pose.clone());
+        match snapshot.next(&mut cursor).as_deref() {
+            Some(Event::Tiles(change)) => received += change.added.len(),
+            Some(event) => assert_eq!(*event, pose),
+            None => panic!("the pose is always owed"),
+        }
+    }
+    assert_eq!(received, pieces as usize * MAX_TILES_PER_EVENT, "each gets every second turn");
+}
+
+#[test]
+fn notices_add_up_repetitions_do_not_and_the_oldest_go() {
+    let (mut snapshot, mut cursor) = settled();
+    (0..60).chain(55..60).for_each(|at| snapshot.apply(notice(at)));
+    let kept: Vec<Event> = (10..60).map(notice).collect();
+    assert_eq!(drain(&snapshot, &mut cursor), kept);
+    snapshot.apply(notice(60));
+    assert_eq!(drain(&snapshot, &mut cursor), [notice(60)]);
+}
+
+#[test]
+fn the_gateway_knows_better_who_is_connected() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.change_platform(|platform| platform.clients = 3);
+    snapshot.apply(Event::Platform(Platform { robot: "r".into(), clients: 77, ..Platform::default() }));
+    let expected = Platform { robot: "r".into(), clients: 3, core_connected: true, ..Platform::default() };
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Platform(expected)]);
+}
+
+proptest! {
+    /// However changes and reads interleave, a client that has read everything knows what a new client would be told.
+    #[test]
+    fn readers_converge(steps in prop::collection::vec(0_u8..8, 0..200)) {
+        let (mut snapshot, mut cursor) = settled();
+        let (mut known, mut charge) = (Vec::new(), None);
+        let mut number = 0;
+        let mut learn = |event: &Event| match event {
+            Event::Tiles(change) => {
+                if change.reset { known.clear() }
+                known.extend(change.added.iter().map(|tile| tile.points));
+            }
+            Event::Battery(battery) => charge = Some(battery.charge),
+            _ => {}
+        };
+        for step in steps {
+            match step {
+                0 => snapshot.apply(tiles(true, number..number + 1)),
+                1 | 2 => snapshot.apply(tiles(false, number..number + 700)),
+                3 => snapshot.apply(battery(number as f32)),
+                4 => snapshot.forget_tiles(),
+                _ => if let Some(event) = snapshot.next(&mut cursor) { learn(&event) },
+            }
+            number += 1000;
+        }
+        drain(&snapshot, &mut cursor).iter().for_each(&mut learn);
+        let (mut fresh, mut fresh_charge) = (Vec::new(), None);
+        for event in drain(&snapshot, &mut Cursor::default()) {
+            match event {
+                Event::Tiles(change) => fresh.extend(change.added.iter().map(|tile| tile.points)),
+                Event::Battery(battery) => fresh_charge = Some(battery.charge),
+                _ => {}
+            }
+        }
+        prop_assert_eq!(known, fresh);
+        prop_assert_eq!(charge, fresh_charge);
+    }
+}

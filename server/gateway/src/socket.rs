@@ -11,6 +11,9 @@ use tokio::time::timeout;
 /// Longest time that a closing connection is kept so that the peer can read the last word.
 const FAREWELL: Duration = Duration::from_secs(2);
 
+/// RFC 6455, 5.5: control frames carry 125 bytes, two of them the code.
+const MAX_CLOSE_REASON_BYTES: usize = 123;
+
 /// The half that writes.
 pub(crate) type Outgoing = SplitSink<WebSocket, Message>;
 
@@ -41,11 +44,16 @@ impl Closing {
         let (code, reason) = match self {
             Self::Gone => (close_code::NORMAL, ""),
             Self::Silent => (close_code::POLICY, "nothing was heard for too long"),
-            Self::Refused(_) => (close_code::POLICY, "refused"),
+            Self::Refused(reason) => (close_code::POLICY, start_of(reason)),
             Self::Shutdown => (close_code::AWAY, "the server stops"),
         };
         CloseFrame { code, reason: reason.into() }
     }
+}
+
+/// As much of a sentence as fits into a close frame.
+fn start_of(reason: &str) -> &str {
+    &reason[..reason.floor_char_boundary(MAX_CLOSE_REASON_BYTES)]
 }
 
 /// The half that reads.
@@ -77,7 +85,9 @@ impl Incoming {
                 }
                 Ok(Some(Ok(Message::Binary(bytes)))) => {
                     return decode(&bytes).map_err(|error| {
-                        Closing::Refused(format!("Not understood: {error}. Reload to get the client that fits."))
+                        Closing::Refused(format!(
+                            "Not understood: {error}. Reload to get the client that fits."
+                        ))
                     });
                 }
             }

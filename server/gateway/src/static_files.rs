@@ -24,7 +24,8 @@ pub(crate) async fn serve(
         return Err(ProblemResponse::not_found(format!("There is no {path}. See /api/v1/openapi.json.")));
     }
     if method != Method::GET && method != Method::HEAD {
-        let problem = ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, "Files can only be read (GET, HEAD).");
+        let problem =
+            ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, "Files can only be read (GET, HEAD).");
         return Ok(([("allow", "GET, HEAD")], problem).into_response());
     }
     let missing = || ProblemResponse::not_found(format!("There is no file {path}."));
@@ -32,7 +33,11 @@ pub(crate) async fn serve(
     let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let serving = Serving {
         content_type: content_type(name),
-        cache_control: if path.starts_with("/pkg/") && is_content_named(name) { IMMUTABLE } else { REVALIDATE },
+        cache_control: if path.starts_with("/pkg/") && is_content_named(name) {
+            IMMUTABLE
+        } else {
+            REVALIDATE
+        },
         etag: None,
     };
     match respond(&file, &headers, serving).await? {

@@ -1,16 +1,19 @@
 //! The stream socket: live scans, the latest only, never more under way than the client can take.
 
 use crate::app::App;
-use crate::hub::StreamSeat;
+use crate::hub::{LiveScan, StreamSeat};
 use crate::pacer::{Pacer, Permission};
 use crate::socket::{Closing, Incoming, Outgoing, farewell, send};
 use crate::wire::ScanFrameRef;
-use api::{ScanFrame, StreamRequest};
+use api::StreamRequest;
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::{SinkExt, StreamExt};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
+
+/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
+const LIVE: Duration = Duration::from_secs(1);
 
 /// Serves one stream socket to its end.
 pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
@@ -84,12 +87,10 @@ async fn listen(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> C
 /// Sends the latest scan whenever the pacer permits, until the connection fails.
 async fn tell(
     sink: &mut Outgoing,
-    mut scans: watch::Receiver<Option<Arc<ScanFrame>>>,
+    mut scans: watch::Receiver<Option<Arc<LiveScan>>>,
     flow: &Flow,
     app: &App,
 ) -> Closing {
-    // Scans kept from before anybody listened are old.
-    scans.mark_unchanged();
     // Browsers answer pings by themselves, so a paused stream is still seen to live.
     let mut ping = tokio::time::interval((app.limits.silence / 3).max(Duration::from_millis(1)));
     loop {
@@ -119,10 +120,12 @@ async fn sleep_until(permission: Permission) {
 
 async fn send_latest(
     sink: &mut Outgoing,
-    scans: &mut watch::Receiver<Option<Arc<ScanFrame>>>,
+    scans: &mut watch::Receiver<Option<Arc<LiveScan>>>,
     flow: &Flow,
 ) -> Result<(), Closing> {
-    let Some(scan) = scans.borrow_and_update().clone() else { return Ok(()) };
+    let latest = scans.borrow_and_update().clone();
+    // An older one was kept from before anybody listened, and would be taken for what the robot sees now.
+    let Some(scan) = latest.filter(|scan| scan.heard.elapsed() < LIVE) else { return Ok(()) };
     let sequence = flow.pacer().sent(Instant::now());
-    send(sink, api::encode(&ScanFrameRef::numbered(&scan, sequence))).await
+    send(sink, api::encode(&ScanFrameRef::numbered(&scan.frame, sequence))).await
 }
