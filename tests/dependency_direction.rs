@@ -1,0 +1,245 @@
+//! Who may see whom. ARCHITECTURE.md describes the layers; these tables are what keeps the description true.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::support::workspace_root;
+
+/// For each of our crates, every other one of ours that it may depend on.
+///
+/// Read it as a list of what is absent: `sim` and `stack` do not see each other, so the simulator cannot help the robot
+/// cheat; nothing in `server` but the program and the runtime sees `stack`; `web` sees plain data only.
+const OURS: &[(&str, &[&str])] = &[
+    ("vocab", &[]),
+    ("messages", &["vocab"]),
+    ("api", &["vocab"]),
+    ("map_codec", &["vocab"]),
+    //
+    ("geometry", &["vocab"]),
+    ("points", &["geometry", "vocab"]),
+    ("registration", &["geometry", "points", "vocab"]),
+    ("odometry", &["geometry", "points", "registration", "vocab"]),
+    ("mapping", &["geometry", "points", "registration", "vocab"]),
+    ("navigation", &["geometry", "points", "vocab"]),
+    ("stack", &["geometry", "mapping", "messages", "navigation", "odometry", "points", "registration", "vocab"]),
+    ("sim", &["geometry", "messages", "vocab"]),
+    ("lockstep", &["geometry", "messages", "sim", "stack", "vocab"]),
+    //
+    ("ports", &["api", "messages", "vocab"]),
+    ("formats", &["messages", "vocab"]),
+    ("links", &["geometry", "messages", "ports", "sim", "vocab"]),
+    ("recorder", &["formats", "geometry", "messages", "ports", "vocab"]),
+    ("store", &["api", "formats", "geometry", "map_codec", "messages", "ports", "vocab"]),
+    ("runtime", &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab"]),
+    ("gateway", &["api", "ports", "vocab"]),
+    (
+        "autoinspect",
+        &[
+            "api", "formats", "gateway", "geometry", "links", "lockstep", "map_codec", "messages", "ports", "recorder",
+            "runtime", "sim", "stack", "store", "vocab",
+        ],
+    ),
+    //
+    ("client_model", &["api", "vocab"]),
+    ("scene", &["vocab"]),
+    ("panels", &["api", "client_model", "vocab"]),
+    ("app", &["api", "client_model", "map_codec", "panels", "scene", "vocab"]),
+    //
+    ("bundler", &[]),
+    ("xtask", &[]),
+];
+
+/// Crates that look at everything, because comparing or testing the whole is their purpose.
+const SEES_EVERYTHING: &[&str] = &["benches", "tests"];
+
+/// Heavy or consequential crates of others, and the only ones of ours that may use them outside tests.
+const HOMES: &[(&str, &[&str])] = &[
+    ("axum", &["gateway"]),
+    ("eframe", &["app"]),
+    ("egui", &["app", "panels"]),
+    ("mcap", &["recorder"]),
+    ("rusqlite", &["formats", "store"]),
+    ("tokio", &["autoinspect", "gateway"]),
+    ("wasm-bindgen", &["app"]),
+    ("wgpu", &["app", "scene"]),
+];
+
+/// What the core may use of others' crates: mathematics and bytes, nothing that knows a file, a thread or a clock.
+const AUTONOMY_MAY_USE: &[&str] = &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "rayon", "thiserror"];
+
+/// What the core never says, with what it says instead.
+const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[
+    ("Instant", "the only clock is the `at` of `Stack::step`"),
+    ("SystemTime", "the only clock is the `at` of `Stack::step`"),
+    ("HashMap", "its order differs between processes; use BTreeMap or points' hashed maps"),
+    ("HashSet", "its order differs between processes; use BTreeSet or points' hashed maps"),
+    ("std::fs", "the core does no IO"),
+    ("std::net", "the core does no IO"),
+    ("std::env", "configuration arrives in the boot record"),
+    ("available_parallelism", "the core does not learn the core count"),
+];
+
+struct Package {
+    name: String,
+    /// Folder of the manifest.
+    folder: PathBuf,
+    dependencies: Vec<Dependency>,
+}
+
+struct Dependency {
+    name: String,
+    ours: bool,
+    for_tests: bool,
+}
+
+fn packages() -> Vec<Package> {
+    let output = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .current_dir(workspace_root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let text = |value: &Value| value.as_str().unwrap().to_owned();
+    let dependency = |value: &Value| Dependency {
+        name: text(&value["name"]),
+        ours: value["path"].is_string(),
+        for_tests: value["kind"] == "dev",
+    };
+    let package = |value: &Value| Package {
+        name: text(&value["name"]),
+        folder: Path::new(value["manifest_path"].as_str().unwrap()).parent().unwrap().to_owned(),
+        dependencies: value["dependencies"].as_array().unwrap().iter().map(dependency).collect(),
+    };
+    metadata["packages"].as_array().unwrap().iter().map(package).collect()
+}
+
+/// Everything wrong with `packages`, one sentence each.
+fn violations(packages: &[Package]) -> Vec<String> {
+    let ours: BTreeMap<_, _> = OURS.iter().copied().collect();
+    let homes: BTreeMap<_, _> = HOMES.iter().copied().collect();
+    let mut violations = Vec::new();
+    for package in packages.iter().filter(|package| !SEES_EVERYTHING.contains(&package.name.as_str())) {
+        let name = package.name.as_str();
+        let Some(allowed) = ours.get(name) else {
+            violations.push(format!("{name} is not in the table of tests/dependency_direction.rs"));
+            continue;
+        };
+        let in_autonomy = package.folder.parent().is_some_and(|group| group.ends_with("autonomy"));
+        for dependency in &package.dependencies {
+            let other = dependency.name.as_str();
+            if dependency.ours && !allowed.contains(&other) {
+                violations.push(format!("{name} may not depend on {other}"));
+            }
+            if dependency.for_tests || dependency.ours {
+                continue;
+            }
+            if homes.get(other).is_some_and(|homes| !homes.contains(&name)) {
+                violations.push(format!("{name} may not use {other}; its home is {}", homes[other].join(", ")));
+            }
+            if in_autonomy && !AUTONOMY_MAY_USE.contains(&other) {
+                violations.push(format!("{name} may not use {other}: it is not among what the core may use"));
+            }
+        }
+    }
+    violations
+}
+
+#[test]
+fn every_crate_sees_only_what_it_may() {
+    let violations = violations(&packages());
+    assert!(violations.is_empty(), "\n{}", violations.join("\n"));
+}
+
+#[test]
+fn a_forbidden_arrow_is_noticed() {
+    let package = |name: &str, group: &str, dependencies: &[(&str, bool)]| Package {
+        name: name.to_owned(),
+        folder: Path::new("/").join(group).join(name),
+        dependencies: dependencies
+            .iter()
+            .map(|&(name, ours)| Dependency { name: name.to_owned(), ours, for_tests: false })
+            .collect(),
+    };
+    let broken = [
+        package("sim", "autonomy", &[("stack", true), ("tokio", false)]),
+        package("panels", "web", &[("egui", false), ("wgpu", false)]),
+        package("newcomer", "server", &[]),
+    ];
+    assert_eq!(violations(&broken), [
+        "sim may not depend on stack",
+        "sim may not use tokio; its home is autoinspect, gateway",
+        "sim may not use tokio: it is not among what the core may use",
+        "panels may not use wgpu; its home is app, scene",
+        "newcomer is not in the table of tests/dependency_direction.rs",
+    ]);
+}
+
+#[test]
+fn the_table_names_only_crates_that_exist() {
+    let packages = packages();
+    for (name, _) in OURS {
+        assert!(packages.iter().any(|package| package.name == *name), "there is no crate {name} any more");
+    }
+}
+
+#[test]
+fn the_core_cannot_learn_the_time_a_file_or_a_hash_order() {
+    let mut violations = Vec::new();
+    for file in rust_files(&workspace_root().join("autonomy")) {
+        let text = fs::read_to_string(&file).unwrap();
+        violations.extend(forbidden_words(&text).map(|complaint| format!("{}:{complaint}", file.display())));
+    }
+    assert!(violations.is_empty(), "\n{}", violations.join("\n"));
+}
+
+#[test]
+fn a_forbidden_word_is_noticed() {
+    let complaints: Vec<_> = forbidden_words(
+        "// An Instant in a comment is fine.\nlet at = Instant::now();\nlet instantly = 1;\n#[cfg(test)]\nuse std::fs;\n",
+    )
+    .collect();
+    assert_eq!(complaints, ["2: Instant: the only clock is the `at` of `Stack::step`"]);
+}
+
+/// Complaints about the code in `text`, with line numbers; comments and the tests at a file's end are left out.
+fn forbidden_words(text: &str) -> impl Iterator<Item = String> {
+    text.lines()
+        .enumerate()
+        .take_while(|(_, line)| !line.starts_with("#[cfg(test)]"))
+        .map(|(index, line)| (index + 1, line.split("//").next().unwrap_or_default()))
+        .flat_map(|(number, code)| {
+            let found = AUTONOMY_NEVER_SAYS.iter().filter(move |(word, _)| says(code, word));
+            found.map(move |(word, instead)| format!("{number}: {word}: {instead}"))
+        })
+}
+
+/// Whether `code` contains `word` with nothing that would make it part of a longer name.
+fn says(code: &str, word: &str) -> bool {
+    let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    code.match_indices(word).any(|(start, _)| {
+        !code[..start].ends_with(part_of_name) && !code[start + word.len()..].starts_with(part_of_name)
+    })
+}
+
+/// The crates' own sources below `folder`: no files of tests only.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if name != "tests" && name != "benches" && name != "examples" {
+                files.extend(rust_files(&path));
+            }
+        } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}

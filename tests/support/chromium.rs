@@ -1,0 +1,81 @@
+//! A headless Chromium with an empty profile, ended when dropped.
+
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use serde_json::json;
+use tempfile::TempDir;
+
+use super::devtools::DevTools;
+use super::page::Page;
+use super::wait_for;
+
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+const START_LIMIT: Duration = Duration::from_secs(60);
+
+/// The name under which the browser finds the server as if it were a machine on the local network.
+pub const LAN_NAME: &str = "robot.test";
+
+pub struct Chromium {
+    process: Child,
+    profile: TempDir,
+}
+
+impl Chromium {
+    /// Starts the first Chromium on the PATH; `None`, with a line that says so, where there is none.
+    pub fn start() -> Option<Self> {
+        let Some(name) = NAMES.into_iter().find(|name| on_path(name)) else {
+            println!("skipped: no Chromium on this machine (`cargo xtask setup` says how to get one)");
+            return None;
+        };
+        let profile = tempfile::tempdir().unwrap();
+        let process = Command::new(name)
+            .args(["--headless=new", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0"])
+            .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"])
+            // WebGL 2 on the processor: what every browser on the local network has, and what a machine without a
+            // graphics card can test.
+            .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+            .arg(format!("--host-resolver-rules=MAP {LAN_NAME} 127.0.0.1"))
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        Some(Self { process, profile })
+    }
+
+    /// Opens an empty page of `width` by `height` CSS pixels.
+    pub fn open(&self, width: u32, height: u32) -> Page {
+        let (port, path) = wait_for("Chromium to start", START_LIMIT, || self.address());
+        let mut devtools = DevTools::connect(port, &path);
+        let target = devtools.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
+        let attached = devtools.call(
+            None,
+            "Target.attachToTarget",
+            json!({ "targetId": target["targetId"], "flatten": true }),
+        );
+        Page::new(devtools, attached["sessionId"].as_str().unwrap().to_owned(), width, height)
+    }
+
+    /// Port and path of its debugging socket, once it has written them down.
+    fn address(&self) -> Option<(u16, String)> {
+        let text = fs::read_to_string(self.profile.path().join("DevToolsActivePort")).ok()?;
+        let (port, path) = text.split_once('\n')?;
+        Some((port.parse().ok()?, path.trim().to_owned()))
+    }
+}
+
+impl Drop for Chromium {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn on_path(name: &str) -> bool {
+    std::env::var_os("PATH")
+        .is_some_and(|path| std::env::split_paths(&path).any(|folder| folder.join(name).is_file()))
+}

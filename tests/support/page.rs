@@ -1,0 +1,234 @@
+//! One page in a browser, used the way a person or a screen reader does: by role and name, pointer and keyboard.
+
+use std::time::Duration;
+
+use base64::Engine;
+use serde_json::{Value, json};
+
+use super::devtools::DevTools;
+use super::picture::Picture;
+use super::wait_for;
+
+/// Software rendering on a busy machine: generous, because a control that never comes fails all the same.
+const CONTROL_LIMIT: Duration = Duration::from_secs(60);
+
+pub struct Page {
+    devtools: DevTools,
+    session: String,
+    complaints: Vec<String>,
+}
+
+/// A key as the protocol wants it.
+#[derive(Clone, Copy)]
+pub struct Key {
+    code: &'static str,
+    key: &'static str,
+    number: u8,
+}
+
+impl Key {
+    pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
+    pub const A: Self = Self { code: "KeyA", key: "a", number: b'A' };
+    pub const TAB: Self = Self { code: "Tab", key: "Tab", number: 9 };
+    pub const ENTER: Self = Self { code: "Enter", key: "Enter", number: 13 };
+}
+
+/// Something with a role and a name on the page.
+#[derive(Debug, Clone)]
+pub struct Control {
+    /// The browser's own number for the element.
+    node: i64,
+    pub value: String,
+    pub disabled: bool,
+}
+
+/// A point on the page, CSS pixels from the top left.
+#[derive(Debug, Clone, Copy)]
+pub struct At {
+    pub x: f64,
+    pub y: f64,
+}
+
+impl Page {
+    pub(super) fn new(devtools: DevTools, session: String, width: u32, height: u32) -> Self {
+        let mut page = Self { devtools, session, complaints: Vec::new() };
+        for domain in ["Page", "Runtime", "Log", "DOM", "Accessibility", "Network"] {
+            page.call(&format!("{domain}.enable"), json!({}));
+        }
+        page.resize(width, height);
+        page
+    }
+
+    /// Makes the window's inside `width` by `height` CSS pixels.
+    pub fn resize(&mut self, width: u32, height: u32) {
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false }),
+        );
+    }
+
+    /// Starts loading `url`.
+    pub fn go(&mut self, url: &str) {
+        let answer = self.call("Page.navigate", json!({ "url": url }));
+        assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
+    }
+
+    pub fn reload(&mut self) {
+        self.call("Page.reload", json!({}));
+    }
+
+    /// What a JavaScript expression (which may be a promise) evaluates to.
+    #[track_caller]
+    pub fn evaluate(&mut self, expression: &str) -> Value {
+        let mut answer = self.call(
+            "Runtime.evaluate",
+            json!({ "expression": expression, "returnByValue": true, "awaitPromise": true }),
+        );
+        assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
+        answer["result"]["value"].take()
+    }
+
+    /// The control with this role and exact name, once it is there.
+    #[track_caller]
+    pub fn control(&mut self, role: &str, name: &str) -> Control {
+        wait_for(&format!("{role} “{name}”"), CONTROL_LIMIT, || self.find(role, name))
+    }
+
+    /// The control with this role and exact name, if it is there now.
+    pub fn find(&mut self, role: &str, name: &str) -> Option<Control> {
+        self.all(role).into_iter().find_map(|(found, control)| (found == name).then_some(control))
+    }
+
+    /// Everything with this role and its name, in document order.
+    pub fn all(&mut self, role: &str) -> Vec<(String, Control)> {
+        // The page may be between two documents; then it has nothing.
+        let Ok(document) = self.try_call("DOM.getDocument", json!({ "depth": 0 })) else { return Vec::new() };
+        let root = document["root"]["nodeId"].clone();
+        let Ok(mut answer) = self.try_call("Accessibility.queryAXTree", json!({ "nodeId": root, "role": role })) else {
+            return Vec::new();
+        };
+        let Value::Array(nodes) = answer["nodes"].take() else { return Vec::new() };
+        nodes
+            .into_iter()
+            .filter(|node| node["ignored"] != true)
+            .filter_map(|node| {
+                let name = node["name"]["value"].as_str().unwrap_or_default().to_owned();
+                let value = &node["value"]["value"];
+                let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+                let properties = node["properties"].as_array();
+                let disabled = properties.is_some_and(|properties| {
+                    properties.iter().any(|property| property["name"] == "disabled" && property["value"]["value"] == true)
+                });
+                Some((name, Control { node: node["backendDOMNodeId"].as_i64()?, value, disabled }))
+            })
+            .collect()
+    }
+
+    /// The text a control holds.
+    pub fn text(&mut self, control: &Control) -> Option<String> {
+        let object = self.try_call("DOM.resolveNode", json!({ "backendNodeId": control.node })).ok()?;
+        let answer = self
+            .try_call(
+                "Runtime.callFunctionOn",
+                json!({
+                    "objectId": object["object"]["objectId"],
+                    "functionDeclaration": "function() { return this.textContent }",
+                    "returnByValue": true,
+                }),
+            )
+            .ok()?;
+        answer["result"]["value"].as_str().map(str::to_owned)
+    }
+
+    /// The middle of a control, if it is still on the page.
+    pub fn middle(&mut self, control: &Control) -> Option<At> {
+        let answer = self.try_call("DOM.getBoxModel", json!({ "backendNodeId": control.node })).ok()?;
+        let corners: Vec<f64> = answer["model"]["border"].as_array()?.iter().filter_map(Value::as_f64).collect();
+        let mean = |offset: usize| corners.iter().skip(offset).step_by(2).sum::<f64>() / 4.0;
+        (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
+    }
+
+    /// Clicks the control with this role and name, once it is there and enabled.
+    #[track_caller]
+    pub fn click(&mut self, role: &str, name: &str) {
+        let at = wait_for(&format!("an enabled {role} “{name}”"), CONTROL_LIMIT, || {
+            let control = self.find(role, name).filter(|control| !control.disabled)?;
+            self.middle(&control)
+        });
+        self.pointer("mouseMoved", at);
+        self.press(at);
+        self.release(at);
+    }
+
+    pub fn press(&mut self, at: At) {
+        self.pointer("mousePressed", at);
+    }
+
+    pub fn drag_to(&mut self, at: At) {
+        self.pointer("mouseMoved", at);
+    }
+
+    pub fn release(&mut self, at: At) {
+        self.pointer("mouseReleased", at);
+    }
+
+    fn pointer(&mut self, kind: &str, at: At) {
+        let button = if kind == "mouseMoved" { "none" } else { "left" };
+        let buttons = i32::from(kind != "mouseReleased");
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({ "type": kind, "x": at.x, "y": at.y, "button": button, "buttons": buttons, "clickCount": 1 }),
+        );
+    }
+
+    pub fn key_down(&mut self, key: Key) {
+        self.key("rawKeyDown", key);
+    }
+
+    pub fn key_up(&mut self, key: Key) {
+        self.key("keyUp", key);
+    }
+
+    fn key(&mut self, kind: &str, key: Key) {
+        self.call(
+            "Input.dispatchKeyEvent",
+            json!({ "type": kind, "code": key.code, "key": key.key, "windowsVirtualKeyCode": key.number }),
+        );
+    }
+
+    /// Types `text` into whatever has the focus.
+    pub fn type_text(&mut self, text: &str) {
+        self.call("Input.insertText", json!({ "text": text }));
+    }
+
+    pub fn screenshot(&mut self) -> Picture {
+        let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let png = base64::engine::general_purpose::STANDARD.decode(answer["data"].as_str().unwrap()).unwrap();
+        Picture::from_png(png)
+    }
+
+    /// Errors the page has reported so far: uncaught exceptions, failed loads, `console.error`.
+    pub fn complaints(&mut self) -> Vec<String> {
+        // Any call brings in what the browser has sent meanwhile.
+        self.call("Runtime.evaluate", json!({ "expression": "0" }));
+        for event in self.devtools.take_events() {
+            let complaint = match event.method.as_str() {
+                "Runtime.exceptionThrown" => Some(&event.params["exceptionDetails"]),
+                "Runtime.consoleAPICalled" if event.params["type"] == "error" => Some(&event.params["args"]),
+                "Log.entryAdded" if event.params["entry"]["level"] == "error" => Some(&event.params["entry"]),
+                _ => None,
+            };
+            self.complaints.extend(complaint.map(Value::to_string));
+        }
+        self.complaints.clone()
+    }
+
+    #[track_caller]
+    fn call(&mut self, method: &str, params: Value) -> Value {
+        self.devtools.call(Some(&self.session), method, params)
+    }
+
+    fn try_call(&mut self, method: &str, params: Value) -> Result<Value, String> {
+        self.devtools.try_call(Some(&self.session), method, params)
+    }
+}

@@ -1,0 +1,77 @@
+//! Screenshots: kept for people to look at, measured for what a machine can tell.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+
+use super::workspace_root;
+
+pub struct Picture {
+    png: Vec<u8>,
+    pub width: usize,
+    pub height: usize,
+    /// Red, green, blue of each pixel, row by row from the top.
+    pixels: Vec<[u8; 3]>,
+}
+
+/// A part of a picture, in pixels.
+#[derive(Clone, Copy)]
+pub struct Area {
+    pub left: usize,
+    pub top: usize,
+    pub right: usize,
+    pub bottom: usize,
+}
+
+impl Picture {
+    pub(super) fn from_png(png: Vec<u8>) -> Self {
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(&png));
+        decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
+        let mut reader = decoder.read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        let samples = info.color_type.samples();
+        assert!(samples >= 3, "a screenshot without colours");
+        let pixels = bytes[..info.buffer_size()].chunks_exact(samples).map(|p| [p[0], p[1], p[2]]).collect();
+        Self { width: info.width as usize, height: info.height as usize, pixels, png }
+    }
+
+    /// Keeps the picture as a test artefact.
+    pub fn keep(&self, name: &str) -> PathBuf {
+        let folder = workspace_root().join("artifacts");
+        fs::create_dir_all(&folder).unwrap();
+        let path = folder.join(format!("{name}.png"));
+        fs::write(&path, &self.png).unwrap();
+        path
+    }
+
+    /// The middle of the picture, where the map is and no card.
+    pub fn middle(&self) -> Area {
+        Area { left: self.width / 4, top: self.height / 5, right: self.width * 13 / 20, bottom: self.height * 4 / 5 }
+    }
+
+    fn rows(&self, area: Area) -> impl Iterator<Item = &[u8; 3]> {
+        (area.top..area.bottom).flat_map(move |row| &self.pixels[row * self.width..][area.left..area.right])
+    }
+
+    /// How many colours an area has.
+    pub fn colours(&self, area: Area) -> usize {
+        self.rows(area).collect::<BTreeSet<_>>().len()
+    }
+
+    /// The share of an area's pixels that are lit: at least `step` brighter in some channel than the dark ground.
+    pub fn lit(&self, area: Area, step: u8) -> f64 {
+        const GROUND: [u8; 3] = [0x0d, 0x11, 0x17];
+        let brighter = |pixel: &[u8; 3]| pixel.iter().zip(GROUND).any(|(&is, ground)| is > ground.saturating_add(step));
+        let (lit, all) = self.rows(area).fold((0_u32, 0_u32), |(lit, all), p| (lit + u32::from(brighter(p)), all + 1));
+        f64::from(lit) / f64::from(all.max(1))
+    }
+
+    /// The share of an area's pixels that differ between two pictures of one size.
+    pub fn changed(&self, other: &Self, area: Area) -> f64 {
+        assert_eq!((self.width, self.height), (other.width, other.height));
+        let pairs = self.rows(area).zip(other.rows(area));
+        let (changed, all) = pairs.fold((0_u32, 0_u32), |(changed, all), (a, b)| (changed + u32::from(a != b), all + 1));
+        f64::from(changed) / f64::from(all.max(1))
+    }
+}
