@@ -1,0 +1,61 @@
+// What all shaders share. Colours are gamma-encoded throughout; positions are metres relative to the eye along the
+// map's axes, which keeps them small and exact.
+
+struct Globals {
+    clip_from_relative: mat4x4<f32>,
+    eye: vec4<f32>,
+    viewport: vec4<f32>,
+    heights: vec4<f32>,
+    style: vec4<f32>,
+    grid_shape: vec4<f32>,
+    ground_top: vec4<f32>,
+    ground_bottom: vec4<f32>,
+    plain: vec4<f32>,
+    live: vec4<f32>,
+    grid: vec4<f32>,
+    ramp: array<vec4<f32>, 12>,
+}
+
+@group(0) @binding(0) var<uniform> globals: Globals;
+
+// Depth is kept as a logarithm in 24 bits of an ordinary colour target, because not every browser can draw into
+// floats: 0.03 m to 8 km, a millionth of an octave apart. All ones is "nothing here". The fourth byte is the radius
+// to which the point there grows, in sixteenths of a pixel.
+const DEPTH_LEAST_LOG2: f32 = -5.0;
+const DEPTH_OCTAVES: f32 = 18.0;
+const DEPTH_STEPS: f32 = 16777215.0;
+
+fn log_depth(depth: f32) -> f32 {
+    return clamp((log2(max(depth, 0.001)) - DEPTH_LEAST_LOG2) / DEPTH_OCTAVES, 0.0, 0.999999);
+}
+
+fn metres(packed_log: f32) -> f32 {
+    return exp2(packed_log * DEPTH_OCTAVES + DEPTH_LEAST_LOG2);
+}
+
+fn pack_depth(at: f32, radius: f32) -> vec4<f32> {
+    let whole = u32(at * DEPTH_STEPS);
+    let bytes = vec3<u32>(whole >> 16u, (whole >> 8u) & 255u, whole & 255u);
+    return vec4<f32>(vec3<f32>(bytes) / 255.0, clamp(radius * 16.0 / 255.0, 0.0, 1.0));
+}
+
+fn unpack_depth(packed: vec4<f32>) -> f32 {
+    let bytes = floor(packed.rgb * 255.0 + 0.5);
+    return dot(bytes, vec3<f32>(65536.0, 256.0, 1.0)) / DEPTH_STEPS;
+}
+
+fn unpack_radius(packed: vec4<f32>) -> f32 {
+    return packed.a * 255.0 / 16.0;
+}
+
+fn ramp_colour(at: f32) -> vec3<f32> {
+    let place = clamp(at, 0.0, 1.0) * 11.0;
+    let below = min(u32(place), 10u);
+    return mix(globals.ramp[below].rgb, globals.ramp[below + 1u].rgb, place - f32(below));
+}
+
+// A triangle that covers the picture.
+fn whole_picture(vertex: u32) -> vec4<f32> {
+    let corner = vec2<f32>(f32((vertex << 1u) & 2u), f32(vertex & 2u));
+    return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
+}

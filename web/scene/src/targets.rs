@@ -1,0 +1,113 @@
+//! The pictures between the passes, sized to the viewport.
+
+/// Colour and packed depth alike: what every browser can draw into and read.
+pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// A colour and a packed depth picture.
+pub(crate) struct Picture {
+    pub(crate) colour: wgpu::TextureView,
+    pub(crate) depth: wgpu::TextureView,
+    /// Both, for a pass that reads them.
+    pub(crate) group: wgpu::BindGroup,
+}
+
+/// All pictures of one viewport size.
+pub(crate) struct Targets {
+    pub(crate) size: [u32; 2],
+    /// Points and models; later the filled picture.
+    pub(crate) scene: Picture,
+    /// Between the two fill passes.
+    pub(crate) rows: Picture,
+    /// For the depth test of the first pass.
+    pub(crate) z: wgpu::TextureView,
+    /// The finished picture.
+    pub(crate) finished: wgpu::TextureView,
+    pub(crate) finished_group: wgpu::BindGroup,
+}
+
+impl Targets {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        size: [u32; 2],
+        picture: &wgpu::BindGroupLayout,
+        present: &wgpu::BindGroupLayout,
+    ) -> Self {
+        let finished = texture(device, "scene: finished", size, FORMAT);
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor::default());
+        let finished_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene: finished"),
+            layout: present,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&finished) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&sampler) },
+            ],
+        });
+        Self {
+            size,
+            scene: Picture::new(device, size, picture),
+            rows: Picture::new(device, size, picture),
+            z: texture(device, "scene: z", size, DEPTH_FORMAT),
+            finished,
+            finished_group,
+        }
+    }
+}
+
+impl Picture {
+    fn new(device: &wgpu::Device, size: [u32; 2], layout: &wgpu::BindGroupLayout) -> Self {
+        let colour = texture(device, "scene: colour", size, FORMAT);
+        let depth = texture(device, "scene: packed depth", size, FORMAT);
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene: picture"),
+            layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&colour) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&depth) },
+            ],
+        });
+        Self { colour, depth, group }
+    }
+
+    /// For a pass that draws into both; `clear` empties them first.
+    pub(crate) fn attachments(&self, clear: bool) -> [Option<wgpu::RenderPassColorAttachment<'_>>; 2] {
+        // Three full bytes say that nothing is there; the fourth is a radius of 0.
+        let nothing = wgpu::Color { r: 1.0, g: 1.0, b: 1.0, a: 0.0 };
+        [(&self.colour, wgpu::Color::TRANSPARENT), (&self.depth, nothing)].map(|(view, colour)| {
+            let load = if clear { wgpu::LoadOp::Clear(colour) } else { wgpu::LoadOp::Load };
+            Some(attachment(view, load))
+        })
+    }
+}
+
+/// A colour attachment that is kept.
+pub(crate) fn attachment(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+) -> wgpu::RenderPassColorAttachment<'_> {
+    wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+    }
+}
+
+fn texture(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,299 @@
+//! Draws for real where an adapter exists (any will do, lavapipe and llvmpipe included), and looks at the pixels.
+//!
+//! `AUTOINSPECT_SCENE_PICTURES=DIR` keeps the pictures as PNG files for people to look at.
+
+use super::{Made, palette, view};
+use crate::targets::attachment;
+use crate::*;
+use glam::{DQuat, DVec2, DVec3};
+
+const SIZE: [u32; 2] = [1280, 800];
+
+struct Studio {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    name: String,
+}
+
+impl Studio {
+    /// One for each back end that works here; says so when there is none.
+    fn all() -> Vec<Self> {
+        let studios: Vec<Self> =
+            [wgpu::Backends::VULKAN, wgpu::Backends::GL].into_iter().filter_map(Self::on).collect();
+        if studios.is_empty() {
+            println!("skipped: no graphics adapter here, not even a software one");
+        }
+        studios
+    }
+
+    fn on(backends: wgpu::Backends) -> Option<Self> {
+        let descriptor =
+            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+        let instance = wgpu::Instance::new(descriptor);
+        let options = wgpu::RequestAdapterOptions::default();
+        let adapter = pollster::block_on(instance.request_adapter(&options)).ok()?;
+        // What WebGL2 guarantees must be enough.
+        let limits = wgpu::Limits::downlevel_webgl2_defaults();
+        let descriptor =
+            wgpu::DeviceDescriptor { required_limits: limits, ..wgpu::DeviceDescriptor::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).ok()?;
+        Some(Self { device, queue, name: format!("{:?}", adapter.get_info().backend).to_lowercase() })
+    }
+
+    fn renderer(&self) -> Renderer {
+        Renderer::new(&self.device, &self.queue, wgpu::TextureFormat::Rgba8Unorm)
+    }
+
+    /// Prepares and paints a view, and reads it back.
+    fn shoot(&self, renderer: &mut Renderer, view: &View, name: &str) -> Picture {
+        let [width, height] = view.viewport_px;
+        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let target = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: extent,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8Unorm,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let stride = (width * 4).next_multiple_of(256);
+        let back = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(stride * height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        renderer.prepare(&mut encoder, view);
+        {
+            let texture_view = target.create_view(&wgpu::TextureViewDescriptor::default());
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                color_attachments: &[Some(attachment(
+                    &texture_view,
+                    wgpu::LoadOp::Clear(wgpu::Color::GREEN),
+                ))],
+                ..wgpu::RenderPassDescriptor::default()
+            });
+            renderer.paint(&mut pass);
+        }
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None };
+        let copy = wgpu::TexelCopyBufferInfo { buffer: &back, layout };
+        encoder.copy_texture_to_buffer(target.as_image_copy(), copy, extent);
+        self.queue.submit([encoder.finish()]);
+        back.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let mapped = back.slice(..).get_mapped_range().unwrap();
+        let rows = mapped.chunks(stride as usize).flat_map(|row| &row[..width as usize * 4]);
+        let picture = Picture { width, pixels: rows.copied().collect::<Vec<u8>>() };
+        picture.keep(&format!("{name}-{}.png", self.name), height);
+        picture
+    }
+}
+
+struct Picture {
+    width: u32,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    fn at(&self, pixel: DVec2) -> [u8; 3] {
+        let start = (pixel.y as usize * self.width as usize + pixel.x as usize) * 4;
+        [self.pixels[start], self.pixels[start + 1], self.pixels[start + 2]]
+    }
+
+    fn keep(&self, name: &str, height: u32) {
+        let Some(folder) = std::env::var_os("AUTOINSPECT_SCENE_PICTURES") else {
+            return;
+        };
+        let file = std::fs::File::create(std::path::Path::new(&folder).join(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, self.width, height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(&self.pixels).unwrap();
+    }
+}
+
+/// A hall of 24 x 16 m with racks and a pipe, cut into levels as a map is.
+fn hall() -> Vec<Made> {
+    let mut levels: Vec<Vec<DVec3>> = vec![Vec::new(); 3];
+    let mut put = |x: f64, y: f64, z: f64, i: i64, j: i64| {
+        let level = if i % 4 == 0 && j % 4 == 0 {
+            0
+        } else if i % 2 == 0 && j % 2 == 0 {
+            1
+        } else {
+            2
+        };
+        levels[level].push(DVec3::new(x, y, z));
+    };
+    let mut plane = |corner: DVec3, u: DVec3, v: DVec3| {
+        let (long, high) = ((u.length() / 0.05) as i64, (v.length() / 0.05) as i64);
+        for i in 0..long {
+            for j in 0..high {
+                let rough = ((i * 7 + j * 13) % 10) as f64 * 0.001;
+                let at = corner + u * (i as f64 / long as f64) + v * (j as f64 / high as f64) + rough;
+                put(at.x, at.y, at.z, i, j);
+            }
+        }
+    };
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    plane(DVec3::new(-12.0, -8.0, 0.0), x * 24.0, y * 16.0);
+    plane(DVec3::new(-12.0, 8.0, 0.0), x * 24.0, z * 4.0);
+    plane(DVec3::new(12.0, -8.0, 0.0), y * 16.0, z * 4.0);
+    plane(DVec3::new(-12.0, -8.0, 4.0), x * 24.0, y * 16.0);
+    for rack in 0..3 {
+        let corner = DVec3::new(-6.0 + 4.0 * f64::from(rack), 2.0, 0.0);
+        for side in [x * 0.0, x * 1.0] {
+            plane(corner + side, y * 4.0, z * 2.2);
+        }
+        for side in [y * 0.0, y * 4.0] {
+            plane(corner + side, x * 1.0, z * 2.2);
+        }
+        plane(corner + z * 2.2, x * 1.0, y * 4.0);
+    }
+    levels.iter().zip([0.2, 0.1, 0.05]).map(|(points, spacing)| Made::new(points, spacing)).collect()
+}
+
+fn furnished(studio: &Studio) -> Renderer {
+    let mut renderer = studio.renderer();
+    for (id, made) in (0..).zip(hall()) {
+        renderer.upload_tile(TileId(id), WHOLE_MAP, &made.block());
+    }
+    let way: Vec<DVec3> = (0..60)
+        .map(|i| DVec3::new(-9.0 + 0.25 * f64::from(i), -3.0 + (f64::from(i) * 0.1).sin(), 0.0))
+        .collect();
+    renderer.set_trajectory(&way);
+    let nodes: Vec<(u32, DVec3)> = (0..).zip(way.iter().step_by(6).copied()).collect();
+    let edges: Vec<[DVec3; 2]> = nodes.windows(2).map(|pair| [pair[0].1, pair[1].1]).collect();
+    renderer.set_graph(&nodes, &edges);
+    renderer.set_robot(Some(robot()));
+    renderer.set_goal(
+        Some(DVec3::new(9.0, 1.0, 0.0)),
+        &[way[59], DVec3::new(7.5, -1.0, 0.0), DVec3::new(9.0, 1.0, 0.0)],
+    );
+    renderer
+}
+
+fn robot() -> RobotState {
+    RobotState {
+        position: DVec3::new(5.75, -3.4, 0.5),
+        orientation: DQuat::from_rotation_z(0.7),
+        ok: true,
+        selected: false,
+        accuracy: 0.05,
+    }
+}
+
+fn hall_view() -> View {
+    let camera = CameraPose { target: DVec3::new(1.0, -1.0, 0.5), yaw: 0.9, pitch: 0.55, distance: 19.0 };
+    let mut view = view(camera, SIZE);
+    view.options.ceiling = 3.2;
+    view
+}
+
+fn differs(a: [u8; 3], b: [u8; 3], by: u8) -> bool {
+    a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > by)
+}
+
+#[test]
+fn surfaces_are_closed_and_the_background_is_the_themes() {
+    for studio in Studio::all() {
+        let mut renderer = furnished(&studio);
+        let view = hall_view();
+        let picture = studio.shoot(&mut renderer, &view, "hall");
+        let eye = Eye::new(view.camera, SIZE);
+        assert!(!differs(picture.at(DVec2::new(640.0, 2.0)), [13, 17, 23], 3), "{}", studio.name);
+        // Every pixel of the open floor shows floor: slate, the low end of the ramp, and no hole.
+        let mut holes = 0;
+        for i in 0..400 {
+            let at = DVec3::new(-8.0 + f64::from(i % 20) * 0.2, -7.0 + f64::from(i / 20) * 0.12, 0.0);
+            let (pixel, _) = eye.project(at).unwrap();
+            let inside = pixel.cmpge(DVec2::ZERO).all() && pixel.cmplt(DVec2::new(1280.0, 800.0)).all();
+            let [r, _, b] = if inside { picture.at(pixel) } else { [44, 62, 88] };
+            holes += usize::from(b < r || b < 40);
+        }
+        assert!(holes < 8, "{}: {holes} holes in 400 places of the floor", studio.name);
+        assert!(renderer.drawn().points > 300_000);
+    }
+}
+
+#[test]
+fn the_clip_opens_the_ceiling_and_the_robot_is_yellow() {
+    for studio in Studio::all() {
+        let mut renderer = furnished(&studio);
+        let mut view = hall_view();
+        let eye = Eye::new(view.camera, SIZE);
+        let (body, _) =
+            eye.project(robot().position + robot().orientation * DVec3::new(-0.27, 0.0, 0.1)).unwrap();
+        let [r, g, b] = studio.shoot(&mut renderer, &view, "open").at(body);
+        assert!(r > 120 && g > 90 && b < r / 2, "{}: the robot is {r} {g} {b}", studio.name);
+        view.options.ceiling = f32::MAX;
+        let [r, _, b] = studio.shoot(&mut renderer, &view, "closed").at(body);
+        assert!(b > r / 2, "{}: the ceiling does not cover the robot", studio.name);
+    }
+}
+
+#[test]
+fn moving_an_anchor_moves_its_points() {
+    for studio in Studio::all() {
+        let mut renderer = studio.renderer();
+        let positions: Vec<DVec3> =
+            (0..10_000).map(|i| DVec3::new(0.0, f64::from(i % 100), f64::from(i / 100)) * 0.01).collect();
+        let anchor = AnchorId(7);
+        renderer.upload_tile(TileId(1), anchor, &Made::new(&positions, 0.01).block());
+        let camera = CameraPose { target: DVec3::new(0.0, 0.5, 0.5), yaw: 0.0, pitch: 0.0, distance: 4.0 };
+        let view = view(camera, [400, 400]);
+        let middle = DVec2::new(200.0, 200.0);
+        let empty = studio.shoot(&mut renderer, &view, "anchor-unplaced").at(middle);
+        renderer.set_anchor(anchor, DVec3::ZERO, DQuat::IDENTITY);
+        assert!(renderer.needs_redraw(&view));
+        let there = studio.shoot(&mut renderer, &view, "anchor-placed").at(middle);
+        assert!(differs(there, empty, 15), "{}", studio.name);
+        assert!(!renderer.needs_redraw(&view));
+        renderer.set_anchor(anchor, DVec3::new(0.0, 5.0, 0.0), DQuat::IDENTITY);
+        let gone = studio.shoot(&mut renderer, &view, "anchor-moved").at(middle);
+        assert_eq!(gone, empty, "{}", studio.name);
+    }
+}
+
+#[test]
+fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
+    for studio in Studio::all() {
+        let mut renderer = furnished(&studio);
+        let mut view = hall_view();
+        view.options.colour_by = ColourBy::Intensity;
+        view.options.grid = true;
+        view.options.grid_height = -0.02;
+        let close = CameraPose { target: robot().position, yaw: 2.5, pitch: 0.35, distance: 3.0 };
+        studio.shoot(&mut renderer, &view, "intensity");
+        view.camera = close;
+        view.options.colour_by = ColourBy::Height;
+        studio.shoot(&mut renderer, &view, "close");
+        let eye = Eye::new(close, SIZE);
+        let options = PickOptions { sign_px: 22.0, point_px: 4.0 };
+        let (body, _) = eye.project(robot().position).unwrap();
+        assert_eq!(renderer.pick(&view, body, &options), Some(Hit::Robot));
+        let floor = DVec3::new(4.5, -4.5, 0.0);
+        let (pixel, _) = eye.project(floor).unwrap();
+        let Some(Hit::Point(hit)) = renderer.pick(&view, pixel, &options) else {
+            panic!("no point under {pixel}");
+        };
+        assert!(hit.distance(floor) < 0.15, "{hit}");
+    }
+}
+
+#[test]
+fn an_empty_scene_is_only_background() {
+    for studio in Studio::all() {
+        let mut renderer = studio.renderer();
+        let mut view = view(CameraPose::default(), [300, 200]);
+        view.options.grid = true;
+        let picture = studio.shoot(&mut renderer, &view, "empty");
+        assert!(!differs(picture.at(DVec2::new(150.0, 1.0)), [13, 17, 23], 3));
+        assert_eq!(renderer.drawn(), Drawn::default());
+        assert_eq!(renderer.bounds(), None);
+        assert_eq!(view.palette, palette());
+    }
+}

@@ -1,0 +1,81 @@
+//! Picking against the slow obvious way: every point of every tile.
+
+use super::Made;
+use crate::eye::{Eye, Ray};
+use crate::pick::{Cone, Hit, Sign, nearest_point, nearest_sign};
+use crate::tiles::Cloud;
+use crate::{CameraPose, WHOLE_MAP};
+use glam::{DAffine3, DQuat, DVec2, DVec3};
+use proptest::prelude::*;
+
+fn brute_force(cloud: &Cloud, map_from_anchor: &DAffine3, cone: &Cone) -> Option<f64> {
+    let positions = cloud.points.iter().map(|p| map_from_anchor.transform_point3(cloud.position(p)));
+    positions
+        .filter(|p| p.z >= cone.heights[0] && p.z <= cone.heights[1])
+        .filter_map(|p| {
+            let relative = p - cone.ray.origin;
+            let along = relative.dot(cone.ray.direction);
+            let aside = relative.cross(cone.ray.direction).length();
+            (along >= Eye::NEAR && aside <= along * cone.slope).then_some(along)
+        })
+        .reduce(f64::min)
+}
+
+proptest! {
+    #[test]
+    fn picking_agrees_with_looking_at_every_point(
+        positions in prop::collection::vec(prop::array::uniform3(-6.0..6.0_f64), 1..3000),
+        towards in prop::array::uniform3(-1.0..1.0_f64),
+        from in prop::array::uniform3(-9.0..9.0_f64),
+        turn in 0.0..6.0_f64, slope in 0.005..0.2_f64, floor in -7.0..0.0_f64, ceiling in 0.0..7.0_f64,
+    ) {
+        let mut positions: Vec<DVec3> = positions.into_iter().map(DVec3::from_array).collect();
+        // Blocks are only small boxes when neighbours follow each other.
+        positions.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let made = Made::new(&positions, 0.1);
+        let cloud = Cloud::new(WHOLE_MAP, &made.block()).unwrap();
+        let pose = DAffine3::from_rotation_translation(DQuat::from_rotation_z(turn), DVec3::new(1.0, 2.0, 0.5));
+        let direction = DVec3::from_array(towards).try_normalize().unwrap_or(DVec3::X);
+        let ray = Ray { origin: DVec3::from_array(from), direction };
+        let cone = Cone { ray, slope, heights: [floor, ceiling] };
+        let found = nearest_point(&cloud, &pose, &cone, f64::INFINITY).map(|(along, _)| along);
+        let expected = brute_force(&cloud, &pose, &cone);
+        prop_assert_eq!(found.is_some(), expected.is_some());
+        if let (Some(found), Some(expected)) = (found, expected) {
+            prop_assert!((found - expected).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn points_above_the_clip_are_looked_through() {
+    let wall: Vec<DVec3> = (0..100).map(|i| DVec3::new(5.0, 0.0, f64::from(i) * 0.05)).collect();
+    let floor = [DVec3::new(9.0, 0.0, 0.0)];
+    let clouds = [&wall[..], &floor].map(|p| Cloud::new(WHOLE_MAP, &Made::new(p, 0.05).block()).unwrap());
+    let origin = DVec3::new(0.0, 0.0, 4.0);
+    let direction = (floor[0] - origin).normalize();
+    let hit = |ceiling: f64| {
+        let cone = Cone { ray: Ray { origin, direction }, slope: 0.01, heights: [-1.0, ceiling] };
+        let all = clouds.iter().filter_map(|c| nearest_point(c, &DAffine3::IDENTITY, &cone, f64::INFINITY));
+        all.map(|(_, at)| at.x).reduce(f64::min).unwrap()
+    };
+    assert!((hit(10.0) - 5.0).abs() < 0.01);
+    assert!((hit(1.0) - 9.0).abs() < 0.01);
+}
+
+#[test]
+fn the_sign_nearest_to_the_finger_is_picked() {
+    let camera = CameraPose { target: DVec3::ZERO, yaw: 0.0, pitch: 0.5, distance: 10.0 };
+    let eye = Eye::new(camera, [1000, 800]);
+    let place = |y: f64| DVec3::new(0.0, y, 0.0);
+    let signs = [
+        Sign { hit: Hit::Node(1), position: place(0.0) },
+        Sign { hit: Hit::Node(2), position: place(0.3) },
+        Sign { hit: Hit::Robot, position: place(5.0) },
+    ];
+    let at = |y: f64| eye.project(place(y)).unwrap().0;
+    assert_eq!(nearest_sign(&signs, &eye, at(0.05), 22.0), Some(Hit::Node(1)));
+    assert_eq!(nearest_sign(&signs, &eye, at(0.28), 22.0), Some(Hit::Node(2)));
+    assert_eq!(nearest_sign(&signs, &eye, at(5.0) + DVec2::new(0.0, 21.0), 22.0), Some(Hit::Robot));
+    assert_eq!(nearest_sign(&signs, &eye, at(5.0) + DVec2::new(0.0, 23.0), 22.0), None);
+}

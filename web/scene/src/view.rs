@@ -1,0 +1,113 @@
+//! What a frame should look like: the camera, the options of the user, the colours of the theme.
+
+use crate::camera::CameraPose;
+use crate::ramp::Ramp;
+
+/// Red, green, blue and opacity, gamma-encoded, not premultiplied.
+pub type Colour = [u8; 4];
+
+/// Everything that decides how the scene is drawn, apart from what is in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// From where.
+    pub camera: CameraPose,
+    /// Size of the picture in physical pixels.
+    pub viewport_px: [u32; 2],
+    /// Physical pixels for each logical one; widths of lines and markers are logical.
+    pub pixels_per_point: f32,
+    /// Choices of the user.
+    pub options: Options,
+    /// Colours of the theme.
+    pub palette: Palette,
+}
+
+/// What decides the colour of a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColourBy {
+    /// Height in the map.
+    #[default]
+    Height,
+    /// What the sensor measured.
+    Intensity,
+    /// When the tile was made.
+    Age,
+    /// [`Palette::plain`].
+    Plain,
+}
+
+/// Choices of the user.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// What decides the colour of a point.
+    pub colour_by: ColourBy,
+    /// Colours for heights, intensities and ages.
+    pub ramp: Ramp,
+    /// Heights at the two ends of the ramp, metres; equal or reversed ends mean the lowest.
+    pub height_range: [f32; 2],
+    /// Times at the two ends of the ramp, seconds on the clock of [`crate::PointBlock::stamp`].
+    pub age_range: [f64; 2],
+    /// Points lower than this are not drawn and cannot be picked, metres.
+    pub floor: f32,
+    /// Points higher than this are not drawn and cannot be picked, metres.
+    pub ceiling: f32,
+    /// Size of points relative to their spacing; 1 just closes a surface seen from the front.
+    pub point_size: f32,
+    /// Strength of eye-dome lighting; 0 turns it off, 1 is usual.
+    pub edl: f32,
+    /// Whether the ground grid is drawn, at height [`Options::grid_height`].
+    pub grid: bool,
+    /// Height of the ground grid, metres.
+    pub grid_height: f32,
+    /// Most points in a frame.
+    pub point_budget: u32,
+    /// Whether the current scan is drawn.
+    pub live_scan: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            colour_by: ColourBy::Height,
+            ramp: Ramp::Muted,
+            height_range: [0.0, 3.0],
+            age_range: [0.0, 1.0],
+            floor: f32::MIN,
+            ceiling: f32::MAX,
+            point_size: 1.0,
+            edl: 1.0,
+            grid: false,
+            grid_height: 0.0,
+            point_budget: 1_500_000,
+            live_scan: true,
+        }
+    }
+}
+
+/// Colours of the theme. The caller fills it from its own table of tokens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Palette {
+    /// Background at the top of the picture.
+    pub ground_top: Colour,
+    /// Background at the bottom.
+    pub ground_bottom: Colour,
+    /// Points when [`ColourBy::Plain`].
+    pub plain: Colour,
+    /// What points of the current scan are mixed with; opacity is the share of this colour.
+    pub live: Colour,
+    /// Ground grid.
+    pub grid: Colour,
+    /// Nodes of the graph.
+    pub node: Colour,
+    /// Rim around nodes and markers.
+    pub outline: Colour,
+    /// Edges of the graph.
+    pub edge: Colour,
+    /// The way the robot came.
+    pub trajectory: Colour,
+    /// The way the robot will go, goal and selection.
+    pub accent: Colour,
+    /// The robot.
+    pub robot: Colour,
+    /// The robot when it needs attention.
+    pub bad: Colour,
+}
