@@ -1,1 +1,46 @@
-//! (empty)
+//! The client in the browser: an eframe shell round [`client_model`], [`panels`] and [`scene`], with its sockets,
+//! downloads and the mirror of its controls in ARIA.
+//!
+//! The page calls [`start`]. Off the browser this crate is empty.
+
+#[cfg(target_arch = "wasm32")]
+mod aria;
+#[cfg(target_arch = "wasm32")]
+mod browser;
+#[cfg(target_arch = "wasm32")]
+mod client;
+#[cfg(target_arch = "wasm32")]
+mod fetch;
+#[cfg(target_arch = "wasm32")]
+mod gpu;
+#[cfg(target_arch = "wasm32")]
+mod inbox;
+#[cfg(target_arch = "wasm32")]
+mod inputs;
+#[cfg(target_arch = "wasm32")]
+mod sockets;
+#[cfg(target_arch = "wasm32")]
+mod stage;
+#[cfg(target_arch = "wasm32")]
+mod viewport;
+
+#[cfg(target_arch = "wasm32")]
+pub use web::start;
+
+#[cfg(target_arch = "wasm32")]
+mod web {
+    use crate::{browser, client::Client, gpu};
+    use eframe::WebRunner;
+    use wasm_bindgen::prelude::*;
+
+    /// Starts the client on the canvas of this id. Resolves once the first frame is due; rejects with a sentence.
+    #[wasm_bindgen]
+    pub async fn start(canvas_id: String) -> Result<(), JsValue> {
+        let canvas = browser::element::<web_sys::HtmlCanvasElement>(&canvas_id)
+            .ok_or_else(|| JsValue::from_str("the page has no canvas of that name"))?;
+        let back_end = gpu::choose().await;
+        WebRunner::new()
+            .start(canvas, gpu::options(back_end), Box::new(|context| Client::create(context)))
+            .await
+    }
+}

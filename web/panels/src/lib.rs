@@ -1,1 +1,100 @@
-//! (empty)
+//! What the operator sees and touches: egui views that read a [`client_model::Model`] and emit
+//! [`client_model::Command`]s. They change nothing themselves but [`PanelState`]: what is unfolded and half typed.
+//!
+//! # Names of the controls
+//!
+//! Every control is in the accessible tree under the name it shows, and stays there under that name; browser tests and
+//! people with screen readers find it by role and name:
+//!
+//! | role | name | where |
+//! |---|---|---|
+//! | button | `Stop motion` | top bar, always |
+//! | button | `Allow motion` | top bar, while motion is stopped |
+//! | button | `Take control`, `Release control` | top bar |
+//! | button (toggled) | `Live`, `Map` | rail |
+//! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer or sheet |
+//! | button | `Start mapping` | Map, while not mapping |
+//! | textbox | `Map name` | Map, while mapping |
+//! | button | `Finish and save` | Map, while mapping: asks for nothing more when a name is given |
+//! | button | `Discard` | Map, while mapping; then `Discard map` or `Keep mapping` |
+//! | button | `View NAME` | Map: looks at the saved map NAME |
+//! | button | `Back to live` | while looking at a saved map |
+//! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
+//! | button | `Cancel walk` | drive card, while walking |
+//! | group | `Drive stick` | drive card |
+//! | button | `Colour`, `Ceiling`, `Point size`, `Remembered views`, `Theme` | tools; each opens a menu |
+//! | button (toggled) | `Pose graph`, `Follow robot` | tools |
+//! | button | `Top view`, `Fit view`, `Keyboard shortcuts` | tools |
+//! | button | `Dismiss` | on each notice |
+//! | button | `Reconnect now` | while the link is lost |
+//! | status | `Robot`, `Position`, `Battery`, `Link`, `Control` | top bar |
+//! | status | `Mapping`, `Elapsed`, `Distance`, `Keyframes`, `Points in map` | Map, while mapping |
+//! | status | `Motion`, `Speed`, sensors by their names | Live, and Map while mapping |
+//! | alert | the sentence itself | notices and findings |
+
+pub mod icon;
+pub mod theme;
+pub mod words;
+
+mod banner;
+mod drive;
+mod help;
+mod labels;
+mod layout;
+mod live;
+mod mapping;
+mod maps;
+mod notes;
+mod rail;
+mod sensors;
+mod state;
+mod tools;
+mod top_bar;
+mod widgets;
+
+#[cfg(test)]
+mod tests;
+
+pub use labels::{LabelKind, SceneLabel, show_labels};
+pub use layout::{Layout, Width};
+pub use state::{PanelState, TextField};
+
+use client_model::{Command, Model, Screen};
+use theme::Tokens;
+
+/// Draws everything that floats over the scene. `out` receives what the person asks for.
+pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mut Vec<Command>) {
+    let tokens = Tokens::of(model.view.get().theme);
+    let layout = Layout::of(ctx.content_rect());
+    state.text_fields.clear();
+    drive::keys(ctx, model, out);
+
+    top_bar::show(ctx, model, &tokens, &layout, state, out);
+    rail::show(ctx, model, &tokens, &layout, state, out);
+    tools::show(ctx, model, &tokens, &layout, state, out);
+    drive::show(ctx, model, &tokens, &layout, state, out);
+    if layout.width == Width::Wide || state.drawer_open {
+        right_card(ctx, model, &tokens, &layout, state, out);
+    }
+    banner::show(ctx, model, &tokens, &layout, out);
+    help::show(ctx, &tokens, state);
+}
+
+/// What the screen is about.
+fn right_card(
+    ctx: &egui::Context,
+    model: &Model,
+    tokens: &Tokens,
+    layout: &Layout,
+    state: &mut PanelState,
+    out: &mut Vec<Command>,
+) {
+    let name = match model.screen {
+        Screen::Live => "Robot panel",
+        Screen::Map => "Map panel",
+    };
+    layout::card(ctx, tokens, name, layout.card, |ui| match model.screen {
+        Screen::Live => live::show(ui, model, tokens, state),
+        Screen::Map => mapping::show(ui, model, tokens, state, out),
+    });
+}

@@ -1,0 +1,60 @@
+//! Which graphics interface to draw with: WebGL2 unless WebGPU is asked for or known to be good.
+//!
+//! A browser may offer WebGPU on a software device whose pictures never reach the screen, and report success all the
+//! while. WebGPU is therefore chosen by itself only when its adapter is real hardware.
+
+use crate::browser;
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use wasm_bindgen::JsCast;
+use wasm_bindgen_futures::JsFuture;
+
+/// What to draw with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BackEnd {
+    /// WebGL2: everywhere.
+    WebGl,
+    /// WebGPU: on secure origins with hardware.
+    WebGpu,
+}
+
+/// `?gpu=webgl` and `?gpu=webgpu` decide; else what the browser has.
+pub(crate) async fn choose() -> BackEnd {
+    match browser::query("gpu").as_deref() {
+        Some("webgpu") => BackEnd::WebGpu,
+        Some("webgl") => BackEnd::WebGl,
+        _ if webgpu_on_hardware().await.unwrap_or(false) => BackEnd::WebGpu,
+        _ => BackEnd::WebGl,
+    }
+}
+
+/// Whether WebGPU has an adapter that is no software one. Read by name: the attributes are younger than the bindings.
+async fn webgpu_on_hardware() -> Option<bool> {
+    let get = |object: &wasm_bindgen::JsValue, name: &str| js_sys::Reflect::get(object, &name.into()).ok();
+    let navigator = browser::window()?.navigator();
+    let gpu = get(navigator.as_ref(), "gpu").filter(wasm_bindgen::JsValue::is_object)?;
+    let request: js_sys::Function = get(&gpu, "requestAdapter")?.dyn_into().ok()?;
+    let promise: js_sys::Promise = request.call0(&gpu).ok()?.dyn_into().ok()?;
+    let adapter = JsFuture::from(promise).await.ok().filter(wasm_bindgen::JsValue::is_object)?;
+    let info = get(&adapter, "info")?;
+    let software = get(&info, "isFallbackAdapter").and_then(|v| v.as_bool()).unwrap_or(false);
+    let architecture = get(&info, "architecture").and_then(|v| v.as_string()).unwrap_or_default();
+    Some(!software && !architecture.is_empty() && architecture != "swiftshader")
+}
+
+/// How eframe shall set up its canvas.
+pub(crate) fn options(back_end: BackEnd) -> eframe::WebOptions {
+    let backends = match back_end {
+        BackEnd::WebGl => wgpu::Backends::GL,
+        BackEnd::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
+    };
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor.backends = backends;
+    eframe::WebOptions {
+        dithering: false,
+        wgpu_options: WgpuConfiguration {
+            wgpu_setup: WgpuSetup::CreateNew(setup),
+            ..WgpuConfiguration::default()
+        },
+        ..eframe::WebOptions::default()
+    }
+}

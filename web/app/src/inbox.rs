@@ -1,0 +1,48 @@
+//! Where sockets and downloads leave what they bring until the next frame.
+
+use client_model::Event;
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// State comes at 20 Hz and scans at 10; ten pictures a second show them well and leave the processor alone.
+const REPAINT: Duration = Duration::from_millis(90);
+
+/// Something that came in.
+#[derive(Debug)]
+pub(crate) enum Arrival {
+    /// For the model.
+    Event(Event),
+    /// Bytes of a tile, to be decoded.
+    Tile {
+        /// Its name.
+        hash: api::TileHash,
+        /// As encoded.
+        bytes: Vec<u8>,
+    },
+}
+
+/// A queue that wakes the client.
+#[derive(Clone)]
+pub(crate) struct Inbox {
+    queue: Rc<RefCell<VecDeque<Arrival>>>,
+    ctx: egui::Context,
+}
+
+impl Inbox {
+    pub(crate) fn new(ctx: egui::Context) -> Self {
+        Self { queue: Rc::default(), ctx }
+    }
+
+    /// Leaves something for the next frame, and sees to it that there is one.
+    pub(crate) fn leave(&self, arrival: Arrival) {
+        self.queue.borrow_mut().push_back(arrival);
+        self.ctx.request_repaint_after(REPAINT);
+    }
+
+    /// The oldest of what is there.
+    pub(crate) fn take(&self) -> Option<Arrival> {
+        self.queue.borrow_mut().pop_front()
+    }
+}

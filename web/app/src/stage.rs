@@ -1,0 +1,255 @@
+//! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
+
+use client_model::{ColourBy, MapView, Model, Selection, ViewSettings};
+use egui::mutex::Mutex;
+use glam::{DQuat, DVec3};
+use map_codec::PointChunk;
+use panels::theme::Tokens;
+use scene::{
+    AnchorId, CameraPose, Options, Palette, PointBlock, Renderer, RobotState, TileId, View, WHOLE_MAP,
+};
+use std::sync::Arc;
+use vocab::{MapId, Pose, Vec3};
+
+/// Height of the base above the floor when the robot stands, metres: for colours and the ceiling only.
+const BASE_HEIGHT_M: f64 = 0.5;
+/// The ground under the robot counts as another one only when it differs by this much: a gait bounces.
+const GROUND_STEP_M: f64 = 0.4;
+/// Heights over the ground at the two ends of the colour ramp, metres.
+const RAMP_M: [f64; 2] = [-0.2, 4.0];
+/// Points drawn in one picture: a laptop without a graphics card of its own keeps up with these.
+const POINT_BUDGET: u32 = 1_500_000;
+/// Older than this, seconds, the robot is drawn as one whose place is not known.
+const ROBOT_STALE_S: f64 = 3.0;
+
+/// The renderer and what it was told last.
+pub(crate) struct Stage {
+    /// Shared with the paint callback.
+    pub(crate) renderer: Arc<Mutex<Renderer>>,
+    told: Told,
+    ground: f64,
+}
+
+/// Revisions of what the renderer holds.
+#[derive(Default, PartialEq)]
+struct Told {
+    map: Option<MapId>,
+    graph: Option<u64>,
+    graph_shown: bool,
+    track: Option<u64>,
+    scan: bool,
+}
+
+impl Stage {
+    pub(crate) fn new(renderer: Renderer) -> Self {
+        Self { renderer: Arc::new(Mutex::new(renderer)), told: Told::default(), ground: -BASE_HEIGHT_M }
+    }
+
+    /// Height of the ground at the robot, or at the start of the saved map on show; metres, map frame.
+    pub(crate) fn ground(&self) -> f64 {
+        self.ground
+    }
+
+    /// Puts a decoded tile on the stage.
+    pub(crate) fn add_tile(
+        &self,
+        hash: api::TileHash,
+        chunk: &PointChunk,
+        entry: &api::TileEntry,
+        map: &MapView,
+    ) {
+        let (anchor, stamp) = match entry.anchor {
+            api::Anchor::Map => (WHOLE_MAP, 0.0),
+            api::Anchor::Keyframe(id) => {
+                let node = map.graph.nodes.iter().find(|node| node.id == id);
+                (AnchorId(u64::from(id.0)), node.map_or(0.0, |node| node.stamp.secs_f64()))
+            }
+        };
+        self.renderer.lock().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
+    }
+
+    /// Takes a tile off the stage.
+    pub(crate) fn drop_tile(&self, hash: api::TileHash) {
+        self.renderer.lock().remove_tile(tile_id(hash));
+    }
+
+    /// Shows a scan from the pose of its base in the map.
+    pub(crate) fn show_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
+        let (position, orientation) = glam_pose(map_from_base);
+        self.renderer.lock().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
+        self.told.scan = true;
+    }
+
+    /// Tells the renderer what changed in the model.
+    pub(crate) fn follow(&mut self, model: &Model) {
+        let shown = model.shown();
+        let mut renderer = self.renderer.lock();
+        if self.told.map != model.viewed() {
+            renderer.clear_tiles();
+            renderer.set_live_scan(None);
+            self.told = Told { map: model.viewed(), ..Told::default() };
+        }
+        let live = model.viewed().is_none();
+        let settings = model.view.get();
+        if self.told.graph != Some(shown.graph_revision) || self.told.graph_shown != settings.graph {
+            set_graph(&mut renderer, shown, settings.graph);
+            self.told.graph = Some(shown.graph_revision);
+            self.told.graph_shown = settings.graph;
+        }
+        if self.told.track != Some(model.track.revision()) {
+            let way: Vec<DVec3> =
+                if live { model.track.positions(&shown.graph).map(vector).collect() } else { Vec::new() };
+            renderer.set_trajectory(&way);
+            self.told.track = Some(model.track.revision());
+        }
+        renderer.set_robot(if live { robot(model) } else { None });
+        renderer.select_node(match model.selection {
+            Some(Selection::Keyframe(id)) => Some(id.0),
+            _ => None,
+        });
+        match model.motion() {
+            api::Motion::Walking { goal, path, .. } if live => {
+                let path: Vec<DVec3> = path.iter().copied().map(vector).collect();
+                renderer.set_goal(Some(vector(*goal)), &path);
+            }
+            api::Motion::Blocked { goal, .. } if live => renderer.set_goal(Some(vector(*goal)), &[]),
+            _ => renderer.set_goal(None, &[]),
+        }
+        drop(renderer);
+        self.find_ground(model);
+    }
+
+    fn find_ground(&mut self, model: &Model) {
+        let base = match (&model.robot.estimate, model.viewed()) {
+            (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
+            _ => model.shown().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
+        };
+        if let Some(base) = base
+            && (base - BASE_HEIGHT_M - self.ground).abs() > GROUND_STEP_M
+        {
+            self.ground = base - BASE_HEIGHT_M;
+        }
+    }
+
+    /// How the picture shall look.
+    pub(crate) fn view(
+        &self,
+        model: &Model,
+        camera: CameraPose,
+        viewport_px: [u32; 2],
+        pixels_per_point: f32,
+    ) -> View {
+        let settings = model.view.get();
+        let stamps = &model.shown().graph.nodes;
+        let age_range = match (stamps.first(), stamps.last()) {
+            (Some(first), Some(last)) => [first.stamp.secs_f64(), last.stamp.secs_f64()],
+            _ => [0.0, 1.0],
+        };
+        View {
+            camera,
+            viewport_px,
+            pixels_per_point,
+            options: Options {
+                colour_by: colour_by(settings.colour),
+                height_range: RAMP_M.map(|height| (self.ground + height) as f32),
+                age_range,
+                ceiling: if settings.cut_ceiling {
+                    self.ground as f32 + settings.ceiling_m
+                } else {
+                    f32::MAX
+                },
+                point_size: settings.point_size,
+                point_budget: POINT_BUDGET,
+                live_scan: model.viewed().is_none(),
+                ..Options::default()
+            },
+            palette: palette(settings),
+        }
+    }
+}
+
+fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool) {
+    for node in &shown.graph.nodes {
+        let (position, orientation) = glam_pose(&node.map_from_keyframe);
+        renderer.set_anchor(AnchorId(u64::from(node.id.0)), position, orientation);
+    }
+    if !visible {
+        renderer.set_graph(&[], &[]);
+        return;
+    }
+    let position_of = |id| {
+        shown
+            .map_from_anchor(api::Anchor::Keyframe(id))
+            .map(|map_from_keyframe| vector(map_from_keyframe.position))
+    };
+    let nodes: Vec<(u32, DVec3)> =
+        shown.graph.nodes.iter().map(|node| (node.id.0, vector(node.map_from_keyframe.position))).collect();
+    let edges: Vec<[DVec3; 2]> =
+        shown.graph.edges.iter().filter_map(|&(a, b)| Some([position_of(a)?, position_of(b)?])).collect();
+    renderer.set_graph(&nodes, &edges);
+}
+
+fn robot(model: &Model) -> Option<RobotState> {
+    let estimate = model.robot.estimate.as_ref()?;
+    let (position, orientation) = glam_pose(&estimate.value.map_from_base);
+    let fresh = model.data_age_s().is_some_and(|age| age < ROBOT_STALE_S);
+    Some(RobotState {
+        position,
+        orientation,
+        ok: fresh && !model.stopped(),
+        selected: model.selection == Some(Selection::Robot),
+        accuracy: panels::words::position_sigma_m(&estimate.value),
+    })
+}
+
+/// Names are random: the first eight bytes differ for all tiles of a map.
+fn tile_id(hash: api::TileHash) -> TileId {
+    let [a, b, c, d, e, f, g, h, ..] = hash.0;
+    TileId(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
+}
+
+fn block(chunk: &PointChunk, spacing: f32, stamp: f64) -> PointBlock<'_> {
+    let points = bytemuck::cast_slice(&chunk.points);
+    PointBlock { origin: chunk.origin, step: chunk.step, spacing, stamp, points }
+}
+
+/// A plain vector as the renderer wants it.
+pub(crate) fn vector(plain: Vec3) -> DVec3 {
+    DVec3::from_array(plain.to_array())
+}
+
+fn glam_pose(pose: &Pose) -> (DVec3, DQuat) {
+    let q = pose.orientation;
+    (vector(pose.position), DQuat::from_xyzw(q.x, q.y, q.z, q.w))
+}
+
+fn colour_by(colour: ColourBy) -> scene::ColourBy {
+    match colour {
+        ColourBy::Height => scene::ColourBy::Height,
+        ColourBy::Intensity => scene::ColourBy::Intensity,
+        ColourBy::Age => scene::ColourBy::Age,
+        ColourBy::Plain => scene::ColourBy::Plain,
+    }
+}
+
+/// The scene's colours, from the one table of tokens.
+fn palette(settings: &ViewSettings) -> Palette {
+    let tokens = Tokens::of(settings.theme);
+    let solid = |colour: egui::Color32| [colour.r(), colour.g(), colour.b(), 255];
+    let with = |colour: egui::Color32, opacity: u8| [colour.r(), colour.g(), colour.b(), opacity];
+    let lifted = panels::theme::mix(tokens.ground, tokens.raised, 0.7);
+    Palette {
+        ground_top: solid(if tokens.dark { tokens.ground } else { lifted }),
+        ground_bottom: solid(if tokens.dark { lifted } else { tokens.ground }),
+        plain: solid(tokens.dim),
+        live: with(tokens.accent, if tokens.dark { 90 } else { 140 }),
+        grid: with(tokens.dim, 60),
+        node: solid(if tokens.dark { tokens.text } else { tokens.card }),
+        outline: solid(if tokens.dark { tokens.ground } else { tokens.text }),
+        edge: with(panels::theme::mix(tokens.accent, tokens.text, 0.35), 170),
+        trajectory: with(panels::theme::mix(tokens.robot, tokens.text, 0.2), 150),
+        accent: solid(tokens.accent),
+        robot: solid(tokens.robot),
+        bad: solid(tokens.bad),
+    }
+}

@@ -1,0 +1,344 @@
+//! The scene on the screen: gestures move the camera, clicks select or say where to walk.
+
+use crate::browser;
+use crate::stage::{Stage, vector};
+use client_model::{Bookmark, CameraMove, Command, Model, Selection, ViewSettings};
+use eframe::egui_wgpu;
+use egui::mutex::Mutex;
+use egui::{PointerButton, Response, Sense, Ui};
+use glam::{DVec2, DVec3};
+use panels::{LabelKind, SceneLabel};
+use scene::{Camera, CameraPose, Eye, Hit, PickOptions, Renderer, View};
+use std::sync::Arc;
+
+/// The camera looks at the robot's body, a little above the ground, metres.
+const LOOK_HEIGHT_M: f64 = 0.3;
+/// How far from the pointer a sign still counts, points: half a fingertip.
+const SIGN_REACH: f64 = 22.0;
+/// How far from the pointer a point of the map still counts, points.
+const POINT_REACH: f64 = 6.0;
+/// Keyframes that are elements of the accessible tree: the nearest ones; more would drown everything else.
+const KEYFRAME_LABELS_MAX: usize = 24;
+/// A wheel's notch of about 50 points doubles the scale in five.
+const ZOOM_PER_POINT: f64 = 0.0028;
+/// A walk goal is offered at most this far away, metres: farther clicks are slips.
+const WALK_M_MAX: f64 = 80.0;
+
+/// The camera and what is between it and the person.
+pub(crate) struct Viewport {
+    camera: Camera,
+    placed: bool,
+    view: Option<View>,
+}
+
+impl Viewport {
+    pub(crate) fn new() -> Self {
+        Self {
+            camera: Camera::new(CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }),
+            placed: false,
+            view: None,
+        }
+    }
+
+    /// From where the map is looked at, for the choice of tiles.
+    pub(crate) fn eye(&self) -> Option<client_model::Eye> {
+        let view = self.view?;
+        let eye = Eye::new(view.camera, view.viewport_px);
+        let [width, height] = view.viewport_px.map(f64::from);
+        let corner_tan = Eye::TAN_HALF_FOV * (width / height).hypot(1.0);
+        Some(client_model::Eye {
+            position: eye.position().to_array(),
+            forward: view.camera.forward().as_vec3().to_array(),
+            focal_px: eye.focal_px() as f32,
+            corner_cos: (1.0 / corner_tan.hypot(1.0)) as f32,
+        })
+    }
+
+    /// Draws the scene and takes what is done to it.
+    pub(crate) fn show(&mut self, ui: &mut Ui, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
+        let rect = ui.max_rect();
+        let response = ui.interact(rect, ui.id().with("scene"), Sense::click_and_drag());
+        ui.ctx().accesskit_node_builder(response.id, |node| {
+            node.set_role(egui::Role::Canvas);
+            node.set_label("Map in 3D");
+        });
+        self.follow_robot(model, stage);
+        self.gestures(ui, &response, model, out);
+        let seconds = f64::from(ui.input(|input| input.stable_dt)).min(0.1);
+        if self.camera.flying() {
+            self.camera.advance(if browser::reduced_motion() { scene::FLIGHT_SECONDS } else { seconds });
+            ui.ctx().request_repaint();
+        }
+        let pixels_per_point = ui.ctx().pixels_per_point();
+        let viewport_px =
+            [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(1.0) as u32);
+        let view = stage.view(model, self.camera.pose(), viewport_px, pixels_per_point);
+        self.view = Some(view);
+        let paint = ScenePaint { renderer: Arc::clone(&stage.renderer), view };
+        ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, paint));
+        self.clicks(&response, model, stage, out);
+    }
+
+    /// The things of the scene that have names, the most important first.
+    pub(crate) fn labels(&self, model: &Model) -> Vec<SceneLabel> {
+        let Some(view) = self.view else { return Vec::new() };
+        let eye = Eye::new(view.camera, view.viewport_px);
+        let place = |at: DVec3| {
+            let (pixel, depth) = eye.project(at)?;
+            let inside = pixel.cmpge(DVec2::ZERO).all()
+                && pixel.x <= f64::from(view.viewport_px[0])
+                && pixel.y <= f64::from(view.viewport_px[1]);
+            let point = pixel / f64::from(view.pixels_per_point);
+            inside.then_some((egui::pos2(point.x as f32, point.y as f32), depth))
+        };
+        let mut labels = Vec::new();
+        if model.viewed().is_none() {
+            robot_labels(model, &place, &mut labels);
+        }
+        if model.view.get().graph {
+            keyframe_labels(model, &place, &mut labels);
+        }
+        labels
+    }
+
+    /// Carries out a movement of the camera. Returns settings that changed by it.
+    pub(crate) fn go(&mut self, to: &CameraMove, model: &Model, stage: &Stage) -> Option<ViewSettings> {
+        let pose = self.camera.pose();
+        match to {
+            CameraMove::Fit => {
+                if let Some(fit) = self.fitting(stage) {
+                    self.camera.fly_to(fit);
+                }
+            }
+            CameraMove::Top => {
+                let fit = self.fitting(stage).unwrap_or(pose);
+                let pitch = 0.5 * std::f64::consts::PI;
+                self.camera.fly_to(CameraPose { pitch, yaw: 0.5 * std::f64::consts::PI, ..fit });
+            }
+            CameraMove::Robot => {
+                if let Some(target) = robot_target(model) {
+                    self.camera.fly_to(CameraPose { target, distance: pose.distance.min(25.0), ..pose });
+                }
+            }
+            CameraMove::Bookmark(Bookmark { camera, .. }) => self.camera.fly_to(CameraPose {
+                target: DVec3::from_array(camera.target),
+                distance: camera.distance,
+                yaw: camera.yaw,
+                pitch: camera.pitch,
+            }),
+            CameraMove::Remember(name) => {
+                let mut settings = model.view.get().clone();
+                let camera = client_model::CameraPose {
+                    target: pose.target.to_array(),
+                    distance: pose.distance,
+                    yaw: pose.yaw,
+                    pitch: pose.pitch,
+                };
+                settings.bookmarks.retain(|bookmark| bookmark.name != *name);
+                settings.bookmarks.push(Bookmark { name: name.clone(), camera });
+                return Some(settings);
+            }
+        }
+        None
+    }
+
+    fn fitting(&self, stage: &Stage) -> Option<CameraPose> {
+        let view = self.view?;
+        let (min, max) = stage.renderer.lock().bounds()?;
+        Some(self.camera.fitting(min, max, view.viewport_px))
+    }
+
+    fn follow_robot(&mut self, model: &Model, stage: &Stage) {
+        if model.viewed().is_some() {
+            return;
+        }
+        let Some(target) = robot_target(model) else { return };
+        if !self.placed {
+            self.placed = true;
+            self.camera.jump_to(CameraPose { target, ..self.camera.pose() });
+        } else if model.view.get().follow && !self.camera.flying() {
+            let height = stage.ground() + LOOK_HEIGHT_M;
+            self.camera.jump_to(CameraPose { target: target.with_z(height), ..self.camera.pose() });
+        }
+    }
+
+    fn gestures(&mut self, ui: &Ui, response: &Response, model: &Model, out: &mut Vec<Command>) {
+        let height = f64::from(response.rect.height());
+        let mut pan = DVec2::ZERO;
+        if let Some(touch) = ui
+            .input(egui::InputState::multi_touch)
+            .filter(|_| response.contains_pointer() || response.dragged())
+        {
+            pan = DVec2::new(f64::from(touch.translation_delta.x), f64::from(touch.translation_delta.y));
+            self.zoom(f64::from(touch.zoom_delta), touch.center_pos, response, model);
+        } else if response.dragged() {
+            let drag = response.drag_delta();
+            let drag = DVec2::new(f64::from(drag.x), f64::from(drag.y));
+            let shift = ui.input(|input| input.modifiers.shift);
+            if response.dragged_by(PointerButton::Primary) && !shift {
+                self.camera.orbit(drag);
+            } else {
+                pan = drag;
+            }
+        }
+        if pan != DVec2::ZERO {
+            self.camera.pan(pan, height);
+            stop_following(model, out);
+        }
+        if response.hovered()
+            && let Some(at) = response.hover_pos()
+        {
+            let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            let factor = (f64::from(scroll) * ZOOM_PER_POINT).exp() * f64::from(pinch);
+            if factor != 1.0 {
+                self.zoom(factor, at, response, model);
+            }
+        }
+    }
+
+    /// Zooms about what is under the pointer, or about the robot while following it.
+    fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model) {
+        let pose = self.camera.pose();
+        let focus = self
+            .view
+            .filter(|_| !model.view.get().follow || model.viewed().is_some())
+            .and_then(|view| {
+                let eye = Eye::new(view.camera, view.viewport_px);
+                let ground = eye.ray(pixel(at, response, &view)).at_height(pose.target.z)?;
+                (ground.distance(pose.target) < 2.0 * pose.distance).then_some(ground)
+            })
+            .unwrap_or(pose.target);
+        self.camera.zoom(factor, focus);
+    }
+
+    fn clicks(&mut self, response: &Response, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
+        let (Some(view), Some(at)) = (self.view, response.interact_pointer_pos()) else { return };
+        if !response.clicked_by(PointerButton::Primary) {
+            return;
+        }
+        let at = pixel(at, response, &view);
+        let scale = f64::from(view.pixels_per_point);
+        if model.walk_armed {
+            match self.ground_at(&view, at, stage) {
+                Some(goal) => out.push(Command::WalkTo(vocab::Vec3::from(goal.to_array()))),
+                None => out.push(Command::ArmWalk(false)),
+            }
+            return;
+        }
+        let reach = PickOptions { sign_px: SIGN_REACH * scale, point_px: POINT_REACH * scale };
+        let hit = stage.renderer.lock().pick(&view, at, &reach);
+        if response.double_clicked() {
+            if let Some(Hit::Point(target)) = hit {
+                stop_following(model, out);
+                let pose = self.camera.pose();
+                self.camera.fly_to(CameraPose { target, distance: (0.5 * pose.distance).max(3.0), ..pose });
+            }
+            return;
+        }
+        out.push(Command::Select(match hit {
+            Some(Hit::Robot) => Some(Selection::Robot),
+            Some(Hit::Node(number)) => Some(Selection::Keyframe(vocab::KeyframeId(number))),
+            Some(Hit::Marker(_) | Hit::Point(_)) | None => None,
+        }));
+    }
+
+    /// The place under a pixel: a point of the map there, else the ground plane of the robot.
+    fn ground_at(&self, view: &View, pixel: DVec2, stage: &Stage) -> Option<DVec3> {
+        let eye = Eye::new(view.camera, view.viewport_px);
+        let reach = POINT_REACH * f64::from(view.pixels_per_point);
+        let point = stage.renderer.lock().pick_point(view, &eye, pixel, reach);
+        let plane = || eye.ray(pixel).at_height(stage.ground());
+        point.or_else(plane).filter(|goal| goal.distance(eye.position()) < WALK_M_MAX + view.camera.distance)
+    }
+}
+
+fn robot_labels(
+    model: &Model,
+    place: &impl Fn(DVec3) -> Option<(egui::Pos2, f64)>,
+    labels: &mut Vec<SceneLabel>,
+) {
+    let live = |at: DVec3| place(at).map(|(at, _)| at);
+    if let Some(estimate) = &model.robot.estimate
+        && let Some(at) = live(vector(estimate.value.map_from_base.position))
+    {
+        let v = estimate.value.velocity.linear;
+        labels.push(SceneLabel {
+            kind: LabelKind::Selectable(Selection::Robot),
+            name: "Robot in the scene".to_owned(),
+            tag: format!("Robot · {:.1} m/s", v.x.hypot(v.y)),
+            at,
+            selected: model.selection == Some(Selection::Robot),
+        });
+    }
+    if let api::Motion::Walking { goal, remaining, .. } = model.motion()
+        && let Some(at) = live(vector(*goal))
+    {
+        let tag = format!("Goal · {}", panels::words::distance(*remaining));
+        labels.push(SceneLabel { kind: LabelKind::Goal, name: "Goal".to_owned(), tag, at, selected: false });
+    }
+}
+
+fn keyframe_labels(
+    model: &Model,
+    place: &impl Fn(DVec3) -> Option<(egui::Pos2, f64)>,
+    labels: &mut Vec<SceneLabel>,
+) {
+    let mut seen: Vec<(f64, SceneLabel)> = Vec::new();
+    for node in &model.shown().graph.nodes {
+        let Some((at, depth)) = place(vector(node.map_from_keyframe.position)) else { continue };
+        let selected = model.selection == Some(Selection::Keyframe(node.id));
+        let name = format!("Keyframe {}", node.id.0);
+        let tag = if selected { name.clone() } else { String::new() };
+        let kind = LabelKind::Selectable(Selection::Keyframe(node.id));
+        let order = if selected { f64::NEG_INFINITY } else { depth };
+        seen.push((order, SceneLabel { kind, name, tag, at, selected }));
+    }
+    seen.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    labels.extend(seen.into_iter().take(KEYFRAME_LABELS_MAX).map(|(_, label)| label));
+}
+
+fn robot_target(model: &Model) -> Option<DVec3> {
+    let estimate = model.robot.estimate.as_ref()?;
+    Some(vector(estimate.value.map_from_base.position)).filter(|at| at.is_finite())
+}
+
+fn stop_following(model: &Model, out: &mut Vec<Command>) {
+    if model.view.get().follow && model.viewed().is_none() {
+        out.push(Command::Edit(ViewSettings { follow: false, ..model.view.get().clone() }));
+    }
+}
+
+/// Physical pixels from the scene's left upper corner.
+fn pixel(at: egui::Pos2, response: &Response, view: &View) -> DVec2 {
+    let from_corner = at - response.rect.min;
+    DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y)) * f64::from(view.pixels_per_point)
+}
+
+/// The scene in egui's picture.
+struct ScenePaint {
+    renderer: Arc<Mutex<Renderer>>,
+    view: View,
+}
+
+impl egui_wgpu::CallbackTrait for ScenePaint {
+    fn prepare(
+        &self,
+        _device: &wgpu::Device,
+        _queue: &wgpu::Queue,
+        _screen: &egui_wgpu::ScreenDescriptor,
+        encoder: &mut wgpu::CommandEncoder,
+        _resources: &mut egui_wgpu::CallbackResources,
+    ) -> Vec<wgpu::CommandBuffer> {
+        self.renderer.lock().prepare(encoder, &self.view);
+        Vec::new()
+    }
+
+    fn paint(
+        &self,
+        _info: egui::PaintCallbackInfo,
+        pass: &mut wgpu::RenderPass<'static>,
+        _resources: &egui_wgpu::CallbackResources,
+    ) {
+        self.renderer.lock().paint(pass);
+    }
+}

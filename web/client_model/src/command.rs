@@ -1,0 +1,52 @@
+//! What people ask for, as views emit it.
+
+use crate::{CameraMove, NoteId, Screen, Selection, ViewSettings};
+use vocab::{MapId, Twist, Vec3};
+
+/// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Go to a screen.
+    Show(Screen),
+    /// Stop the robot now.
+    StopMotion,
+    /// Let the robot move again.
+    AllowMotion,
+    /// Take the control lease.
+    TakeControl,
+    /// Give it back.
+    ReleaseControl,
+    /// Begin to map.
+    StartMapping,
+    /// End mapping and save under this name.
+    FinishMapping {
+        /// Name of the map; an empty one is replaced by the date.
+        name: String,
+    },
+    /// End mapping and keep nothing.
+    DiscardMapping,
+    /// Velocity wanted by the hand on the stick or the keys; `None` when it lets go.
+    Drive(Option<Twist>),
+    /// Walk to this point of the map, metres.
+    WalkTo(Vec3),
+    /// Give up the walk.
+    CancelWalk,
+    /// The next click on the ground says where to walk; or no longer.
+    ArmWalk(bool),
+    /// Look at a saved map; `None` goes back to the live one.
+    ViewMap(Option<MapId>),
+    /// Change how things look. Neighbouring changes of one kind become one step of undo.
+    Edit(ViewSettings),
+    /// Take back the last change of the view.
+    Undo,
+    /// Do it again.
+    Redo,
+    /// Move the camera.
+    Move(CameraMove),
+    /// Select something in the scene, or nothing.
+    Select(Option<Selection>),
+    /// Put a notice away.
+    Dismiss(NoteId),
+    /// Connect now instead of waiting.
+    Reconnect,
+}

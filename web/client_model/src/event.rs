@@ -1,0 +1,126 @@
+//! What happens to the client, and what it wants done.
+
+use crate::{Bookmark, Command, Eye, ViewSettings};
+use api::{ClientMessage, Graph, Order, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
+use vocab::MapId;
+
+/// One of the two sockets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Socket {
+    /// State and commands.
+    Control,
+    /// Live scans.
+    Stream,
+}
+
+/// Something that happened. Everything that can change the model is here.
+#[derive(Clone, Debug)]
+pub enum Event {
+    /// A socket opened.
+    Opened(Socket),
+    /// A socket closed or could not be opened.
+    Closed {
+        /// Which.
+        socket: Socket,
+        /// Uniform in 0..1: spreads reconnections of many clients.
+        jitter: f64,
+    },
+    /// The server spoke on the control socket.
+    Server {
+        /// What it said.
+        message: ServerMessage,
+        /// Length on the wire.
+        bytes: usize,
+    },
+    /// A message that this client cannot read.
+    Unreadable {
+        /// Where it came from.
+        socket: Socket,
+    },
+    /// A live scan; its points are decoded by the shell.
+    Scan {
+        /// The frame, its points still encoded.
+        frame: ScanFrame,
+        /// Length on the wire.
+        bytes: usize,
+    },
+    /// The tiles of a saved map were listed, or could not be.
+    TilesListed {
+        /// Which map.
+        map: MapId,
+        /// Its tiles, or a sentence.
+        result: Result<TileList, String>,
+    },
+    /// The pose graph of a saved map came, or did not.
+    GraphLoaded {
+        /// Which map.
+        map: MapId,
+        /// Its graph, or a sentence.
+        result: Result<Graph, String>,
+    },
+    /// A tile was fetched and drawn.
+    TileReady {
+        /// Which.
+        hash: TileHash,
+        /// Length on the wire.
+        bytes: usize,
+    },
+    /// A tile could not be fetched or decoded.
+    TileFailed {
+        /// Which.
+        hash: TileHash,
+    },
+    /// The camera moved.
+    Looked(Eye),
+    /// A person wants something.
+    Command(Command),
+    /// Time passed; at least every 0.1 s while anything is due.
+    Tick,
+}
+
+/// A movement of the camera; it always flies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraMove {
+    /// So that everything is seen.
+    Fit,
+    /// Straight down.
+    Top,
+    /// To the robot.
+    Robot,
+    /// To a remembered view.
+    Bookmark(Bookmark),
+    /// Remember the present view under this name.
+    Remember(String),
+}
+
+/// Something the shell has to do after an event, in this order.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Open a socket.
+    Open(Socket),
+    /// Close a socket, silently: no [`Event::Closed`] is expected.
+    Close(Socket),
+    /// Say something on the control socket.
+    Send(ClientMessage),
+    /// Say something on the stream socket.
+    SendStream(StreamRequest),
+    /// Fetch tiles and graph of a saved map.
+    LoadMap(MapId),
+    /// Fetch a tile.
+    Fetch(TileHash),
+    /// Give up fetching a tile.
+    CancelFetch(TileHash),
+    /// Take a tile off the screen.
+    Drop(TileHash),
+    /// Move the camera.
+    Move(CameraMove),
+    /// Keep these settings for the next visit.
+    Keep(ViewSettings),
+}
+
+impl Effect {
+    /// A command to the server.
+    pub(crate) fn command(id: vocab::CommandId, order: Order) -> Self {
+        Self::Send(ClientMessage::Command { id, order })
+    }
+}

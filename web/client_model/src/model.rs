@@ -1,0 +1,334 @@
+//! The model and its one entrance.
+
+mod hear;
+mod obey;
+
+use crate::pending::Pending;
+use crate::{
+    Aged, ClientTime, Drive, Effect, Event, Eye, Ids, Link, MapView, Notes, Screen, ServerClock, Socket,
+    Throughput, Track, Undo, ViewSettings,
+};
+use api::{
+    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform,
+    Severity, StreamRequest,
+};
+use vocab::{ClientId, KeyframeId, MapId, Stamp};
+
+/// Something selected in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selection {
+    /// The robot.
+    Robot,
+    /// A keyframe of the map on show.
+    Keyframe(KeyframeId),
+}
+
+/// What the robot last said of itself. Values stay when the link is lost; their ages tell.
+#[derive(Clone, Debug, Default)]
+pub struct Robot {
+    /// Where it is.
+    pub estimate: Option<Aged<Estimate>>,
+    /// Its battery.
+    pub battery: Option<Aged<Battery>>,
+    /// Its sensors.
+    pub health: Option<Aged<Health>>,
+    /// How it moves.
+    pub motion: Option<Aged<Motion>>,
+    /// The last live scan, without its points: stamp and points.
+    pub scan: Option<Aged<Stamp>>,
+}
+
+/// Everything the client knows.
+#[derive(Debug)]
+pub struct Model {
+    /// This client, kept over reconnections.
+    pub client: ClientId,
+    /// The socket for state and commands.
+    pub link: Link,
+    /// The socket for live scans.
+    pub stream: Link,
+    /// Bytes coming in, all ways.
+    pub throughput: Throughput,
+    /// The robot's clock.
+    pub clock: ServerClock,
+    /// Version of the server's program.
+    pub program: String,
+    /// The robot.
+    pub robot: Robot,
+    /// Who controls.
+    pub control: Control,
+    /// State of mapping.
+    pub mapping: Mapping,
+    /// The server itself.
+    pub platform: Option<Aged<Platform>>,
+    /// The map being made.
+    pub live: MapView,
+    /// The saved map being looked at.
+    pub saved: Option<(MapId, MapView)>,
+    /// Where the robot walked.
+    pub track: Track,
+    /// Saved maps, newest first; `None` before the server told.
+    pub maps: Option<Vec<MapSummary>>,
+    /// Sentences on show.
+    pub notes: Notes,
+    /// How things look.
+    pub view: Undo<ViewSettings>,
+    /// Which screen is on.
+    pub screen: Screen,
+    /// What is selected.
+    pub selection: Option<Selection>,
+    /// Whether the next click on the ground says where to walk.
+    pub walk_armed: bool,
+    /// The hand on the stick.
+    pub drive: Drive,
+    pub(crate) pending: Vec<Pending>,
+    /// Client time of the last event.
+    pub now: ClientTime,
+    ids: Ids,
+    sequence: u64,
+    pinged: Option<ClientTime>,
+    pings: u64,
+    eye: Option<Eye>,
+    planned: ClientTime,
+}
+
+const PING_PERIOD_S: f64 = 2.0;
+/// Planning tiles looks at all of them: often enough to feel immediate, seldom enough to cost nothing.
+const PLAN_PERIOD_S: f64 = 0.25;
+/// Scans per second asked for.
+const SCAN_HZ: f32 = 10.0;
+
+impl Model {
+    /// A client that has just been opened. Apply [`Event::Tick`] to make it connect.
+    pub fn new(client: ClientId, ids: Ids, view: ViewSettings, now: ClientTime) -> Self {
+        Self {
+            client,
+            link: Link::new(now),
+            stream: Link::new(now),
+            throughput: Throughput::default(),
+            clock: ServerClock::default(),
+            program: String::new(),
+            robot: Robot::default(),
+            control: Control::default(),
+            mapping: Mapping::Idle,
+            platform: None,
+            live: MapView::live(),
+            saved: None,
+            track: Track::default(),
+            maps: None,
+            notes: Notes::default(),
+            view: Undo::new(view),
+            screen: Screen::Live,
+            selection: None,
+            walk_armed: false,
+            drive: Drive::default(),
+            pending: Vec::new(),
+            now,
+            ids,
+            sequence: 0,
+            pinged: None,
+            pings: 0,
+            eye: None,
+            planned: ClientTime(f64::NEG_INFINITY),
+        }
+    }
+
+    /// Opens both sockets; once, before the first event.
+    pub fn start(&mut self, effects: &mut Vec<Effect>) {
+        effects.extend([Effect::Open(Socket::Control), Effect::Open(Socket::Stream)]);
+    }
+
+    /// The only way in. `now` is the only clock.
+    pub fn apply(&mut self, now: ClientTime, event: Event, effects: &mut Vec<Effect>) {
+        self.now = now;
+        match event {
+            Event::Opened(socket) => self.opened(socket, effects),
+            Event::Closed { socket, jitter } => self.closed(socket, jitter),
+            Event::Server { message, bytes } => {
+                self.link.hear(now);
+                self.throughput.add(now, bytes);
+                self.hear(message, effects);
+            }
+            Event::Unreadable { socket } => self.unreadable(socket, effects),
+            Event::Scan { frame, bytes } => self.scan(&frame, bytes),
+            Event::TilesListed { map, result } => self.tiles_listed(map, result),
+            Event::GraphLoaded { map, result } => self.graph_loaded(map, result),
+            Event::TileReady { hash, bytes } => {
+                self.throughput.add(now, bytes);
+                if !self.shown_mut().tiles.arrive(&hash) {
+                    effects.push(Effect::Drop(hash));
+                }
+            }
+            Event::TileFailed { hash } => self.shown_mut().tiles.fail(&hash, now),
+            Event::Looked(eye) => {
+                if self.eye != Some(eye) {
+                    self.eye = Some(eye);
+                    self.shown_mut().tiles.mark_dirty();
+                }
+            }
+            Event::Command(command) => self.obey(command, effects),
+            Event::Tick => self.tick(effects),
+        }
+        self.plan(effects);
+    }
+
+    /// The map on the screen: the saved one being looked at, else the one being made.
+    pub fn shown(&self) -> &MapView {
+        self.saved.as_ref().map_or(&self.live, |(_, map)| map)
+    }
+
+    fn shown_mut(&mut self) -> &mut MapView {
+        self.saved.as_mut().map_or(&mut self.live, |(_, map)| map)
+    }
+
+    /// The saved map being looked at.
+    pub fn viewed(&self) -> Option<MapId> {
+        self.saved.as_ref().map(|(id, _)| *id)
+    }
+
+    /// Whether this client holds the control lease.
+    pub fn in_control(&self) -> bool {
+        self.control.owner == Some(self.client)
+    }
+
+    /// Whether somebody else holds the control lease.
+    pub fn others_control(&self) -> bool {
+        self.control.owner.is_some_and(|owner| owner != self.client)
+    }
+
+    /// Whether motion has been stopped and not allowed again.
+    pub fn stopped(&self) -> bool {
+        matches!(self.motion(), Motion::Stopped { .. })
+    }
+
+    /// State of motion; idle before the robot spoke.
+    pub fn motion(&self) -> &Motion {
+        self.robot.motion.as_ref().map_or(&Motion::Idle, |motion| &motion.value)
+    }
+
+    /// Whether an order of this kind is on its way.
+    pub fn waits_for(&self, matches: impl Fn(&Order) -> bool) -> bool {
+        self.pending.iter().any(|pending| matches(&pending.order))
+    }
+
+    /// Seconds since the robot's own estimate of where it is was made, as well as can be known.
+    pub fn data_age_s(&self) -> Option<f64> {
+        let estimate = self.robot.estimate.as_ref()?;
+        let travelled = self.clock.age_of(estimate.value.stamp, self.now).unwrap_or(0.0);
+        Some(estimate.age(self.now).max(travelled))
+    }
+
+    /// What this client calls itself to the others.
+    pub fn operator_name(&self) -> String {
+        format!("Operator {:04x}", self.client.0.as_u128() & 0xffff)
+    }
+
+    fn opened(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
+        match socket {
+            Socket::Control => {
+                effects
+                    .push(Effect::Send(ClientMessage::Hello { version: api::VERSION, client: self.client }));
+            }
+            Socket::Stream => {
+                effects
+                    .push(Effect::SendStream(StreamRequest::Open { version: api::VERSION, max_hz: SCAN_HZ }));
+                // The stream has no welcome: it is connected when it is open.
+                self.stream.welcome(self.now);
+            }
+        }
+    }
+
+    fn closed(&mut self, socket: Socket, jitter: f64) {
+        let now = self.now;
+        match socket {
+            Socket::Control => {
+                self.link.lose(now, jitter);
+                self.pinged = None;
+            }
+            Socket::Stream => self.stream.lose(now, jitter),
+        }
+    }
+
+    fn unreadable(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
+        if socket == Socket::Control {
+            let text = "The server sent something this page cannot read. Reload the page; if that does not help, \
+                        server and page are of different versions.";
+            self.notes.add(self.now, Severity::Error, text.to_owned());
+        }
+        self.drop_link(socket, effects);
+    }
+
+    fn drop_link(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
+        effects.push(Effect::Close(socket));
+        self.closed(socket, 0.5);
+    }
+
+    fn tick(&mut self, effects: &mut Vec<Effect>) {
+        self.notes.expire(self.now);
+        self.throughput.expire(self.now);
+        for socket in [Socket::Control, Socket::Stream] {
+            let now = self.now;
+            if self.link_mut(socket).retry_due_or_dead(socket, now, effects) {
+                self.closed(socket, 0.5);
+            }
+        }
+        if self.link.connected() && self.pinged.is_none_or(|sent| self.now.since(sent) >= PING_PERIOD_S) {
+            self.ping(effects);
+        }
+        if let Some(twist) = self.drive.due(self.now) {
+            self.teleoperate(twist, effects);
+        }
+    }
+
+    fn link_mut(&mut self, socket: Socket) -> &mut Link {
+        match socket {
+            Socket::Control => &mut self.link,
+            Socket::Stream => &mut self.stream,
+        }
+    }
+
+    fn ping(&mut self, effects: &mut Vec<Effect>) {
+        self.pings += 1;
+        self.pinged = Some(self.now);
+        effects.push(Effect::Send(ClientMessage::Ping { token: self.pings }));
+    }
+
+    fn plan(&mut self, effects: &mut Vec<Effect>) {
+        let Some(eye) = self.eye else { return };
+        if !self.shown().tiles.plan_due(self.now) || self.now.since(self.planned) < PLAN_PERIOD_S {
+            return;
+        }
+        self.planned = self.now;
+        let now = self.now;
+        self.shown_mut().plan(&eye, now, effects);
+    }
+
+    fn view_map(&mut self, map: Option<MapId>, effects: &mut Vec<Effect>) {
+        if self.viewed() == map {
+            return;
+        }
+        self.shown_mut().tiles.unload(false, effects);
+        self.selection = None;
+        self.saved = map.map(|id| (id, MapView::default()));
+        self.shown_mut().tiles.mark_dirty();
+        if let Some(id) = map {
+            effects.push(Effect::LoadMap(id));
+        }
+    }
+}
+
+impl Link {
+    /// Opens the socket if that is due; returns whether it must be counted as lost because it is silent.
+    fn retry_due_or_dead(&mut self, socket: Socket, now: ClientTime, effects: &mut Vec<Effect>) -> bool {
+        if self.retry_due(now) {
+            self.connect(now);
+            effects.push(Effect::Open(socket));
+        }
+        // Scans may rest; only the control socket is pinged.
+        let dead = self.dead(now) && !(socket == Socket::Stream && self.connected());
+        if dead {
+            effects.push(Effect::Close(socket));
+        }
+        dead
+    }
+}

@@ -1,0 +1,143 @@
+//! What the server says, taken into the model.
+
+use super::Model;
+use crate::pending::Pending;
+use crate::{Aged, Effect, Loading, Socket};
+use api::{CommandOutcome, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
+use vocab::MapId;
+
+impl Model {
+    pub(super) fn hear(&mut self, message: ServerMessage, effects: &mut Vec<Effect>) {
+        match message {
+            ServerMessage::Welcome { version, program } => self.welcome(version, program, effects),
+            ServerMessage::Refused { reason } => self.link.refuse(reason),
+            ServerMessage::Pong { token, now: there } => {
+                if let Some(sent) = self.pinged
+                    && token == self.pings
+                {
+                    self.clock.learn(sent, self.now, there);
+                }
+            }
+            ServerMessage::Event { sequence, event } => {
+                if sequence <= self.sequence {
+                    return;
+                }
+                if sequence > self.sequence + 1 {
+                    // Something was lost; a new connection starts with a snapshot.
+                    self.drop_link(Socket::Control, effects);
+                    return;
+                }
+                self.sequence = sequence;
+                self.learn(event, effects);
+            }
+        }
+    }
+
+    fn welcome(&mut self, version: u16, program: String, effects: &mut Vec<Effect>) {
+        if version != api::VERSION {
+            let ours = api::VERSION;
+            self.link.refuse(format!(
+                "The server speaks version {version} and this page version {ours}. Reload the page."
+            ));
+            return;
+        }
+        self.program = program;
+        self.sequence = 0;
+        self.clock.forget();
+        self.link.welcome(self.now);
+        self.ping(effects);
+        let (again, stale): (Vec<Pending>, Vec<Pending>) =
+            std::mem::take(&mut self.pending).into_iter().partition(|pending| pending.resend(self.now));
+        for pending in &again {
+            effects.push(Effect::command(pending.id, pending.order.clone()));
+        }
+        for pending in stale.iter().filter(|pending| !matches!(pending.order, Order::Teleoperate(_))) {
+            let text =
+                format!("{} may not have reached the robot: the link was lost. Try again.", pending.name());
+            self.notes.add(self.now, Severity::Warning, text);
+        }
+        self.pending = again;
+    }
+
+    fn learn(&mut self, event: api::Event, effects: &mut Vec<Effect>) {
+        let arrived = self.now;
+        match event {
+            api::Event::Estimate(value) => {
+                self.track.extend(&value);
+                self.robot.estimate = Some(Aged { value, arrived });
+            }
+            api::Event::Graph(graph) => {
+                if graph.session != self.live.graph.session {
+                    self.track.clear();
+                }
+                self.track.anchor(&graph);
+                self.live.set_graph(graph);
+            }
+            api::Event::Tiles(changed) => {
+                if changed.reset {
+                    self.live.tiles.unload(true, effects);
+                }
+                self.live.tiles.add(&changed.added);
+            }
+            api::Event::Mapping(mapping) => self.learn_mapping(mapping, effects),
+            api::Event::Motion(value) => {
+                if !matches!(value, Motion::Idle | Motion::Teleoperated) {
+                    self.walk_armed = false;
+                }
+                self.robot.motion = Some(Aged { value, arrived });
+            }
+            api::Event::Control(control) => self.control = control,
+            api::Event::Health(value) => self.robot.health = Some(Aged { value, arrived }),
+            api::Event::Battery(value) => self.robot.battery = Some(Aged { value, arrived }),
+            api::Event::Maps(maps) => self.maps = Some(maps),
+            api::Event::Notice(notice) => self.notes.add(arrived, notice.severity, notice.text),
+            api::Event::CommandDone { id, outcome } => self.done(id, outcome),
+            api::Event::Platform(value) => self.platform = Some(Aged { value, arrived }),
+        }
+    }
+
+    fn learn_mapping(&mut self, mapping: Mapping, effects: &mut Vec<Effect>) {
+        let before = std::mem::replace(&mut self.mapping, mapping);
+        if let (Mapping::Saving { map }, Mapping::Idle) = (&before, &self.mapping) {
+            // What was just saved is what one wants to see.
+            let map = *map;
+            self.view_map(Some(map), effects);
+        }
+        if let (Mapping::Idle, Mapping::Starting { .. } | Mapping::Running { .. }) = (&before, &self.mapping)
+        {
+            self.view_map(None, effects);
+        }
+    }
+
+    fn done(&mut self, id: vocab::CommandId, outcome: CommandOutcome) {
+        self.pending.retain(|pending| pending.id != id);
+        if let CommandOutcome::Refused(reason) = outcome {
+            self.notes.add(self.now, Severity::Warning, reason);
+        }
+    }
+
+    pub(super) fn scan(&mut self, frame: &ScanFrame, bytes: usize) {
+        self.stream.hear(self.now);
+        self.throughput.add(self.now, bytes);
+        self.robot.scan = Some(Aged { value: frame.stamp, arrived: self.now });
+    }
+
+    pub(super) fn tiles_listed(&mut self, map: MapId, result: Result<api::TileList, String>) {
+        let Some((_, view)) = self.saved.as_mut().filter(|(id, _)| *id == map) else { return };
+        match result {
+            Ok(list) => {
+                view.tiles.add(&list.tiles);
+                view.loading = Loading::Done;
+            }
+            Err(sentence) => view.loading = Loading::Failed(sentence),
+        }
+    }
+
+    pub(super) fn graph_loaded(&mut self, map: MapId, result: Result<api::Graph, String>) {
+        let Some((_, view)) = self.saved.as_mut().filter(|(id, _)| *id == map) else { return };
+        match result {
+            Ok(graph) => view.set_graph(graph),
+            Err(sentence) => self.notes.add(self.now, Severity::Warning, sentence),
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! What people want, carried out: orders to the robot under idempotent ids, changes of the view.
+
+use super::Model;
+use crate::pending::Pending;
+use crate::{CameraMove, Command, Effect, LinkState, Socket, ViewSettings};
+use api::{Order, Severity};
+use vocab::Twist;
+
+impl Model {
+    pub(super) fn obey(&mut self, command: Command, effects: &mut Vec<Effect>) {
+        match command {
+            Command::Show(screen) => self.screen = screen,
+            Command::StopMotion => self.stop_motion(effects),
+            Command::AllowMotion => self.order_in_control(Order::AllowMotion, effects),
+            Command::TakeControl => self.take_control(effects),
+            Command::ReleaseControl => self.order(Order::ReleaseControl, effects),
+            Command::StartMapping => {
+                let session = self.ids.session();
+                self.order_in_control(Order::StartMapping(session), effects);
+            }
+            Command::FinishMapping { name } => {
+                let map = self.ids.map();
+                self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);
+            }
+            Command::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
+            Command::Drive(wanted) => {
+                if let Some(twist) = self.drive.hold(self.now, wanted) {
+                    self.teleoperate(twist, effects);
+                }
+            }
+            Command::WalkTo(goal) => {
+                self.walk_armed = false;
+                self.order_in_control(Order::WalkTo(goal), effects);
+            }
+            // A velocity by hand ends a walk; none means: stand.
+            Command::CancelWalk => self.order_in_control(Order::Teleoperate(Twist::default()), effects),
+            Command::ArmWalk(armed) => self.walk_armed = armed,
+            Command::ViewMap(map) => self.view_map(map, effects),
+            Command::Edit(settings) => {
+                let changed = self.view.set(self.now, settings);
+                self.keep_if(changed, effects);
+            }
+            Command::Undo => {
+                let changed = self.view.undo();
+                self.keep_if(changed, effects);
+            }
+            Command::Redo => {
+                let changed = self.view.redo();
+                self.keep_if(changed, effects);
+            }
+            Command::Move(to) => self.move_camera(to, effects),
+            Command::Select(selection) => self.selection = selection,
+            Command::Dismiss(note) => self.notes.dismiss(note),
+            Command::Reconnect => self.reconnect(effects),
+        }
+    }
+
+    fn keep_if(&mut self, changed: bool, effects: &mut Vec<Effect>) {
+        if changed {
+            effects.push(Effect::Keep(self.view.get().clone()));
+        }
+    }
+
+    fn move_camera(&mut self, to: CameraMove, effects: &mut Vec<Effect>) {
+        // A camera that was sent elsewhere must not be pulled back at once.
+        if !matches!(to, CameraMove::Robot | CameraMove::Remember(_)) && self.view.get().follow {
+            let settings = ViewSettings { follow: false, ..self.view.get().clone() };
+            let changed = self.view.set(self.now, settings);
+            self.keep_if(changed, effects);
+        }
+        effects.push(Effect::Move(to));
+    }
+
+    fn reconnect(&mut self, effects: &mut Vec<Effect>) {
+        for socket in [Socket::Control, Socket::Stream] {
+            let now = self.now;
+            let link = self.link_mut(socket);
+            if matches!(link.state(), LinkState::Lost { .. }) {
+                link.connect(now);
+                effects.push(Effect::Open(socket));
+            }
+        }
+    }
+
+    /// Needs no lease, and ends driving by hand.
+    fn stop_motion(&mut self, effects: &mut Vec<Effect>) {
+        self.drive.hold(self.now, None);
+        self.walk_armed = false;
+        self.order(Order::StopMotion, effects);
+    }
+
+    pub(super) fn teleoperate(&mut self, twist: Twist, effects: &mut Vec<Effect>) {
+        if !self.link.connected() {
+            return;
+        }
+        self.take_free_control(effects);
+        // Ten a second, each of them soon out of date: they are not kept for a reconnection.
+        let id = self.ids.command();
+        effects.push(Effect::command(id, Order::Teleoperate(twist)));
+    }
+
+    fn take_control(&mut self, effects: &mut Vec<Effect>) {
+        self.order(Order::TakeControl { name: self.operator_name() }, effects);
+    }
+
+    /// Takes the lease if it lies about: nobody wants to press a button for that.
+    fn take_free_control(&mut self, effects: &mut Vec<Effect>) {
+        let asked = self.waits_for(|order| matches!(order, Order::TakeControl { .. }));
+        if self.control.owner.is_none() && !asked {
+            self.take_control(effects);
+        }
+    }
+
+    fn order_in_control(&mut self, order: Order, effects: &mut Vec<Effect>) {
+        self.take_free_control(effects);
+        self.order(order, effects);
+    }
+
+    fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
+        let id = self.ids.command();
+        if self.link.connected() {
+            effects.push(Effect::command(id, order.clone()));
+        } else if order == Order::StopMotion {
+            let text = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. \
+                        Use the stop button on the robot.";
+            self.notes.add(self.now, Severity::Error, text.to_owned());
+        }
+        self.pending.push(Pending { id, order, asked: self.now });
+    }
+}

@@ -1,0 +1,112 @@
+//! The model without a browser: connections, snapshots, orders, ages, tiles, undo.
+
+mod links;
+mod orders;
+mod tiles;
+mod values;
+
+use crate::*;
+use api::{
+    Anchor, ClientMessage, CommandOutcome, Control, Estimate, Graph, GraphNode, Mapping, Motion, Order,
+    ServerMessage, TileEntry, TileHash, TileList, TilesChanged,
+};
+use proptest::prelude::*;
+use uuid::Uuid;
+use vocab::{Aabb, ClientId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+
+/// A model with its clock and all it wanted done.
+struct Bench {
+    model: Model,
+    now: ClientTime,
+    effects: Vec<Effect>,
+    sequence: u64,
+}
+
+const ME: ClientId = ClientId(Uuid::from_u128(7));
+const OTHER: ClientId = ClientId(Uuid::from_u128(8));
+
+impl Bench {
+    fn new() -> Self {
+        let now = ClientTime(0.0);
+        let mut effects = Vec::new();
+        let mut model = Model::new(ME, Ids::new(42), ViewSettings::default(), now);
+        model.start(&mut effects);
+        Self { model, now, effects, sequence: 0 }
+    }
+
+    fn connected() -> Self {
+        let mut bench = Self::new();
+        bench.connect();
+        bench.take();
+        bench
+    }
+
+    fn connect(&mut self) {
+        self.apply(Event::Opened(Socket::Control));
+        self.welcome();
+    }
+
+    fn welcome(&mut self) {
+        self.sequence = 0;
+        self.server(ServerMessage::Welcome { version: api::VERSION, program: "1.2.3".into() });
+    }
+
+    fn apply(&mut self, event: Event) {
+        self.model.apply(self.now, event, &mut self.effects);
+    }
+
+    fn server(&mut self, message: ServerMessage) {
+        self.apply(Event::Server { message, bytes: 100 });
+    }
+
+    fn event(&mut self, event: api::Event) {
+        self.sequence += 1;
+        self.server(ServerMessage::Event { sequence: self.sequence, event });
+    }
+
+    fn command(&mut self, command: Command) {
+        self.apply(Event::Command(command));
+    }
+
+    fn wait(&mut self, seconds: f64) {
+        self.now = self.now.after(seconds);
+        self.apply(Event::Tick);
+    }
+
+    fn take(&mut self) -> Vec<Effect> {
+        std::mem::take(&mut self.effects)
+    }
+
+    fn orders(&mut self) -> Vec<Order> {
+        let order = |effect| match effect {
+            Effect::Send(ClientMessage::Command { order, .. }) => Some(order),
+            _ => None,
+        };
+        self.take().into_iter().filter_map(order).collect()
+    }
+}
+
+fn lose(bench: &mut Bench) {
+    bench.apply(Event::Closed { socket: Socket::Control, jitter: 0.5 });
+}
+
+fn estimate_at(secs: f64, x: f64) -> Estimate {
+    let map_from_base = Pose { position: Vec3::new(x, 0.0, 0.5), ..Pose::IDENTITY };
+    Estimate { stamp: Stamp::from_secs_f64(secs), map_from_base, ..Estimate::default() }
+}
+
+fn tile(number: u8, level: u8, x: f32, points: u32) -> TileEntry {
+    TileEntry {
+        hash: TileHash([number; 32]),
+        anchor: Anchor::Map,
+        level,
+        spacing: 0.4 / f32::from(1_u16 << level),
+        bounds: Aabb { min: [x, -1.0, 0.0], max: [x + 2.0, 1.0, 2.0] },
+        points,
+        bytes: points * 3,
+    }
+}
+
+fn eye_at(x: f64) -> Eye {
+    Eye { position: [x, 0.0, 1.0], forward: [1.0, 0.0, 0.0], focal_px: 900.0, corner_cos: 0.8 }
+}

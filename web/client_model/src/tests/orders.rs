@@ -1,0 +1,107 @@
+//! Orders: ids, repetition, answers, driving.
+
+use super::*;
+
+#[test]
+fn an_unanswered_order_is_repeated_under_its_id_after_a_short_loss() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    bench.command(Command::StartMapping);
+    let first = bench.take();
+    assert!(matches!(&first[..], [Effect::Send(ClientMessage::Command { .. })]), "{first:?}");
+    lose(&mut bench);
+    bench.wait(1.0);
+    bench.take();
+    bench.connect();
+    let again = bench.take();
+    assert!(again.contains(&first[0]), "the same command under the same id");
+    assert!(bench.model.waits_for(|order| matches!(order, Order::StartMapping(_))));
+}
+
+#[test]
+fn an_old_order_is_not_repeated_but_told() {
+    let mut bench = Bench::connected();
+    bench.command(Command::WalkTo(Vec3::default()));
+    lose(&mut bench);
+    bench.wait(60.0);
+    bench.take();
+    bench.connect();
+    assert_eq!(bench.orders(), []);
+    let notes = bench.model.notes.shown();
+    assert!(notes.iter().any(|note| note.text.contains("Walking there may not have reached")), "{notes:?}");
+}
+
+#[test]
+fn a_stop_is_sent_even_an_hour_later_and_needs_no_control() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Control(Control { owner: Some(OTHER), name: "other".into() }));
+    bench.command(Command::StopMotion);
+    assert_eq!(bench.orders(), [Order::StopMotion]);
+    lose(&mut bench);
+    bench.wait(3600.0);
+    bench.connect();
+    assert_eq!(bench.orders(), [Order::StopMotion]);
+}
+
+#[test]
+fn a_stop_without_a_link_says_that_it_did_not_arrive() {
+    let mut bench = Bench::new();
+    bench.command(Command::StopMotion);
+    assert!(bench.model.notes.shown()[0].text.contains("has not reached the robot"));
+}
+
+#[test]
+fn answers_end_the_waiting_and_refusals_are_told() {
+    let mut bench = Bench::connected();
+    bench.command(Command::AllowMotion);
+    let ids: Vec<_> = bench
+        .take()
+        .into_iter()
+        .filter_map(|effect| match effect {
+            Effect::Send(ClientMessage::Command { id, .. }) => Some(id),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(ids.len(), 2, "control was free, so it is taken first");
+    for id in ids {
+        let outcome = CommandOutcome::Refused("Not now. Wait until the robot stands.".into());
+        bench.event(api::Event::CommandDone { id, outcome });
+    }
+    assert!(bench.model.pending.is_empty());
+    let shown = bench.model.notes.shown();
+    assert_eq!((shown.len(), shown[0].times), (1, 2), "the same sentence twice is one note");
+}
+
+#[test]
+fn driving_repeats_ten_times_a_second_and_ends_with_one_zero() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    let ahead = Twist { linear: Vec3::new(0.9, 0.0, 0.0), ..Twist::default() };
+    for _ in 0..100 {
+        bench.command(Command::Drive(Some(ahead)));
+        bench.wait(0.01);
+    }
+    let orders = bench.orders();
+    assert!((9..=11).contains(&orders.len()), "{} orders in a second", orders.len());
+    bench.command(Command::Drive(None));
+    bench.command(Command::Drive(None));
+    bench.wait(1.0);
+    assert_eq!(bench.orders(), [Order::Teleoperate(Twist::default())]);
+}
+
+#[test]
+fn walking_disarms_the_click_and_can_be_given_up() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    bench.command(Command::ArmWalk(true));
+    bench.command(Command::WalkTo(Vec3::new(1.0, 2.0, 0.0)));
+    assert!(!bench.model.walk_armed);
+    bench.event(api::Event::Motion(Motion::Walking {
+        goal: Vec3::default(),
+        path: Vec::new(),
+        remaining: 3.0,
+    }));
+    bench.take();
+    bench.command(Command::CancelWalk);
+    assert_eq!(bench.orders(), [Order::Teleoperate(Twist::default())]);
+}

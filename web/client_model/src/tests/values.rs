@@ -1,0 +1,99 @@
+//! Values: ages, the way, saved maps, notes, undo.
+
+use super::*;
+
+#[test]
+fn ages_count_from_the_robots_clock_and_from_arrival() {
+    let mut bench = Bench::connected();
+    let robot_now = Stamp::from_secs_f64(5000.0);
+    bench.server(ServerMessage::Pong { token: 1, now: robot_now });
+    bench.event(api::Event::Estimate(estimate_at(4998.0, 0.0)));
+    let age = bench.model.data_age_s().unwrap();
+    assert!((age - 2.0).abs() < 1e-6, "made 2 s ago by the robot's clock: {age}");
+    bench.wait(3.0);
+    let age = bench.model.data_age_s().unwrap();
+    assert!((age - 5.0).abs() < 1e-6, "{age}");
+}
+
+#[test]
+fn the_robots_clock_may_run_slower_than_ours() {
+    let mut clock = ServerClock::default();
+    for second in 0..5 {
+        let here = ClientTime(f64::from(second));
+        clock.learn(here, here, Stamp::EPOCH + Span::from_secs_f64(0.25 * f64::from(second)));
+    }
+    let later = clock.stamp_at(ClientTime(8.0)).unwrap().secs_f64();
+    assert!((later - 2.0).abs() < 1e-6, "{later}");
+}
+
+#[test]
+fn a_saved_map_is_shown_as_soon_as_it_is_written_and_the_live_one_with_the_next_session() {
+    let mut bench = Bench::connected();
+    let map = MapId(Uuid::from_u128(3));
+    bench.event(api::Event::Mapping(Mapping::Saving { map }));
+    bench.event(api::Event::Mapping(Mapping::Idle));
+    assert_eq!(bench.model.viewed(), Some(map));
+    assert!(bench.take().contains(&Effect::LoadMap(map)));
+    bench.apply(Event::TilesListed {
+        map,
+        result: Ok(TileList { bounds: Aabb::EMPTY, tiles: vec![tile(1, 0, 0.0, 9)] }),
+    });
+    assert_eq!(bench.model.shown().tiles.points(), 9);
+    bench.event(api::Event::Mapping(Mapping::Starting { session: SessionId(Uuid::from_u128(1)) }));
+    assert_eq!(bench.model.viewed(), None);
+}
+
+#[test]
+fn a_snapshot_that_is_idle_shows_the_live_map() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Mapping(Mapping::Idle));
+    assert_eq!(bench.model.viewed(), None);
+}
+
+#[test]
+fn the_way_follows_corrections_of_the_graph() {
+    let mut bench = Bench::connected();
+    for step in 0..30 {
+        bench.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
+    }
+    let moved = Pose { position: Vec3::new(19.0, 5.0, 0.0), ..Pose::IDENTITY };
+    let node = GraphNode { id: KeyframeId(0), stamp: Stamp::from_secs_f64(19.5), map_from_keyframe: moved };
+    bench.event(api::Event::Graph(Graph { session: None, nodes: vec![node], edges: Vec::new() }));
+    let way: Vec<Vec3> = bench.model.track.positions(&bench.model.live.graph).collect();
+    assert_eq!(way.len(), 11, "the keyframe, then what was seen since");
+    assert_eq!((way[0].y, way[1].x), (5.0, 20.0));
+}
+
+#[test]
+fn edits_of_the_view_are_kept_undone_and_merged_while_a_slider_is_dragged() {
+    let mut bench = Bench::connected();
+    bench.now = bench.now.after(10.0);
+    for step in 0..10_u8 {
+        bench.now = bench.now.after(0.05);
+        let settings = ViewSettings { ceiling_m: f32::from(step), ..ViewSettings::default() };
+        bench.command(Command::Edit(settings));
+    }
+    assert!(matches!(bench.take().last(), Some(Effect::Keep(settings)) if settings.ceiling_m == 9.0));
+    bench.command(Command::Undo);
+    assert_eq!(bench.model.view.get(), &ViewSettings::default(), "one drag is one step");
+    bench.command(Command::Redo);
+    assert_eq!(bench.model.view.get().ceiling_m, 9.0);
+}
+
+#[test]
+fn errors_stay_until_they_are_put_away_and_the_rest_goes_by_itself() {
+    let mut bench = Bench::connected();
+    for (severity, text) in [(api::Severity::Info, "saved"), (api::Severity::Error, "LiDAR silent")] {
+        let notice = api::Notice { at: Stamp::EPOCH, severity, text: text.into() };
+        bench.event(api::Event::Notice(notice));
+    }
+    for _ in 0..30 {
+        bench.wait(1.0);
+        bench.server(ServerMessage::Pong { token: 0, now: Stamp::EPOCH });
+    }
+    let left: Vec<&str> = bench.model.notes.shown().iter().map(|note| note.text.as_str()).collect();
+    assert_eq!(left, ["LiDAR silent"]);
+    let id = bench.model.notes.shown()[0].id;
+    bench.command(Command::Dismiss(id));
+    assert!(bench.model.notes.shown().is_empty());
+}

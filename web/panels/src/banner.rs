@@ -1,0 +1,118 @@
+//! What everybody must see at once, at the top of the scene: the link, which map this is, notices.
+
+use crate::layout::area;
+use crate::theme::{self, Tokens, Weight, font};
+use crate::widgets::{self, Button};
+use crate::{Layout, Width, icon, notes, words};
+use client_model::{Command, LinkState, Loading, Model};
+use egui::{Align2, Order, Ui};
+
+const WIDTH: f32 = 460.0;
+
+pub(crate) fn show(
+    ctx: &egui::Context,
+    model: &Model,
+    tokens: &Tokens,
+    layout: &Layout,
+    out: &mut Vec<Command>,
+) {
+    let left =
+        if layout.width == Width::Narrow { layout.free.left() + 68.0 } else { layout.free.left() + 76.0 };
+    let free = egui::Rect::from_min_max(egui::pos2(left, layout.free.top()), layout.free.max);
+    let width = WIDTH.min(free.width());
+    area("Messages", Order::Foreground).pivot(Align2::CENTER_TOP).fixed_pos(free.center_top()).show(
+        ctx,
+        |ui| {
+            ui.set_width(width);
+            ui.spacing_mut().item_spacing.y = 8.0;
+            link(ui, model, tokens, out);
+            saved_map(ui, model, tokens, out);
+            walk_hint(ui, model, tokens);
+            notes::show(ui, model, tokens, out);
+        },
+    );
+}
+
+fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    let lost = model.link.lost_since().map(|since| model.now.since(since));
+    match (model.link.state(), lost) {
+        (LinkState::Connected { .. }, _) => {}
+        (LinkState::Refused { reason }, _) => line(ui, tokens, tokens.bad, icon::X_CIRCLE, reason, |_| {}),
+        (LinkState::Connecting { .. }, None) => {
+            line(ui, tokens, tokens.accent, icon::PLUGS, "Connecting to the robot…", |_| {});
+        }
+        (LinkState::Connecting { .. }, Some(lost)) => {
+            let text = format!("Link lost {} ago. Trying again now…", words::duration(lost));
+            line(ui, tokens, tokens.bad, icon::WIFI_SLASH, &text, |_| {});
+        }
+        (LinkState::Lost { retry_at, .. }, lost) => {
+            let wait = retry_at.since(model.now).ceil();
+            let text = format!(
+                "Link lost {} ago. Next try in {wait:.0} s.",
+                words::duration(lost.unwrap_or_default())
+            );
+            line(ui, tokens, tokens.bad, icon::WIFI_SLASH, &text, |ui| {
+                if Button::new("Reconnect now").show(ui, tokens).clicked() {
+                    out.push(Command::Reconnect);
+                }
+            });
+        }
+    }
+}
+
+fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    let Some((id, view)) = &model.saved else { return };
+    let name =
+        model.maps.iter().flatten().find(|map| map.id == *id).map_or("a saved map", |map| map.name.as_str());
+    let (colour, text) = match &view.loading {
+        Loading::Waiting => (tokens.accent, format!("Opening {name}…")),
+        Loading::Failed(sentence) => (tokens.bad, sentence.clone()),
+        Loading::Done => {
+            let (here, all) = (view.tiles.ready_points(), view.tiles.points());
+            let points = if view.tiles.loading() > 0 {
+                format!("{} of {} points", words::points(here), words::points(all))
+            } else {
+                format!("{} points", words::points(all))
+            };
+            (tokens.accent, format!("{name} · {points}"))
+        }
+    };
+    line(ui, tokens, colour, icon::MAP_TRIFOLD, &text, |ui| {
+        if Button::new("Back to live").show(ui, tokens).clicked() {
+            out.push(Command::ViewMap(None));
+        }
+    });
+}
+
+fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+    if model.walk_armed {
+        line(ui, tokens, tokens.accent, icon::MAP_PIN, "Click the floor where the robot shall walk.", |_| {});
+    }
+}
+
+/// One line on a card of its own: sign, sentence, and what can be done.
+fn line(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    colour: egui::Color32,
+    sign: &str,
+    text: &str,
+    action: impl FnOnce(&mut Ui),
+) {
+    theme::card(tokens).inner_margin(egui::Margin::symmetric(14, 6)).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.horizontal(|ui| {
+            ui.set_min_height(theme::TOUCH);
+            ui.label(egui::RichText::new(sign).size(20.0).color(colour));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                action(ui);
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    let text_font = font(theme::BODY, Weight::Medium);
+                    let shown = egui::RichText::new(text).font(text_font).color(tokens.text);
+                    let response = ui.add(egui::Label::new(shown).wrap());
+                    widgets::status_node(&response, "Message", text);
+                });
+            });
+        });
+    });
+}

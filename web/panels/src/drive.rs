@@ -1,0 +1,185 @@
+//! Driving: the stick, the keys, walking to a point, and what the robot does with it.
+
+use crate::theme::{self, Tokens, Weight, font};
+use crate::widgets::{self, Button, Kind};
+use crate::{Layout, PanelState, Width, icon, words};
+use api::Motion;
+use client_model::{Command, Model, SPEED_MPS_MAX, TURN_RADPS_MAX};
+use egui::{Align2, Key, Sense, Stroke, Ui, Vec2, vec2};
+use vocab::{Twist, Vec3};
+
+/// Walking sideways is slower than walking ahead.
+const SIDEWAYS_FACTOR: f64 = 0.5;
+/// With Shift: for narrow places.
+const SLOW_FACTOR: f64 = 0.4;
+const STICK_RADIUS: f32 = 62.0;
+/// Share of the stick's travel round its middle that means nothing: hands are not exact.
+const STICK_DEAD: f32 = 0.12;
+
+/// Keys that drive, and keys that stop. Nothing while text is being typed.
+pub(crate) fn keys(ctx: &egui::Context, model: &Model, out: &mut Vec<Command>) {
+    if ctx.egui_wants_keyboard_input() {
+        release(model, out);
+        return;
+    }
+    let nothing_focused = ctx.memory(|memory| memory.focused().is_none());
+    let (stop, undo, redo) = ctx.input(|input| {
+        let stop = input.key_pressed(Key::Escape) || (nothing_focused && input.key_pressed(Key::Space));
+        let z = input.modifiers.command && input.key_pressed(Key::Z);
+        (stop, z && !input.modifiers.shift, z && input.modifiers.shift)
+    });
+    if stop {
+        out.push(Command::StopMotion);
+        return;
+    }
+    if undo {
+        out.push(Command::Undo);
+    }
+    if redo {
+        out.push(Command::Redo);
+    }
+    match ctx.input(keyed_twist) {
+        Some(twist) if !model.others_control() => out.push(Command::Drive(Some(twist))),
+        Some(_) => {}
+        None => release(model, out),
+    }
+}
+
+/// Ends driving if the keyboard or the stick held it; the stick says so again in the same frame while it is held.
+fn release(model: &Model, out: &mut Vec<Command>) {
+    if model.drive.wanted().is_some() {
+        out.push(Command::Drive(None));
+    }
+}
+
+/// Velocity of the keys held down; `None` when there are none, or the window is not looked at.
+fn keyed_twist(input: &egui::InputState) -> Option<Twist> {
+    if !input.focused || input.modifiers.command || input.modifiers.alt {
+        return None;
+    }
+    let held = |keys: &[Key]| f64::from(u8::from(keys.iter().any(|key| input.key_down(*key))));
+    let ahead = held(&[Key::W, Key::ArrowUp]) - held(&[Key::S, Key::ArrowDown]);
+    let left = held(&[Key::A]) - held(&[Key::D]);
+    let turn = held(&[Key::Q, Key::ArrowLeft]) - held(&[Key::E, Key::ArrowRight]);
+    if (ahead, left, turn) == (0.0, 0.0, 0.0) {
+        return None;
+    }
+    let pace = if input.modifiers.shift { SLOW_FACTOR } else { 1.0 };
+    Some(twist(pace * ahead, pace * left, pace * turn))
+}
+
+/// Velocity from shares of the greatest: ahead, to the left, turning left.
+fn twist(ahead: f64, left: f64, turn: f64) -> Twist {
+    Twist {
+        linear: Vec3::new(ahead * SPEED_MPS_MAX, left * SPEED_MPS_MAX * SIDEWAYS_FACTOR, 0.0),
+        angular: Vec3::new(0.0, 0.0, turn * TURN_RADPS_MAX),
+    }
+}
+
+pub(crate) fn show(
+    ctx: &egui::Context,
+    model: &Model,
+    tokens: &Tokens,
+    layout: &Layout,
+    state: &mut PanelState,
+    out: &mut Vec<Command>,
+) {
+    let covered = layout.width == Width::Narrow && state.drawer_open;
+    if covered || model.viewed().is_some() {
+        state.stick = None;
+        return;
+    }
+    crate::layout::hung_card(ctx, tokens, "Drive", layout.drive, Align2::LEFT_BOTTOM, |ui| {
+        ui.horizontal(|ui| {
+            stick(ui, model, tokens, state, out);
+            ui.vertical(|ui| {
+                ui.set_width(172.0);
+                side(ui, model, tokens, layout, out);
+            });
+        });
+    });
+}
+
+fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<Command>) {
+    let (rect, response) = ui.allocate_exact_size(Vec2::splat(2.0 * STICK_RADIUS + 4.0), Sense::drag());
+    let enabled = !model.others_control() && !model.stopped();
+    let middle = rect.center();
+    state.stick = response
+        .interact_pointer_pos()
+        .filter(|_| enabled && response.is_pointer_button_down_on())
+        .map(|at| (at - middle) / STICK_RADIUS)
+        .map(|at| at / at.length().max(1.0));
+    if let Some(at) = state.stick {
+        out.push(Command::Drive(Some(stick_twist(at))));
+    }
+    ui.ctx().accesskit_node_builder(response.id, |node| {
+        node.set_role(egui::Role::Group);
+        node.set_label("Drive stick");
+        node.set_description(
+            "Drag: up walks ahead, sideways turns. The keys W, A, S, D, Q and E do the same.",
+        );
+    });
+    let painter = ui.painter();
+    let (rim, knob) = if enabled { (tokens.dim, tokens.accent_filled) } else { (tokens.line, tokens.line) };
+    painter.circle(middle, STICK_RADIUS, tokens.raised, Stroke::new(tokens.line_width, rim));
+    for (sign, at) in [
+        (icon::CARET_UP, vec2(0.0, -1.0)),
+        (icon::CARET_DOWN, vec2(0.0, 1.0)),
+        (icon::ARROW_BEND_UP_LEFT, vec2(-1.0, 0.0)),
+        (icon::ARROW_BEND_UP_RIGHT, vec2(1.0, 0.0)),
+    ] {
+        let at = middle + at * (STICK_RADIUS - 14.0);
+        painter.text(at, Align2::CENTER_CENTER, sign, font(theme::ICON, Weight::Regular), rim);
+    }
+    let at = middle + state.stick.unwrap_or(Vec2::ZERO) * (STICK_RADIUS - 22.0);
+    painter.circle_filled(at, 22.0, knob);
+    let sign = if enabled { icon::ARROWS_OUT } else { icon::LOCK };
+    painter.text(at, Align2::CENTER_CENTER, sign, font(theme::ICON, Weight::Regular), tokens.on_filled);
+}
+
+/// Up walks ahead, sideways turns; squared, so that small movements are fine ones.
+fn stick_twist(at: Vec2) -> Twist {
+    let length = at.length();
+    if length < STICK_DEAD {
+        return Twist::default();
+    }
+    let strength = ((length - STICK_DEAD) / (1.0 - STICK_DEAD)).powi(2);
+    let at = at / length * strength;
+    twist(f64::from(-at.y), 0.0, f64::from(-at.x))
+}
+
+fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut Vec<Command>) {
+    let motion = words::motion(model.motion());
+    let speed = model.robot.estimate.as_ref().map_or(0.0, |estimate| {
+        let v = estimate.value.velocity.linear;
+        v.x.hypot(v.y)
+    });
+    ui.label(egui::RichText::new(motion).font(font(theme::HEAD, Weight::SemiBold)).color(tokens.text));
+    let detail = match model.motion() {
+        Motion::Walking { remaining, .. } => {
+            format!("{speed:.1} m/s · {} to go", words::distance(*remaining))
+        }
+        _ => format!("{speed:.1} m/s"),
+    };
+    widgets::remark(ui, tokens, &detail);
+    if model.others_control() {
+        widgets::remark(ui, tokens, &format!("{} controls the robot.", model.control.name));
+        if layout.width == Width::Narrow
+            && Button::new("Take control").wide(ui).enabled(model.link.connected()).show(ui, tokens).clicked()
+        {
+            out.push(Command::TakeControl);
+        }
+        return;
+    }
+    if matches!(model.motion(), Motion::Walking { .. }) {
+        if Button::new("Cancel walk").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
+            out.push(Command::CancelWalk);
+        }
+        return;
+    }
+    let walk = Button::new("Walk to a point").icon(icon::MAP_PIN).on(model.walk_armed).kind(Kind::Plain);
+    let enabled = !model.stopped() && model.link.connected();
+    if walk.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::ArmWalk(!model.walk_armed));
+    }
+}

@@ -1,0 +1,73 @@
+//! Things in the 3D scene as accessible elements and tags: robot, goal, keyframes.
+
+use crate::theme::{self, Tokens, Weight, font};
+use client_model::{Command, Selection};
+use egui::{
+    Align2, CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
+};
+
+/// What a label stands at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelKind {
+    /// Something that can be selected.
+    Selectable(Selection),
+    /// Where the robot walks to.
+    Goal,
+}
+
+/// A thing of the scene and where it is on the screen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneLabel {
+    /// What it is.
+    pub kind: LabelKind,
+    /// Its accessible name.
+    pub name: String,
+    /// What the tag says; no tag if empty.
+    pub tag: String,
+    /// Where it is, points.
+    pub at: Pos2,
+    /// Whether it is selected.
+    pub selected: bool,
+}
+
+/// Puts the labels over the scene, under all cards. Tags avoid each other: one that would cover an earlier one is left
+/// out, so the most important come first.
+pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<Command>) {
+    let mut taken: Vec<Rect> = Vec::new();
+    for label in labels {
+        let spot = Rect::from_center_size(label.at, Vec2::splat(theme::TOUCH));
+        if let LabelKind::Selectable(selection) = label.kind {
+            let response = ui.interact(spot, Id::unique(("scene", &label.name)), Sense::click());
+            response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.selected, &label.name));
+            if response.clicked() {
+                out.push(Command::Select((!label.selected).then_some(selection)));
+            }
+            if label.selected || response.has_focus() {
+                ui.painter().circle_stroke(label.at, 14.0, Stroke::new(2.0, tokens.accent));
+            }
+        }
+        if !label.tag.is_empty() {
+            tag(ui, tokens, label, &mut taken);
+        }
+    }
+}
+
+fn tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, taken: &mut Vec<Rect>) {
+    let text = font(theme::SMALL, Weight::Medium);
+    let galley = ui.painter().layout_no_wrap(label.tag.clone(), text, tokens.text);
+    let middle = label.at + vec2(0.0, 28.0);
+    let rect = Align2::CENTER_CENTER.anchor_size(middle, galley.size() + vec2(14.0, 8.0));
+    if taken.iter().any(|other| other.intersects(rect)) {
+        return;
+    }
+    let radius = CornerRadius::same(5);
+    ui.painter().rect(
+        rect,
+        radius,
+        tokens.card,
+        Stroke::new(tokens.line_width, tokens.line),
+        StrokeKind::Inside,
+    );
+    ui.painter().galley(rect.min + vec2(7.0, 4.0), galley, tokens.text);
+    taken.push(rect);
+}

@@ -1,0 +1,67 @@
+//! The right card of Live: the robot now.
+
+use crate::theme::Tokens;
+use crate::top_bar::FRESH_S;
+use crate::widgets::{self, fact, fact_with_note};
+use crate::{PanelState, sensors, words};
+use client_model::Model;
+use egui::Ui;
+
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelState) {
+    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 6.0;
+        widgets::head(ui, tokens, "Robot");
+        robot(ui, model, tokens);
+        if let Some(health) = &model.robot.health {
+            sensors::findings(ui, &health.value, tokens);
+        }
+        ui.add_space(8.0);
+        widgets::rule(ui, tokens);
+        ui.add_space(4.0);
+        widgets::head(ui, tokens, "Sensors");
+        sensors::list(ui, model, tokens);
+        if let Some(platform) = &model.platform {
+            ui.add_space(8.0);
+            widgets::rule(ui, tokens);
+            ui.add_space(4.0);
+            widgets::head(ui, tokens, "Robot computer");
+            computer(ui, model, &platform.value, tokens);
+        }
+    });
+}
+
+fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+    fact(ui, tokens, "Motion", words::motion(model.motion()));
+    if let api::Motion::Blocked { reason, .. } = model.motion() {
+        widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, reason));
+    }
+    let Some(estimate) = &model.robot.estimate else {
+        widgets::remark(ui, tokens, "The robot has not said where it is yet.");
+        return;
+    };
+    let age = model.data_age_s().unwrap_or(0.0);
+    let old = words::age(age);
+    let note = (age > FRESH_S).then_some((old.as_str(), tokens.warn));
+    let v = estimate.value.velocity.linear;
+    let p = estimate.value.map_from_base.position;
+    fact_with_note(ui, tokens, "Speed", &format!("{:.1} m/s", v.x.hypot(v.y)), note);
+    fact_with_note(ui, tokens, "Place", &format!("{:.1}, {:.1}, {:.1} m", p.x, p.y, p.z), note);
+    fact(ui, tokens, "Accuracy", &words::accuracy(words::position_sigma_m(&estimate.value)));
+    fact(ui, tokens, "Walked", &words::distance(estimate.value.distance));
+}
+
+fn computer(ui: &mut Ui, model: &Model, platform: &api::Platform, tokens: &Tokens) {
+    if !platform.core_connected {
+        let sentence = "The robot's control program does not answer. What you see is the last it said; it is being \
+                        restarted.";
+        widgets::tinted_box(ui, tokens, tokens.bad, |ui| widgets::sentence(ui, tokens, sentence));
+    }
+    fact(ui, tokens, "Processing", &format!("{:.2} × real time", platform.real_time_factor));
+    fact(ui, tokens, "Processor", &format!("{:.2} cores", platform.cpu_cores));
+    fact(ui, tokens, "Memory", &words::bytes(platform.memory_bytes));
+    fact(ui, tokens, "Free disk", &words::bytes(platform.disk_free_bytes));
+    fact(ui, tokens, "Clients", &platform.clients.to_string());
+    if !model.program.is_empty() {
+        fact(ui, tokens, "Version", &model.program);
+    }
+}

@@ -1,0 +1,188 @@
+//! The right card of Map: making a map, and the maps that were made.
+
+use crate::state::TextField;
+use crate::theme::{self, Tokens, Weight, font};
+use crate::widgets::{self, Button, Kind, fact};
+use crate::{PanelState, icon, maps, sensors, words};
+use api::{Mapping, Order};
+use client_model::{Command, Model};
+use egui::{CornerRadius, StrokeKind, Ui, vec2};
+use vocab::Stamp;
+
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    state: &mut PanelState,
+    out: &mut Vec<Command>,
+) {
+    if !matches!(model.mapping, Mapping::Running { .. }) {
+        state.confirm_discard = false;
+    }
+    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 8.0;
+        match &model.mapping {
+            Mapping::Idle => idle(ui, model, tokens, out),
+            Mapping::Starting { .. } => starting(ui, tokens, out),
+            Mapping::Running { since, distance, keyframes, .. } => {
+                running(ui, model, tokens, (*since, *distance, *keyframes));
+                finish(ui, model, tokens, state, out);
+            }
+            Mapping::Saving { .. } => saving(ui, tokens),
+        }
+        if let (Some(health), false) = (&model.robot.health, matches!(model.mapping, Mapping::Idle)) {
+            sensors::findings(ui, &health.value, tokens);
+            ui.add_space(4.0);
+            widgets::rule(ui, tokens);
+            widgets::head(ui, tokens, "Sensors");
+            sensors::list(ui, model, tokens);
+        }
+        ui.add_space(4.0);
+        widgets::rule(ui, tokens);
+        maps::show(ui, model, tokens, state, out);
+    });
+}
+
+fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    widgets::head(ui, tokens, "Make a map");
+    let first = model.maps.as_ref().is_some_and(Vec::is_empty);
+    let sentence = if first {
+        "No map yet. Put the robot where it can stand still for a moment, start mapping, then drive it through every \
+         room. Finish where you began: that makes the map most exact."
+    } else {
+        "Let the robot stand still, start mapping, drive it through every room, and finish where you began."
+    };
+    widgets::remark(ui, tokens, sentence);
+    let waiting = model.waits_for(|order| matches!(order, Order::StartMapping(_)));
+    let name = if waiting { "Starting…" } else { "Start mapping" };
+    let enabled = model.link.connected() && !waiting && !model.others_control();
+    let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
+    if start.show(ui, tokens).clicked() {
+        out.push(Command::StartMapping);
+    }
+    if model.others_control() {
+        widgets::remark(
+            ui,
+            tokens,
+            &format!("{} controls the robot. Take control to map.", model.control.name),
+        );
+    }
+}
+
+fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<Command>) {
+    status_head(ui, tokens, "Finding gravity");
+    widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
+        widgets::sentence(
+            ui,
+            tokens,
+            "Keep the robot still for a few seconds. Mapping then begins by itself.",
+        );
+    });
+    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::DiscardMapping);
+    }
+}
+
+fn saving(ui: &mut Ui, tokens: &Tokens) {
+    status_head(ui, tokens, "Saving the map");
+    ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
+    widgets::remark(
+        ui,
+        tokens,
+        "The map is shown as soon as it is written. You may go on driving meanwhile.",
+    );
+}
+
+fn status_head(ui: &mut Ui, tokens: &Tokens, text: &str) {
+    let response =
+        ui.label(egui::RichText::new(text).font(font(theme::HEAD, Weight::SemiBold)).color(tokens.text));
+    widgets::status_node(&response, "Mapping", text);
+}
+
+fn running(ui: &mut Ui, model: &Model, tokens: &Tokens, (since, distance, keyframes): (Stamp, f64, u32)) {
+    let elapsed = model.clock.age_of(since, model.now).unwrap_or(0.0);
+    ui.horizontal(|ui| {
+        let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
+        ui.painter().circle_filled(dot.center(), 5.0, tokens.good);
+        status_head(ui, tokens, "Mapping");
+    });
+    ui.spacing_mut().item_spacing.y = 4.0;
+    fact(ui, tokens, "Elapsed", &words::elapsed(elapsed));
+    fact(ui, tokens, "Distance", &words::distance(distance));
+    fact(ui, tokens, "Keyframes", &words::count(u64::from(keyframes)));
+    fact(ui, tokens, "Points in map", &words::points(model.live.tiles.points()));
+}
+
+fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<Command>) {
+    ui.spacing_mut().item_spacing.y = 8.0;
+    ui.add_space(4.0);
+    let enabled = model.link.connected() && !model.others_control();
+    if state.confirm_discard {
+        confirm_discard(ui, tokens, enabled, state, out);
+        return;
+    }
+    let hint = format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1);
+    text_field(ui, tokens, state, "Map name", &hint);
+    let waiting = model.waits_for(|order| matches!(order, Order::FinishMapping { .. }));
+    let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);
+    if save.enabled(enabled && !waiting).wide(ui).show(ui, tokens).clicked() {
+        let typed = std::mem::take(&mut state.map_name);
+        let name = if typed.trim().is_empty() { hint } else { typed.trim().to_owned() };
+        out.push(Command::FinishMapping { name });
+    }
+    let discard = Button::new("Discard").text("Discard…").icon(icon::TRASH).wide(ui);
+    if discard.enabled(enabled).show(ui, tokens).clicked() {
+        state.confirm_discard = true;
+    }
+    if model.others_control() {
+        let sentence = format!("{} controls the robot. Take control to finish.", model.control.name);
+        widgets::remark(ui, tokens, &sentence);
+    }
+}
+
+fn confirm_discard(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    enabled: bool,
+    state: &mut PanelState,
+    out: &mut Vec<Command>,
+) {
+    widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
+        widgets::sentence(ui, tokens, "Throw this map away? It cannot be brought back.");
+    });
+    if Button::new("Discard map")
+        .icon(icon::TRASH)
+        .kind(Kind::Danger)
+        .enabled(enabled)
+        .wide(ui)
+        .show(ui, tokens)
+        .clicked()
+    {
+        state.confirm_discard = false;
+        out.push(Command::DiscardMapping);
+    }
+    if Button::new("Keep mapping").wide(ui).show(ui, tokens).clicked() {
+        state.confirm_discard = false;
+    }
+}
+
+/// A place to type the map's name: egui's own, or a hole for a real input of the page, which touch keyboards prefer.
+fn text_field(ui: &mut Ui, tokens: &Tokens, state: &mut PanelState, name: &'static str, hint: &str) {
+    ui.label(egui::RichText::new(name).size(theme::SMALL).color(tokens.dim));
+    if state.outside_inputs {
+        let size = vec2(ui.available_width(), theme::TOUCH);
+        let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+        let radius = CornerRadius::same(theme::BUTTON_RADIUS);
+        ui.painter().rect(rect, radius, tokens.ground, tokens.border(), StrokeKind::Inside);
+        if ui.clip_rect().contains_rect(rect) {
+            state.text_fields.push(TextField { name, rect, hint: hint.to_owned() });
+        }
+        return;
+    }
+    let edit = egui::TextEdit::singleline(&mut state.map_name)
+        .hint_text(hint)
+        .margin(vec2(12.0, 13.0))
+        .desired_width(f32::INFINITY);
+    let response = ui.add(edit);
+    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
+}

@@ -1,0 +1,75 @@
+//! The list of saved maps.
+
+use crate::theme::{self, Tokens, Weight, font};
+use crate::widgets::{self, Button};
+use crate::{PanelState, icon, words};
+use api::MapSummary;
+use client_model::{Command, Model};
+use egui::{CornerRadius, Ui};
+
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &PanelState, out: &mut Vec<Command>) {
+    widgets::head(ui, tokens, "Saved maps");
+    match &model.maps {
+        None => widgets::remark(ui, tokens, "Waiting for the robot to list them."),
+        Some(maps) if maps.is_empty() => widgets::remark(ui, tokens, "None yet."),
+        Some(maps) => {
+            for map in maps {
+                ui.push_id(map.id.0, |ui| entry(ui, model, tokens, state, map, out));
+            }
+        }
+    }
+}
+
+fn entry(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    state: &PanelState,
+    map: &MapSummary,
+    out: &mut Vec<Command>,
+) {
+    let viewed = model.viewed() == Some(map.id);
+    let fill = if viewed { tokens.selected() } else { tokens.raised };
+    let frame = egui::Frame::new()
+        .fill(fill)
+        .corner_radius(CornerRadius::same(theme::BUTTON_RADIUS))
+        .inner_margin(12);
+    let shown = frame.show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let button_width = 84.0;
+            ui.allocate_ui(egui::vec2(ui.available_width() - button_width - 8.0, 40.0), |ui| {
+                ui.vertical(|ui| {
+                    ui.spacing_mut().item_spacing.y = 2.0;
+                    let name = egui::RichText::new(&map.name)
+                        .font(font(theme::BODY, Weight::Medium))
+                        .color(tokens.text);
+                    ui.add(egui::Label::new(name).truncate());
+                    widgets::remark(ui, tokens, &words::date(map.created, state.utc_offset_s));
+                    let size = format!(
+                        "{} · {} points · {}",
+                        words::distance(map.distance),
+                        words::points(map.points),
+                        words::bytes(map.bytes)
+                    );
+                    widgets::remark(ui, tokens, &size);
+                });
+            });
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let (name, text) = if viewed {
+                    (format!("Close {}", map.name), "Close")
+                } else {
+                    (format!("View {}", map.name), "View")
+                };
+                let sign = if viewed { icon::X } else { icon::EYE };
+                let button = Button::new(&name).text(text).icon(sign).size(button_width, theme::TOUCH);
+                if button.show(ui, tokens).clicked() {
+                    out.push(Command::ViewMap((!viewed).then_some(map.id)));
+                }
+            });
+        });
+    });
+    let name = format!("Saved map {}", map.name);
+    let value =
+        format!("{}, {}", words::date(map.created, state.utc_offset_s), words::distance(map.distance));
+    widgets::status_node(&shown.response, &name, &value);
+}
