@@ -96,3 +96,50 @@ impl AsyncWrite for ClientIo {
         Pin::new(&mut self.stream).poll_shutdown(context)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use tokio::io::AsyncWriteExt;
+    use tokio::net::TcpListener;
+    use tokio::sync::Semaphore;
+
+    /// Both ends of a connection, ours wrapped.
+    async fn pair(stall_limit: Duration, places: &Arc<Semaphore>) -> (ClientIo, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a listener");
+        let theirs =
+            TcpStream::connect(listener.local_addr().expect("an address")).await.expect("a connection");
+        let (ours, _) = listener.accept().await.expect("accepted");
+        let place = places.clone().try_acquire_owned().expect("a place");
+        (ClientIo::new(ours, stall_limit, place), theirs)
+    }
+
+    #[tokio::test]
+    async fn options_are_set_and_the_place_is_given_back() {
+        let places = Arc::new(Semaphore::new(1));
+        let (ours, _theirs) = pair(Duration::from_secs(1), &places).await;
+        assert!(ours.stream.nodelay().expect("an option"));
+        #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
+        assert_eq!(SockRef::from(&ours.stream).tcp_notsent_lowat().expect("an option"), UNSENT_BYTES);
+        assert_eq!(places.available_permits(), 0);
+        drop(ours);
+        assert_eq!(places.available_permits(), 1);
+    }
+
+    #[tokio::test]
+    async fn a_write_that_nobody_takes_fails_and_little_was_queued() {
+        let places = Arc::new(Semaphore::new(1));
+        let (mut ours, theirs) = pair(Duration::from_millis(100), &places).await;
+        let mut written = 0;
+        let error = loop {
+            match ours.write(&[0; 4096]).await {
+                Ok(bytes) => written += bytes,
+                Err(error) => break error,
+            }
+        };
+        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        assert!(written < 16 << 20, "{written} bytes were taken by the kernel");
+        drop(theirs);
+    }
+}

@@ -1,0 +1,206 @@
+//! The core goes, comes back, misbehaves.
+
+use crate::support::{Core, Gateway, Socket, client_id};
+use api::{
+    ClientMessage, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Order, Severity, TileEntry,
+    TileHash, TilesChanged,
+};
+use vocab::{Aabb, CommandId, Stamp};
+
+fn tiles(reset: bool, numbers: std::ops::Range<u8>) -> Event {
+    let tile = |number| TileEntry {
+        hash: TileHash([number; 32]),
+        anchor: api::Anchor::Map,
+        level: 0,
+        spacing: 1.0,
+        bounds: Aabb { min: [0.0; 3], max: [1.0; 3] },
+        points: number.into(),
+        bytes: 1,
+    };
+    Event::Tiles(TilesChanged { reset, added: numbers.map(tile).collect() })
+}
+
+fn notice(at: i64) -> Event {
+    Event::Notice(Notice { at: Stamp::from_nanos(at), severity: Severity::Info, text: "n".into() })
+}
+
+async fn core_is(socket: &mut Socket, connected: bool) {
+    socket
+        .find(|event| matches!(event, Event::Platform(p) if p.core_connected == connected).then_some(()))
+        .await;
+}
+
+async fn send_state(core: &mut Core) {
+    core.tell(tiles(true, 0..2)).await;
+    core.tell(notice(1)).await;
+    core.tell(notice(2)).await;
+}
+
+/// What a client knows.
+#[derive(Default)]
+struct Picture {
+    tiles: Vec<u32>,
+    notices: Vec<i64>,
+}
+
+impl Picture {
+    /// Reads until these tiles and notices are known, and then whatever else the gateway owes.
+    async fn read(&mut self, socket: &mut Socket, core: &mut Core, tiles: &[u32], notices: &[i64]) {
+        self.read_until(socket, |picture, _| picture.tiles == tiles && picture.notices == notices).await;
+        // What waited longest goes first, so after two rounds of marks nothing older can be owed.
+        for mark in [0.25, 0.75] {
+            core.tell(Event::Battery(api::Battery { charge: mark, ..api::Battery::default() })).await;
+            let marked =
+                |_: &Self, event: &Event| matches!(event, Event::Battery(battery) if battery.charge == mark);
+            self.read_until(socket, marked).await;
+        }
+        assert_eq!((&self.tiles[..], &self.notices[..]), (tiles, notices), "and nothing more");
+    }
+
+    async fn read_until(&mut self, socket: &mut Socket, done: impl Fn(&Self, &Event) -> bool) {
+        let read = |event: &Event| {
+            match event {
+                Event::Tiles(change) => {
+                    if change.reset {
+                        self.tiles.clear();
+                    }
+                    self.tiles.extend(change.added.iter().map(|tile| tile.points));
+                }
+                Event::Notice(notice) => self.notices.push(notice.at.nanos()),
+                _ => {}
+            }
+            done(self, event).then_some(())
+        };
+        socket.find(read).await;
+    }
+}
+
+#[tokio::test]
+async fn a_core_that_comes_back_and_repeats_itself_confuses_nobody() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let mut client = gateway.client(client_id(1)).await;
+    core_is(&mut client, true).await;
+    send_state(&mut core).await;
+    let mut picture = Picture::default();
+    picture.read(&mut client, &mut core, &[0, 1], &[1, 2]).await;
+
+    drop(core);
+    core_is(&mut client, false).await;
+    let mut core = gateway.core().await;
+    // This core does not say `reset`: the gateway knows by itself that everything starts anew.
+    core.tell(tiles(false, 0..3)).await;
+    core.tell(notice(2)).await;
+    core.tell(notice(3)).await;
+    picture.read(&mut client, &mut core, &[0, 1, 2], &[1, 2, 3]).await;
+    let mut newcomer = gateway.client(client_id(2)).await;
+    Picture::default().read(&mut newcomer, &mut core, &[0, 1, 2], &[1, 2, 3]).await;
+}
+
+#[tokio::test]
+async fn commands_without_a_core_are_refused_and_never_done_later() {
+    let gateway = Gateway::start().await;
+    let mut client = gateway.client(client_id(1)).await;
+    core_is(&mut client, false).await;
+    let id = |number| CommandId(uuid::Uuid::from_u128(number));
+    let refused = |number| {
+        move |event: &Event| match event {
+            Event::CommandDone { id: done, outcome: CommandOutcome::Refused(reason) }
+                if *done == id(number) =>
+            {
+                Some(reason.clone())
+            }
+            _ => None,
+        }
+    };
+    client.send(&ClientMessage::Command { id: id(1), order: Order::AllowMotion }).await;
+    assert!(client.find(refused(1)).await.contains("core"));
+
+    let mut core = gateway.core().await;
+    core_is(&mut client, true).await;
+    client.send(&ClientMessage::Command { id: id(2), order: Order::AllowMotion }).await;
+    core.command().await;
+    drop(core);
+    assert!(client.find(refused(2)).await.contains("before it answered"), "no answer is owed for ever");
+
+    let mut core = gateway.core().await;
+    core_is(&mut client, true).await;
+    client.send(&ClientMessage::Command { id: id(3), order: Order::StopMotion }).await;
+    let first = core.command().await;
+    assert!(
+        matches!(first, GatewayMessage::Command { order: Order::StopMotion, .. }),
+        "nothing old: {first:?}"
+    );
+}
+
+#[tokio::test]
+async fn health_follows_the_core() {
+    let gateway = Gateway::start().await;
+    gateway.get(api::paths::HEALTH_PATH, &[]).await.expect_problem(503);
+    let core = gateway.core().await;
+    let mut client = gateway.client(client_id(1)).await;
+    core_is(&mut client, true).await;
+    let reply = gateway.get(api::paths::HEALTH_PATH, &[]).await;
+    assert_eq!((reply.status, &reply.json()["clients"]), (200, &1.into()));
+    drop(core);
+    core_is(&mut client, false).await;
+    gateway.get(api::paths::HEALTH_PATH, &[]).await.expect_problem(503);
+}
+
+#[tokio::test]
+async fn a_core_of_another_version_or_without_sense_is_left_and_tried_again() {
+    let gateway = Gateway::start().await;
+    let mut other = gateway.raw_core().await;
+    other.send(&CoreMessage::Hello { version: api::VERSION + 1 }).await;
+    other.closed().await;
+
+    let mut unmannered = gateway.raw_core().await;
+    unmannered
+        .send(&CoreMessage::Scan {
+            stamp: Stamp::EPOCH,
+            map_from_base: vocab::Pose::IDENTITY,
+            points: vec![],
+        })
+        .await;
+    unmannered.closed().await;
+    let health = gateway.get(api::paths::HEALTH_PATH, &[]).await;
+    health.expect_problem(503);
+    assert!(
+        health.json()["detail"].as_str().is_some_and(|detail| detail.contains("introduce")),
+        "{health:?}"
+    );
+
+    for senseless in [&u32::MAX.to_le_bytes()[..], &[3, 0, 0, 0, 255, 255, 255], &[0, 0, 0, 0]] {
+        let mut core = gateway.core().await;
+        core.send_bytes(senseless).await;
+        core.closed().await;
+    }
+    gateway.core().await;
+}
+
+#[tokio::test]
+async fn the_core_is_told_who_listens() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    assert_eq!(core.receive().await, GatewayMessage::Listeners { clients: 0, streams: 0 });
+    let client = gateway.client(client_id(1)).await;
+    core.listeners((1, 0)).await;
+    let mut stream = gateway.socket(api::STREAM_PATH).await;
+    stream.send(&api::StreamRequest::Open { version: api::VERSION, max_hz: 10.0 }).await;
+    core.listeners((1, 1)).await;
+    stream.send(&api::StreamRequest::Open { version: api::VERSION, max_hz: 0.0 }).await;
+    core.listeners((1, 0)).await;
+    drop(client);
+    core.listeners((0, 0)).await;
+    stream.send(&api::StreamRequest::Open { version: api::VERSION, max_hz: 1.0 }).await;
+    core.listeners((0, 1)).await;
+    drop(core);
+    let mut core = gateway.core().await;
+    assert_eq!(
+        core.receive().await,
+        GatewayMessage::Listeners { clients: 0, streams: 1 },
+        "told to a new core"
+    );
+    drop(stream);
+    core.listeners((0, 0)).await;
+}

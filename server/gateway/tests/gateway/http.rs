@@ -1,0 +1,113 @@
+//! Documents, tiles, problems.
+
+use crate::support::{Gateway, client_id};
+use api::paths::{HEALTH_PATH, MAPS_PATH};
+use api::{Event, MapSummary};
+use vocab::{MapId, Stamp};
+
+const MAP: &str = "00000000-0000-0000-0000-00000000000a";
+
+fn tile_path(hash: &str) -> String {
+    api::paths::TILE_PATH.replace("{hash}", hash)
+}
+
+#[tokio::test]
+async fn maps_are_those_of_the_last_event() {
+    let gateway = Gateway::start().await;
+    gateway.get(MAPS_PATH, &[]).await.expect_problem(503);
+    let mut core = gateway.core().await;
+    let map = MapSummary {
+        id: MapId(uuid::Uuid::from_u128(10)),
+        name: "hall".into(),
+        created: Stamp::from_nanos(1),
+        distance: 2.0,
+        keyframes: 3,
+        points: 4,
+        bytes: 5,
+    };
+    core.tell(Event::Maps(vec![map.clone()])).await;
+    let mut client = gateway.client(client_id(1)).await;
+    client.find(|event| matches!(event, Event::Maps(_)).then_some(())).await;
+    let reply = gateway.get(MAPS_PATH, &[]).await;
+    assert_eq!((reply.status, reply.header("content-type")), (200, "application/json"));
+    assert_eq!(serde_json::from_slice::<Vec<MapSummary>>(&reply.body).expect("maps"), [map]);
+}
+
+#[tokio::test]
+async fn documents_of_a_map_are_files_with_validators() {
+    let gateway = Gateway::start().await;
+    gateway.write(&format!("data/maps/{MAP}/tiles.json"), b"{\"tiles\":[]}");
+    gateway.write(&format!("data/maps/{MAP}/graph.json"), b"{\"nodes\":[]}");
+    gateway.write("data/maps/secret/tiles.json", b"secret");
+    for (kind, content) in [("tiles", "{\"tiles\":[]}"), ("graph", "{\"nodes\":[]}")] {
+        let path = format!("/api/v1/maps/{MAP}/{kind}");
+        let reply = gateway.get(&path, &[]).await;
+        assert_eq!((reply.status, &reply.body[..]), (200, content.as_bytes()));
+        let condition = format!("if-none-match: {}", reply.header("etag"));
+        let again = gateway.get(&path, &[&condition]).await;
+        assert_eq!((again.status, again.body.len()), (304, 0));
+        gateway.get(&path.replace('a', "b"), &[]).await.expect_problem(404);
+        let head = gateway.request("HEAD", &path, &[]).await;
+        assert_eq!((head.status, head.header("content-length"), head.body.len()), (200, "12", 0));
+    }
+    gateway.get("/api/v1/maps/secret/tiles", &[]).await.expect_problem(400);
+    gateway.get("/api/v1/maps/..%2fsecret/tiles", &[]).await.expect_problem(400);
+    gateway.get("/api/v1/maps/%ff/tiles", &[]).await.expect_problem(400);
+}
+
+#[tokio::test]
+async fn tiles_are_for_ever() {
+    let gateway = Gateway::start().await;
+    let hash = "ab".repeat(32);
+    let bytes: Vec<u8> = (0..200_000_u32).map(|i| (i * 7) as u8).collect();
+    gateway.write(&format!("data/tiles/ab/{hash}"), &bytes);
+    let reply = gateway.get(&tile_path(&hash), &["accept-encoding: gzip, br"]).await;
+    assert_eq!(reply.status, 200);
+    assert!(reply.body == bytes, "the very bytes");
+    assert_eq!(reply.header("content-type"), "application/octet-stream");
+    assert_eq!(reply.header("cache-control"), "public, max-age=31536000, immutable");
+    assert_eq!(reply.header("etag"), format!("\"{hash}\""));
+    let condition = format!("if-none-match: \"{hash}\"");
+    assert_eq!(gateway.get(&tile_path(&hash), &[&condition]).await.status, 304);
+    assert_eq!(gateway.get(&tile_path(&hash.to_uppercase()), &[]).await.status, 200);
+
+    let missing = gateway.get(&tile_path(&"cd".repeat(32)), &[]).await;
+    missing.expect_problem(404);
+    assert_eq!(missing.header("cache-control"), "no-store", "a tile may come later");
+    for malformed in ["ab", &"g".repeat(64), &format!("..%2f{hash}"), "%00"] {
+        gateway.get(&tile_path(malformed), &[]).await.expect_problem(400);
+    }
+}
+
+#[tokio::test]
+async fn every_error_is_a_problem_document_with_the_security_headers() {
+    let gateway = Gateway::start().await;
+    for (method, path, status) in [
+        ("GET", "/api", 404),
+        ("GET", "/api/v1/nothing", 404),
+        ("GET", "/api/v2/maps", 404),
+        ("POST", MAPS_PATH, 405),
+        ("DELETE", HEALTH_PATH, 405),
+        ("BREW", HEALTH_PATH, 405),
+        ("POST", "/index.html", 405),
+        ("GET", "/", 404),
+        ("GET", api::CONTROL_PATH, 400),
+        ("GET", api::STREAM_PATH, 400),
+    ] {
+        let reply = gateway.request(method, path, &[]).await;
+        reply.expect_problem(status);
+        assert_eq!(reply.header("x-content-type-options"), "nosniff", "{method} {path}");
+        assert!(reply.header("content-security-policy").contains("'wasm-unsafe-eval'"), "{method} {path}");
+        if status == 405 {
+            assert!(reply.header("allow").contains("GET"), "{method} {path}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn the_description_is_served() {
+    let gateway = Gateway::start().await;
+    let reply = gateway.get("/api/v1/openapi.json", &[]).await;
+    assert_eq!((reply.status, reply.header("content-type")), (200, "application/json"));
+    assert_eq!(String::from_utf8(reply.body).expect("text"), gateway::description());
+}

@@ -1,0 +1,10 @@
+//! The gateway between a made-up core and real clients over real sockets.
+
+mod abuse;
+mod control;
+mod core_link;
+mod http;
+mod load;
+mod static_files;
+mod stream;
+mod support;
