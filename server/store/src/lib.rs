@@ -1,1 +1,82 @@
-//! (empty)
+//! What outlives a process: tiles, map versions, the clouds of the running session, and room for recordings.
+//!
+//! One [`Store`] owns a data directory (a lock file sees to that); the gateway only reads in it. Whatever carries a
+//! final name is complete: things are written under a temporary name, handed to the disk, and then renamed. What a
+//! crash leaves half-written is removed when the store is next opened.
+
+mod error;
+mod files;
+mod map_files;
+mod map_points;
+mod maps;
+mod recordings;
+mod sessions;
+mod tiles;
+
+pub use error::StoreError;
+pub use map_files::{MapFiles, MapFilesReport, write_map_files};
+pub use map_points::MapPoints;
+pub use recordings::{Recordings, Room};
+pub use sessions::write_cloud;
+pub use tiles::TileFiles;
+
+use ports::DataDir;
+use std::fs::{File, TryLockError};
+use std::path::PathBuf;
+
+/// The one writer of a data directory.
+#[derive(Debug)]
+pub struct Store {
+    dir: DataDir,
+    /// Held while the store lives; the system releases it even after a crash.
+    _lock: File,
+}
+
+impl Store {
+    /// Opens a data directory, making it if need be, and removes what a crash left half-written: unlisted maps,
+    /// clouds of sessions that ended with their process, and tiles that no map names.
+    ///
+    /// # Errors
+    /// When the directory is in use by another process or cannot be written.
+    pub fn open(root: impl Into<PathBuf>) -> Result<Self, StoreError> {
+        let dir = DataDir::new(root);
+        let run = dir.root().join("run");
+        for directory in [dir.tiles(), dir.maps(), dir.recordings(), dir.root().join("sessions"), run.clone()]
+        {
+            files::make_directory(&directory)?;
+        }
+        let lock = lock(run.join("lock"), &dir)?;
+        let store = Self { dir, _lock: lock };
+        store.remove_half_written_maps()?;
+        store.remove_all_sessions()?;
+        if let Err(error) = store.remove_unnamed_tiles() {
+            // A damaged map must not keep the robot from starting; its neighbours' tiles are only left over.
+            tracing::error!("tiles without a map were not removed: {error}");
+        }
+        Ok(store)
+    }
+
+    /// Where things lie.
+    pub fn dir(&self) -> &DataDir {
+        &self.dir
+    }
+
+    /// The tiles of this directory.
+    pub fn tiles(&self) -> TileFiles {
+        TileFiles::new(self.dir.tiles())
+    }
+
+    /// The recordings of this directory.
+    pub fn recordings(&self) -> Recordings {
+        Recordings::new(self.dir.recordings())
+    }
+}
+
+fn lock(path: PathBuf, dir: &DataDir) -> Result<File, StoreError> {
+    let file = File::create(&path).map_err(|source| StoreError::io("make", &path, source))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse { dir: dir.root().to_owned() }),
+        Err(TryLockError::Error(source)) => Err(StoreError::io("lock", &path, source)),
+    }
+}

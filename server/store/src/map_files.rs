@@ -1,0 +1,140 @@
+//! The files of a finished map, for the data directory and for `autoinspect map --out` alike.
+//!
+//! ```text
+//! trajectory.tum     base in the map after every scan
+//! graph.g2o          pose graph for other people's tools
+//! graph.json         pose graph for the client, an api::Graph
+//! clouds/NNNNNN.pcd  one motion-corrected cloud per keyframe, in its frame (there already)
+//! tiles.json         tiles of the whole map, an api::TileList; the tiles lie in a directory of their own
+//! map.ply            all points in the map frame, if asked for
+//! map.json           an api::MapSummary, written last
+//! ```
+
+use crate::tiles::Durability;
+use crate::{MapPoints, StoreError, TileFiles, files};
+use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
+use formats::g2o::{Edge, Vertex};
+use map_codec::BakeOptions;
+use messages::{FinishedMap, PoseGraph};
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use vocab::Aabb;
+
+/// What to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct MapFiles {
+    /// Whether `map.ply` is wanted.
+    pub ply: bool,
+}
+
+/// What was written, and how long each stage took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFilesReport {
+    /// As in `map.json`.
+    pub summary: MapSummary,
+    /// Reading clouds and moving them into the map.
+    pub merge_time: Duration,
+    /// Cutting and encoding tiles.
+    pub tile_time: Duration,
+    /// Writing everything else.
+    pub write_time: Duration,
+}
+
+/// Writes all files of a map into `dir`, which holds `clouds/` already, and its tiles into `tiles`. Everything is handed to
+/// the disk before it returns.
+///
+/// # Errors
+/// When the disk does, or a cloud cannot be read.
+pub fn write_map_files(
+    dir: &Path,
+    tiles: &TileFiles,
+    finished: &FinishedMap,
+    wanted: MapFiles,
+) -> Result<MapFilesReport, StoreError> {
+    let start = Instant::now();
+    let options = BakeOptions::default();
+    let points = MapPoints::read(&dir.join("clouds"), &finished.graph, options.finest_spacing)?;
+    let merged = Instant::now();
+    let list = write_tiles(tiles, &points, &options)?;
+    let tiled = Instant::now();
+
+    files::write_json(&dir.join("tiles.json"), &list)?;
+    files::write_json(&dir.join("graph.json"), &api_graph(&finished.graph))?;
+    files::write_durably(&dir.join("trajectory.tum"), |out| formats::tum::write(out, &finished.trajectory))?;
+    files::write_durably(&dir.join("graph.g2o"), |out| write_g2o(out, &finished.graph))?;
+    if wanted.ply {
+        let ply = dir.join("map.ply");
+        files::write_durably(&ply, |out| formats::ply::write(out, &points.xyz, &points.intensity))?;
+    }
+    for cloud in files::entries(&dir.join("clouds"))? {
+        files::sync_file(&cloud)?;
+    }
+    let tile_bytes: u64 = list.tiles.iter().map(|tile| u64::from(tile.bytes)).sum();
+    let summary = MapSummary {
+        id: finished.map,
+        name: finished.name.clone(),
+        created: finished.at,
+        distance: finished.distance,
+        keyframes: finished.graph.nodes.len() as u32,
+        points: list.tiles.iter().map(|tile| u64::from(tile.points)).sum(),
+        bytes: files::bytes_under(dir)? + tile_bytes,
+    };
+    files::write_json(&dir.join("map.json"), &summary)?;
+    files::sync_directory(&dir.join("clouds"))?;
+    files::sync_directory(dir)?;
+    Ok(MapFilesReport {
+        summary,
+        merge_time: merged - start,
+        tile_time: tiled - merged,
+        write_time: tiled.elapsed(),
+    })
+}
+
+fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeOptions) -> Result<TileList, StoreError> {
+    let mut list = TileList { bounds: Aabb::EMPTY, tiles: Vec::new() };
+    for tile in map_codec::bake(&points.xyz, &points.intensity, options) {
+        list.bounds.include(tile.bounds.min);
+        list.bounds.include(tile.bounds.max);
+        list.tiles.push(TileEntry {
+            hash: tiles.put_as(&tile.bytes, Durability::Map)?,
+            anchor: Anchor::Map,
+            level: tile.node.level,
+            spacing: tile.spacing,
+            bounds: tile.bounds,
+            points: tile.points,
+            bytes: tile.bytes.len() as u32,
+        });
+    }
+    Ok(list)
+}
+
+fn write_g2o(out: &mut impl Write, graph: &PoseGraph) -> io::Result<()> {
+    let vertex = |node: &messages::GraphNode| Vertex { id: node.id.0.into(), pose: node.map_from_keyframe };
+    let edge = |edge: &messages::GraphEdge| Edge {
+        from: edge.from.0.into(),
+        to: edge.to.0.into(),
+        from_from_to: edge.from_from_to,
+        information: edge.information,
+    };
+    let vertices: Vec<_> = graph.nodes.iter().map(vertex).collect();
+    let edges: Vec<_> = graph.edges.iter().map(edge).collect();
+    formats::g2o::write(out, &vertices, &edges)
+}
+
+/// The graph as clients see it.
+fn api_graph(graph: &PoseGraph) -> Graph {
+    Graph {
+        session: None,
+        nodes: graph
+            .nodes
+            .iter()
+            .map(|node| GraphNode {
+                id: node.id,
+                stamp: node.stamp,
+                map_from_keyframe: node.map_from_keyframe,
+            })
+            .collect(),
+        edges: graph.edges.iter().map(|edge| (edge.from, edge.to)).collect(),
+    }
+}

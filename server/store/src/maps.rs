@@ -1,0 +1,76 @@
+//! Map versions: immutable directories that appear whole or not at all.
+
+use crate::{MapFiles, MapFilesReport, Store, StoreError, files, write_map_files};
+use api::MapSummary;
+use messages::FinishedMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+impl Store {
+    /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
+    /// hide the others.
+    ///
+    /// # Errors
+    /// When the directory of maps cannot be read.
+    pub fn maps(&self) -> Result<Vec<MapSummary>, StoreError> {
+        let mut maps: Vec<MapSummary> = Vec::new();
+        for directory in files::entries(&self.dir().maps())?.iter().filter(|path| !is_temporary(path)) {
+            match files::read_json(&directory.join("map.json")) {
+                Ok(summary) => maps.push(summary),
+                Err(error) => tracing::error!("{} is no map: {error}", directory.display()),
+            }
+        }
+        maps.sort_by_key(|map| (std::cmp::Reverse(map.created), map.id));
+        Ok(maps)
+    }
+
+    /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::keep_cloud`]. The version
+    /// is listed only once all of it is on the disk; when saving fails the clouds stay, so that it can be tried again.
+    ///
+    /// # Errors
+    /// When the id is taken, the session has no keyframes, or the disk fails.
+    pub fn save_map(&self, finished: &FinishedMap) -> Result<MapFilesReport, StoreError> {
+        let place = self.dir().map(finished.map);
+        if place.exists() {
+            return Err(StoreError::MapExists { id: finished.map });
+        }
+        let session = self.session(finished.session);
+        if finished.graph.nodes.is_empty() || !session.exists() {
+            return Err(StoreError::EmptySession { session: finished.session });
+        }
+        let temporary = self.dir().maps().join(format!(".{}", finished.map));
+        files::remove_directory(&temporary)?;
+        files::make_directory(&temporary)?;
+        rename(&session, &temporary.join("clouds"))?;
+        let written = write_map_files(&temporary, &self.tiles(), finished, MapFiles::default())
+            .and_then(|report| rename(&temporary, &place).map(|()| report));
+        match written {
+            Ok(report) => {
+                files::sync_directory(&self.dir().maps())?;
+                Ok(report)
+            }
+            Err(error) => {
+                rename(&temporary.join("clouds"), &session)?;
+                files::remove_directory(&temporary)?;
+                Err(error)
+            }
+        }
+    }
+
+    pub(crate) fn remove_half_written_maps(&self) -> Result<(), StoreError> {
+        let maps = files::entries(&self.dir().maps())?;
+        maps.iter().filter(|path| is_temporary(path)).try_for_each(|path| files::remove_directory(path))
+    }
+}
+
+fn is_temporary(path: &Path) -> bool {
+    path.file_name().is_none_or(|name| name.as_encoded_bytes().starts_with(b"."))
+}
+
+fn rename(from: &Path, to: &PathBuf) -> Result<(), StoreError> {
+    fs::rename(from, to).map_err(|source| StoreError::io("write", to, source))
+}
+
+#[cfg(test)]
+#[path = "maps_tests.rs"]
+mod tests;

@@ -1,0 +1,122 @@
+use super::*;
+use messages::{Cloud, DegenerateStretch, GraphNode, PoseGraph};
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
+
+const SESSION: SessionId = SessionId(Uuid::from_u128(7));
+
+fn pose(x: f64) -> Pose {
+    Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY }
+}
+
+/// Ten keyframes a metre apart, each seeing a wall of its own.
+fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
+    let nodes: Vec<GraphNode> = (0..10)
+        .map(|id| GraphNode {
+            id: KeyframeId(id),
+            stamp: Stamp::from_parts(i64::from(id), 0),
+            map_from_keyframe: pose(f64::from(id)),
+        })
+        .collect();
+    for node in &nodes {
+        let xyz: Vec<[f32; 3]> =
+            (0..400_u16).map(|i| [0.0, f32::from(i % 20) * 0.1, f32::from(i / 20) * 0.1 + 0.05]).collect();
+        let intensity = vec![10.0; xyz.len()];
+        store.keep_cloud(SESSION, node.id, &Cloud { xyz, intensity }).expect("kept");
+    }
+    FinishedMap {
+        map: MapId(Uuid::from_u128(map)),
+        name: "Hall".to_owned(),
+        session: SESSION,
+        at: Stamp::from_parts(created, 0),
+        distance: 9.0,
+        trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
+        graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
+        degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
+    }
+}
+
+#[test]
+fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    store.save_map(&session(&store, 1, 100)).expect("saved");
+    store.save_map(&session(&store, 2, 200)).expect("saved");
+    let maps = store.maps().expect("listed");
+    assert_eq!(maps.iter().map(|map| map.id.0.as_u128()).collect::<Vec<_>>(), [2, 1], "newest first");
+    assert_eq!(maps[0].points, 4000);
+    assert_eq!(maps[0].keyframes, 10);
+
+    let list: api::TileList = files::read_json(&store.dir().map_tiles(maps[0].id)).expect("tiles");
+    let mut walls = std::collections::BTreeSet::new();
+    for tile in &list.tiles {
+        let bytes = fs::read(store.dir().tile(tile.hash)).expect("tile");
+        assert_eq!(bytes.len(), tile.bytes as usize);
+        let chunk = map_codec::decode(&bytes).expect("decodes");
+        walls.extend(chunk.points.iter().map(|point| chunk.position(point)[0].round() as i32));
+    }
+    assert_eq!(walls.into_iter().collect::<Vec<_>>(), (0..10).collect::<Vec<_>>());
+    for name in ["trajectory.tum", "graph.g2o", "graph.json", "clouds/000009.pcd"] {
+        assert!(store.dir().map(maps[0].id).join(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn an_id_is_used_once_and_an_empty_session_not_at_all() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let first = session(&store, 1, 100);
+    store.save_map(&first).expect("saved");
+    assert!(matches!(store.save_map(&session(&store, 1, 100)), Err(StoreError::MapExists { .. })));
+    store.discard_session(SESSION).expect("discarded");
+    let again = FinishedMap { map: MapId(Uuid::from_u128(3)), ..first };
+    assert!(matches!(store.save_map(&again), Err(StoreError::EmptySession { .. })));
+}
+
+#[test]
+fn a_failed_save_leaves_no_map_and_can_be_tried_again() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let finished = session(&store, 1, 100);
+    let broken = store.session(SESSION).join("000003.pcd");
+    let cloud = fs::read(&broken).expect("cloud");
+    fs::write(&broken, b"not a cloud").expect("writable");
+    assert!(matches!(store.save_map(&finished), Err(StoreError::Cloud { .. })));
+    assert_eq!(store.maps().expect("listed"), []);
+    fs::write(&broken, cloud).expect("writable");
+    store.save_map(&finished).expect("saved at the second attempt");
+}
+
+#[test]
+fn opening_removes_what_a_crash_left_and_keeps_what_maps_need() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let finished = session(&store, 1, 100);
+    store.save_map(&finished).expect("saved");
+    session(&store, 2, 200);
+    let stray = store.tiles().put(b"of a session").expect("put");
+    let half = store.dir().maps().join(format!(".{}", Uuid::from_u128(9)));
+    fs::create_dir(&half).expect("made");
+    fs::write(half.join("tiles.json"), "{").expect("written");
+    let data = store.dir().clone();
+
+    assert!(matches!(Store::open(dir.path()), Err(StoreError::InUse { .. })));
+    drop(store);
+    let store = Store::open(dir.path()).expect("opens again");
+    assert!(!half.exists() && !data.tile(stray).exists() && !store.session(SESSION).exists());
+    let list: api::TileList = files::read_json(&data.map_tiles(finished.map)).expect("tiles");
+    assert!(!list.tiles.is_empty() && list.tiles.iter().all(|tile| data.tile(tile.hash).exists()));
+}
+
+#[test]
+fn tiles_of_an_ended_session_go_unless_a_map_shares_them() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let finished = session(&store, 1, 100);
+    store.save_map(&finished).expect("saved");
+    let list: api::TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
+    let (own, shared) = (store.tiles().put(b"of a session").expect("put"), list.tiles[0].hash);
+    store.forget_tiles(&[own, shared]).expect("forgotten");
+    assert!(!store.dir().tile(own).exists() && store.dir().tile(shared).exists());
+}

@@ -1,0 +1,111 @@
+//! Tiles as files named by the BLAKE3 of their bytes.
+
+use crate::{Store, StoreError, files};
+use api::{TileHash, TileList};
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// A directory of tiles: `ab/<hash>`.
+#[derive(Clone, Debug)]
+pub struct TileFiles {
+    dir: PathBuf,
+}
+
+/// Whether a tile has to survive a power cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Durability {
+    /// Of a running session, which ends with the power anyway.
+    Session,
+    /// Of a saved map.
+    Map,
+}
+
+impl TileFiles {
+    /// Tiles in `dir`, which need not exist yet.
+    pub fn new(dir: impl Into<PathBuf>) -> Self {
+        Self { dir: dir.into() }
+    }
+
+    /// Keeps a tile of a running session; after a power cut it may be gone.
+    ///
+    /// # Errors
+    /// When the disk does.
+    pub fn put(&self, bytes: &[u8]) -> Result<TileHash, StoreError> {
+        self.put_as(bytes, Durability::Session)
+    }
+
+    pub(crate) fn put_as(&self, bytes: &[u8], durability: Durability) -> Result<TileHash, StoreError> {
+        let hash = TileHash(*blake3::hash(bytes).as_bytes());
+        let path = self.path(hash);
+        let Some(directory) = path.parent() else {
+            return Ok(hash);
+        };
+        if !path.exists() {
+            files::make_directory(directory)?;
+            let temporary = directory.join(format!(".{hash}"));
+            File::create(&temporary)
+                .and_then(|mut file| file.write_all(bytes))
+                .and_then(|()| fs::rename(&temporary, &path))
+                .map_err(|source| StoreError::io("write", &path, source))?;
+        }
+        if durability == Durability::Map {
+            // Also for a tile that a session put there before.
+            files::sync_file(&path)?;
+            files::sync_directory(directory)?;
+        }
+        Ok(hash)
+    }
+
+    fn path(&self, hash: TileHash) -> PathBuf {
+        let name = hash.to_string();
+        self.dir.join(&name[..2]).join(name)
+    }
+
+    /// Removes a tile; being gone already is fine.
+    fn remove(&self, hash: TileHash) -> Result<(), StoreError> {
+        let path = self.path(hash);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                Err(StoreError::io("remove", &path, error))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Store {
+    /// Removes tiles of a session that has ended, except those that a saved map shares.
+    ///
+    /// # Errors
+    /// When the disk does.
+    pub fn forget_tiles(&self, tiles: &[TileHash]) -> Result<(), StoreError> {
+        let named = self.tiles_named_by_maps()?;
+        tiles.iter().filter(|hash| !named.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
+    }
+
+    /// Removes every tile that no saved map names, and temporary files beside them.
+    pub(crate) fn remove_unnamed_tiles(&self) -> Result<(), StoreError> {
+        let named = self.tiles_named_by_maps()?;
+        for directory in files::entries(&self.dir().tiles())? {
+            for path in files::entries(&directory)? {
+                let hash: Option<TileHash> =
+                    path.file_name().and_then(|name| name.to_str()).and_then(|name| name.parse().ok());
+                if !hash.is_some_and(|hash| named.contains(&hash)) {
+                    fs::remove_file(&path).map_err(|source| StoreError::io("remove", &path, source))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn tiles_named_by_maps(&self) -> Result<BTreeSet<TileHash>, StoreError> {
+        let mut named = BTreeSet::new();
+        for map in self.maps()? {
+            let list: TileList = files::read_json(&self.dir().map_tiles(map.id))?;
+            named.extend(list.tiles.iter().map(|tile| tile.hash));
+        }
+        Ok(named)
+    }
+}
