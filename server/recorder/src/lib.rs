@@ -1,1 +1,32 @@
-//! (empty)
+//! Recordings: reading MCAP files, ROS bags and folders of scans as one kind of thing, and writing MCAP that is
+//! at once a standard recording and the exact journal of the stack.
+
+mod containers;
+mod decode;
+mod display;
+mod error;
+mod frames;
+mod info;
+mod recording;
+mod selection;
+pub mod topics;
+mod writer;
+
+pub use error::{OpenError, ReadError, WriteError};
+pub use info::{RecordingInfo, TopicInfo};
+pub use recording::{Inputs, Recording};
+pub use selection::{Meaning, TopicSelection};
+pub use writer::{RecordingMeta, RecordingWriter};
+
+/// What the writer put on this topic of its own file, if it belongs to the journal.
+fn journal_meaning(topic: &str) -> Option<Meaning> {
+    Some(match topic {
+        topics::LIDAR => Meaning::Lidar,
+        topics::IMU => Meaning::Imu,
+        topics::LEGS => Meaning::Legs,
+        topics::EXTERNAL => Meaning::External,
+        topics::BATTERY => Meaning::Battery,
+        topics::INPUT => Meaning::Journal,
+        _ => return None,
+    })
+}

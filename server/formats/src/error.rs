@@ -1,0 +1,64 @@
+//! Why a file or message could not be read, in one sentence: what, where, and what to do.
+
+use std::io;
+
+/// Why bytes could not be understood.
+#[derive(Debug, thiserror::Error)]
+pub enum FormatError {
+    /// The bytes stop before the value does.
+    #[error(
+        "{what} is cut off at byte {at}: {missing} more byte(s) were expected; copy or record the file again"
+    )]
+    Truncated {
+        /// What was being read.
+        what: &'static str,
+        /// Offset of the value in the file or message.
+        at: u64,
+        /// Bytes that would have been needed, at least.
+        missing: u64,
+    },
+    /// The bytes are of another kind altogether.
+    #[error("this is not {expected}: {found}")]
+    WrongKind {
+        /// With its article: "a PCD file".
+        expected: &'static str,
+        /// What is there instead, and what to do.
+        found: String,
+    },
+    /// The bytes contradict the format or themselves.
+    #[error("{what} at {place}: {problem}")]
+    Malformed {
+        /// What was being read.
+        what: &'static str,
+        /// Byte, line or field.
+        place: String,
+        /// What is wrong and, where that helps, what to do.
+        problem: String,
+    },
+    /// Correct, but not something this reader knows.
+    #[error("{what} is not supported; {remedy}")]
+    Unsupported {
+        /// What was met.
+        what: String,
+        /// What to do about it.
+        remedy: &'static str,
+    },
+    /// The file could not be read at all.
+    #[error("the file could not be read: {0}")]
+    Io(#[from] io::Error),
+    /// The database could not be read.
+    #[error("the SQLite database could not be read: {0}; if it was cut off, record or copy it again")]
+    Database(#[from] rusqlite::Error),
+}
+
+impl FormatError {
+    /// A contradiction at a byte offset.
+    pub(crate) fn at_byte(what: &'static str, at: u64, problem: impl Into<String>) -> Self {
+        Self::Malformed { what, place: format!("byte {at}"), problem: problem.into() }
+    }
+
+    /// A contradiction in a line of text, counted from 1.
+    pub(crate) fn at_line(what: &'static str, line: usize, problem: impl Into<String>) -> Self {
+        Self::Malformed { what, place: format!("line {line}"), problem: problem.into() }
+    }
+}

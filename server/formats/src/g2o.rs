@@ -1,0 +1,212 @@
+//! Pose graphs in g2o's text format, SE(3) and SE(2).
+//!
+//! Information matrices are in the platform's order, `[rotation; translation]`; g2o's files have translation
+//! first. Rotation is a rotation vector, as GTSAM reads these files; g2o itself means half of it.
+
+use crate::FormatError;
+use std::io::{self, Write};
+use vocab::{Pose, Quat, Vec3};
+
+/// A pose of the graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex<P> {
+    /// Its number in the file.
+    pub id: u64,
+    /// Its pose in the map.
+    pub pose: P,
+}
+
+/// A measured relative pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge<P, const N: usize> {
+    /// Parent vertex.
+    pub from: u64,
+    /// Child vertex.
+    pub to: u64,
+    /// Child in the parent.
+    pub from_from_to: P,
+    /// Inverse covariance.
+    pub information: [[f64; N]; N],
+}
+
+/// A pose in the plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlanarPose {
+    /// Metres.
+    pub x: f64,
+    /// Metres.
+    pub y: f64,
+    /// Radians, counter-clockwise.
+    pub yaw: f64,
+}
+
+/// What a file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    /// SE(3) poses.
+    pub vertices: Vec<Vertex<Pose>>,
+    /// SE(3) edges, information as `[rotation; translation]`.
+    pub edges: Vec<Edge<Pose, 6>>,
+    /// SE(2) poses.
+    pub planar_vertices: Vec<Vertex<PlanarPose>>,
+    /// SE(2) edges, information as `[x, y, yaw]`.
+    pub planar_edges: Vec<Edge<PlanarPose, 3>>,
+    /// Vertices that the file holds fixed.
+    pub fixed: Vec<u64>,
+}
+
+const WHAT: &str = "g2o graph";
+/// Where the platform's `[rotation; translation]` lie in g2o's order.
+const G2O_INDEX: [usize; 6] = [3, 4, 5, 0, 1, 2];
+
+/// Reads a graph. Kinds of vertices and edges other than poses are refused.
+///
+/// # Errors
+/// When a line is not understood.
+pub fn read(text: &str) -> Result<Graph, FormatError> {
+    let mut graph = Graph::default();
+    let is_data = |line: &&str| !line.is_empty() && !line.starts_with('#');
+    for (index, line) in text.lines().enumerate().filter(|(_, line)| is_data(&line.trim())) {
+        let mut words = Words { words: line.split_whitespace(), line: index + 1 };
+        match words.next_word()? {
+            "VERTEX_SE3:QUAT" => {
+                graph.vertices.push(Vertex { id: words.id()?, pose: pose(words.numbers()?) });
+            }
+            "VERTEX_SE2" => {
+                let (id, [x, y, yaw]) = (words.id()?, words.numbers()?);
+                graph.planar_vertices.push(Vertex { id, pose: PlanarPose { x, y, yaw } });
+            }
+            "EDGE_SE3:QUAT" => {
+                let (from, to, measured) = (words.id()?, words.id()?, words.numbers()?);
+                let stored: [[f64; 6]; 6] = symmetric(words.numbers::<21>()?);
+                let information = G2O_INDEX.map(|row| G2O_INDEX.map(|column| stored[row][column]));
+                graph.edges.push(Edge { from, to, from_from_to: pose(measured), information });
+            }
+            "EDGE_SE2" => {
+                let (from, to, [x, y, yaw]) = (words.id()?, words.id()?, words.numbers()?);
+                let information = symmetric(words.numbers::<6>()?);
+                graph.planar_edges.push(Edge {
+                    from,
+                    to,
+                    from_from_to: PlanarPose { x, y, yaw },
+                    information,
+                });
+            }
+            "FIX" => graph.fixed.push(words.id()?),
+            other => {
+                let problem = format!("'{other}' is not a pose, an edge between poses or FIX");
+                return Err(FormatError::at_line(WHAT, index + 1, problem));
+            }
+        }
+    }
+    Ok(graph)
+}
+
+/// Writes an SE(3) graph.
+///
+/// # Errors
+/// When `out` fails.
+pub fn write(out: &mut impl Write, vertices: &[Vertex<Pose>], edges: &[Edge<Pose, 6>]) -> io::Result<()> {
+    for vertex in vertices {
+        write!(out, "VERTEX_SE3:QUAT {}", vertex.id)?;
+        write_pose(out, &vertex.pose)?;
+        writeln!(out)?;
+    }
+    for edge in edges {
+        write!(out, "EDGE_SE3:QUAT {} {}", edge.from, edge.to)?;
+        write_pose(out, &edge.from_from_to)?;
+        for row in 0..6 {
+            for column in row..6 {
+                // The permutation swaps halves, so it is its own inverse.
+                write!(out, " {}", edge.information[G2O_INDEX[row]][G2O_INDEX[column]])?;
+            }
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn write_pose(out: &mut impl Write, pose: &Pose) -> io::Result<()> {
+    let (p, q) = (pose.position, pose.orientation);
+    write!(out, " {} {} {} {} {} {} {}", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+}
+
+fn pose([x, y, z, qx, qy, qz, qw]: [f64; 7]) -> Pose {
+    Pose { position: Vec3::new(x, y, z), orientation: Quat { w: qw, x: qx, y: qy, z: qz } }
+}
+
+/// A symmetric matrix from its upper triangle, row by row.
+fn symmetric<const N: usize, const T: usize>(upper: [f64; T]) -> [[f64; N]; N] {
+    let mut matrix = [[0.0; N]; N];
+    let mut values = upper.into_iter();
+    for row in 0..N {
+        for column in row..N {
+            let value = values.next().unwrap_or_default();
+            matrix[row][column] = value;
+            matrix[column][row] = value;
+        }
+    }
+    matrix
+}
+
+struct Words<'a> {
+    words: std::str::SplitWhitespace<'a>,
+    line: usize,
+}
+
+impl<'a> Words<'a> {
+    fn next_word(&mut self) -> Result<&'a str, FormatError> {
+        self.words.next().ok_or_else(|| FormatError::at_line(WHAT, self.line, "it ends early"))
+    }
+
+    fn id(&mut self) -> Result<u64, FormatError> {
+        let word = self.next_word()?;
+        let problem = || format!("'{word}' is not the number of a vertex");
+        word.parse().map_err(|_| FormatError::at_line(WHAT, self.line, problem()))
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Result<[f64; N], FormatError> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            let word = self.next_word()?;
+            let problem = || format!("'{word}' is not a number");
+            *value = word.parse().map_err(|_| FormatError::at_line(WHAT, self.line, problem()))?;
+        }
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_exactly() {
+        let pose = pose([0.1, -2.0, 1e-7, 0.5, 0.5, -0.5, 0.5]);
+        let mut information = [[0.0; 6]; 6];
+        for (i, row) in information.iter_mut().enumerate() {
+            for (j, value) in row.iter_mut().enumerate() {
+                *value = 1.0 / (1 + i.min(j) * 6 + i.max(j)) as f64;
+            }
+        }
+        let vertices = [Vertex { id: 0, pose }, Vertex { id: 7, pose }];
+        let edges = [Edge { from: 0, to: 7, from_from_to: pose, information }];
+        let mut text = Vec::new();
+        write(&mut text, &vertices, &edges).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let graph = read(&text).unwrap();
+        assert_eq!((graph.vertices.as_slice(), graph.edges.as_slice()), (&vertices[..], &edges[..]));
+        // g2o's first information number belongs to x.
+        assert!(text.contains(&format!(" {} ", information[3][3])));
+    }
+
+    #[test]
+    fn planar_graphs_and_bad_lines() {
+        let graph = read("VERTEX_SE2 0 1 2 3\n\nEDGE_SE2 0 1 1 0 0 1 2 3 4 5 6\nFIX 0\n").unwrap();
+        assert_eq!(graph.planar_edges[0].information, [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]]);
+        assert_eq!(graph.fixed, [0]);
+        let error = read("VERTEX_SE2 0 1 2\n").unwrap_err().to_string();
+        assert!(error.contains("line 1"), "{error}");
+        assert!(read("VERTEX_XY 0 1 2").is_err());
+    }
+}

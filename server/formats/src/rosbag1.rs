@@ -1,0 +1,284 @@
+//! ROS 1 bags, format 2.0: chunks unpacked, packed with bzip2 or with lz4, with an index or cut off.
+//!
+//! A complete bag ends with an index of its chunks. Any other is walked once from the start, so that a recorder
+//! that was stopped hard loses only what it had not written. Source: ROS wiki, "Bags/Format/2.0".
+
+mod records;
+
+use crate::FormatError;
+use records::{Record, op};
+use std::collections::BTreeMap;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
+use vocab::Stamp;
+
+const WHAT: &str = "ROS 1 bag";
+const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
+/// Largest chunk, packed or not, that is read.
+const LARGEST_CHUNK: u64 = 1 << 30;
+
+/// One publisher's topic.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Connection {
+    /// Its topic.
+    pub topic: String,
+    /// ROS type, e.g. `sensor_msgs/Imu`.
+    pub type_name: String,
+}
+
+/// Where a chunk lies and what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chunk {
+    /// Byte offset of its record.
+    pub position: u64,
+    /// Earliest and latest message.
+    pub span: (Stamp, Stamp),
+    /// Messages of each connection.
+    pub counts: BTreeMap<u32, u64>,
+}
+
+/// What a bag holds, without its messages.
+#[derive(Clone, Debug, Default)]
+pub struct BagIndex {
+    /// Connections by number.
+    pub connections: BTreeMap<u32, Connection>,
+    /// Chunks in file order.
+    pub chunks: Vec<Chunk>,
+    /// What is wrong with the file, one sentence each.
+    pub complaints: Vec<String>,
+}
+
+/// A message in an unpacked chunk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Connection it came on.
+    pub connection: u32,
+    /// When it was recorded.
+    pub at: Stamp,
+    /// Its bytes in [`UnpackedChunk::bytes`].
+    pub range: Range<usize>,
+}
+
+/// A chunk's content.
+#[derive(Clone, Debug, Default)]
+pub struct UnpackedChunk {
+    /// The records.
+    pub bytes: Vec<u8>,
+    /// The messages among them, in file order.
+    pub messages: Vec<Message>,
+    /// Connections declared among them.
+    pub connections: BTreeMap<u32, Connection>,
+    /// What was lost, if not all could be unpacked.
+    pub complaint: Option<String>,
+}
+
+/// Whether a file that starts with these bytes is a ROS 1 bag, of any version.
+pub fn is_bag(start: &[u8]) -> bool {
+    start.starts_with(b"#ROSBAG V")
+}
+
+/// Finds out what a bag holds.
+///
+/// # Errors
+/// When the bytes are no bag of format 2.0 or cannot be read. A cut or damaged bag is no error: what it holds up to
+/// there is given, with a complaint.
+pub fn read_index(file: &mut (impl Read + Seek)) -> Result<BagIndex, FormatError> {
+    let size = file.seek(SeekFrom::End(0))?;
+    check_magic(file, size)?;
+    let complete = read_header(file, size).ok().filter(|position| *position > 0);
+    let indexed = complete.and_then(|position| read_chunk_infos(file, size, position).ok());
+    match indexed.filter(|index| !index.connections.is_empty()) {
+        Some(index) => Ok(index),
+        None => survey(file, size),
+    }
+}
+
+/// Unpacks the chunk at `position`, as far as its bytes are there.
+///
+/// # Errors
+/// When there is no chunk or nothing of it can be unpacked.
+pub fn read_chunk(file: &mut (impl Read + Seek), position: u64) -> Result<UnpackedChunk, FormatError> {
+    let size = file.seek(SeekFrom::End(0))?;
+    let record = records::read_head(file, size, position)?;
+    if record.op() != Some(op::CHUNK) {
+        return Err(FormatError::at_byte(WHAT, position, "there is no chunk where one was announced"));
+    }
+    unpack(file, size, &record)
+}
+
+fn check_magic(file: &mut (impl Read + Seek), size: u64) -> Result<(), FormatError> {
+    let start = records::read_bytes(file, size, 0, size.min(MAGIC.len() as u64))?;
+    if start == MAGIC {
+        return Ok(());
+    }
+    let found = match is_bag(&start) {
+        true => "it is a bag of an older version; convert it with 'rosbag fix'".to_owned(),
+        false => "it does not begin as a bag does".to_owned(),
+    };
+    Err(FormatError::WrongKind { expected: "a ROS 1 bag of version 2.0", found })
+}
+
+/// Position of the index; 0 in a bag that was not closed.
+fn read_header(file: &mut (impl Read + Seek), size: u64) -> Result<u64, FormatError> {
+    records::read_head(file, size, MAGIC.len() as u64)?.u64("index_pos")
+}
+
+fn read_chunk_infos(
+    file: &mut (impl Read + Seek),
+    size: u64,
+    index_position: u64,
+) -> Result<BagIndex, FormatError> {
+    let mut index = BagIndex::default();
+    let mut at = index_position;
+    while at < size {
+        let record = records::read_head(file, size, at)?;
+        let data = records::read_bytes(file, size, record.data_start, record.data_length)?;
+        match record.op() {
+            Some(op::CONNECTION) => {
+                index.connections.insert(record.u32("conn")?, connection(&record, &data));
+            }
+            Some(op::CHUNK_INFO) => {
+                let pairs = data.chunks_exact(8).map(|pair| {
+                    let number = |bytes: &[u8]| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                    (number(pair), u64::from(number(&pair[4..])))
+                });
+                let position = record.u64("chunk_pos")?;
+                if position >= size {
+                    return Err(FormatError::at_byte(WHAT, at, "a chunk lies beyond the end of the file"));
+                }
+                let span = (record.time("start_time")?, record.time("end_time")?);
+                index.chunks.push(Chunk { position, span, counts: pairs.collect() });
+            }
+            _ => {}
+        }
+        at = record.end();
+    }
+    index.chunks.sort_by_key(|chunk| chunk.position);
+    Ok(index)
+}
+
+/// Walks a bag without a usable index.
+fn survey(file: &mut (impl Read + Seek), size: u64) -> Result<BagIndex, FormatError> {
+    let mut index = BagIndex::default();
+    let mut at = MAGIC.len() as u64;
+    while at < size {
+        let Ok(record) = records::read_head(file, size, at) else { break };
+        match record.op() {
+            Some(op::CHUNK) => {
+                if let Ok(chunk) = unpack(file, size, &record) {
+                    index.connections.extend(chunk.connections.clone());
+                    index.chunks.extend(summarise(at, &chunk));
+                }
+            }
+            Some(op::CONNECTION) => {
+                if let (Ok(number), Ok(data)) = (
+                    record.u32("conn"),
+                    records::read_bytes(file, size, record.data_start, record.data_length),
+                ) {
+                    index.connections.insert(number, connection(&record, &data));
+                }
+            }
+            _ => {}
+        }
+        if record.end() > size {
+            break;
+        }
+        at = record.end();
+    }
+    index.complaints.push(match at < size {
+        true => format!(
+            "the bag is cut off or damaged at byte {at} of {size}: everything before that is used; 'rosbag reindex' \
+             repairs bags of a recorder that was stopped hard"
+        ),
+        false => "the bag has no index because it was not closed; everything in it is used".to_owned(),
+    });
+    Ok(index)
+}
+
+fn summarise(position: u64, chunk: &UnpackedChunk) -> Option<Chunk> {
+    let first = chunk.messages.iter().map(|message| message.at).min()?;
+    let last = chunk.messages.iter().map(|message| message.at).max()?;
+    let mut counts = BTreeMap::new();
+    for message in &chunk.messages {
+        *counts.entry(message.connection).or_insert(0) += 1;
+    }
+    Some(Chunk { position, span: (first, last), counts })
+}
+
+fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<UnpackedChunk, FormatError> {
+    let available = size.saturating_sub(record.data_start).min(record.data_length);
+    let packed = records::read_bytes(file, size, record.data_start, available)?;
+    let unpacked = u64::from(record.u32("size")?);
+    if unpacked > LARGEST_CHUNK {
+        let problem = format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read");
+        return Err(FormatError::at_byte(WHAT, record.data_start, problem));
+    }
+    let mut chunk = UnpackedChunk::default();
+    let result = match record.text("compression").as_deref() {
+        Some("none") => packed.take(unpacked).read_to_end(&mut chunk.bytes),
+        Some("bz2") => {
+            bzip2::read::BzDecoder::new(packed.as_slice()).take(unpacked).read_to_end(&mut chunk.bytes)
+        }
+        Some("lz4") => {
+            lz4_flex::frame::FrameDecoder::new(packed.as_slice()).take(unpacked).read_to_end(&mut chunk.bytes)
+        }
+        other => {
+            return Err(FormatError::Unsupported {
+                what: format!("a chunk packed with '{}'", other.unwrap_or("nothing it names")),
+                remedy: "unpack the bag with 'rosbag decompress'",
+            });
+        }
+    };
+    let complete = result.is_ok() && chunk.bytes.len() as u64 == unpacked;
+    let walked = list_messages(&mut chunk);
+    if !complete || walked.is_err() {
+        chunk.complaint =
+            Some(format!("the chunk at byte {} is cut off, the rest of it is lost", record.data_start));
+    }
+    Ok(chunk)
+}
+
+fn list_messages(chunk: &mut UnpackedChunk) -> Result<(), FormatError> {
+    let mut at = 0;
+    while at < chunk.bytes.len() {
+        let record = records::parse_head(&chunk.bytes, at)?;
+        let range = at_most(&chunk.bytes, &record)?;
+        at = range.end;
+        match record.op() {
+            Some(op::MESSAGE) => {
+                chunk.messages.push(Message {
+                    connection: record.u32("conn")?,
+                    at: record.time("time")?,
+                    range,
+                });
+            }
+            Some(op::CONNECTION) => {
+                let declared = connection(&record, &chunk.bytes[range]);
+                chunk.connections.insert(record.u32("conn")?, declared);
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn at_most(bytes: &[u8], record: &Record) -> Result<Range<usize>, FormatError> {
+    if record.end() > bytes.len() as u64 {
+        let missing = record.end() - bytes.len() as u64;
+        return Err(FormatError::Truncated { what: WHAT, at: record.data_start, missing });
+    }
+    Ok(record.data_start as usize..record.end() as usize)
+}
+
+fn connection(record: &Record, data: &[u8]) -> Connection {
+    let fields = records::parse_fields(data).unwrap_or_default();
+    let text = |name: &str| fields.get(name).map(|value| String::from_utf8_lossy(value).into_owned());
+    Connection {
+        topic: record.text("topic").or_else(|| text("topic")).unwrap_or_default(),
+        type_name: text("type").unwrap_or_default(),
+    }
+}
+
+#[cfg(test)]
+#[path = "rosbag1_tests.rs"]
+mod tests;

@@ -1,0 +1,112 @@
+//! Puts messages of a file made of blocks into the order of their log times, holding few blocks at a time.
+
+use super::{Order, RawMessage};
+use crate::error::ReadError;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use vocab::Stamp;
+
+/// A file as blocks of messages, each with the log time of its earliest one.
+pub(super) trait Blocks {
+    /// Earliest log time in the next block, or `None` after the last.
+    fn next_start(&self) -> Option<Stamp>;
+
+    /// Loads the next block's wanted messages in file order, with the place in the file as tie-breaker, and
+    /// moves on even when that fails.
+    fn load_next(&mut self, messages: &mut Vec<(u64, RawMessage)>) -> Result<(), ReadError>;
+}
+
+/// Messages of a file in the wanted order. Blocks must come sorted: by place for [`Order::File`], by start
+/// for [`Order::LogTime`].
+pub(super) struct Merged<B> {
+    blocks: B,
+    order: Order,
+    pending: BinaryHeap<Reverse<Entry>>,
+    pending_bytes: usize,
+    error: Option<ReadError>,
+    loaded: Vec<(u64, RawMessage)>,
+}
+
+/// Where blocks overlap so much that more than this waits, messages are given out slightly out of order.
+const MOST_PENDING_BYTES: usize = 512 << 20;
+
+impl<B: Blocks> Merged<B> {
+    pub fn new(blocks: B, order: Order) -> Self {
+        Self { blocks, order, pending: BinaryHeap::new(), pending_bytes: 0, error: None, loaded: Vec::new() }
+    }
+
+    fn must_load(&self) -> bool {
+        let Some(start) = self.blocks.next_start() else { return false };
+        match (self.pending.peek(), self.order) {
+            (None, _) => true,
+            (Some(_), Order::File) => false,
+            (Some(Reverse(first)), Order::LogTime) => {
+                start <= first.message.at && self.pending_bytes < MOST_PENDING_BYTES
+            }
+        }
+    }
+
+    fn load(&mut self) {
+        let result = self.blocks.load_next(&mut self.loaded);
+        for (place, message) in self.loaded.drain(..) {
+            self.pending_bytes += message.bytes().len();
+            let at = match self.order {
+                Order::File => Stamp::EPOCH,
+                Order::LogTime => message.at,
+            };
+            self.pending.push(Reverse(Entry { at, place, message }));
+        }
+        self.error = result.err();
+    }
+}
+
+impl<B: Blocks> Iterator for Merged<B> {
+    type Item = Result<RawMessage, ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            if let Some(error) = self.error.take() {
+                return Some(Err(error));
+            }
+            if self.must_load() {
+                self.load();
+                continue;
+            }
+            let Reverse(entry) = self.pending.pop()?;
+            self.pending_bytes -= entry.message.bytes().len();
+            return Some(Ok(entry.message));
+        }
+    }
+}
+
+struct Entry {
+    at: Stamp,
+    place: u64,
+    message: RawMessage,
+}
+
+impl Entry {
+    fn key(&self) -> (Stamp, u64) {
+        (self.at, self.place)
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.key().cmp(&other.key())
+    }
+}

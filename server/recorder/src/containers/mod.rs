@@ -1,0 +1,95 @@
+//! Files that hold messages of many topics, seen as one kind of thing: a list of topics and a stream of messages.
+
+mod bag_file;
+mod database_file;
+mod mcap_file;
+mod merge;
+mod open;
+mod scan_folder;
+mod sequence;
+
+pub(crate) use open::open;
+
+use crate::error::ReadError;
+use formats::cdr::Encoding;
+use formats::scan_file::ScanFormat;
+use std::ops::Range;
+use std::sync::Arc;
+use vocab::Stamp;
+
+/// How a topic's messages are encoded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum MessageEncoding {
+    /// One of ROS's own.
+    Ros(Encoding),
+    /// The whole file is the message.
+    ScanFile(ScanFormat),
+    /// The platform's own journal.
+    Postcard,
+    /// Something else, as the file calls it.
+    Other(String),
+}
+
+/// One topic of a recording.
+#[derive(Clone, Debug)]
+pub(crate) struct Topic {
+    pub name: String,
+    /// As ROS 1 writes it: `sensor_msgs/Imu`. For the journal the name of its schema.
+    pub type_name: String,
+    pub encoding: MessageEncoding,
+    pub count: u64,
+}
+
+/// One message, still encoded.
+#[derive(Clone, Debug)]
+pub(crate) struct RawMessage {
+    /// Index into the container's topics.
+    pub topic: usize,
+    /// Log time.
+    pub at: Stamp,
+    bytes: Arc<Vec<u8>>,
+    range: Range<usize>,
+}
+
+impl RawMessage {
+    pub fn new(topic: usize, at: Stamp, bytes: Arc<Vec<u8>>, range: Range<usize>) -> Self {
+        Self { topic, at, bytes, range }
+    }
+
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes[self.range.clone()]
+    }
+}
+
+/// In which order messages are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// As they lie in the file: the order in which they were written.
+    File,
+    /// By log time, those of the same time as they lie in the file.
+    LogTime,
+}
+
+/// A stream of messages.
+pub(crate) type Messages = Box<dyn Iterator<Item = Result<RawMessage, ReadError>> + Send>;
+
+/// What every kind of recording file can do.
+pub(crate) trait Container: Send + Sync {
+    /// Its topics.
+    fn topics(&self) -> &[Topic];
+
+    /// Log times of the first and last message.
+    fn span(&self) -> Option<(Stamp, Stamp)>;
+
+    /// What is wrong with the file as a whole.
+    fn complaints(&self) -> &[String];
+
+    /// Name and value of whatever else the file says of itself.
+    fn metadata(&self, _key: &str) -> Option<&str> {
+        None
+    }
+
+    /// Streams the messages of the topics for which `wanted` is true, opening the file anew. Memory does not
+    /// grow with the file.
+    fn messages(&self, wanted: &[bool], order: Order) -> Messages;
+}

@@ -1,0 +1,142 @@
+//! Finds out what kind of recording a path is, by what it holds and not by its name.
+
+use super::Container;
+use super::bag_file::BagFile;
+use super::database_file::DatabaseFile;
+use super::mcap_file::McapFile;
+use super::scan_folder::ScanFolder;
+use super::sequence::Sequence;
+use crate::error::OpenError;
+use formats::scan_file::ScanFormat;
+use formats::{natural, pcd, ply, rosbag1, rosbag2};
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+type Opened = (String, Arc<dyn Container>);
+
+/// Opens a recording of any kind; the text names the kind.
+///
+/// # Errors
+/// When it cannot be read or is no recording.
+pub(crate) fn open(path: &Path) -> Result<Opened, OpenError> {
+    let kind = fs::metadata(path).map_err(|source| OpenError::Io { path: path.to_owned(), source })?;
+    if kind.is_dir() { open_folder(path) } else { open_file(path) }
+}
+
+fn open_file(path: &Path) -> Result<Opened, OpenError> {
+    let mut start = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(512).read_to_end(&mut start))
+        .map_err(|source| OpenError::Io { path: path.to_owned(), source })?;
+    let not =
+        |problem: &str| Err(OpenError::NotARecording { path: path.to_owned(), problem: problem.to_owned() });
+    let single = |format: ScanFormat| -> Result<Opened, OpenError> {
+        Ok((format!("{} scan", format.name()), Arc::new(ScanFolder::single(format, path))))
+    };
+    match start.as_slice() {
+        [] => not("the file is empty; record or copy it again"),
+        s if McapFile::is_mcap(s) => Ok(("MCAP".into(), Arc::new(McapFile::open(path)?))),
+        s if rosbag1::is_bag(s) => Ok(("ROS 1 bag".into(), Arc::new(BagFile::open(path)?))),
+        s if rosbag2::is_database(s) => {
+            Ok(("ROS 2 bag (SQLite)".into(), Arc::new(DatabaseFile::open(path)?)))
+        }
+        s if pcd::is_pcd(s) => single(ScanFormat::Pcd),
+        s if ply::is_ply(s) => single(ScanFormat::Ply),
+        s if s.starts_with(b"LASF") || s.starts_with(b"ASTM-E57") => not(
+            "it is a finished point cloud (LAS, LAZ or E57) without the motion of a sensor; a recording is MCAP, a ROS \
+             bag, or a folder of PCD, PLY or KITTI scans",
+        ),
+        s if s.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) => {
+            not("it is packed with zstd as a whole; unpack it first (zstd -d)")
+        }
+        s if s.starts_with(&[0x1f, 0x8b]) => not("it is packed with gzip; unpack it first (gunzip)"),
+        s if is_pcap(s) => not(
+            "it is a capture of network packets, which is not read yet; convert it to MCAP with the LiDAR's driver",
+        ),
+        _ if ScanFormat::of_path(path) == Some(ScanFormat::Kitti) => single(ScanFormat::Kitti),
+        _ => not(
+            "its first bytes are those of no known kind; a recording is MCAP, a ROS bag, or a folder of PCD, PLY or \
+             KITTI scans",
+        ),
+    }
+}
+
+/// Magic numbers of pcap with micro- and nanoseconds in both byte orders, and of pcapng.
+fn is_pcap(start: &[u8]) -> bool {
+    const MAGICS: [u32; 5] = [0xa1b2_c3d4, 0xa1b2_3c4d, 0xd4c3_b2a1, 0x4d3c_b2a1, 0x0a0d_0d0a];
+    start.first_chunk().is_some_and(|magic| MAGICS.contains(&u32::from_be_bytes(*magic)))
+}
+
+fn open_folder(folder: &Path) -> Result<Opened, OpenError> {
+    let io = |source| OpenError::Io { path: folder.to_owned(), source };
+    let metadata = folder.join("metadata.yaml");
+    if metadata.is_file() {
+        let text = fs::read(&metadata).map_err(io)?;
+        return open_bag_folder(folder, &String::from_utf8_lossy(&text));
+    }
+    let mut files: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(io)?
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| is_bag_name(path))
+        .collect();
+    files.sort_by(|a, b| natural::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+    match files.is_empty() {
+        true => Ok(("folder of scans".into(), Arc::new(ScanFolder::open(folder)?))),
+        false => join("folder of bags", files, Vec::new()),
+    }
+}
+
+fn is_bag_name(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    ["mcap", "db3", "bag"].contains(&extension.to_ascii_lowercase().as_str())
+}
+
+fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
+    let metadata = rosbag2::read_metadata(metadata);
+    let not = |problem: String| OpenError::NotARecording { path: folder.to_owned(), problem };
+    if !metadata.compression.is_empty() {
+        return Err(not(format!(
+            "its metadata.yaml says that files or messages are packed with {}; unpack it with 'ros2 bag convert'",
+            metadata.compression
+        )));
+    }
+    // Older bags name files with the folder in front.
+    let place = |name: &String| {
+        let inside = folder.join(Path::new(name).file_name().unwrap_or_default());
+        Some(folder.join(name)).filter(|path| path.is_file()).unwrap_or(inside)
+    };
+    let (present, absent): (Vec<_>, Vec<_>) =
+        metadata.files.iter().map(place).partition(|path| path.is_file());
+    if present.is_empty() {
+        return Err(not("its metadata.yaml names no file that is there; copy the whole folder".into()));
+    }
+    let complain = |path: PathBuf| {
+        format!("{} is named in metadata.yaml but is not there; copy the whole folder", path.display())
+    };
+    join("ROS 2 bag", present, absent.into_iter().map(complain).collect())
+}
+
+/// Opens all files; those that cannot be opened are complained of, unless that is all of them.
+fn join(kind: &str, files: Vec<PathBuf>, mut complaints: Vec<String>) -> Result<Opened, OpenError> {
+    let mut parts = Vec::new();
+    let mut first_error = None;
+    let mut format = String::new();
+    for path in files {
+        match open_file(&path) {
+            Ok((file_format, container)) => {
+                format = file_format;
+                parts.push(container);
+            }
+            Err(error) => {
+                complaints.push(error.to_string());
+                first_error.get_or_insert(error);
+            }
+        }
+    }
+    match first_error {
+        Some(error) if parts.is_empty() => Err(error),
+        _ => Ok((format!("{kind} ({format})"), Arc::new(Sequence::new(parts, complaints)))),
+    }
+}

@@ -1,0 +1,223 @@
+//! Folders of scans (PCD, PLY, KITTI), one file a scan, in the natural order of their names.
+
+use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
+use crate::error::{OpenError, ReadError};
+use formats::scan_file::ScanFormat;
+use formats::{natural, tum};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use vocab::{Span, Stamp};
+
+/// Name and type of the one topic of a folder.
+pub(crate) const TOPIC: &str = "scans";
+/// Between scans where nothing says when they were taken: most LiDARs turn at 10 Hz.
+const USUAL_PERIOD: Span = Span::from_millis(100);
+
+/// Scans in files of their own, with their times.
+pub(crate) struct ScanFolder {
+    scans: Arc<Vec<(Stamp, PathBuf)>>,
+    topics: Vec<Topic>,
+    complaints: Vec<String>,
+}
+
+impl ScanFolder {
+    /// Lists the scans of a folder, or of its only subfolder that has any.
+    ///
+    /// # Errors
+    /// When the folder cannot be read or holds no scans.
+    pub fn open(folder: &Path) -> Result<Self, OpenError> {
+        let mut complaints = Vec::new();
+        let mut found = list_scans(folder, &mut complaints)?;
+        let mut scan_folder = folder.to_owned();
+        if found.is_none() {
+            let mut below = Vec::new();
+            for entry in entries(folder)?.into_iter().filter(|entry| entry.is_dir()) {
+                below.extend(list_scans(&entry, &mut complaints)?.map(|scans| (entry, scans)));
+            }
+            if let [_] = below.as_slice() {
+                (scan_folder, found) =
+                    below.pop().map(|(folder, scans)| (folder, Some(scans))).unwrap_or_default();
+            }
+        }
+        let Some((format, paths)) = found else {
+            let problem =
+                "the folder holds no recording (MCAP, db3, bag) and no scans (PCD, PLY, KITTI .bin)";
+            return Err(OpenError::NotARecording { path: folder.to_owned(), problem: problem.into() });
+        };
+        Ok(Self::with_times(format, &scan_folder, paths, complaints))
+    }
+
+    /// A single scan.
+    pub fn single(format: ScanFormat, path: &Path) -> Self {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        Self::with_times(format, folder, vec![path.to_owned()], Vec::new())
+    }
+
+    fn with_times(
+        format: ScanFormat,
+        folder: &Path,
+        paths: Vec<PathBuf>,
+        mut complaints: Vec<String>,
+    ) -> Self {
+        let times = times_in_names(&paths).or_else(|| times_beside(folder, paths.len())).unwrap_or_else(|| {
+            if paths.len() > 1 {
+                complaints.push(format!(
+                    "nothing says when the scans were taken, so 10 scans a second are assumed; put a times.txt with \
+                     seconds, one line a scan, into {}",
+                    folder.display()
+                ));
+            }
+            (0..paths.len()).map(|i| Stamp::EPOCH + USUAL_PERIOD * i as i64).collect()
+        });
+        let topic = Topic {
+            name: TOPIC.to_owned(),
+            type_name: format!("{} file", format.name()),
+            encoding: MessageEncoding::ScanFile(format),
+            count: paths.len() as u64,
+        };
+        Self { scans: Arc::new(times.into_iter().zip(paths).collect()), topics: vec![topic], complaints }
+    }
+}
+
+impl Container for ScanFolder {
+    fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    fn span(&self) -> Option<(Stamp, Stamp)> {
+        let stamps = || self.scans.iter().map(|(stamp, _)| *stamp);
+        Some((stamps().min()?, stamps().max()?))
+    }
+
+    fn complaints(&self) -> &[String] {
+        &self.complaints
+    }
+
+    fn messages(&self, wanted: &[bool], _order: Order) -> Messages {
+        let scans = self.scans.clone();
+        let count = if wanted.contains(&true) { scans.len() } else { 0 };
+        Box::new((0..count).map(move |i| {
+            let (stamp, path) = &scans[i];
+            let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
+            let range = 0..bytes.len();
+            Ok(RawMessage::new(0, *stamp, Arc::new(bytes), range))
+        }))
+    }
+}
+
+/// Files of a folder in natural order.
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
+    let io = |source| OpenError::Io { path: folder.to_owned(), source };
+    let read = fs::read_dir(folder).map_err(io)?;
+    let mut paths =
+        read.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>().map_err(io)?;
+    paths.sort_by(|a, b| natural::compare(&name(a), &name(b)));
+    Ok(paths)
+}
+
+type Scans = Option<(ScanFormat, Vec<PathBuf>)>;
+
+/// The scans of the format of which a folder has most.
+fn list_scans(folder: &Path, complaints: &mut Vec<String>) -> Result<Scans, OpenError> {
+    let files = entries(folder)?;
+    let of = |format| files.iter().filter(move |path| ScanFormat::of_path(path) == Some(format));
+    let formats = [ScanFormat::Kitti, ScanFormat::Ply, ScanFormat::Pcd];
+    let Some(best) = formats.into_iter().max_by_key(|format| of(*format).count()) else { return Ok(None) };
+    let scans: Vec<PathBuf> = of(best).cloned().collect();
+    if scans.is_empty() {
+        return Ok(None);
+    }
+    let others =
+        files.iter().filter_map(|path| ScanFormat::of_path(path)).filter(|format| *format != best).count();
+    if others > 0 {
+        complaints.push(format!(
+            "{} holds scans of several formats; its {} {} files are used, {others} others are not",
+            folder.display(),
+            scans.len(),
+            best.name()
+        ));
+    }
+    Ok(Some((best, scans)))
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Times from names that are times: nanoseconds since 1970 (19 digits), or seconds with a fraction.
+fn times_in_names(paths: &[PathBuf]) -> Option<Vec<Stamp>> {
+    let time = |path: &PathBuf| {
+        let stem = path.file_stem()?.to_str()?;
+        let digits = stem.bytes().all(|byte| byte.is_ascii_digit());
+        match (digits, stem.len()) {
+            (true, 19) => stem.parse().ok().map(Stamp::from_nanos),
+            (false, 12..) if stem.as_bytes()[0].is_ascii_digit() && stem.contains('.') => tum::stamp(stem),
+            _ => None,
+        }
+    };
+    paths.iter().map(time).collect()
+}
+
+/// Times from a list in the folder or the one above it, if it is long enough.
+fn times_beside(folder: &Path, count: usize) -> Option<Vec<Stamp>> {
+    let folders = [Some(folder), folder.parent()];
+    let files = folders
+        .into_iter()
+        .flatten()
+        .flat_map(|folder| ["times.txt", "timestamps.txt"].map(|name| folder.join(name)));
+    files.filter_map(|path| fs::read_to_string(path).ok()).find_map(|text| {
+        let lines = text.lines().filter(|line| !line.trim().is_empty());
+        let times: Vec<Stamp> = lines.map_while(|line| time_of_line(line.trim())).take(count).collect();
+        (times.len() == count).then_some(times)
+    })
+}
+
+/// Seconds, or KITTI's `2011-09-26 13:02:25.964389445`.
+fn time_of_line(line: &str) -> Option<Stamp> {
+    let first = line.split_whitespace().next()?;
+    if let Some(stamp) = tum::stamp(first) {
+        return Some(stamp);
+    }
+    let (date, time) = line.split_once(' ')?;
+    let mut date = date.splitn(3, '-').map(str::parse::<i64>);
+    let (year, month, day) = (date.next()?.ok()?, date.next()?.ok()?, date.next()?.ok()?);
+    let mut time = time.splitn(3, ':');
+    let (hour, minute) = (time.next()?.parse::<i64>().ok()?, time.next()?.parse::<i64>().ok()?);
+    let seconds = tum::stamp(time.next()?)?;
+    let days = days_since_1970(year, month, day)?;
+    Some(seconds + Span::from_nanos(1_000_000_000) * (days * 86_400 + hour * 3600 + minute * 60))
+}
+
+/// Days of the Gregorian calendar. Counting years from March puts the leap day last.
+fn days_since_1970(year: i64, month: i64, day: i64) -> Option<i64> {
+    if !(1970..=2262).contains(&year) || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+        return None;
+    }
+    let year = if month < 3 { year - 1 } else { year };
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    Some(365 * year + year / 4 - year / 100 + year / 400 + day_of_year - 719_468)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kitti_dates_and_seconds_are_read() {
+        let expected = Stamp::from_parts(1_317_042_145, 964_389_445);
+        assert_eq!(time_of_line("2011-09-26 13:02:25.964389445"), Some(expected));
+        assert_eq!(time_of_line("1317042145.964389445"), Some(expected));
+        assert_eq!(time_of_line("1.5e0"), Some(Stamp::from_nanos(1_500_000_000)));
+        assert_eq!(time_of_line("hello world"), None);
+    }
+
+    #[test]
+    fn names_that_are_times_are_taken_as_times() {
+        let paths = |names: [&str; 2]| names.map(PathBuf::from).to_vec();
+        let nanos = times_in_names(&paths(["1673400677802009732.pcd", "1673400677902009732.pcd"])).unwrap();
+        assert_eq!((nanos[1] - nanos[0]).nanos(), 100_000_000);
+        assert!(times_in_names(&paths(["1317042145.964.pcd", "1317042146.064.pcd"])).is_some());
+        assert!(times_in_names(&paths(["000001.pcd", "000002.pcd"])).is_none());
+    }
+}

@@ -1,0 +1,90 @@
+//! Several files that follow each other in time, as one container.
+
+use super::{Container, Messages, Order, Topic};
+use std::sync::Arc;
+use vocab::Stamp;
+
+/// Files of one recording, in order.
+pub(crate) struct Sequence {
+    parts: Vec<Part>,
+    topics: Vec<Topic>,
+    complaints: Vec<String>,
+}
+
+struct Part {
+    container: Arc<dyn Container>,
+    /// Index in the whole of each of the part's topics.
+    topics: Vec<usize>,
+}
+
+impl Sequence {
+    /// Joins files; topics of one name, type and encoding are one.
+    pub fn new(containers: Vec<Arc<dyn Container>>, mut complaints: Vec<String>) -> Self {
+        let mut topics: Vec<Topic> = Vec::new();
+        let mut parts = Vec::with_capacity(containers.len());
+        for container in containers {
+            let mut indices = Vec::new();
+            for topic in container.topics() {
+                let same = |other: &Topic| {
+                    other.name == topic.name
+                        && other.type_name == topic.type_name
+                        && other.encoding == topic.encoding
+                };
+                match topics.iter().position(same) {
+                    Some(index) => {
+                        topics[index].count += topic.count;
+                        indices.push(index);
+                    }
+                    None => {
+                        indices.push(topics.len());
+                        topics.push(topic.clone());
+                    }
+                }
+            }
+            complaints.extend_from_slice(container.complaints());
+            parts.push(Part { container, topics: indices });
+        }
+        Self { parts, topics, complaints }
+    }
+}
+
+impl Container for Sequence {
+    fn topics(&self) -> &[Topic] {
+        &self.topics
+    }
+
+    fn span(&self) -> Option<(Stamp, Stamp)> {
+        let spans = || self.parts.iter().filter_map(|part| part.container.span());
+        let first = spans().map(|(first, _)| first).min()?;
+        let last = spans().map(|(_, last)| last).max()?;
+        Some((first, last))
+    }
+
+    fn complaints(&self) -> &[String] {
+        &self.complaints
+    }
+
+    fn metadata(&self, key: &str) -> Option<&str> {
+        self.parts.iter().find_map(|part| part.container.metadata(key))
+    }
+
+    fn messages(&self, wanted: &[bool], order: Order) -> Messages {
+        let parts: Vec<_> = self
+            .parts
+            .iter()
+            .map(|part| {
+                let wanted: Vec<bool> = part.topics.iter().map(|topic| wanted[*topic]).collect();
+                (part.container.clone(), part.topics.clone(), wanted)
+            })
+            .collect();
+        // A part's file is opened when the one before it has ended.
+        Box::new(parts.into_iter().flat_map(move |(container, topics, wanted)| {
+            container.messages(&wanted, order).map(move |raw| {
+                raw.map(|mut raw| {
+                    raw.topic = topics[raw.topic];
+                    raw
+                })
+            })
+        }))
+    }
+}

@@ -1,0 +1,97 @@
+//! From a topic's bytes to the stack's own messages.
+
+use crate::containers::{MessageEncoding, RawMessage, Topic};
+use crate::error::ReadError;
+use crate::selection::Meaning;
+use crate::topics;
+use formats::cdr::Encoding;
+use formats::ros::{BatteryState, Header, Imu, Odometry, PointCloud2, PoseStamped, RosMessage};
+use formats::{FormatError, ScanReport};
+use messages::{Input, Sensor};
+use std::sync::Arc;
+use vocab::{Pose, Stamp};
+
+/// The sensor message in `raw`, with what was left out of a scan.
+pub(crate) fn sensor(
+    raw: &RawMessage,
+    topic: &Topic,
+    meaning: Meaning,
+) -> Result<Option<(Sensor, ScanReport)>, ReadError> {
+    let failed = |source| message_error(raw, topic, source);
+    if meaning == Meaning::Lidar {
+        let Some(cloud) = cloud(raw, topic)? else { return Ok(None) };
+        let (scan, report) = cloud.table.to_scan(Some(cloud.header.stamp)).map_err(failed)?;
+        return Ok(Some((Sensor::Scan(Arc::new(scan)), report)));
+    }
+    let MessageEncoding::Ros(encoding) = topic.encoding else { return Ok(None) };
+    let plain = |sensor| Some((sensor, ScanReport::default()));
+    let bytes = raw.bytes();
+    Ok(match meaning {
+        Meaning::Imu => plain(Sensor::Imu((&Imu::from_bytes(encoding, bytes).map_err(failed)?).into())),
+        Meaning::Legs => {
+            plain(Sensor::Legs((&Odometry::from_bytes(encoding, bytes).map_err(failed)?).into()))
+        }
+        Meaning::External => {
+            plain(Sensor::Odometry((&Odometry::from_bytes(encoding, bytes).map_err(failed)?).into()))
+        }
+        Meaning::Battery => {
+            plain(Sensor::Battery((&BatteryState::from_bytes(encoding, bytes).map_err(failed)?).into()))
+        }
+        Meaning::Lidar | Meaning::Tf | Meaning::Truth | Meaning::Journal => None,
+    })
+}
+
+/// The points in `raw`, as the file or message has them.
+pub(crate) fn cloud<'a>(raw: &'a RawMessage, topic: &Topic) -> Result<Option<PointCloud2<'a>>, ReadError> {
+    let failed = |source| message_error(raw, topic, source);
+    Ok(match topic.encoding {
+        MessageEncoding::Ros(encoding) => {
+            Some(PointCloud2::from_bytes(encoding, raw.bytes()).map_err(failed)?)
+        }
+        MessageEncoding::ScanFile(format) => {
+            let header = Header { stamp: raw.at, frame_id: String::new() };
+            Some(PointCloud2 { header, table: format.read(raw.bytes()).map_err(failed)? })
+        }
+        _ => None,
+    })
+}
+
+/// The stack's input in `raw`.
+pub(crate) fn input(raw: &RawMessage, topic: &Topic, meaning: Meaning) -> Result<Option<Input>, ReadError> {
+    if meaning != Meaning::Journal {
+        return Ok(sensor(raw, topic, meaning)?.map(|(sensor, _)| Input::Sensor(sensor)));
+    }
+    if topic.type_name != topics::INPUT_SCHEMA {
+        return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
+    }
+    let (input, rest) = postcard::take_from_bytes(raw.bytes())
+        .map_err(|error| message_error(raw, topic, journal_error(&error.to_string())))?;
+    if !rest.is_empty() {
+        return Err(message_error(raw, topic, journal_error("bytes are left over")));
+    }
+    Ok(Some(input))
+}
+
+/// A true pose with its stamp.
+pub(crate) fn truth(raw: &RawMessage, topic: &Topic) -> Result<Option<(Stamp, Pose)>, ReadError> {
+    let failed = |source| message_error(raw, topic, source);
+    let MessageEncoding::Ros(encoding) = topic.encoding else { return Ok(None) };
+    stamped_pose(&topic.type_name, encoding, raw.bytes()).map(Some).map_err(failed)
+}
+
+fn stamped_pose(type_name: &str, encoding: Encoding, bytes: &[u8]) -> Result<(Stamp, Pose), FormatError> {
+    if type_name == Odometry::TYPE {
+        let odometry = Odometry::from_bytes(encoding, bytes)?;
+        return Ok((odometry.header.stamp, odometry.pose));
+    }
+    let pose = PoseStamped::from_bytes(encoding, bytes)?;
+    Ok((pose.header.stamp, pose.pose))
+}
+
+fn journal_error(problem: &str) -> FormatError {
+    FormatError::Malformed { what: "journal entry", place: "its content".into(), problem: problem.into() }
+}
+
+pub(crate) fn message_error(raw: &RawMessage, topic: &Topic, source: FormatError) -> ReadError {
+    ReadError::Message { topic: topic.name.clone(), at: raw.at, source }
+}

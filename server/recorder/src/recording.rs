@@ -1,0 +1,321 @@
+//! One view of every kind of recording: what it holds, where the sensors sit, and its messages in order.
+
+use crate::containers::{self, Container, MessageEncoding, Order, RawMessage, Topic};
+use crate::decode;
+use crate::error::{OpenError, ReadError};
+use crate::frames;
+use crate::info::{self, RecordingInfo};
+use crate::selection::{self, Meaning, TopicSelection};
+use formats::ros::{Imu, Odometry, RosMessage, TfMessage, TransformStamped};
+use messages::{Input, Mounting, Sensor};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use vocab::{Pose, Stamp};
+
+/// A recording, opened: its topics are known and have a meaning, its messages are still in the file.
+pub struct Recording {
+    path: PathBuf,
+    format: String,
+    container: Arc<dyn Container>,
+    /// What each topic of the container serves as; `None` where it is not used.
+    meanings: Vec<Option<Meaning>>,
+    mounting: Mounting,
+    pub(crate) first_scan: Option<ScanSketch>,
+    notes: Vec<String>,
+}
+
+/// What the first message of a LiDAR topic tells of all.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ScanSketch {
+    pub points: usize,
+    pub has_times: bool,
+    pub has_rings: bool,
+    frame_id: String,
+}
+
+impl Recording {
+    /// Opens an MCAP file, a rosbag2 folder or database, a ROS 1 bag, a folder of scans or a single scan.
+    ///
+    /// # Errors
+    /// When there is nothing to read, it is of no known kind, or a named topic is missing or of a wrong type.
+    pub fn open(path: &Path, topics: &TopicSelection) -> Result<Self, OpenError> {
+        let (format, container) = containers::open(path)?;
+        let mut recording = Self {
+            path: path.to_owned(),
+            format,
+            meanings: vec![None; container.topics().len()],
+            container,
+            mounting: Mounting::default(),
+            first_scan: None,
+            notes: Vec::new(),
+        };
+        recording.assign(topics)?;
+        recording.mounting = recording.find_mounting();
+        Ok(recording)
+    }
+
+    /// What the recording holds, for people and for `--json`.
+    pub fn info(&self) -> RecordingInfo {
+        info::describe(self, &self.path, &self.format, self.container.span(), &self.notes)
+    }
+
+    /// Where the sensors sit, from static transforms. The base is `base_link` (or a like name) if there is one,
+    /// else the LiDAR.
+    pub fn mounting(&self) -> Mounting {
+        self.mounting
+    }
+
+    /// What the sensors said, in the order of arrival, each with its log time. Memory does not grow with the
+    /// length of the recording. After an error the iteration goes on with what comes next.
+    pub fn inputs(&self) -> Inputs {
+        let meanings = self.meanings.clone();
+        let wanted = self.wanted(|meaning| !matches!(meaning, Meaning::Tf | Meaning::Truth));
+        Inputs {
+            messages: self.container.messages(&wanted, Order::LogTime),
+            latest: vec![None; meanings.len()],
+            container: self.container.clone(),
+            meanings,
+            dropped_points: 0,
+        }
+    }
+
+    /// The stack's inputs exactly as it had them, in the order in which it had them.
+    ///
+    /// # Errors
+    /// When the recording was not written by the platform, or by one with another journal.
+    pub fn journal(
+        &self,
+    ) -> Result<impl Iterator<Item = Result<(Stamp, Input), ReadError>> + Send, ReadError> {
+        let journal = self.topics().find(|(_, meaning)| *meaning == Some(Meaning::Journal));
+        let Some((topic, _)) = journal else { return Err(ReadError::NotAJournal) };
+        if topic.type_name != crate::topics::INPUT_SCHEMA {
+            return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
+        }
+        let meanings: Vec<_> = self.topics().map(|(topic, _)| crate::journal_meaning(&topic.name)).collect();
+        let wanted: Vec<bool> = meanings.iter().map(Option::is_some).collect();
+        let container = self.container.clone();
+        let messages = self.container.messages(&wanted, Order::File);
+        Ok(messages.filter_map(move |raw| {
+            let decoded = raw.and_then(|raw| {
+                let meaning = meanings[raw.topic].unwrap_or(Meaning::Journal);
+                let input = decode::input(&raw, &container.topics()[raw.topic], meaning)?;
+                Ok(input.map(|input| (raw.at, input)))
+            });
+            decoded.transpose()
+        }))
+    }
+
+    /// Where the robot really was, if the recording knows: pose of the base in a fixed frame of its own.
+    ///
+    /// # Errors
+    /// When the poses cannot be read.
+    pub fn truth(&self) -> Result<Option<Vec<(Stamp, Pose)>>, ReadError> {
+        let wanted = self.wanted(|meaning| meaning == Meaning::Truth);
+        if !wanted.contains(&true) {
+            return Ok(None);
+        }
+        let mut poses = Vec::new();
+        for raw in self.container.messages(&wanted, Order::LogTime) {
+            let raw = raw?;
+            poses.extend(decode::truth(&raw, &self.container.topics()[raw.topic])?);
+        }
+        Ok(Some(poses))
+    }
+
+    /// Topics with what they are used for.
+    pub(crate) fn topics(&self) -> impl Iterator<Item = (&Topic, Option<Meaning>)> {
+        self.container.topics().iter().zip(self.meanings.iter().copied())
+    }
+
+    pub(crate) fn complaints(&self) -> &[String] {
+        self.container.complaints()
+    }
+
+    fn wanted(&self, is_wanted: impl Fn(Meaning) -> bool) -> Vec<bool> {
+        self.meanings.iter().map(|meaning| meaning.is_some_and(&is_wanted)).collect()
+    }
+
+    /// Gives every purpose its topic: the named one, else the best of those that could serve.
+    fn assign(&mut self, selection: &TopicSelection) -> Result<(), OpenError> {
+        let topics = self.container.topics().to_vec();
+        for (topic, meaning) in topics.iter().zip(&mut self.meanings) {
+            *meaning = selection::guess(topic).filter(|_| topic.count > 0);
+        }
+        for (meaning, name) in selection.named() {
+            let index = self.find_named(&topics, meaning, name)?;
+            for (i, other) in self.meanings.iter_mut().enumerate() {
+                if *other == Some(meaning) && i != index {
+                    *other = None;
+                }
+            }
+            self.meanings[index] = Some(meaning);
+        }
+        for meaning in [Meaning::Lidar, Meaning::Imu, Meaning::Legs, Meaning::External, Meaning::Battery] {
+            self.keep_best(&topics, meaning);
+        }
+        Ok(())
+    }
+
+    fn find_named(&self, topics: &[Topic], meaning: Meaning, name: &str) -> Result<usize, OpenError> {
+        let Some(index) = topics.iter().position(|topic| topic.name == name) else {
+            let present: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
+            return Err(OpenError::NoSuchTopic {
+                path: self.path.clone(),
+                topic: name.to_owned(),
+                present: if present.is_empty() { "none".into() } else { present.join(", ") },
+            });
+        };
+        if !selection::can_serve(&topics[index], meaning) {
+            return Err(OpenError::WrongTopicType {
+                topic: name.to_owned(),
+                type_name: topics[index].type_name.clone(),
+                purpose: meaning.name().to_owned(),
+            });
+        }
+        Ok(index)
+    }
+
+    /// Of several topics for one purpose keeps the one with most data, and says so.
+    fn keep_best(&mut self, topics: &[Topic], meaning: Meaning) {
+        let candidates: Vec<usize> =
+            (0..topics.len()).filter(|index| self.meanings[*index] == Some(meaning)).collect();
+        let sketches: Vec<Option<ScanSketch>> = candidates
+            .iter()
+            .map(|index| (meaning == Meaning::Lidar).then(|| self.sketch(*index)).flatten())
+            .collect();
+        let weight = |nth: &usize| {
+            let points = sketches[*nth].as_ref().map_or(1, |sketch| sketch.points as u64);
+            topics[candidates[*nth]].count.saturating_mul(points)
+        };
+        // The first of equals: topics of a file have a fixed order.
+        let best = (0..candidates.len()).rev().max_by_key(weight);
+        let Some(best) = best else { return };
+        self.first_scan = self.first_scan.take().or(sketches[best].clone());
+        if candidates.len() > 1 {
+            let others: Vec<&str> = candidates
+                .iter()
+                .filter(|index| **index != candidates[best])
+                .map(|index| topics[*index].name.as_str())
+                .collect();
+            self.notes.push(format!(
+                "{} topics could serve as {}; '{}' has most data and is used, not {}",
+                candidates.len(),
+                meaning.name(),
+                topics[candidates[best]].name,
+                others.join(", ")
+            ));
+        }
+        for index in candidates.iter().filter(|index| **index != candidates[best]) {
+            self.meanings[*index] = None;
+        }
+    }
+
+    fn sketch(&self, topic: usize) -> Option<ScanSketch> {
+        let raw = self.first_message(topic)?;
+        let cloud = decode::cloud(&raw, &self.container.topics()[topic]).ok()??;
+        Some(ScanSketch {
+            points: cloud.table.len(),
+            has_times: cloud.table.has_times(),
+            has_rings: cloud.table.has_rings(),
+            frame_id: cloud.header.frame_id,
+        })
+    }
+
+    fn first_message(&self, topic: usize) -> Option<RawMessage> {
+        let wanted: Vec<bool> = (0..self.meanings.len()).map(|index| index == topic).collect();
+        self.container.messages(&wanted, Order::LogTime).find_map(Result::ok)
+    }
+
+    fn ros_encoding(&self, topic: usize) -> Option<formats::cdr::Encoding> {
+        match self.container.topics()[topic].encoding {
+            MessageEncoding::Ros(encoding) => Some(encoding),
+            _ => None,
+        }
+    }
+
+    fn topic_of(&self, meaning: Meaning) -> Option<usize> {
+        self.meanings.iter().position(|other| *other == Some(meaning))
+    }
+
+    fn find_mounting(&self) -> Mounting {
+        let imu = self.first_ros::<Imu>(Meaning::Imu).map(|imu| imu.header.frame_id);
+        let external = self.first_ros::<Odometry>(Meaning::External).map(|odometry| odometry.child_frame_id);
+        let names = frames::SensorFrames {
+            lidar: self.first_scan.as_ref().map(|sketch| sketch.frame_id.clone()),
+            imu,
+            external,
+        };
+        let standing_height = self.container.metadata("standing_height_m").and_then(|text| text.parse().ok());
+        Mounting { standing_height, ..frames::mounting(&self.static_transforms(), &names) }
+    }
+
+    fn first_ros<M: RosMessage>(&self, meaning: Meaning) -> Option<M> {
+        let topic = self.topic_of(meaning)?;
+        M::from_bytes(self.ros_encoding(topic)?, self.first_message(topic)?.bytes()).ok()
+    }
+
+    fn static_transforms(&self) -> Vec<TransformStamped> {
+        let wanted = self.wanted(|meaning| meaning == Meaning::Tf);
+        if !wanted.contains(&true) {
+            return Vec::new();
+        }
+        let messages = self.container.messages(&wanted, Order::LogTime).filter_map(Result::ok);
+        messages
+            .filter_map(|raw| TfMessage::from_bytes(self.ros_encoding(raw.topic)?, raw.bytes()).ok())
+            .flat_map(|message| message.transforms)
+            .collect()
+    }
+}
+
+/// What the sensors said, one after the other. See [`Recording::inputs`].
+pub struct Inputs {
+    messages: containers::Messages,
+    container: Arc<dyn Container>,
+    meanings: Vec<Option<Meaning>>,
+    /// Stamp of the last message of each topic.
+    latest: Vec<Option<Stamp>>,
+    dropped_points: u64,
+}
+
+impl Inputs {
+    /// Points left out so far because they were not finite or had no return.
+    pub fn dropped_points(&self) -> u64 {
+        self.dropped_points
+    }
+
+    fn decode(&mut self, raw: &RawMessage) -> Result<Option<(Stamp, Sensor)>, ReadError> {
+        let topic = &self.container.topics()[raw.topic];
+        let Some(meaning) = self.meanings[raw.topic] else { return Ok(None) };
+        if meaning == Meaning::Journal {
+            return Ok(match decode::input(raw, topic, meaning)? {
+                Some(Input::Sensor(sensor)) => Some((raw.at, sensor)),
+                _ => None,
+            });
+        }
+        let Some((sensor, report)) = decode::sensor(raw, topic, meaning)? else { return Ok(None) };
+        self.dropped_points += report.dropped.total() as u64;
+        let stamp = sensor.stamp();
+        if let Some(last) = self.latest[raw.topic].filter(|last| stamp < *last) {
+            let by = (last - stamp).secs_f64();
+            return Err(ReadError::Backward { topic: topic.name.clone(), at: raw.at, by });
+        }
+        self.latest[raw.topic] = Some(stamp);
+        Ok(Some((raw.at, sensor)))
+    }
+}
+
+impl Iterator for Inputs {
+    type Item = Result<(Stamp, Sensor), ReadError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let decoded = match self.messages.next()? {
+                Ok(raw) => self.decode(&raw),
+                Err(error) => Err(error),
+            };
+            if let Some(item) = decoded.transpose() {
+                return Some(item);
+            }
+        }
+    }
+}

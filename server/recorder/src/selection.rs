@@ -1,0 +1,136 @@
+//! Which topic serves which purpose: guessed from type and name, or told.
+
+use crate::containers::{MessageEncoding, Topic};
+use formats::ros::{self, RosMessage};
+use serde::Serialize;
+
+/// What a topic is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Meaning {
+    /// LiDAR sweeps.
+    Lidar,
+    /// Inertial samples.
+    Imu,
+    /// Leg or wheel odometry.
+    Legs,
+    /// Visual or other odometry.
+    External,
+    /// State of the battery.
+    Battery,
+    /// Static transforms.
+    Tf,
+    /// Where the robot really was.
+    Truth,
+    /// Inputs of the stack that are no sensor messages.
+    Journal,
+}
+
+impl Meaning {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lidar => "LiDAR",
+            Self::Imu => "IMU",
+            Self::Legs => "legs",
+            Self::External => "odometry",
+            Self::Battery => "battery",
+            Self::Tf => "mounting",
+            Self::Truth => "truth",
+            Self::Journal => "journal",
+        }
+    }
+
+    fn accepts(self, type_name: &str) -> bool {
+        match self {
+            Self::Lidar => type_name == ros::PointCloud2::TYPE,
+            Self::Imu => type_name == ros::Imu::TYPE,
+            Self::Legs | Self::External => type_name == ros::Odometry::TYPE,
+            Self::Battery => type_name == ros::BatteryState::TYPE,
+            Self::Tf => is_tf(type_name),
+            Self::Truth => [ros::PoseStamped::TYPE, ros::Odometry::TYPE].contains(&type_name),
+            Self::Journal => false,
+        }
+    }
+}
+
+/// Topics named by the caller; what is `None` is guessed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the fields are the purposes")]
+pub struct TopicSelection {
+    pub lidar: Option<String>,
+    pub imu: Option<String>,
+    pub legs: Option<String>,
+    pub external: Option<String>,
+    pub battery: Option<String>,
+    pub truth: Option<String>,
+}
+
+impl TopicSelection {
+    /// Takes one choice as people type it: `lidar=/points`.
+    ///
+    /// # Errors
+    /// A sentence for people when it is not of that form.
+    pub fn choose(&mut self, text: &str) -> Result<(), String> {
+        let explain =
+            || format!("'{text}' is not PURPOSE=TOPIC with lidar, imu, legs, external, battery or truth");
+        let (purpose, topic) = text.split_once('=').ok_or_else(explain)?;
+        let slot = match purpose.trim().to_ascii_lowercase().as_str() {
+            "lidar" => &mut self.lidar,
+            "imu" => &mut self.imu,
+            "legs" => &mut self.legs,
+            "external" | "odometry" | "visual" => &mut self.external,
+            "battery" => &mut self.battery,
+            "truth" => &mut self.truth,
+            _ => return Err(explain()),
+        };
+        *slot = Some(topic.trim().to_owned());
+        Ok(())
+    }
+
+    pub(crate) fn named(&self) -> impl Iterator<Item = (Meaning, &str)> {
+        [
+            (Meaning::Lidar, &self.lidar),
+            (Meaning::Imu, &self.imu),
+            (Meaning::Legs, &self.legs),
+            (Meaning::External, &self.external),
+            (Meaning::Battery, &self.battery),
+            (Meaning::Truth, &self.truth),
+        ]
+        .into_iter()
+        .filter_map(|(meaning, topic)| topic.as_deref().map(|topic| (meaning, topic)))
+    }
+}
+
+/// Whether a topic of this type can serve a purpose.
+pub(crate) fn can_serve(topic: &Topic, meaning: Meaning) -> bool {
+    match topic.encoding {
+        MessageEncoding::ScanFile(_) => meaning == Meaning::Lidar,
+        _ => meaning.accepts(&topic.type_name),
+    }
+}
+
+/// What a topic is for, by its type and name.
+pub(crate) fn guess(topic: &Topic) -> Option<Meaning> {
+    let name = topic.name.to_ascii_lowercase();
+    let named = |words: &[&str]| words.iter().any(|word| name.contains(word));
+    let truth = named(&["truth", "mocap", "/gt"]);
+    match topic.type_name.as_str() {
+        _ if topic.name == crate::topics::INPUT => Some(Meaning::Journal),
+        _ if matches!(topic.encoding, MessageEncoding::ScanFile(_)) => Some(Meaning::Lidar),
+        ros::PointCloud2::TYPE => Some(Meaning::Lidar),
+        ros::Imu::TYPE => Some(Meaning::Imu),
+        ros::BatteryState::TYPE => Some(Meaning::Battery),
+        ros::Odometry::TYPE if truth => Some(Meaning::Truth),
+        ros::Odometry::TYPE if named(&["leg", "wheel", "joint"]) => Some(Meaning::Legs),
+        ros::Odometry::TYPE => Some(Meaning::External),
+        ros::PoseStamped::TYPE if truth => Some(Meaning::Truth),
+        name if is_tf(name) && topic.name.ends_with("tf_static") => Some(Meaning::Tf),
+        _ => None,
+    }
+}
+
+fn is_tf(type_name: &str) -> bool {
+    // Old ROS 1 recordings use tf's own type of the same layout.
+    type_name == ros::TfMessage::TYPE || type_name == "tf/tfMessage"
+}

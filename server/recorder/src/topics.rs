@@ -1,0 +1,33 @@
+//! Names that recordings of the platform use.
+
+/// LiDAR sweeps, `sensor_msgs/PointCloud2`.
+pub const LIDAR: &str = "/lidar/points";
+/// Inertial samples, `sensor_msgs/Imu`.
+pub const IMU: &str = "/imu/data";
+/// Leg odometry, `nav_msgs/Odometry`, velocity in the base frame.
+pub const LEGS: &str = "/legs/odometry";
+/// Another odometry, `nav_msgs/Odometry`.
+pub const EXTERNAL: &str = "/external/odometry";
+/// Battery, `sensor_msgs/BatteryState`.
+pub const BATTERY: &str = "/battery";
+/// Where the sensors sit, `tf2_msgs/TFMessage`.
+pub const TF_STATIC: &str = "/tf_static";
+/// Where the robot really was (simulation only), `geometry_msgs/PoseStamped`.
+pub const TRUTH: &str = "/truth";
+/// Where the robot believed to be, `geometry_msgs/PoseStamped`.
+pub const POSE: &str = "/autoinspect/pose";
+/// Everything else that entered the stack: `messages::Input` in postcard's encoding.
+pub const INPUT: &str = "/autoinspect/input";
+/// Name of the schema of [`INPUT`]; its number counts up with every change of `messages::Input`.
+pub const INPUT_SCHEMA: &str = "autoinspect.Input.v1";
+/// Message and schema encoding of [`INPUT`].
+pub const INPUT_ENCODING: &str = "postcard";
+
+/// Frame of the robot's body.
+pub const BASE_FRAME: &str = "base_link";
+/// Frame of the LiDAR.
+pub const LIDAR_FRAME: &str = "lidar";
+/// Frame of the IMU.
+pub const IMU_FRAME: &str = "imu";
+/// Frame whose pose the other odometry reports.
+pub const EXTERNAL_FRAME: &str = "external";

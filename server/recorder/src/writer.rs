@@ -1,0 +1,285 @@
+//! Writing a recording: standard MCAP with ROS 2 messages that is at the same time the journal of the stack.
+//!
+//! Sensor inputs become ROS messages, every other input goes to [`topics::INPUT`] as it is. A sensor message
+//! that its ROS type could not give back bit for bit (a stamp outside 1970 to 2038, a point at the origin, columns
+//! of odd length) goes there too, so that reading the file always yields the very inputs the stack had.
+
+use crate::error::WriteError;
+use crate::topics;
+use formats::cdr::Encoding;
+use formats::ros::{self, Header, RosMessage};
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions, Writer};
+use messages::{Estimate, Input, Mounting, Publication, Scan, Sensor};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use vocab::{Pose, Span, Stamp};
+
+/// Longest time that recorded data stays in memory, on the recording's own clock.
+const FLUSH_EVERY: Span = Span::from_millis(1000);
+
+/// What a recording says about its origin.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RecordingMeta {
+    /// Name of the robot.
+    pub robot: String,
+    /// Where the data comes from, for people: "simulated site b1, seed 3" or "live".
+    pub origin: String,
+}
+
+/// Writes one recording. Call [`RecordingWriter::finish`]; a file that was not finished can still be read up to
+/// the last flush.
+pub struct RecordingWriter {
+    path: PathBuf,
+    mcap: Writer<BufWriter<File>>,
+    channels: Channels,
+    mounting_to_write: Option<Mounting>,
+    sequence: u32,
+    flushed_at: Option<Stamp>,
+    /// Reused for every message.
+    buffer: Vec<u8>,
+}
+
+struct Channels {
+    lidar: u16,
+    imu: u16,
+    legs: u16,
+    external: u16,
+    battery: u16,
+    tf_static: u16,
+    truth: u16,
+    pose: u16,
+    input: u16,
+}
+
+impl RecordingWriter {
+    /// Creates the file, replacing one of that name.
+    ///
+    /// # Errors
+    /// When the file cannot be created or written.
+    pub fn create(path: &Path, meta: &RecordingMeta, mounting: &Mounting) -> Result<Self, WriteError> {
+        let file =
+            File::create(path).map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
+        let failed = |source| WriteError::Mcap { path: path.to_owned(), source };
+        let mut mcap = options().create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
+        mcap.write_metadata(&metadata(meta, mounting)).map_err(failed)?;
+        let channels = Channels::declare(&mut mcap).map_err(failed)?;
+        Ok(Self {
+            path: path.to_owned(),
+            mcap,
+            channels,
+            mounting_to_write: Some(*mounting),
+            sequence: 0,
+            flushed_at: None,
+            buffer: Vec::new(),
+        })
+    }
+
+    /// Records one input of the stack with the `at` it was stepped with.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn input(&mut self, at: Stamp, input: &Input) -> Result<(), WriteError> {
+        self.write_mounting_once(at)?;
+        self.buffer.clear();
+        let channel = match input {
+            Input::Sensor(sensor) if ros_can_hold(sensor) => self.encode_sensor(sensor),
+            _ => {
+                self.buffer = postcard::to_extend(input, std::mem::take(&mut self.buffer))?;
+                self.channels.input
+            }
+        };
+        self.write_buffer(channel, at)?;
+        self.flush_if_due(at)
+    }
+
+    /// Records where the robot really is (simulation only).
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn truth(&mut self, at: Stamp, world_from_base: &Pose) -> Result<(), WriteError> {
+        self.write_pose(self.channels.truth, at, "world", world_from_base)
+    }
+
+    /// Records what the stack said, where that costs little: its estimates. The rest can be had by replaying.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn publication(&mut self, at: Stamp, publication: &Publication) -> Result<(), WriteError> {
+        match publication {
+            Publication::Estimate(Estimate { map_from_base, .. }) => {
+                self.write_pose(self.channels.pose, at, "map", map_from_base)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the file with its index.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn finish(mut self) -> Result<(), WriteError> {
+        self.mcap.finish().map_err(|source| self.failed(source))?;
+        Ok(())
+    }
+
+    fn encode_sensor(&mut self, sensor: &Sensor) -> u16 {
+        let out = &mut self.buffer;
+        match sensor {
+            Sensor::Scan(scan) => {
+                ros::write_scan(scan, topics::LIDAR_FRAME, Encoding::Cdr, out);
+                self.channels.lidar
+            }
+            Sensor::Imu(sample) => {
+                ros::Imu::from_sample(sample, topics::IMU_FRAME).to_bytes(Encoding::Cdr, out);
+                self.channels.imu
+            }
+            Sensor::Legs(legs) => {
+                ros::Odometry::from_legs(legs, "odom", topics::BASE_FRAME).to_bytes(Encoding::Cdr, out);
+                self.channels.legs
+            }
+            Sensor::Odometry(external) => {
+                ros::Odometry::from_external(external, "external_odom", topics::EXTERNAL_FRAME)
+                    .to_bytes(Encoding::Cdr, out);
+                self.channels.external
+            }
+            Sensor::Battery(battery) => {
+                ros::BatteryState::from(battery).to_bytes(Encoding::Cdr, out);
+                self.channels.battery
+            }
+        }
+    }
+
+    /// Writes where the sensors sit, once, at the time of the first message: a recording then spans its data only.
+    fn write_mounting_once(&mut self, at: Stamp) -> Result<(), WriteError> {
+        let Some(mounting) = self.mounting_to_write.take() else { return Ok(()) };
+        let sensors = [
+            (topics::LIDAR_FRAME, mounting.base_from_lidar),
+            (topics::IMU_FRAME, mounting.base_from_imu),
+            (topics::EXTERNAL_FRAME, mounting.base_from_external),
+        ];
+        let transform = |(child, pose): (&str, Option<Pose>)| {
+            pose.map(|parent_from_child| ros::TransformStamped {
+                header: Header { stamp: at, frame_id: topics::BASE_FRAME.into() },
+                child_frame_id: child.into(),
+                parent_from_child,
+            })
+        };
+        let message = ros::TfMessage { transforms: sensors.into_iter().filter_map(transform).collect() };
+        self.buffer.clear();
+        message.to_bytes(Encoding::Cdr, &mut self.buffer);
+        self.write_buffer(self.channels.tf_static, at)
+    }
+
+    fn write_pose(&mut self, channel: u16, at: Stamp, frame: &str, pose: &Pose) -> Result<(), WriteError> {
+        self.write_mounting_once(at)?;
+        self.buffer.clear();
+        let header = Header { stamp: at, frame_id: frame.into() };
+        ros::PoseStamped { header, pose: *pose }.to_bytes(Encoding::Cdr, &mut self.buffer);
+        self.write_buffer(channel, at)
+    }
+
+    fn write_buffer(&mut self, channel_id: u16, at: Stamp) -> Result<(), WriteError> {
+        // A stamp before 1970 wraps here and wraps back when read.
+        let time = at.nanos() as u64;
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time: time, publish_time: time };
+        self.sequence = self.sequence.wrapping_add(1);
+        let written = self.mcap.write_to_known_channel(&header, &self.buffer);
+        written.map_err(|source| self.failed(source))
+    }
+
+    fn flush_if_due(&mut self, at: Stamp) -> Result<(), WriteError> {
+        let since = *self.flushed_at.get_or_insert(at);
+        if at - since >= FLUSH_EVERY || at < since {
+            self.flushed_at = Some(at);
+            self.mcap.flush().map_err(|source| self.failed(source))?;
+        }
+        Ok(())
+    }
+
+    fn failed(&self, source: mcap::McapError) -> WriteError {
+        WriteError::Mcap { path: self.path.clone(), source }
+    }
+}
+
+impl Channels {
+    fn declare<W: std::io::Write + std::io::Seek>(mcap: &mut Writer<W>) -> mcap::McapResult<Self> {
+        let mut ros_channel = |topic: &str, type_name: &str| {
+            let definition = ros::definition(type_name).unwrap_or_default();
+            let ros2_name = type_name.replacen('/', "/msg/", 1);
+            let schema = mcap.add_schema(&ros2_name, "ros2msg", definition.as_bytes())?;
+            mcap.add_channel(schema, topic, "cdr", &latched(topic))
+        };
+        Ok(Self {
+            lidar: ros_channel(topics::LIDAR, ros::PointCloud2::TYPE)?,
+            imu: ros_channel(topics::IMU, ros::Imu::TYPE)?,
+            legs: ros_channel(topics::LEGS, ros::Odometry::TYPE)?,
+            external: ros_channel(topics::EXTERNAL, ros::Odometry::TYPE)?,
+            battery: ros_channel(topics::BATTERY, ros::BatteryState::TYPE)?,
+            tf_static: ros_channel(topics::TF_STATIC, ros::TfMessage::TYPE)?,
+            truth: ros_channel(topics::TRUTH, ros::PoseStamped::TYPE)?,
+            pose: ros_channel(topics::POSE, ros::PoseStamped::TYPE)?,
+            input: {
+                let schema = mcap.add_schema(topics::INPUT_SCHEMA, topics::INPUT_ENCODING, b"")?;
+                mcap.add_channel(schema, topics::INPUT, topics::INPUT_ENCODING, &BTreeMap::new())?
+            },
+        })
+    }
+}
+
+/// ROS 2 players offer a latched topic to late subscribers only if the file says that it is one.
+fn latched(topic: &str) -> BTreeMap<String, String> {
+    const TRANSIENT_LOCAL: &str = "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n";
+    let profile =
+        (topic == topics::TF_STATIC).then(|| ("offered_qos_profiles".into(), TRANSIENT_LOCAL.into()));
+    profile.into_iter().collect()
+}
+
+/// zstd level 1: benches/recorder.rs prints what it costs and saves.
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("autoinspect ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Zstd))
+        .compression_level(1)
+        // Compressing on the caller's thread keeps memory and bytes the same everywhere.
+        .compression_threads(0)
+        // A full-resolution sweep is 1.4 MB, so a chunk holds a few of them and the small messages between.
+        .chunk_size(Some(4 << 20))
+}
+
+fn metadata(meta: &RecordingMeta, mounting: &Mounting) -> mcap::records::Metadata {
+    let mut entries = BTreeMap::from([
+        ("robot".to_owned(), meta.robot.clone()),
+        ("origin".to_owned(), meta.origin.clone()),
+        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+    ]);
+    // `Debug` of an f64 is the shortest text that reads back to the same bits.
+    entries.extend(
+        mounting.standing_height.map(|height| ("standing_height_m".to_owned(), format!("{height:?}"))),
+    );
+    mcap::records::Metadata { name: "autoinspect".into(), metadata: entries }
+}
+
+/// Whether reading the ROS message gives this very sensor message back.
+fn ros_can_hold(sensor: &Sensor) -> bool {
+    Header::can_hold(sensor.stamp())
+        && match sensor {
+            Sensor::Scan(scan) => scan_is_plain(scan),
+            // A leg or external odometry keeps every number; so do IMU and battery.
+            _ => true,
+        }
+}
+
+fn scan_is_plain(scan: &Scan) -> bool {
+    let count = scan.xyz.len();
+    let full_or_empty = |length: usize| length == 0 || length == count;
+    full_or_empty(scan.intensity.len())
+        && full_or_empty(scan.offset_ns.len())
+        && full_or_empty(scan.ring.len())
+        && count <= (u32::MAX / 32) as usize
+        && scan.xyz.iter().all(|p| p.iter().all(|c| c.is_finite()) && *p != [0.0; 3])
+}
