@@ -5,3 +5,6 @@ mod walk;
 
 pub use digest::{Digest, Stepper, replay};
 pub use walk::Lockstep;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,172 @@
+//! Whole behaviour, closed loop: the stack sees sensors only; the truth is used to judge it.
+
+use crate::{Lockstep, Stepper, replay};
+use messages::{Command, Effect, Input, MappingState, MotionState, Order, Publication};
+use sim::{SimConfig, SiteName};
+use stack::Stack;
+use std::hash::{BuildHasher, RandomState};
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+
+const COLUMNS: u32 = 200;
+
+struct Scene {
+    lockstep: Lockstep,
+    commands: u128,
+    estimate: Pose,
+    motion: MotionState,
+    mapping: MappingState,
+    refusals: Vec<String>,
+    accepted: u32,
+    jobs: u32,
+}
+
+impl Scene {
+    fn new(keep_log: bool) -> Self {
+        let config = SimConfig { lidar_columns: COLUMNS, people: 0, ..SimConfig::new(SiteName::B1, 11) };
+        Self {
+            lockstep: Lockstep::new(config, Some(SessionId(Uuid::from_u128(1))), keep_log),
+            commands: 0,
+            estimate: Pose::IDENTITY,
+            motion: MotionState::Idle,
+            mapping: MappingState::Idle,
+            refusals: Vec::new(),
+            accepted: 0,
+            jobs: 0,
+        }
+    }
+
+    fn order(&mut self, by: u128, order: Order) {
+        self.commands += 1;
+        let id = CommandId(Uuid::from_u128(self.commands));
+        self.lockstep.give(Input::Command(Command { id, by: ClientId(Uuid::from_u128(by)), order }));
+    }
+
+    fn run(&mut self, seconds: f64) {
+        let until = self.lockstep.now() + Span::from_secs_f64(seconds);
+        let (estimate, motion, mapping) = (&mut self.estimate, &mut self.motion, &mut self.mapping);
+        let (refusals, accepted, jobs) = (&mut self.refusals, &mut self.accepted, &mut self.jobs);
+        self.lockstep.advance(until, &mut |_, effect| match effect {
+            Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            Effect::Publish(Publication::Mapping(now)) => *mapping = now.clone(),
+            Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
+            Effect::Answer { refused: None, .. } => *accepted += 1,
+            Effect::StartJob { .. } => *jobs += 1,
+            _ => {}
+        });
+    }
+
+    fn true_position(&mut self) -> Vec3 {
+        self.lockstep.simulator().truth().site_from_base.position
+    }
+}
+
+fn apart(a: Vec3, b: Vec3) -> f64 {
+    (a.x - b.x).hypot(a.y - b.y)
+}
+
+fn forward(speed: f64) -> Order {
+    Order::Teleoperate(Twist { linear: Vec3::new(speed, 0.0, 0.0), angular: Vec3::default() })
+}
+
+#[test]
+fn drives_by_hand_and_stops_half_a_second_after_the_last_word() {
+    let mut scene = Scene::new(false);
+    scene.run(3.0);
+    let start = scene.true_position();
+    for _ in 0..15 {
+        scene.order(1, forward(0.6));
+        scene.run(0.1);
+    }
+    let driven = scene.true_position();
+    assert!(apart(start, driven) > 0.4, "moved {} m", apart(start, driven));
+    scene.run(1.5);
+    let stopped = scene.true_position();
+    scene.run(1.0);
+    assert!(apart(stopped, scene.true_position()) < 0.02, "still walks");
+    assert_eq!(scene.motion, MotionState::Idle);
+}
+
+#[test]
+fn walks_to_a_point_and_knows_where_it_is() {
+    let mut scene = Scene::new(false);
+    scene.run(3.0);
+    let start = scene.true_position();
+    scene.order(1, Order::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.run(0.2);
+    assert!(matches!(scene.motion, MotionState::Walking { .. }), "{:?} {:?}", scene.motion, scene.refusals);
+    scene.run(14.0);
+    assert_eq!(scene.motion, MotionState::Idle, "arrived");
+    let moved = apart(start, scene.true_position());
+    let believed = scene.estimate.position.x.hypot(scene.estimate.position.y);
+    assert!((moved - believed).abs() < 0.05, "moved {moved} m, believed {believed} m");
+    assert!((believed - 3.04).abs() < 0.3, "believed {believed} m");
+}
+
+#[test]
+fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
+    let mut scene = Scene::new(false);
+    scene.run(3.0);
+    scene.order(1, Order::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.run(2.0);
+    scene.order(2, Order::StopMotion);
+    scene.run(1.0);
+    assert!(matches!(scene.motion, MotionState::Stopped { .. }));
+    scene.order(1, forward(0.5));
+    scene.order(2, Order::AllowMotion);
+    scene.run(0.5);
+    assert_eq!(scene.refusals.len(), 2, "{:?}", scene.refusals);
+    assert!(matches!(scene.motion, MotionState::Stopped { .. }), "2 does not hold the lease");
+    scene.order(1, Order::AllowMotion);
+    scene.run(0.2);
+    assert_eq!(scene.motion, MotionState::Idle);
+}
+
+#[test]
+fn a_repeated_command_is_answered_but_done_once() {
+    let mut scene = Scene::new(false);
+    scene.run(3.0);
+    let id = CommandId(Uuid::from_u128(77));
+    let finish = Order::FinishMapping { map: MapId(Uuid::from_u128(5)), name: "Hall".to_owned() };
+    let command = Command { id, by: ClientId(Uuid::from_u128(1)), order: finish };
+    for _ in 0..3 {
+        scene.lockstep.give(Input::Command(command.clone()));
+        scene.run(0.2);
+    }
+    assert_eq!((scene.accepted, scene.jobs), (3, 1));
+    assert_eq!(scene.mapping, MappingState::Idle, "saved");
+}
+
+/// A stack whose output depends on the process it runs in, as a forgotten hash map's would.
+struct Broken {
+    stack: Stack,
+    hasher: RandomState,
+}
+
+impl Stepper for Broken {
+    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
+        self.stack.step(at, input, effects);
+        if effects.len() > 1 && self.hasher.hash_one(at.nanos()) % 2 == 0 {
+            effects.reverse();
+        }
+    }
+}
+
+#[test]
+fn a_log_repeats_bit_for_bit_and_a_broken_stack_is_found_out() {
+    let mut scene = Scene::new(true);
+    scene.run(2.5);
+    scene.order(1, Order::WalkTo(Vec3::new(2.0, 0.3, 0.0)));
+    scene.run(2.5);
+    let live = scene.lockstep.digest().hex();
+    let log = scene.lockstep.log();
+    assert!(scene.lockstep.digest().effects() > 100);
+    assert_eq!(replay(log.iter().cloned(), &mut Stack::new()).hex(), live);
+
+    let mut broken = Broken { stack: Stack::new(), hasher: RandomState::new() };
+    assert_ne!(replay(log.iter().cloned(), &mut broken).hex(), live);
+    let lost =
+        log.iter().enumerate().filter(|(index, _)| *index != log.len() / 2).map(|(_, entry)| entry.clone());
+    assert_ne!(replay(lost, &mut Stack::new()).hex(), live, "a lost input must show");
+}
