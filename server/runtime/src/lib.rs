@@ -1,1 +1,29 @@
-//! (empty)
+//! The robot's core as a process: orders inputs, journals them, steps the stack, obeys it, and tells the gateway.
+//!
+//! | thread | does | waits for |
+//! | --- | --- | --- |
+//! | the link's own | sensors in, drive commands out | the robot's clock |
+//! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
+//! | `recorder` | writes every input before it can matter to anyone else | the loop |
+//! | `jobs` | saves maps, keeps keyframe clouds | the loop |
+//! | `publisher` | tiles, live scans, state for clients | the loop |
+//! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
+//!
+//! Nothing here makes the control loop wait for a disk, a client or a network. What may be lost, and how it is said,
+//! is written at each queue.
+
+mod board;
+mod clock;
+mod control_loop;
+mod convert;
+mod core;
+mod gateway_link;
+mod jobs;
+mod live_map;
+mod mailbox;
+mod platform;
+mod publisher;
+mod recording;
+
+pub use crate::core::{Core, CoreConfig, StartError};
+pub use recording::RecordingTarget;

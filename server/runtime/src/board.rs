@@ -1,0 +1,193 @@
+//! The latest state for clients, and what still has to go to the gateway.
+//!
+//! The queue to the gateway is bounded by what it holds, not by how fast the gateway is: of every kind of event that
+//! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices and tiles
+//! add up; when more than [`QUEUE_MAX`] wait, the gateway is stuck and the connection is dropped. It connects again and
+//! gets a snapshot.
+
+use api::{CommandOutcome, CoreMessage, Event, TilesChanged};
+use std::collections::VecDeque;
+use std::mem::{Discriminant, discriminant};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use vocab::{ClientId, CommandId};
+
+/// Messages that may wait for the gateway.
+const QUEUE_MAX: usize = 2_000;
+/// Notices that a new gateway is told.
+const NOTICES_KEPT: usize = 50;
+
+/// Shared by those who have news and the thread that writes to the gateway.
+#[derive(Default)]
+pub struct Board {
+    state: Mutex<State>,
+    changed: Condvar,
+    streams: AtomicU32,
+}
+
+#[derive(Default)]
+struct State {
+    snapshot: Snapshot,
+    /// Which connection the queue belongs to; none while no gateway is connected.
+    connection: Option<u64>,
+    connections: u64,
+    queue: VecDeque<CoreMessage>,
+}
+
+/// The latest of everything.
+#[derive(Default)]
+struct Snapshot {
+    /// One of each kind that replaces the last of its kind.
+    latest: Vec<Event>,
+    notices: VecDeque<Event>,
+    tiles: Vec<api::TileEntry>,
+}
+
+impl Board {
+    /// Puts up state for all clients.
+    pub fn set(&self, event: Event) {
+        let mut state = self.lock();
+        state.snapshot.keep(&event);
+        if state.connection.is_some() {
+            state.enqueue(CoreMessage::Event { to: None, event });
+            self.changed.notify_all();
+        }
+    }
+
+    /// Answers a command, to its maker only.
+    pub fn answer(&self, id: CommandId, to: ClientId, refused: Option<String>) {
+        let outcome = refused.map_or(CommandOutcome::Accepted, CommandOutcome::Refused);
+        self.push(CoreMessage::Event { to: Some(to), event: Event::CommandDone { id, outcome } });
+    }
+
+    /// Sends a message that belongs to no snapshot, if a gateway is connected.
+    pub fn push(&self, message: CoreMessage) {
+        let mut state = self.lock();
+        if state.connection.is_some() {
+            state.enqueue(message);
+            self.changed.notify_all();
+        }
+    }
+
+    /// Whether anybody wants live scans.
+    pub fn wants_scans(&self) -> bool {
+        self.streams.load(Ordering::Relaxed) > 0
+    }
+
+    /// How many want live scans.
+    pub fn set_streams(&self, streams: u32) {
+        self.streams.store(streams, Ordering::Relaxed);
+    }
+
+    /// A gateway has connected: it takes the place of any other, and a full snapshot waits for it.
+    pub fn connect(&self) -> u64 {
+        let mut state = self.lock();
+        state.connections += 1;
+        let connection = state.connections;
+        state.connection = Some(connection);
+        state.queue = state.snapshot.messages().collect();
+        state.queue.push_front(CoreMessage::Hello { version: api::VERSION });
+        self.set_streams(0);
+        self.changed.notify_all();
+        connection
+    }
+
+    /// That gateway has gone.
+    pub fn disconnect(&self, connection: u64) {
+        let mut state = self.lock();
+        if state.connection == Some(connection) {
+            state.connection = None;
+            state.queue = VecDeque::new();
+            self.set_streams(0);
+        }
+        self.changed.notify_all();
+    }
+
+    /// Waits for the next message to this connection; none when it has been replaced or dropped.
+    pub fn next(&self, connection: u64) -> Option<CoreMessage> {
+        let mut state = self.lock();
+        loop {
+            if state.connection != Some(connection) {
+                return None;
+            }
+            if let Some(message) = state.queue.pop_front() {
+                return Some(message);
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Plain data behind the lock: a thread that panicked while holding it left nothing half-done that matters.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn enqueue(&mut self, message: CoreMessage) {
+        let waiting = replaced_kind(&message)
+            .and_then(|kind| self.queue.iter_mut().find(|waiting| replaced_kind(waiting) == Some(kind)));
+        match waiting {
+            Some(waiting) => *waiting = message,
+            None => self.queue.push_back(message),
+        }
+        if self.queue.len() > QUEUE_MAX {
+            tracing::warn!("the gateway does not read; its connection is dropped");
+            self.connection = None;
+            self.queue = VecDeque::new();
+        }
+    }
+}
+
+/// What a message replaces when it is still waiting; none if it adds to those before.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Scan,
+    Event(Discriminant<Event>),
+}
+
+fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
+    match message {
+        CoreMessage::Scan { .. } => Some(Kind::Scan),
+        CoreMessage::Event { to: None, event } if replaces(event) => Some(Kind::Event(discriminant(event))),
+        CoreMessage::Event { .. } | CoreMessage::Hello { .. } => None,
+    }
+}
+
+fn replaces(event: &Event) -> bool {
+    !matches!(event, Event::Tiles(_) | Event::Notice(_) | Event::CommandDone { .. })
+}
+
+impl Snapshot {
+    fn keep(&mut self, event: &Event) {
+        match event {
+            Event::CommandDone { .. } => {}
+            Event::Notice(_) => {
+                if self.notices.len() == NOTICES_KEPT {
+                    self.notices.pop_front();
+                }
+                self.notices.push_back(event.clone());
+            }
+            Event::Tiles(changed) => {
+                if changed.reset {
+                    self.tiles.clear();
+                }
+                self.tiles.extend(&changed.added);
+            }
+            _ => match self.latest.iter_mut().find(|kept| discriminant(*kept) == discriminant(event)) {
+                Some(kept) => *kept = event.clone(),
+                None => self.latest.push(event.clone()),
+            },
+        }
+    }
+
+    fn messages(&self) -> impl Iterator<Item = CoreMessage> {
+        let tiles = Event::Tiles(TilesChanged { reset: true, added: self.tiles.clone() });
+        let events = self.latest.iter().cloned().chain([tiles]).chain(self.notices.iter().cloned());
+        events.map(|event| CoreMessage::Event { to: None, event })
+    }
+}
+
+#[cfg(test)]
+#[path = "board_tests.rs"]
+mod tests;

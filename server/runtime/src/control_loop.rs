@@ -1,0 +1,153 @@
+//! The control loop: everything that can happen becomes one ordered stream of inputs, each recorded and then stepped.
+//!
+//! Order is order of arrival here. Ticks lie on a 20 Hz grid of the robot's own clock, so that they too follow from
+//! what arrives. The loop reads the computer's clock only when the link has been silent for [`SILENCE`], to go on
+//! ticking: a robot whose sensors have died must still be told to stop.
+
+use crate::board::Board;
+use crate::clock::RobotClock;
+use crate::jobs::{Jobs, Work};
+use crate::mailbox::Mailbox;
+use crate::recording::RecorderQueue;
+use crossbeam_channel::{Receiver, select};
+use messages::{Command, Effect, Input, JobDone, Publication};
+use ports::{Arrival, News, RobotLink};
+use stack::Stack;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use vocab::{Span, Stamp};
+
+/// Time between ticks on the robot's clock.
+const TICK: Span = Span::from_millis(50);
+/// Longest gap in the robot's clock that is filled with ticks; a longer one is a step of the clock.
+const GAP_MAX: Span = Span::from_millis(2_000);
+/// After so long without an arrival, on this computer's clock, the loop ticks by itself.
+const SILENCE: Duration = Duration::from_millis(250);
+
+/// What the control loop listens to.
+pub struct Sources {
+    /// From the robot.
+    pub arrivals: Receiver<Arrival>,
+    /// From clients. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
+    pub commands: Receiver<Command>,
+    /// From the job thread.
+    pub finished: Receiver<JobDone>,
+    /// Disconnected when it is time to end.
+    pub stop: Receiver<()>,
+}
+
+/// What the control loop speaks to.
+pub struct ControlLoop {
+    pub link: Box<dyn RobotLink>,
+    pub recorder: RecorderQueue,
+    pub jobs: Jobs,
+    pub mailbox: Arc<Mailbox>,
+    pub board: Arc<Board>,
+    pub clock: Arc<RobotClock>,
+    pub stack: Stack,
+}
+
+impl ControlLoop {
+    /// Runs until told to stop. Returns the loop's parts by dropping them: the link stops its robot.
+    pub fn run(self, sources: &Sources) {
+        // The robot's clock begins with its first arrival; nothing can be stepped without an instant.
+        let first = select! {
+            recv(sources.arrivals) -> arrival => arrival.ok(),
+            recv(sources.stop) -> _ => None,
+        };
+        let Some(first) = first else {
+            return;
+        };
+        let mut running = Running { now: first.at, next_tick: first.at, effects: Vec::new(), parts: self };
+        let boot = running.parts.link.boot();
+        running.feed(Input::Boot(Box::new(boot)));
+        running.arrival(first);
+        running.run(sources);
+    }
+}
+
+struct Running {
+    parts: ControlLoop,
+    /// Instant of the last input.
+    now: Stamp,
+    next_tick: Stamp,
+    /// Kept for its memory.
+    effects: Vec<Effect>,
+}
+
+impl Running {
+    fn run(&mut self, sources: &Sources) {
+        let silent = crossbeam_channel::never();
+        let mut arrivals = &sources.arrivals;
+        loop {
+            let heard = Instant::now();
+            select! {
+                recv(arrivals) -> arrival => match arrival {
+                    Ok(arrival) => self.arrival(arrival),
+                    // The link has ended; commands and jobs go on, and so does time.
+                    Err(_) => arrivals = &silent,
+                },
+                recv(sources.commands) -> command => if let Ok(command) = command {
+                    self.feed(Input::Command(command));
+                },
+                recv(sources.finished) -> done => if let Ok(done) = done {
+                    self.feed(Input::JobDone(done));
+                },
+                recv(sources.stop) -> _ => return,
+                default(SILENCE) => self.tick_until(self.now + span(heard.elapsed())),
+            }
+        }
+    }
+
+    fn arrival(&mut self, arrival: Arrival) {
+        self.tick_until(arrival.at);
+        match arrival.news {
+            News::Sensor(sensor) => self.feed(Input::Sensor(sensor)),
+            News::Clock => {}
+            News::Ended(why) => self.parts.mailbox.notice(self.now, messages::Severity::Info, why),
+        }
+    }
+
+    /// Brings the clock to `at` (or leaves it, if `at` is past) with all ticks that lie on the way.
+    fn tick_until(&mut self, at: Stamp) {
+        if at - self.next_tick > GAP_MAX {
+            self.next_tick = at;
+        }
+        while self.next_tick <= at {
+            self.now = self.now.max(self.next_tick);
+            self.next_tick += TICK;
+            self.feed(Input::Tick);
+        }
+        self.now = self.now.max(at);
+    }
+
+    /// Records one input, steps the stack with it, and does what the stack wants done.
+    fn feed(&mut self, input: Input) {
+        self.parts.clock.set(self.now);
+        self.parts.recorder.record(self.now, &input);
+        self.parts.stack.step(self.now, input, &mut self.effects);
+        for effect in self.effects.drain(..) {
+            self.parts.obey(effect);
+        }
+    }
+}
+
+impl ControlLoop {
+    fn obey(&self, effect: Effect) {
+        match effect {
+            Effect::Drive(drive) => self.link.drive(drive),
+            Effect::StartJob { job, work } => self.jobs.start(Work::Job { job, work }),
+            Effect::Publish(publication) => {
+                if let Publication::Keyframe(keyframe) = &publication {
+                    self.jobs.start(Work::KeepCloud(keyframe.clone()));
+                }
+                self.mailbox.post(publication);
+            }
+            Effect::Answer { id, to, refused } => self.board.answer(id, to, refused),
+        }
+    }
+}
+
+fn span(duration: Duration) -> Span {
+    Span::from_nanos(i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX))
+}

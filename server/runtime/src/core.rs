@@ -1,0 +1,175 @@
+//! Puts the core together and takes it apart again in order.
+
+use crate::board::Board;
+use crate::clock::RobotClock;
+use crate::control_loop::{ControlLoop, Sources};
+use crate::gateway_link::GatewayLink;
+use crate::jobs::{Jobs, Worker};
+use crate::live_map::LiveMap;
+use crate::mailbox::Mailbox;
+use crate::platform::{BatteryForecast, PlatformProbe};
+use crate::publisher::Publisher;
+use crate::recording::{Recorder, RecorderQueue, RecordingTarget};
+use crossbeam_channel::{Receiver, Sender};
+use ports::RobotLink;
+use stack::Stack;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use store::{Store, StoreError};
+
+/// Commands that may wait for the control loop; beyond that the gateway's reader waits.
+const COMMANDS_MAX: usize = 64;
+
+/// What a core is made of.
+pub struct CoreConfig {
+    /// The robot.
+    pub link: Box<dyn RobotLink>,
+    /// Where maps and tiles go.
+    pub store: Arc<Store>,
+    /// Where inputs are recorded; `None` records nothing.
+    pub recording: Option<RecordingTarget>,
+    /// Where the gateway finds the core.
+    pub socket: PathBuf,
+}
+
+/// Why the core does not run.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The socket for the gateway cannot be opened.
+    #[error("could not listen for the gateway at {}", path.display())]
+    Socket {
+        /// Where.
+        path: PathBuf,
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+    /// A thread cannot be started.
+    #[error("could not start a thread")]
+    Thread(#[source] io::Error),
+    /// The saved maps cannot be listed.
+    #[error("could not list the saved maps")]
+    Maps(#[source] StoreError),
+}
+
+/// A running core. Dropping it ends it in order: the robot stops, what was queued is written, the socket closes.
+pub struct Core {
+    /// Dropping it tells the control loop to stop.
+    stop: Option<Sender<()>>,
+    ended: Receiver<()>,
+    mailbox: Arc<Mailbox>,
+    /// In the order in which they end.
+    control: Option<JoinHandle<()>>,
+    publisher: Option<JoinHandle<()>>,
+    worker: Option<JoinHandle<()>>,
+    recorder: Option<JoinHandle<()>>,
+    gateway: Option<GatewayLink>,
+}
+
+impl Core {
+    /// Starts all threads.
+    ///
+    /// # Errors
+    /// When the socket or a thread cannot be had.
+    pub fn start(config: CoreConfig) -> Result<Self, StartError> {
+        let CoreConfig { link, store, recording, socket } = config;
+        let (mailbox, board, clock) = (Arc::<Mailbox>::default(), Arc::<Board>::default(), Arc::default());
+        board.set(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
+
+        let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
+        let (finished_sender, finished) = crossbeam_channel::unbounded();
+        let (stop, stopped) = crossbeam_channel::bounded(0);
+        let (jobs, work) = Jobs::new(finished_sender.clone(), Arc::clone(&mailbox), Arc::clone(&clock));
+        let (queue, recorder) = recorder_thread(recording, &mailbox, &clock)?;
+        let worker = Worker {
+            store: Arc::clone(&store),
+            work,
+            finished: finished_sender,
+            board: Arc::clone(&board),
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+        };
+        let publisher = Publisher {
+            mailbox: Arc::clone(&mailbox),
+            board: Arc::clone(&board),
+            clock: Arc::clone(&clock),
+            jobs: jobs.clone(),
+            live_map: LiveMap::new(store.tiles()),
+            platform: PlatformProbe::new(link.boot().robot, link.site(), store.recordings()),
+            battery: BatteryForecast::default(),
+        };
+        let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
+        let gateway = GatewayLink::listen(&socket, Arc::clone(&board), command_sender)
+            .map_err(|source| StartError::Socket { path: socket, source })?;
+        let control = ControlLoop {
+            link,
+            recorder: queue,
+            jobs,
+            mailbox: Arc::clone(&mailbox),
+            board,
+            clock,
+            stack: Stack::new(),
+        };
+        let (alive, ended) = crossbeam_channel::bounded(0);
+        Ok(Self {
+            stop: Some(stop),
+            ended,
+            mailbox,
+            worker: Some(spawn("jobs", move || worker.run())?),
+            publisher: Some(spawn("publisher", move || publisher.run())?),
+            control: Some(spawn("core", move || {
+                let _alive: Sender<()> = alive;
+                control.run(&sources);
+            })?),
+            recorder,
+            gateway: Some(gateway),
+        })
+    }
+
+    /// Disconnected once the control loop has ended, which by itself it never does: then something is broken and the
+    /// process should end, to be started again.
+    pub fn ended(&self) -> Receiver<()> {
+        self.ended.clone()
+    }
+}
+
+impl Drop for Core {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        join(self.control.take());
+        self.mailbox.close();
+        join(self.publisher.take());
+        join(self.worker.take());
+        drop(self.gateway.take());
+        join(self.recorder.take());
+    }
+}
+
+fn recorder_thread(
+    recording: Option<RecordingTarget>,
+    mailbox: &Arc<Mailbox>,
+    clock: &Arc<RobotClock>,
+) -> Result<(RecorderQueue, Option<JoinHandle<()>>), StartError> {
+    let Some(target) = recording else {
+        return Ok((RecorderQueue::none(), None));
+    };
+    let (queue, recorder) = Recorder::new(target, Arc::clone(mailbox), Arc::clone(clock));
+    Ok((queue, Some(spawn("recorder", move || recorder.run())?)))
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, StartError> {
+    thread::Builder::new().name(name.to_owned()).spawn(run).map_err(StartError::Thread)
+}
+
+/// Waits for a thread's end. One that panicked has said so on standard error already.
+fn join(thread: Option<JoinHandle<()>>) {
+    if let Some(thread) = thread {
+        let _ = thread.join();
+    }
+}
+
+#[cfg(test)]
+#[path = "core_tests.rs"]
+mod tests;

@@ -1,0 +1,318 @@
+//! The whole core between a robot and a gateway that the test plays.
+
+use super::*;
+use crate::RecordingTarget;
+use api::{CommandOutcome, CoreMessage, Event, GatewayMessage};
+use messages::{BootRecord, Command, Drive, ImuSample, Input, Order, Sensor};
+use ports::{Arrival, Journal, JournalError, News};
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::Mutex;
+use std::time::Duration;
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, Span, Stamp};
+
+/// Far longer than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(30);
+const CLIENT: ClientId = ClientId(Uuid::from_u128(5));
+
+/// A robot that says what the test lets it say.
+struct FakeLink {
+    arrivals: Receiver<Arrival>,
+    drives: Arc<Mutex<Vec<Drive>>>,
+}
+
+impl RobotLink for FakeLink {
+    fn boot(&self) -> BootRecord {
+        BootRecord { robot: "Fake".to_owned(), ..BootRecord::default() }
+    }
+    fn arrivals(&self) -> Receiver<Arrival> {
+        self.arrivals.clone()
+    }
+    fn drive(&self, drive: Drive) {
+        self.drives.lock().expect("not poisoned").push(drive);
+    }
+}
+
+/// Hands every input to the test, and fails from the given one on.
+struct FakeJournal {
+    written: Sender<(Stamp, Input)>,
+    until: usize,
+}
+
+impl Journal for FakeJournal {
+    fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError> {
+        if self.until == 0 {
+            return Err(JournalError("the disk is full".into()));
+        }
+        self.until -= 1;
+        self.written.send((at, input.clone())).map_err(|error| JournalError(Box::new(error)))
+    }
+    fn finish(self: Box<Self>) -> Result<(), JournalError> {
+        Ok(())
+    }
+}
+
+/// A core with both ends in the test's hands.
+struct Bench {
+    core: Option<Core>,
+    robot: Sender<Arrival>,
+    written: Receiver<(Stamp, Input)>,
+    socket: PathBuf,
+    _dir: tempfile::TempDir,
+}
+
+fn bench(journal_until: usize) -> Bench {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Arc::new(Store::open(dir.path()).expect("store"));
+    let (robot, arrivals) = crossbeam_channel::bounded(100);
+    let (write, written) = crossbeam_channel::unbounded();
+    let socket = store.dir().core_socket();
+    let recording = RecordingTarget {
+        journal: Box::new(FakeJournal { written: write, until: journal_until }),
+        path: dir.path().join("recordings/now.mcap"),
+        recordings: store.recordings(),
+    };
+    let link = Box::new(FakeLink { arrivals, drives: Arc::default() });
+    let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone() };
+    Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, _dir: dir }
+}
+
+impl Bench {
+    fn at(millis: i64) -> Stamp {
+        Stamp::from_parts(1_000, 0) + Span::from_millis(millis)
+    }
+
+    fn clock(&self, millis: i64) {
+        let arrival = Arrival { at: Self::at(millis), news: News::Clock };
+        self.robot.send_timeout(arrival, PATIENCE).expect("the core listens");
+    }
+
+    fn imu(&self, millis: i64) {
+        let stamp = Self::at(millis);
+        let sample = ImuSample { stamp, ..ImuSample::default() };
+        let arrival = Arrival { at: stamp, news: News::Sensor(Sensor::Imu(sample)) };
+        self.robot.send_timeout(arrival, PATIENCE).expect("the core listens");
+    }
+
+    /// The next input that was recorded.
+    fn written(&self) -> (i64, Input) {
+        let (at, input) = self.written.recv_timeout(PATIENCE).expect("something is recorded");
+        ((at - Self::at(0)).nanos() / 1_000_000, input)
+    }
+
+    fn gateway(&self) -> FakeGateway {
+        let stream = UnixStream::connect(&self.socket).expect("connects");
+        stream.set_read_timeout(Some(PATIENCE)).expect("settable");
+        let mut gateway = FakeGateway { stream };
+        gateway.send(&GatewayMessage::Hello { version: api::VERSION });
+        gateway
+    }
+}
+
+struct FakeGateway {
+    stream: UnixStream,
+}
+
+impl FakeGateway {
+    fn send(&mut self, message: &GatewayMessage) {
+        let body = api::encode(message);
+        self.stream.write_all(&(body.len() as u32).to_le_bytes()).expect("written");
+        self.stream.write_all(&body).expect("written");
+    }
+
+    /// The next message; none at the end.
+    fn next(&mut self) -> Option<CoreMessage> {
+        let mut length = [0; 4];
+        self.stream.read_exact(&mut length).ok()?;
+        let mut body = vec![0; u32::from_le_bytes(length) as usize];
+        self.stream.read_exact(&mut body).ok()?;
+        Some(api::decode(&body).expect("a message"))
+    }
+
+    /// Reads until an event is what the test waits for.
+    fn event<T>(&mut self, wanted: impl Fn(&Option<ClientId>, &Event) -> Option<T>) -> T {
+        loop {
+            if let CoreMessage::Event { to, event } = self.next().expect("the core goes on")
+                && let Some(found) = wanted(&to, &event)
+            {
+                return found;
+            }
+        }
+    }
+
+    fn order(&mut self, id: u128, order: api::Order) {
+        self.send(&GatewayMessage::Command { id: CommandId(Uuid::from_u128(id)), by: CLIENT, order });
+    }
+}
+
+fn take_control() -> api::Order {
+    api::Order::TakeControl { name: "Ada".to_owned() }
+}
+
+#[test]
+fn every_input_is_recorded_once_in_the_order_of_the_robots_clock() {
+    let bench = bench(usize::MAX);
+    for millis in [0, 20, 130, 120] {
+        bench.imu(millis);
+    }
+    bench.clock(160);
+    let mut heard = Vec::new();
+    while heard.len() < 9 {
+        let (millis, input) = bench.written();
+        heard.push(match input {
+            Input::Boot(boot) => {
+                assert_eq!(boot.robot, "Fake");
+                (millis, "boot")
+            }
+            Input::Tick => (millis, "tick"),
+            Input::Sensor(_) => (millis, "imu"),
+            other => panic!("{other:?}"),
+        });
+    }
+    let expected = [
+        (0, "boot"),
+        (0, "tick"),
+        (0, "imu"),
+        (20, "imu"),
+        (50, "tick"),
+        (100, "tick"),
+        (130, "imu"),
+        // What comes late is stepped at the present, not in the past.
+        (130, "imu"),
+        (150, "tick"),
+    ];
+    assert_eq!(heard, expected);
+}
+
+#[test]
+fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    gateway.order(1, take_control());
+    let (to, outcome) = gateway.event(|to, event| match event {
+        Event::CommandDone { id, outcome } if id.0.as_u128() == 1 => Some((*to, outcome.clone())),
+        _ => None,
+    });
+    assert_eq!((to, outcome), (Some(CLIENT), CommandOutcome::Accepted));
+    let owner = gateway.event(|_, event| match event {
+        Event::Control(control) => Some(control.owner),
+        _ => None,
+    });
+    assert_eq!(owner, Some(CLIENT));
+    let recorded = loop {
+        if let (_, Input::Command(command)) = bench.written() {
+            break command;
+        }
+    };
+    let order = Order::TakeControl { name: "Ada".to_owned() };
+    assert_eq!(recorded, Command { id: CommandId(Uuid::from_u128(1)), by: CLIENT, order });
+}
+
+#[test]
+fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut first = bench.gateway();
+    first.order(1, take_control());
+    first.event(|_, event| matches!(event, Event::Control(control) if control.owner.is_some()).then_some(()));
+
+    let mut second = bench.gateway();
+    assert_eq!(second.next(), Some(CoreMessage::Hello { version: api::VERSION }));
+    let mut seen = Vec::new();
+    while !matches!(seen.last(), Some(Event::Tiles(_))) {
+        seen.push(second.event(|_, event| Some(event.clone())));
+    }
+    let has = |wanted: fn(&Event) -> bool| seen.iter().any(wanted);
+    assert!(has(|event| matches!(event, Event::Maps(maps) if maps.is_empty())), "{seen:?}");
+    assert!(has(|event| matches!(event, Event::Graph(graph) if graph.nodes.is_empty())), "{seen:?}");
+    assert!(
+        has(|event| matches!(event, Event::Control(control) if control.owner == Some(CLIENT))),
+        "{seen:?}"
+    );
+    assert!(has(|event| matches!(event, Event::Tiles(tiles) if tiles.reset)), "{seen:?}");
+    while first.next().is_some() {}
+    second.order(2, api::Order::ReleaseControl);
+    second.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
+}
+
+#[test]
+fn a_gateway_that_speaks_nonsense_or_another_version_is_dropped_and_the_core_goes_on() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    for bytes in [&b"\xff\xff\xff\xffnonsense"[..], &b"\x02\x00\x00\x00\xff\xff"[..]] {
+        let mut gateway = bench.gateway();
+        gateway.stream.write_all(bytes).expect("written");
+        while gateway.next().is_some() {}
+    }
+    let mut gateway = bench.gateway();
+    gateway.send(&GatewayMessage::Hello { version: api::VERSION + 1 });
+    while gateway.next().is_some() {}
+
+    let mut gateway = bench.gateway();
+    gateway.order(1, take_control());
+    gateway.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
+}
+
+#[test]
+fn a_gateway_that_never_reads_delays_nothing() {
+    let bench = bench(usize::MAX);
+    let _deaf = bench.gateway();
+    // 1,000 seconds of robot time, with some 20,000 ticks and everything that is said meanwhile.
+    for second in 0..1_000 {
+        bench.clock(1_000 * second);
+    }
+    let last = loop {
+        let (millis, _) = bench.written();
+        if millis >= 999_000 {
+            break millis;
+        }
+    };
+    assert_eq!(last, 999_000);
+}
+
+#[test]
+fn a_disk_that_fails_is_announced_and_the_robot_goes_on() {
+    let bench = bench(3);
+    let mut gateway = bench.gateway();
+    for millis in 0..100 {
+        bench.clock(100 * millis);
+    }
+    let text = gateway.event(|_, event| match event {
+        Event::Notice(notice) if notice.text.contains("disk is full") => Some(notice.text.clone()),
+        _ => None,
+    });
+    assert!(text.contains("Recording stopped"), "{text}");
+    gateway.order(1, take_control());
+    gateway.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
+}
+
+#[test]
+fn time_goes_on_for_the_stack_when_the_robot_falls_silent() {
+    let bench = bench(usize::MAX);
+    bench.imu(0);
+    let mut last = i64::MIN;
+    let mut ticks = 0;
+    while ticks < 10 {
+        let (millis, input) = bench.written();
+        assert!(millis >= last);
+        last = millis;
+        ticks += i32::from(matches!(input, Input::Tick));
+    }
+    assert!(last >= 450, "{last}");
+}
+
+#[test]
+fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
+    let mut bench = bench(usize::MAX);
+    for millis in 0..50 {
+        bench.imu(millis);
+    }
+    // What the core has taken must be on disk when it has ended; the rest of the queue was never its.
+    drop(bench.core.take());
+    let taken = 50 - bench.robot.len();
+    let recorded = bench.written.try_iter().filter(|(_, input)| matches!(input, Input::Sensor(_))).count();
+    assert_eq!(recorded, taken);
+    assert!(!bench.socket.exists());
+}

@@ -1,0 +1,154 @@
+//! Work that is too long for the control loop, on one thread, in the order in which it was started.
+//!
+//! One thread because the order matters: a map is saved after the clouds of all its keyframes are on disk, and tiles
+//! are forgotten when nothing is being saved.
+
+use crate::board::Board;
+use crate::clock::RobotClock;
+use crate::mailbox::Mailbox;
+use crate::recording::sentence;
+use api::TileHash;
+use crossbeam_channel::{Receiver, Sender, TrySendError};
+use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, Severity};
+use std::sync::Arc;
+use store::Store;
+use vocab::SessionId;
+
+/// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
+const QUEUE_MAX: usize = 256;
+
+/// Something to do.
+pub enum Work {
+    /// What the stack asked for.
+    Job {
+        /// The stack's number.
+        job: u64,
+        /// What it asked for.
+        work: Job,
+    },
+    /// Keep the cloud of a keyframe.
+    KeepCloud(Keyframe),
+    /// A session has ended: its clouds and tiles are not needed unless a map holds them.
+    Forget {
+        /// Which session.
+        session: SessionId,
+        /// Its tiles.
+        tiles: Vec<TileHash>,
+    },
+}
+
+/// Where work is handed in. Never blocks: what finds the queue full is not done, and that is said.
+#[derive(Clone)]
+pub struct Jobs {
+    sender: Sender<Work>,
+    /// To tell the stack at once that a job was not done. Unbounded: the stack starts few.
+    finished: Sender<JobDone>,
+    mailbox: Arc<Mailbox>,
+    clock: Arc<RobotClock>,
+}
+
+impl Jobs {
+    /// Both ends of the queue.
+    pub fn new(
+        finished: Sender<JobDone>,
+        mailbox: Arc<Mailbox>,
+        clock: Arc<RobotClock>,
+    ) -> (Self, Receiver<Work>) {
+        let (sender, receiver) = crossbeam_channel::bounded(QUEUE_MAX);
+        (Self { sender, finished, mailbox, clock }, receiver)
+    }
+
+    /// Hands in work.
+    pub fn start(&self, work: Work) {
+        match self.sender.try_send(work) {
+            Err(TrySendError::Full(work)) => self.refuse(work),
+            // The job thread has ended, which it does only after the control loop.
+            Err(TrySendError::Disconnected(_)) | Ok(()) => {}
+        }
+    }
+
+    fn refuse(&self, work: Work) {
+        match work {
+            Work::Job { job, work: Job::SaveMap(map) } => {
+                let reason = "the disk is too slow; wait a minute and save again".to_owned();
+                let result = JobResult::MapNotSaved { map: map.map, reason };
+                // The receiver lives as long as the control loop, which is the caller.
+                let _ = self.finished.send(JobDone { job, result });
+            }
+            Work::KeepCloud(keyframe) => {
+                let text = format!(
+                    "The disk is too slow: the cloud of keyframe {} will be missing from the saved map.",
+                    keyframe.id.0
+                );
+                self.mailbox.notice(self.clock.now(), Severity::Error, text);
+            }
+            // The files stay until the store is next opened.
+            Work::Forget { .. } => {}
+        }
+    }
+}
+
+/// The thread that does the work.
+pub struct Worker {
+    pub store: Arc<Store>,
+    pub work: Receiver<Work>,
+    pub finished: Sender<JobDone>,
+    pub board: Arc<Board>,
+    pub mailbox: Arc<Mailbox>,
+    pub clock: Arc<RobotClock>,
+}
+
+impl Worker {
+    /// Works until nobody can hand in more. Work handed in before that is done first.
+    pub fn run(self) {
+        for work in &self.work {
+            match work {
+                Work::Job { job, work: Job::SaveMap(map) } => {
+                    let done = JobDone { job, result: self.save(&map) };
+                    // The control loop may have ended already; the map is saved all the same.
+                    let _ = self.finished.send(done);
+                }
+                Work::KeepCloud(keyframe) => self.keep_cloud(&keyframe),
+                Work::Forget { session, tiles } => self.forget(session, &tiles),
+            }
+        }
+    }
+
+    fn save(&self, map: &FinishedMap) -> JobResult {
+        match self.store.save_map(map) {
+            Ok(report) => {
+                self.list_maps();
+                JobResult::MapSaved { map: map.map, bytes: report.summary.bytes }
+            }
+            Err(error) => {
+                tracing::error!("map {} was not saved: {}", map.map, sentence(&error));
+                JobResult::MapNotSaved { map: map.map, reason: sentence(&error) }
+            }
+        }
+    }
+
+    fn list_maps(&self) {
+        match self.store.maps() {
+            Ok(maps) => self.board.set(api::Event::Maps(maps)),
+            Err(error) => tracing::error!("{}", sentence(&error)),
+        }
+    }
+
+    fn keep_cloud(&self, keyframe: &Keyframe) {
+        if let Err(error) = self.store.keep_cloud(keyframe.session, keyframe.id, &keyframe.cloud) {
+            let text = format!(
+                "The cloud of keyframe {} will be missing from the saved map: {}.",
+                keyframe.id.0,
+                sentence(&error)
+            );
+            self.mailbox.notice(self.clock.now(), Severity::Error, text);
+        }
+    }
+
+    fn forget(&self, session: SessionId, tiles: &[TileHash]) {
+        let forgotten = self.store.discard_session(session).and_then(|()| self.store.forget_tiles(tiles));
+        if let Err(error) = forgotten {
+            tracing::warn!("files of session {session} are left over: {}", sentence(&error));
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! What the stack says, made into what clients hear. Runs on its own thread, so that encoding never delays the robot.
+
+use crate::board::Board;
+use crate::clock::RobotClock;
+use crate::convert;
+use crate::jobs::{Jobs, Work};
+use crate::live_map::LiveMap;
+use crate::mailbox::Mailbox;
+use crate::platform::{BatteryForecast, PlatformProbe};
+use crate::recording::sentence;
+use api::{CoreMessage, Event, Graph, TilesChanged};
+use messages::{CorrectedScan, Estimate, Keyframe, Publication, Severity};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Shortest time between estimates to clients: 20 Hz.
+const ESTIMATE_EVERY: Duration = Duration::from_millis(50);
+/// Time between reports about the server itself.
+const PLATFORM_EVERY: Duration = Duration::from_secs(1);
+/// Step of a live scan's lattice, metres.
+const SCAN_RESOLUTION: f32 = 0.01;
+
+/// The publisher's parts.
+pub struct Publisher {
+    pub mailbox: Arc<Mailbox>,
+    pub board: Arc<Board>,
+    pub clock: Arc<RobotClock>,
+    pub jobs: Jobs,
+    pub live_map: LiveMap,
+    pub platform: PlatformProbe,
+    pub battery: BatteryForecast,
+}
+
+impl Publisher {
+    /// Publishes until the mailbox is closed.
+    pub fn run(mut self) {
+        self.board.set(Event::Graph(Graph::default()));
+        let mut estimate: Option<Estimate> = None;
+        let mut estimate_at = Instant::now();
+        let mut platform_at = Instant::now();
+        loop {
+            let deadline = if estimate.is_some() { platform_at.min(estimate_at) } else { platform_at };
+            let mail = self.mailbox.wait(deadline);
+            for publication in mail.ordered {
+                self.publish(publication);
+            }
+            if let Some(scan) = mail.scan.filter(|_| self.board.wants_scans()) {
+                self.board.push(encoded(&scan));
+            }
+            estimate = mail.estimate.or(estimate);
+            let now = Instant::now();
+            if now >= estimate_at
+                && let Some(estimate) = estimate.take()
+            {
+                self.board.set(Event::Estimate(convert::estimate(&estimate)));
+                estimate_at = now + ESTIMATE_EVERY;
+            }
+            if now >= platform_at {
+                self.board.set(Event::Platform(self.platform.read(self.clock.now())));
+                platform_at = now + PLATFORM_EVERY;
+            }
+            if mail.closed {
+                return;
+            }
+        }
+    }
+
+    fn publish(&mut self, publication: Publication) {
+        match publication {
+            Publication::Keyframe(keyframe) => self.keyframe(&keyframe),
+            Publication::Graph(graph) => {
+                self.board.set(Event::Graph(convert::graph(&graph, self.live_map.session())));
+            }
+            Publication::Mapping(state) => {
+                self.follow(&state);
+                self.board.set(Event::Mapping(convert::mapping(&state)));
+            }
+            Publication::Battery(state) => self.board.set(Event::Battery(self.battery.look(&state))),
+            other => {
+                if let Some(event) = convert::event(other) {
+                    self.board.set(event);
+                }
+            }
+        }
+    }
+
+    /// Clears the live map when its session has ended.
+    fn follow(&mut self, state: &messages::MappingState) {
+        let before = self.live_map.session();
+        if let Some((session, tiles)) = self.live_map.follow(state) {
+            self.jobs.start(Work::Forget { session, tiles });
+        }
+        if self.live_map.session() != before {
+            self.board.set(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
+            self.board.set(Event::Graph(Graph { session: self.live_map.session(), ..Graph::default() }));
+        }
+    }
+
+    fn keyframe(&mut self, keyframe: &Keyframe) {
+        match self.live_map.add(keyframe) {
+            Ok(tiles) => self.board.set(tiles),
+            Err(error) => {
+                let text = format!("A part of the live map cannot be shown: {}.", sentence(&error));
+                self.mailbox.notice(self.clock.now(), Severity::Warning, text);
+            }
+        }
+    }
+}
+
+fn encoded(scan: &CorrectedScan) -> CoreMessage {
+    CoreMessage::Scan {
+        stamp: scan.stamp,
+        map_from_base: scan.map_from_base,
+        points: map_codec::encode_scan(&scan.cloud.xyz, &scan.cloud.intensity, SCAN_RESOLUTION),
+    }
+}
