@@ -11,7 +11,7 @@ use crate::robot::{self, RobotState};
 use crate::select::{Candidate, Chosen, choose};
 use crate::targets::{Targets, attachment};
 use crate::tiles::{AnchorId, Cloud, PointBlock, TileId, WHOLE_MAP};
-use crate::uniforms::{Globals, PIECE_STRIDE, Piece, unit_range};
+use crate::uniforms::{Globals, PIECE_STRIDE, Piece, RADIUS_MIN_PX, radius_px, unit_range};
 use crate::view::{ColourBy, Palette, View};
 use frame::buffer_with;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec4};
@@ -74,6 +74,8 @@ struct Item<'a> {
     vertices: &'a wgpu::Buffer,
     count: u32,
     solid: bool,
+    /// Greatest radius of its points, pixels.
+    radius: f32,
 }
 
 impl Renderer {
@@ -223,18 +225,17 @@ impl Renderer {
         if !self.needs_redraw(view) {
             return;
         }
-        let size = view.viewport_px.map(|px| px.clamp(1, self.device.limits().max_texture_dimension_2d));
-        let view = View { viewport_px: size, ..*view };
+        let asked = *view;
+        let view = view.as_drawn(self.device.limits().max_texture_dimension_2d);
+        let size = view.viewport_px;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             let layouts = (&self.pipelines.picture_layout, &self.pipelines.present_layout);
             self.targets = Some(Targets::new(&self.device, size, layouts.0, layouts.1));
         }
         self.rebuild_overlay(&view.palette);
         let eye = Eye::new(view.camera, size);
-        let globals = Globals::new(&view, &eye);
-        self.queue.write_buffer(&self.globals.buffer, 0, bytemuck::bytes_of(&globals));
         self.draw(encoder, &view, &eye);
-        self.finished_view = Some(view);
+        self.finished_view = Some(asked);
     }
 
     /// Copies the picture into the viewport of the caller's pass. Draws nothing before the first [`Self::prepare`].

@@ -34,7 +34,11 @@ impl Targets {
         present: &wgpu::BindGroupLayout,
     ) -> Self {
         let finished = texture(device, "scene: finished", size, FORMAT);
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor::default());
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..wgpu::SamplerDescriptor::default()
+        });
         let finished_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scene: finished"),
             layout: present,

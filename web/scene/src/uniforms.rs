@@ -6,9 +6,15 @@ use crate::view::{Colour, ColourBy, View};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
 
-/// Largest radius to which a point grows, pixels. The fill passes read this many pixels to each side at most, and
-/// packing leaves room for it.
-pub(crate) const RADIUS_MAX_PX: f32 = 9.0;
+/// Largest radius to which a point grows, pixels. The fill passes read this many pixels to each side at most; packing
+/// has room for just under 16.
+pub(crate) const RADIUS_MAX_PX: f32 = 14.0;
+/// Least radius, pixels: the eight neighbours are reached, or a spacing of just over a pixel would leave a lattice of
+/// holes.
+pub(crate) const RADIUS_MIN_PX: f32 = 1.45;
+/// Radius of a point in halves of its spacing. A square's corner is 1.4 half edges away; a little more closes surfaces
+/// seen obliquely.
+const RADIUS_PER_HALF_SPACING: f32 = 1.6;
 
 /// `Globals` of common.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -17,11 +23,11 @@ pub(crate) struct Globals {
     clip_from_relative: Mat4,
     /// Eye in the map (metres), pixels a metre spans at one metre.
     eye: Vec4,
-    /// Width, height, physical pixels a point, largest radius of a point.
+    /// Width, height, physical pixels a point, largest radius of a point in this frame.
     viewport: Vec4,
     /// Floor, ceiling, ends of the height ramp, metres.
     heights: Vec4,
-    /// Point size, strength of eye-dome lighting, colour mode, height of the grid (metres).
+    /// Radius of a point relative to half its spacing, strength of eye-dome lighting, colour mode, height of the grid (metres).
     style: Vec4,
     /// Half the extent of the grid (metres), its spacing (metres), 0, 0.
     grid_shape: Vec4,
@@ -34,7 +40,8 @@ pub(crate) struct Globals {
 }
 
 impl Globals {
-    pub(crate) fn new(view: &View, eye: &Eye) -> Self {
+    /// `radius_max`: of all points of this frame, pixels; see [`radius_px`].
+    pub(crate) fn new(view: &View, eye: &Eye, radius_max: f32) -> Self {
         let options = &view.options;
         let position = eye.position().as_vec3();
         let [width, height] = view.viewport_px.map(|px| px as f32);
@@ -45,13 +52,17 @@ impl Globals {
             ColourBy::Age => 2.0,
             ColourBy::Plain => 3.0,
         };
-        let radius_max = (options.point_size * RADIUS_MAX_PX).clamp(1.0, RADIUS_MAX_PX);
         Self {
             clip_from_relative: eye.clip_from_relative(),
             eye: position.extend(eye.focal_px() as f32),
             viewport: Vec4::new(width, height, view.pixels_per_point, radius_max),
             heights: Vec4::new(options.floor, options.ceiling, low, (high - low).max(1e-3)),
-            style: Vec4::new(options.point_size, options.edl, mode, options.grid_height),
+            style: Vec4::new(
+                options.point_size * RADIUS_PER_HALF_SPACING,
+                options.edl,
+                mode,
+                options.grid_height,
+            ),
             grid_shape: grid_shape(view.camera.distance),
             ground_top: unit_range(view.palette.ground_top),
             ground_bottom: unit_range(view.palette.ground_bottom),
@@ -88,4 +99,12 @@ pub(crate) fn unit_range(colour: Colour) -> Vec4 {
 fn grid_shape(distance: f64) -> Vec4 {
     let spacing = (distance / 12.0).max(1.0).log10().floor();
     Vec4::new((distance * 3.0) as f32, 10_f64.powf(spacing) as f32, 0.0, 0.0)
+}
+
+/// Radius to which points `spacing` apart (metres) grow at a depth (metres).
+pub(crate) fn radius_px(view: &View, eye: &Eye, spacing: f32, depth: f64) -> f32 {
+    let scale = 0.5 * spacing * RADIUS_PER_HALF_SPACING * view.options.point_size;
+    let radius = scale * (eye.focal_px() / depth.max(Eye::NEAR)) as f32;
+    // Not `clamp`: a point size that is not a number means the least.
+    radius.min(RADIUS_MAX_PX).max(RADIUS_MIN_PX)
 }

@@ -21,6 +21,17 @@ pub struct View {
     pub palette: Palette,
 }
 
+impl View {
+    /// The same view as it is drawn: at its resolution, within a texture's limits.
+    pub(crate) fn as_drawn(&self, side_max_px: u32) -> Self {
+        let wanted = self.options.resolution;
+        let scale = if wanted.is_nan() { 1.0 } else { wanted.clamp(0.25, 1.0) };
+        let side = |px: u32| ((px as f32 * scale).round() as u32).clamp(1, side_max_px.max(1));
+        let pixels_per_point = self.pixels_per_point * scale;
+        Self { viewport_px: self.viewport_px.map(side), pixels_per_point, ..*self }
+    }
+}
+
 /// What decides the colour of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColourBy {
@@ -62,6 +73,8 @@ pub struct Options {
     pub point_budget: u32,
     /// Whether the current scan is drawn.
     pub live_scan: bool,
+    /// Pixels drawn for each pixel shown, along each side, between 0.25 and 1; less is quicker. See [`crate::Pace`].
+    pub resolution: f32,
 }
 
 impl Default for Options {
@@ -79,6 +92,7 @@ impl Default for Options {
             grid_height: 0.0,
             point_budget: 1_500_000,
             live_scan: true,
+            resolution: 1.0,
         }
     }
 }

@@ -8,6 +8,9 @@ impl Renderer {
         let chosen = choose(&self.candidates(), eye, view.options.point_budget);
         let items = self.items(&chosen, view, eye);
         let points = items.iter().filter(|item| !item.solid).map(|item| item.count).sum();
+        let radius_max = items.iter().map(|item| item.radius).fold(RADIUS_MIN_PX, f32::max);
+        let globals = Globals::new(view, eye, radius_max);
+        self.queue.write_buffer(&self.globals.buffer, 0, bytemuck::bytes_of(&globals));
         let points_held = self.tiles.values().map(|tile| tile.cloud.points.len() as u64).sum();
         let pieces: Vec<Piece> = items.iter().map(|item| item.piece).collect();
         let grown =
@@ -64,6 +67,7 @@ impl Renderer {
                 vertices: &self.robot_model,
                 count: self.robot_corners,
                 solid: true,
+                radius: 0.0,
             }
         });
         tiles.chain(live).chain(robot).collect()
@@ -163,7 +167,10 @@ impl Tile {
             ColourBy::Age => ((self.cloud.stamp - oldest) / (newest - oldest).max(1e-3)).clamp(0.0, 1.0),
             ColourBy::Height | ColourBy::Intensity | ColourBy::Plain => 0.0,
         };
+        let centre = map_from_anchor.transform_point3(self.cloud.centre);
+        let nearest = eye.depth(centre) - self.cloud.radius;
         Item {
+            radius: radius_px(view, eye, spacing, nearest),
             piece: Piece {
                 relative_from_local: self.cloud.relative_from_lattice(map_from_anchor, eye.position()),
                 kind: Vec4::new(0.5 * spacing, age as f32, live_share, 1.0),

@@ -6,6 +6,8 @@ struct Point {
     @location(1) @interpolate(flat) depth: vec4<f32>,
 }
 
+const RADIUS_MIN: f32 = 1.45;
+
 @vertex
 fn vs_points(@location(0) point: vec4<u32>) -> Point {
     let relative = piece.relative_from_local * vec4<f32>(vec3<f32>(point.xyz), 1.0);
@@ -17,10 +19,9 @@ fn vs_points(@location(0) point: vec4<u32>) -> Point {
         out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
     }
     let depth = max(out.clip.w, 0.001);
-    // A square's corner is 1.4 half edges away; a little more closes surfaces seen obliquely. At least the eight
-    // neighbours are reached, or a spacing of just over a pixel would leave a lattice of holes.
-    let radius = 1.6 * piece.kind.x * globals.eye.w / depth * globals.style.x;
-    out.depth = pack_depth(log_depth(depth), clamp(radius, 1.45, max(globals.viewport.w, 1.45)));
+    // As `radius_px` in uniforms.rs.
+    let radius = piece.kind.x * globals.eye.w / depth * globals.style.x;
+    out.depth = pack_depth(log_depth(depth), clamp(radius, RADIUS_MIN, globals.viewport.w));
     out.colour = vec4<f32>(mix(point_colour(height, f32(point.w & 255u) / 255.0), globals.live.rgb, piece.kind.z), 1.0);
     return out;
 }

@@ -12,17 +12,12 @@ fn in_front(pixel: vec2<i32>, offset: vec2<f32>, depth: f32) -> f32 {
     return clamp((depth - neighbour) * DEPTH_OCTAVES, 0.0, 0.35);
 }
 
-fn occlusion(pixel: vec2<i32>, depth: f32, radius: f32) -> f32 {
-    let diagonal = radius * 0.7071;
-    var sum = in_front(pixel, vec2<f32>(radius, 0.0), depth);
-    sum += in_front(pixel, vec2<f32>(-radius, 0.0), depth);
-    sum += in_front(pixel, vec2<f32>(0.0, radius), depth);
-    sum += in_front(pixel, vec2<f32>(0.0, -radius), depth);
-    sum += in_front(pixel, vec2<f32>(diagonal, diagonal), depth);
-    sum += in_front(pixel, vec2<f32>(-diagonal, diagonal), depth);
-    sum += in_front(pixel, vec2<f32>(diagonal, -diagonal), depth);
-    sum += in_front(pixel, vec2<f32>(-diagonal, -diagonal), depth);
-    return sum / 8.0;
+// Four neighbours: `along` and those a quarter turn from it.
+fn occlusion(pixel: vec2<i32>, depth: f32, along: vec2<f32>) -> f32 {
+    let turned = vec2<f32>(-along.y, along.x);
+    let sum = in_front(pixel, along, depth) + in_front(pixel, -along, depth)
+        + in_front(pixel, turned, depth) + in_front(pixel, -turned, depth);
+    return sum * 0.25;
 }
 
 @fragment
@@ -33,9 +28,13 @@ fn fs_shade(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     if depth > 0.9999995 {
         return vec4<f32>(ground, 1.0);
     }
-    let fine = occlusion(pixel, depth, 1.3 * globals.viewport.z);
-    let broad = occlusion(pixel, depth, 4.0 * globals.viewport.z);
-    let light = exp(-globals.style.y * (9.0 * fine + 4.0 * broad));
-    let colour = textureLoad(picture_colour, pixel, 0).rgb * max(light, 0.12);
+    var light = 1.0;
+    if globals.style.y > 0.0 {
+        // Edges from the nearest neighbours, soft shadows from those farther away.
+        let fine = occlusion(pixel, depth, vec2<f32>(1.3 * globals.viewport.z, 0.0));
+        let broad = occlusion(pixel, depth, vec2<f32>(2.8 * globals.viewport.z));
+        light = max(exp(-globals.style.y * (9.0 * fine + 4.0 * broad)), 0.12);
+    }
+    let colour = textureLoad(picture_colour, pixel, 0).rgb * light;
     return vec4<f32>(colour, 1.0);
 }

@@ -2,6 +2,7 @@
 
 mod camera;
 mod drawing;
+mod pace;
 mod picking;
 mod selection;
 mod shaders;
