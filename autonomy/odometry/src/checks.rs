@@ -68,3 +68,44 @@ pub fn clocks_apart(imu_ahead: Span) -> Finding {
         remedy: "Synchronise both sensors to one clock (PTP or the host's), then start again.".into(),
     }
 }
+
+/// The IMU reached the end of its range.
+pub fn saturated() -> Finding {
+    Finding {
+        kind: FindingKind::ImuSaturated,
+        severity: Severity::Warning,
+        what: "The IMU reads the same extreme value again and again: the motion exceeds its range.".into(),
+        remedy: "Set a larger range in the IMU's driver, or mount it on dampers away from impacts.".into(),
+    }
+}
+
+/// A source that spoke, or was expected to, does not.
+pub fn silent(source: &str, remedy: &str) -> Finding {
+    Finding {
+        kind: FindingKind::SourceSilent,
+        severity: Severity::Warning,
+        what: format!("The {source} is silent; the other sources carry on without it."),
+        remedy: remedy.into(),
+    }
+}
+
+/// The scans do not say when each point was measured.
+pub fn missing_times() -> Finding {
+    Finding {
+        kind: FindingKind::MissingPointTimes,
+        severity: Severity::Warning,
+        what: "The scans do not say when each point was measured, so motion during the sweep cannot be taken out."
+            .into(),
+        remedy: "Switch on per-point times in the LiDAR's driver, unless the scans are corrected already.".into(),
+    }
+}
+
+/// Stamps of a source went backwards or repeated.
+pub fn backwards(source: &str) -> Finding {
+    Finding {
+        kind: FindingKind::StampsBackwards,
+        severity: Severity::Warning,
+        what: format!("Stamps of the {source} went backwards or repeated; those messages are ignored."),
+        remedy: "Check the clock of the sensor and that the recording is in order of time.".into(),
+    }
+}

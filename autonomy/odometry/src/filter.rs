@@ -105,6 +105,16 @@ impl Filter {
         squared
     }
 
+    /// Forgets all about the gyroscope's bias and starts anew at a value with that standard deviation, rad/s.
+    pub fn replace_gyro_bias(&mut self, bias: Vector3, deviation: f64) {
+        self.state.gyro_bias = bias;
+        self.covariance.fixed_rows_mut::<3>(GYRO_BIAS).fill(0.0);
+        self.covariance.fixed_columns_mut::<3>(GYRO_BIAS).fill(0.0);
+        for index in GYRO_BIAS..GYRO_BIAS + 3 {
+            self.covariance[(index, index)] = deviation * deviation;
+        }
+    }
+
     fn symmetrise(&mut self) {
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
         // Rounding must not make a variance negative where a scan said everything.

@@ -13,7 +13,13 @@ pub struct ImuReading {
     pub gyro: Vector3,
     /// Specific force (what an accelerometer reads, upwards at rest), m/s².
     pub specific_force: Vector3,
+    /// Whether an axis is at the end of its range.
+    pub saturated: bool,
 }
+
+/// Larger readings than these, repeated to the last bit, are the end of the range: rad/s and m/s².
+const GYRO_LARGE: f64 = 2.0;
+const ACCEL_LARGE: f64 = 18.0;
 
 /// A hole between readings longer than this is not bridged.
 const HOLE: Span = Span::from_millis(60);
@@ -26,12 +32,23 @@ pub struct ImuQueue {
 
 impl ImuQueue {
     /// Appends; says whether the reading was newer than all before.
-    pub fn push(&mut self, reading: ImuReading) -> bool {
+    pub fn push(&mut self, mut reading: ImuReading) -> bool {
         let newer = self.readings.back().is_none_or(|last| reading.stamp > last.stamp);
         if newer {
+            if let Some(last) = self.readings.back_mut() {
+                // Noise never repeats to the last bit, a limit does.
+                reading.saturated = repeats(&last.gyro, &reading.gyro, GYRO_LARGE)
+                    || repeats(&last.specific_force, &reading.specific_force, ACCEL_LARGE);
+                last.saturated |= reading.saturated;
+            }
             self.readings.push_back(reading);
         }
         newer
+    }
+
+    /// Whether the newest reading is at the end of its range.
+    pub fn saturated(&self) -> bool {
+        self.readings.back().is_some_and(|reading| reading.saturated)
     }
 
     /// Newest stamp.
@@ -69,27 +86,34 @@ impl ImuQueue {
     /// Mean turn rate and specific force between two instants that have no reading strictly between them, by
     /// linear interpolation; after the last reading or before the first that one is held for a short while. `None` in a
     /// hole.
-    pub fn mean(&self, from: Stamp, to: Stamp) -> Option<(Vector3, Vector3)> {
+    pub fn mean(&self, from: Stamp, to: Stamp) -> Option<ImuReading> {
         let middle =
             Stamp::from_nanos(from.nanos() / 2 + to.nanos() / 2 + (from.nanos() % 2 + to.nanos() % 2) / 2);
         let after = self.readings.iter().position(|reading| reading.stamp >= to);
         let Some(after) = after else {
             let last = self.readings.back()?;
-            return (to - last.stamp <= HOLE).then_some((last.gyro, last.specific_force));
+            return (to - last.stamp <= HOLE).then_some(*last);
         };
         let next = &self.readings[after];
         let Some(previous) = after.checked_sub(1).map(|before| &self.readings[before]) else {
-            return (next.stamp - from <= HOLE).then_some((next.gyro, next.specific_force));
+            return (next.stamp - from <= HOLE).then_some(*next);
         };
         if next.stamp - previous.stamp > HOLE {
             return None;
         }
         let share = (middle - previous.stamp).nanos() as f64 / (next.stamp - previous.stamp).nanos() as f64;
-        Some((
-            previous.gyro.lerp(&next.gyro, share),
-            previous.specific_force.lerp(&next.specific_force, share),
-        ))
+        Some(ImuReading {
+            stamp: middle,
+            gyro: previous.gyro.lerp(&next.gyro, share),
+            specific_force: previous.specific_force.lerp(&next.specific_force, share),
+            saturated: previous.saturated || next.saturated,
+        })
     }
+}
+
+/// Whether a large component is the same in both.
+fn repeats(a: &Vector3, b: &Vector3, large: f64) -> bool {
+    a.iter().zip(b.iter()).any(|(a, b)| a == b && a.abs() > large)
 }
 
 #[cfg(test)]
@@ -105,10 +129,15 @@ mod tests {
         let mut queue = ImuQueue::default();
         for millis in [0, 10, 20, 200] {
             let value = Vector3::repeat(millis as f64);
-            assert!(queue.push(ImuReading { stamp: at(millis), gyro: value, specific_force: -value }));
+            assert!(queue.push(ImuReading {
+                stamp: at(millis),
+                gyro: value,
+                specific_force: -value,
+                saturated: false
+            }));
         }
         assert!(!queue.push(ImuReading { stamp: at(150), ..ImuReading::default() }));
-        let gyro = |from, to| queue.mean(at(from), at(to)).map(|(gyro, _)| gyro.x);
+        let gyro = |from, to| queue.mean(at(from), at(to)).map(|mean| mean.gyro.x);
         assert_eq!(gyro(0, 10), Some(5.0));
         assert_eq!(gyro(12, 16), Some(14.0));
         assert_eq!(gyro(30, 200), None);
@@ -117,5 +146,14 @@ mod tests {
         assert_eq!(queue.next_after(at(10)), Some(at(20)));
         queue.forget_before(at(15));
         assert_eq!(queue.oldest(), Some(at(10)));
+    }
+
+    #[test]
+    fn the_end_of_the_range_is_noticed_in_both_readings() {
+        let mut queue = ImuQueue::default();
+        for (millis, rate) in [(0, 17.3), (10, 17.453), (20, 17.453), (30, 17.2)] {
+            queue.push(ImuReading { stamp: at(millis), gyro: Vector3::x() * rate, ..ImuReading::default() });
+        }
+        assert_eq!(queue.iter().map(|r| r.saturated).collect::<Vec<_>>(), [false, true, true, false]);
     }
 }

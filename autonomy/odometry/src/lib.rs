@@ -8,6 +8,7 @@
 //!
 //! Read [`Odometry`] (waiting and ordering), then `tracker` (the estimate), then `local_map` (a scan's fit).
 
+mod agreement;
 mod checks;
 mod config;
 mod event;

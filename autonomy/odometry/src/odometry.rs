@@ -1,7 +1,8 @@
 //! The estimator as its callers see it: sensors in, events out.
 
+use crate::checks;
 use crate::config::OdometryConfig;
-use crate::event::{Estimate, Finding, FindingKind, OdometryEvent, Severity};
+use crate::event::{Estimate, Finding, FindingKind, OdometryEvent};
 use crate::imu_queue::{ImuQueue, ImuReading};
 use crate::sweep::{ScanView, Sweep};
 use crate::tracker::{Timed, Tracker};
@@ -75,10 +76,13 @@ impl Odometry {
         if !self.config.sources.imu || !finite {
             return;
         }
-        if self.imu.push(ImuReading { stamp, gyro, specific_force }) {
+        if self.imu.push(ImuReading { stamp, gyro, specific_force, saturated: false }) {
+            if self.imu.saturated() {
+                self.find(checks::saturated(), out);
+            }
             self.heard(stamp, out);
         } else {
-            self.backwards("IMU", out);
+            self.find(checks::backwards("IMU"), out);
         }
     }
 
@@ -90,7 +94,7 @@ impl Odometry {
         if push_newer(&mut self.legs, Timed { stamp, value: base_velocity }) {
             self.heard(stamp, out);
         } else {
-            self.backwards("leg odometry", out);
+            self.find(checks::backwards("leg odometry"), out);
         }
     }
 
@@ -103,7 +107,7 @@ impl Odometry {
         if push_newer(&mut self.external, Timed { stamp, value: odom_from_external }) {
             self.heard(stamp, out);
         } else {
-            self.backwards("external odometry", out);
+            self.find(checks::backwards("external odometry"), out);
         }
     }
 
@@ -122,11 +126,11 @@ impl Odometry {
         let last = self.scans.back().map(|waiting| waiting.end);
         let done = self.tracker.as_ref().and_then(Tracker::last_scan_end);
         if last.max(done).is_some_and(|before| sweep.end <= before) {
-            self.backwards("LiDAR", out);
+            self.find(checks::backwards("LiDAR"), out);
             return;
         }
         if !sweep.timed && !scan.xyz.is_empty() {
-            self.find(missing_times(), out);
+            self.find(checks::missing_times(), out);
         }
         self.compare_clocks(&sweep, out);
         let end = sweep.end;
@@ -184,6 +188,7 @@ impl Odometry {
                 self.find(finding, out);
             }
         }
+        self.notice_silence(out);
         if let (None, Some(newest), Some(tracker)) = (self.scans.front(), self.newest, &mut self.tracker) {
             // Keeps the queues short when no scan comes for long.
             if newest - tracker.time() > BACKLOG {
@@ -227,8 +232,7 @@ impl Odometry {
             if !(waited || only_velocity || last_call) {
                 return false;
             }
-            let begin = first_scan.map_or(oldest, |(start, _)| start.min(oldest));
-            self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+            self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start.min(oldest)), out);
             return true;
         };
         let Some(imu_newest) = self.imu.newest() else { return false };
@@ -246,16 +250,35 @@ impl Odometry {
             None => match crate::startup::bearing(self.imu.iter()) {
                 Some(bearing) => bearing,
                 None => {
-                    self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+                    self.start_without_imu(begin, out);
                     return true;
                 }
             },
         };
-        for finding in crate::checks::at_start(&bearing, &self.config.mounting) {
+        for finding in checks::at_start(&bearing, &self.config.mounting) {
             self.find(finding, out);
         }
         self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, out));
         true
+    }
+
+    /// Begins without an IMU, and without waiting for one any more.
+    fn start_without_imu(&mut self, begin: Stamp, out: &mut Vec<OdometryEvent>) {
+        self.config.sources.imu = false;
+        self.imu.clear();
+        self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+    }
+
+    /// Says once when a source that spoke has been silent for long.
+    fn notice_silence(&mut self, out: &mut Vec<OdometryEvent>) {
+        let Some(newest) = self.newest else { return };
+        let long = |last: Option<Stamp>| last.is_some_and(|last| newest - last > SILENT * 4);
+        if long(self.imu.newest()) {
+            self.find(checks::silent("IMU", "Check its cable, power and driver."), out);
+        }
+        if long(self.tracker.as_ref().and_then(Tracker::last_scan_end)) && self.scans.is_empty() {
+            self.find(checks::silent("LiDAR", "Check its cable, power, address and driver."), out);
+        }
     }
 
     /// Notices scans and readings that share no clock, and goes on without the IMU then.
@@ -264,7 +287,7 @@ impl Odometry {
         let apart = if imu > sweep.end { imu - sweep.end } else { sweep.end - imu };
         self.apart = if apart > CLOCKS_APART { self.apart + 1 } else { 0 };
         if self.apart == 3 {
-            self.find(crate::checks::clocks_apart(imu - sweep.end), out);
+            self.find(checks::clocks_apart(imu - sweep.end), out);
             self.config.sources.imu = false;
             self.imu.clear();
             self.newest = Some(sweep.end);
@@ -273,35 +296,12 @@ impl Odometry {
         }
     }
 
-    fn backwards(&mut self, source: &str, out: &mut Vec<OdometryEvent>) {
-        self.find(
-            Finding {
-                kind: FindingKind::StampsBackwards,
-                severity: Severity::Warning,
-                what: format!(
-                    "Stamps of the {source} went backwards or repeated; those messages are ignored."
-                ),
-                remedy: "Check the clock of the sensor and that the recording is in order of time.".into(),
-            },
-            out,
-        );
-    }
-
     /// Tells a finding, once for each kind.
     fn find(&mut self, finding: Finding, out: &mut Vec<OdometryEvent>) {
         if !self.findings.contains(&finding.kind) {
             self.findings.push(finding.kind);
             out.push(OdometryEvent::Finding(finding));
         }
-    }
-}
-
-fn missing_times() -> Finding {
-    Finding {
-        kind: FindingKind::MissingPointTimes,
-        severity: Severity::Warning,
-        what: "The scans do not say when each point was measured, so motion during the sweep cannot be taken out.".into(),
-        remedy: "Switch on per-point times in the LiDAR's driver, unless the scans are corrected already.".into(),
     }
 }
 

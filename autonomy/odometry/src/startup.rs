@@ -104,6 +104,7 @@ mod tests {
                         stamp: Stamp::from_nanos(i64::from(index) * 2_500_000),
                         gyro: bias + noise(0.005) + Vector3::new(0.0, 0.3 * swing, 0.0),
                         specific_force: Vector3::new(swing * 3.0, 0.0, 9.81) + noise(0.03),
+                        saturated: false,
                     }
                 })
                 .collect()

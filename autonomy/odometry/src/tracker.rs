@@ -1,5 +1,6 @@
 //! The running estimate: carries the filter through time and takes scans in.
 
+use crate::agreement::Agreement;
 use crate::config::OdometryConfig;
 use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, Started};
 use crate::filter::Filter;
@@ -29,6 +30,10 @@ const TABLE_KEPT: Span = Span::from_millis(400);
 /// Passes of correction and registration while the motion during the sweep is known from the scan itself only.
 const COAST_PASSES: usize = 3;
 
+/// Noise of readings at the end of their range, per √Hz: rad/s and m/s².
+const SATURATED_GYRO: f64 = 0.3;
+const SATURATED_ACCEL: f64 = 5.0;
+
 /// Something with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timed<T> {
@@ -45,8 +50,11 @@ pub struct Tracker {
     body_from_base: Isometry,
     filter: Filter,
     time: Stamp,
-    /// Whether an IMU carries the motion.
+    /// Whether an IMU carries the motion now.
     inertial: bool,
+    /// The gyroscope's bias while the IMU is silent.
+    bias_kept: Option<Vector3>,
+    agreement: Agreement,
     /// Latest turn rate as the gyroscope read it, rad/s.
     gyro: Vector3,
     table: PoseTable,
@@ -123,6 +131,8 @@ impl Tracker {
             filter: Filter::new(State::at(odom_from_body), deviations),
             time: begin,
             inertial: false,
+            bias_kept: None,
+            agreement: Agreement::default(),
             gyro: Vector3::zeros(),
             table,
             map: LocalMap::new(config),
@@ -175,7 +185,8 @@ impl Tracker {
         external: &mut VecDeque<Timed<Isometry>>,
     ) {
         while self.time < to {
-            let next_imu = if self.inertial { imu.next_after(self.time) } else { None };
+            let expected = self.inertial || self.bias_kept.is_some();
+            let next_imu = if expected { imu.next_after(self.time) } else { None };
             let next_legs = legs.front().map(|legs| legs.stamp);
             let next_external = external.front().map(|external| external.stamp);
             let next = [next_imu, next_legs, next_external]
@@ -204,27 +215,41 @@ impl Tracker {
     /// One step of propagation, to the next instant at which anything is known.
     fn step(&mut self, to: Stamp, imu: &ImuQueue, twist: Option<Motion>) {
         let dt = (to - self.time).secs_f64();
-        let readings = if self.inertial { imu.mean(self.time, to) } else { None };
+        let expected = self.inertial || self.bias_kept.is_some();
+        let readings = if expected { imu.mean(self.time, to) } else { None };
+        self.hand_over(readings.is_some());
         let mut noise = self.config.noise;
         let motion = match (readings, twist) {
-            (Some((gyro, specific_force)), _) => {
-                self.gyro = gyro;
-                Motion::Inertial { gyro, specific_force }
+            (Some(mean), _) => {
+                self.gyro = mean.gyro;
+                if mean.saturated {
+                    noise.gyro = SATURATED_GYRO;
+                    noise.accel = SATURATED_ACCEL;
+                }
+                self.agreement.rate(to, dt, &(mean.gyro - self.filter.state.gyro_bias));
+                Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
             }
-            (None, Some(twist)) if !self.inertial => twist,
-            (None, _) if self.inertial => {
-                // A hole in the readings: straight on, with little trust.
-                noise.gyro = 1.0;
-                noise.accel = 3.0;
-                let state = &self.filter.state;
-                let weight = state.odom_from_body.rotation.inverse() * -state.gravity();
-                Motion::Inertial { gyro: state.gyro_bias, specific_force: state.accel_bias + weight }
-            }
-            (None, _) => Motion::Coast,
+            (None, Some(twist)) => twist,
+            (None, None) => Motion::Coast,
         };
         self.filter.propagate(&motion, dt, &noise);
         self.time = to;
         self.table.push(to, self.filter.state.odom_from_body);
+    }
+
+    /// When the IMU falls silent the body goes on as it turned last, and when it speaks again its bias is what it was.
+    fn hand_over(&mut self, heard: bool) {
+        if heard == self.inertial || (heard && self.bias_kept.is_none()) {
+            return;
+        }
+        if heard {
+            self.filter.replace_gyro_bias(self.bias_kept.take().unwrap_or_default(), 2e-3);
+        } else {
+            let bias = self.filter.state.gyro_bias;
+            self.bias_kept = Some(bias);
+            self.filter.replace_gyro_bias(bias - self.gyro, 0.5);
+        }
+        self.inertial = heard;
     }
 
     fn take_legs(&mut self, measured: &Timed<Vector3>) {
@@ -279,12 +304,7 @@ impl Tracker {
     }
 
     /// Takes a scan in whose end is the present, and tells the pose.
-    pub fn take_scan(
-        &mut self,
-        mut sweep: Sweep,
-        out: &mut Vec<OdometryEvent>,
-        _findings: &mut Vec<Finding>,
-    ) {
+    pub fn take_scan(&mut self, mut sweep: Sweep, out: &mut Vec<OdometryEvent>, findings: &mut Vec<Finding>) {
         let prior = self.filter.state.odom_from_body;
         let base_from_lidar = self.config.mounting.base_from_lidar;
         let passes = if self.inertial || !sweep.timed { 1 } else { COAST_PASSES };
@@ -323,6 +343,10 @@ impl Tracker {
         }
         if self.thinned.fine.len() >= MIN_POINTS && !report.rejected {
             self.map.insert(&self.thinned, &posterior);
+        }
+        if let (Some(last), true) = (self.last_scan, self.inertial && accepted.is_some()) {
+            let seen = so3::log(&(last.value.rotation.inverse() * posterior.rotation));
+            findings.extend(self.agreement.turn(last.stamp, sweep.end, seen));
         }
         self.tell(&mut sweep, report, accepted.map(|fitted| fitted.information), out);
         self.last_scan = Some(Timed { stamp: sweep.end, value: posterior });
@@ -402,9 +426,9 @@ impl Tracker {
             let next = imu.next_after(time).filter(|_| self.inertial).map_or(until, |next| next.min(until));
             let dt = (next - time).secs_f64();
             let motion = match imu.mean(time, next).filter(|_| self.inertial) {
-                Some((gyro, specific_force)) => {
-                    turn_rate = self.turn_rate(&ahead.state, gyro);
-                    Motion::Inertial { gyro, specific_force }
+                Some(mean) => {
+                    turn_rate = self.turn_rate(&ahead.state, mean.gyro);
+                    Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
                 }
                 None if self.inertial => break,
                 None => Motion::Coast,
