@@ -10,7 +10,7 @@ use geometry::Vector3;
 const BINS: usize = 16;
 /// Leaves never hold more solids than this.
 const LEAF_MAX: usize = 4;
-/// Cost of entering a node against testing a solid, measured on the three sites.
+/// Cost of entering a node against testing a solid.
 const NODE_COST: f32 = 0.8;
 /// Deeper than any tree of 2³² solids that halves at least every other level; the builder stops splitting there.
 const DEPTH_MAX: usize = 60;

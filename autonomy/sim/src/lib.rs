@@ -20,6 +20,8 @@ mod shape;
 mod simulator;
 mod site;
 mod smooth;
+#[cfg(test)]
+mod tests;
 mod walker;
 
 pub use body::STANDING_HEIGHT;

@@ -15,6 +15,7 @@ use crate::{
 use geometry::{Isometry, RngTree, Rotation};
 use messages::{BootRecord, Drive, Mounting, Sensor, Sources};
 use nalgebra::Translation3;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use vocab::{Pose, Span, Stamp, Twist, Vec3};
 
@@ -22,6 +23,8 @@ use vocab::{Pose, Span, Stamp, Twist, Vec3};
 const COMMAND_LIFE: Span = Span::from_millis(500);
 /// Blocks between two messages of the battery.
 const BLOCKS_PER_BATTERY: i64 = 100;
+/// Truths kept for whoever asks: one minute.
+const TRUTHS_KEPT: usize = 6000;
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +99,7 @@ pub struct Simulator {
     /// Finished blocks.
     blocks: i64,
     command: Option<(Stamp, Drive)>,
-    truths: Vec<Truth>,
+    truths: VecDeque<Truth>,
 }
 
 /// The LiDAR in the base: on a mast, not quite straight, as such things are.
@@ -134,7 +137,7 @@ impl Simulator {
             faults: Faults::new(config.faults),
             blocks: 0,
             command: None,
-            truths: Vec::new(),
+            truths: VecDeque::new(),
             site,
         }
     }
@@ -201,9 +204,9 @@ impl Simulator {
         self.people.places().iter().map(geometry::vec_to_plain).collect()
     }
 
-    /// Hands over the truth of every 10 ms since the last call, oldest first.
+    /// Hands over the truth of every 10 ms since the last call, oldest first; what is older than a minute is gone.
     pub fn take_truths(&mut self) -> Vec<Truth> {
-        std::mem::take(&mut self.truths)
+        self.truths.drain(..).collect()
     }
 
     fn truth_at(&self, tick: isize, stamp: Stamp) -> Truth {
@@ -223,7 +226,10 @@ impl Simulator {
         let (speed, turning) = self.body.pace();
         self.battery.advance(BLOCK_SECONDS, speed, self.site.docked(&place));
         let truth = self.truth_at(0, start);
-        self.truths.push(truth);
+        self.truths.push_back(truth);
+        if self.truths.len() > TRUTHS_KEPT {
+            self.truths.pop_front();
+        }
 
         let first = out.len();
         self.sense_imu(start, elapsed, out);

@@ -312,6 +312,14 @@ fn routes() -> Vec<Route> {
         arc(INNER_RING, 58.0, 5.0),
         arc(OUTER_RING, 0.0, -125.0),
         arc(OUTER_RING, -130.0, 0.0),
+        // Once more the other way round, weaving.
+        arc(OUTER_RING, 0.0, -135.0),
+        arc(OUTER_RING, 225.0, 182.0),
+        arc(INNER_RING, 178.0, 122.0),
+        arc(OUTER_RING, 118.0, 47.0),
+        arc(INNER_RING, 43.0, -43.0),
+        arc(OUTER_RING, -47.0, -120.0),
+        arc(OUTER_RING, -118.0, 0.0),
     ];
     let mut round: Vec<[f64; 2]> = legs.concat();
     round.push([28.6, 0.0]);
@@ -319,7 +327,7 @@ fn routes() -> Vec<Route> {
     short.extend(arc(INNER_RING, 45.0, 0.0));
     short.push([24.0, 0.0]);
     vec![
-        Route { name: "round", start, waypoints: round, speed: 1.05 },
+        Route { name: "round", start, waypoints: round, speed: 0.95 },
         Route { name: "short", start, waypoints: short, speed: 1.1 },
     ]
 }

@@ -1,0 +1,57 @@
+//! What a simulated second costs: LiDAR rays per site, at full resolution, from a robot that walks; and everything else.
+//!
+//! `cargo bench -p sim`: divan's items are rays, so time per item is nanoseconds a ray, body, IMU and noise included.
+
+use divan::counter::ItemsCount;
+use sim::{
+    FULL_COLUMNS, Fault, RINGS, RouteWalker, SWEEP_HZ, SimConfig, SimEvent, Simulator, Site, SiteName,
+};
+use std::sync::Arc;
+use vocab::Span;
+
+fn main() {
+    divan::main();
+}
+
+/// A robot eight seconds into the short route of its site.
+fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteWalker) {
+    let site = Arc::new(Site::new(site));
+    let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
+    let mut config = SimConfig::new(site.name(), 1);
+    config.lidar_columns = columns;
+    config.start = Some(route.start);
+    let mut simulator = Simulator::on(site, config);
+    let mut walker = RouteWalker::new(route);
+    for _ in 0..80 {
+        tenth(&mut simulator, &mut walker);
+    }
+    (simulator, walker)
+}
+
+/// A tenth of a second: one sweep.
+fn tenth(simulator: &mut Simulator, walker: &mut RouteWalker) -> Vec<SimEvent> {
+    let mut events = Vec::new();
+    simulator.command(walker.drive(&simulator.truth()).unwrap_or_default());
+    simulator.advance(simulator.now() + Span::from_millis(100), &mut events);
+    events
+}
+
+#[divan::bench(args = SiteName::ALL, sample_count = 30, sample_size = 1)]
+fn sweep_at_full_resolution(bencher: divan::Bencher, site: SiteName) {
+    let (mut simulator, mut walker) = under_way(site, FULL_COLUMNS);
+    bencher
+        .counter(ItemsCount::new(FULL_COLUMNS as usize * RINGS))
+        .bench_local(|| tenth(&mut simulator, &mut walker));
+}
+
+#[divan::bench(args = SiteName::ALL, sample_count = 30, sample_size = 1)]
+fn tenth_of_a_second_without_rays(bencher: divan::Bencher, site: SiteName) {
+    let (mut simulator, mut walker) = under_way(site, SWEEP_HZ);
+    simulator.inject(Fault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) });
+    bencher.bench_local(|| tenth(&mut simulator, &mut walker));
+}
+
+#[divan::bench(args = SiteName::ALL, sample_count = 5, sample_size = 1)]
+fn build_the_site(site: SiteName) -> Site {
+    Site::new(site)
+}

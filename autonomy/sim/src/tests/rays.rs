@@ -1,0 +1,108 @@
+//! The fast ray caster against an obvious slow one.
+
+use crate::{LANES, NOTHING, Packet, Site, SiteName, Solid};
+use geometry::{Rng, RngTree, Vector3};
+
+/// Marches along the ray by the distance to the nearest solid (sphere tracing): shares no code with the caster. Says the
+/// range of the first surface and how close the ray came to any other on its way.
+fn march(solids: &[&Solid], origin: &Vector3, direction: &Vector3, reach: f64) -> Option<f64> {
+    let mut range = 0.0;
+    while range < reach {
+        let point = origin + direction * range;
+        let gap = solids.iter().map(|s| s.shape.clearance(&point).distance).fold(f64::INFINITY, f64::min);
+        if gap < 1e-5 {
+            return Some(range);
+        }
+        range += gap;
+    }
+    None
+}
+
+/// A point in free space over the site's ground plan.
+fn free_point(site: &Site, rng: &mut Rng) -> Vector3 {
+    let range = |axis: usize| {
+        let along = site.outline().iter().map(|corner| corner[axis]);
+        (along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ((x0, x1), (y0, y1)) = (range(0), range(1));
+    loop {
+        let point = Vector3::new(rng.range(x0, x1), rng.range(y0, y1), rng.range(0.3, 4.0));
+        if site.distance(&point, 0.1).is_none()
+            && site.solids().iter().all(|s| s.shape.clearance(&point).distance > 0.0)
+        {
+            return point;
+        }
+    }
+}
+
+fn random_direction(rng: &mut Rng) -> Vector3 {
+    Vector3::new(rng.normal(), rng.normal(), 0.4 * rng.normal()).normalize()
+}
+
+#[test]
+fn the_tree_finds_what_marching_finds() {
+    for name in SiteName::ALL {
+        let (site, mut rng) = (Site::new(name), RngTree::new(5).rng());
+        let all: Vec<&Solid> = site.solids().iter().collect();
+        let (mut rays, mut differ) = (0, Vec::new());
+        for _ in 0..12 {
+            let origin = free_point(&site, &mut rng);
+            let middle = random_direction(&mut rng);
+            // Eight rays that differ as those of a packet do, or wildly.
+            let spread = if rng.uniform() < 0.5 { 0.01 } else { 1.0 };
+            let directions: [Vector3; LANES] =
+                std::array::from_fn(|_| (middle + random_direction(&mut rng) * spread).normalize());
+            let mut packet = Packet::new(
+                [0, 1, 2].map(|axis| [origin[axis] as f32; LANES]),
+                [0, 1, 2].map(|axis| directions.map(|d| d[axis] as f32)),
+                60.0,
+            );
+            site.bvh().cast(&mut packet);
+            for lane in 0..LANES {
+                rays += 1;
+                let fast = (packet.solid[lane] != NOTHING).then(|| f64::from(packet.range[lane]));
+                let slow = march(&all, &origin, &directions[lane], 60.0);
+                let same = match (fast, slow) {
+                    (Some(a), Some(b)) => (a - b).abs() < 2e-3,
+                    (None, None) => true,
+                    _ => false,
+                };
+                if !same {
+                    differ.push((origin, directions[lane], fast, slow));
+                }
+            }
+        }
+        // A ray along an edge may end on either side of it.
+        assert!(differ.len() * 50 <= rays, "{name}: {} of {rays} differ: {:?}", differ.len(), &differ[..3]);
+    }
+}
+
+#[test]
+fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
+    for name in SiteName::ALL {
+        let (site, mut rng) = (Site::new(name), RngTree::new(6).rng());
+        let (mut hits, mut odd) = (0, 0);
+        for _ in 0..400 {
+            let (origin, direction) = (free_point(&site, &mut rng), random_direction(&mut rng));
+            let Some((range, solid)) = site.cast(&origin, &direction, 60.0) else { continue };
+            hits += 1;
+            let mut packet = Packet::single(&origin, &direction, 60.0);
+            site.bvh().cast(&mut packet);
+            let fast = site.bvh().normal(packet.solid[LANES - 1], packet.end(LANES - 1));
+            // A little outside of the surface the distance field's gradient is the normal, except at edges.
+            let outside = solid.shape.clearance(&(origin + direction * (range - 2e-3))).outward;
+            let agreement = (0..3).map(|i| f64::from(fast[i]) * outside[i]).sum::<f64>();
+            odd += usize::from(agreement.abs() < 0.98);
+        }
+        assert!(hits > 200 && odd * 25 < hits, "{name}: {odd} odd normals of {hits}");
+    }
+}
+
+#[test]
+fn a_tree_of_nothing_is_met_by_nothing() {
+    let tree = crate::Bvh::new(&[]);
+    let mut packet = Packet::single(&Vector3::zeros(), &Vector3::x(), 10.0);
+    tree.cast(&mut packet);
+    tree.near(&Vector3::zeros(), 10.0, |_| unreachable!());
+    assert_eq!((packet.solid[0], packet.range[0]), (NOTHING, 10.0));
+}

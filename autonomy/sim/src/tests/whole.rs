@@ -1,0 +1,71 @@
+//! The simulator as a whole: sameness, order, and routes that can be walked.
+
+use super::{drive, ideal_blind, quiet, run};
+use crate::{RouteWalker, SimConfig, SimEvent, Simulator, Site, SiteName, UnknownSite};
+use std::sync::Arc;
+use vocab::{Span, Stamp};
+
+fn events(seed: u64, chunk: Span) -> Vec<SimEvent> {
+    let mut config = SimConfig { seed, people: 4, ..quiet(SiteName::Torus) };
+    config.epoch = Stamp::from_parts(1_800_000_000, 5);
+    let mut simulator = Simulator::new(config);
+    let mut out = run(&mut simulator, drive(0.8, 0.1, 0.3), 20);
+    let end = simulator.now() + Span::from_millis(1000);
+    let mut until = simulator.now();
+    while until < end {
+        until = (until + chunk).min(end);
+        simulator.advance(until, &mut out);
+    }
+    out
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_however_time_is_cut() {
+    let once = events(3, Span::from_millis(1000));
+    assert!(once.len() > 1500);
+    assert!(once == events(3, Span::from_millis(1000)), "a second run differs");
+    assert!(once == events(3, Span::from_millis(7)), "short steps differ");
+    assert!(once != events(4, Span::from_millis(1000)), "another seed is the same");
+}
+
+#[test]
+fn events_come_in_order_of_arrival_after_they_were_measured() {
+    let events = events(1, Span::from_millis(35));
+    assert!(events.is_sorted_by_key(|event| event.at));
+    assert!(events.iter().all(|event| event.sensor.stamp() <= event.at));
+}
+
+#[test]
+fn every_site_has_routes_that_can_be_walked_in_their_time() {
+    for name in SiteName::ALL {
+        let site = Arc::new(Site::new(name));
+        for (route, seconds) in [("round", 540.0..660.0), ("short", 45.0..75.0)] {
+            let route = site.route(route).cloned().unwrap();
+            let mut config = ideal_blind(name);
+            config.start = Some(route.start);
+            let label = route.name;
+            let mut simulator = Simulator::on(site.clone(), config);
+            let mut walker = RouteWalker::new(route);
+            while let Some(command) = walker.drive(&simulator.truth()) {
+                run(&mut simulator, command, 1);
+                let elapsed = simulator.elapsed().secs_f64();
+                assert!(elapsed < 900.0, "{name} {label}: stuck at {:?}", walker.progress());
+            }
+            let elapsed = simulator.elapsed().secs_f64();
+            assert!(seconds.contains(&elapsed), "{name} {label}: {elapsed} s");
+        }
+    }
+}
+
+#[test]
+fn sites_have_names_docks_outlines_and_rounds() {
+    for name in SiteName::ALL {
+        assert_eq!(name.to_string().parse(), Ok(name));
+        let site = Site::new(name);
+        assert!(!site.docks().is_empty() && site.outline().len() > 3 && site.rounds().len() > 2);
+        assert!(site.solids().len() > 1500, "{name} is bare");
+    }
+    let unknown: Result<SiteName, UnknownSite> = "b2".parse();
+    let text = unknown.unwrap_err().to_string();
+    assert_eq!(text, "there is no site \"b2\"; the sites are b1, torus, plant");
+}
