@@ -10,7 +10,7 @@ use crate::snapshot::{Cursor, Snapshot};
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, Order, ScanFrame};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
 use vocab::{ClientId, CommandId, Stamp};
 
@@ -27,6 +27,17 @@ pub(crate) struct LiveScan {
     pub(crate) heard: Instant,
     /// The scan, not yet numbered.
     pub(crate) frame: ScanFrame,
+}
+
+/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
+const LIVE: Duration = Duration::from_secs(1);
+
+impl LiveScan {
+    /// Whether it shows what the robot sees now. The core sends scans only while somebody listens, so the last one may
+    /// be from long ago.
+    pub(crate) fn is_live(&self, now: Instant) -> bool {
+        now.saturating_duration_since(self.heard) < LIVE
+    }
 }
 
 /// State shared by all connections.
@@ -294,5 +305,18 @@ impl Drop for StreamSeat {
     fn drop(&mut self) {
         self.set_wants_scans(false);
         self.hub.lock().stream_sockets -= 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_scans_are_not_live() {
+        let heard = Instant::now();
+        let scan = LiveScan { heard, frame: ScanFrame::default() };
+        assert!(scan.is_live(heard + LIVE / 2));
+        assert!(!scan.is_live(heard + LIVE));
     }
 }

@@ -12,9 +12,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
 
-/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
-const LIVE: Duration = Duration::from_secs(1);
-
 /// Serves one stream socket to its end.
 pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
     let (mut sink, stream) = socket.split();
@@ -124,8 +121,7 @@ async fn send_latest(
     flow: &Flow,
 ) -> Result<(), Closing> {
     let latest = scans.borrow_and_update().clone();
-    // An older one was kept from before anybody listened, and would be taken for what the robot sees now.
-    let Some(scan) = latest.filter(|scan| scan.heard.elapsed() < LIVE) else { return Ok(()) };
+    let Some(scan) = latest.filter(|scan| scan.is_live(Instant::now())) else { return Ok(()) };
     let sequence = flow.pacer().sent(Instant::now());
     send(sink, api::encode(&ScanFrameRef::numbered(&scan.frame, sequence))).await
 }

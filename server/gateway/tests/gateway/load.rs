@@ -1,4 +1,6 @@
-//! Measures, on 127.0.0.1: `cargo test --release -p gateway --test gateway -- --ignored load --nocapture`.
+//! Measures, on 127.0.0.1:
+//! `cargo test --release -p gateway --test gateway -- --ignored load --nocapture --test-threads 1`.
+#![allow(clippy::print_stdout, reason = "printing is what these are for")]
 
 use crate::support::{Core, Gateway, Reply, Socket, client_id};
 use api::{CoreMessage, Event, ScanFrame, ServerMessage, StreamRequest};
