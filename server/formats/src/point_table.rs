@@ -287,7 +287,7 @@ impl<'a> PointTable<'a> {
             ScalarType::I64 => read!(i64, from_i64 as i64),
             // Sensor clocks end long before 2^63 ns.
             ScalarType::U64 => read!(u64, from_i64 as i64),
-            ScalarType::F32 => read!(f32, from_f64 as f64),
+            ScalarType::F32 => read!(f32, from_f32 as f32),
             ScalarType::F64 => read!(f64, from_f64 as f64),
         }
     }
@@ -401,6 +401,8 @@ fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
 pub(crate) trait FromNumber: Clone {
     fn from_i64(value: i64) -> Self;
     fn from_f64(value: f64) -> Self;
+    /// Apart from `from_f64` so that f32 keeps its very bits, NaN included.
+    fn from_f32(value: f32) -> Self;
 }
 
 macro_rules! from_number {
@@ -410,6 +412,9 @@ macro_rules! from_number {
                 $from_int
             }
             fn from_f64(value: f64) -> Self {
+                value as $type
+            }
+            fn from_f32(value: f32) -> Self {
                 value as $type
             }
         }

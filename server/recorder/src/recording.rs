@@ -65,6 +65,31 @@ impl Recording {
         self.mounting
     }
 
+    /// Checks that there are LiDAR scans, without which no map can be made.
+    ///
+    /// # Errors
+    /// One sentence that names the topics there are.
+    pub fn require_scans(&self) -> Result<(), OpenError> {
+        if self.topic_of(Meaning::Lidar).is_some() {
+            return Ok(());
+        }
+        let kinds: Vec<String> = self
+            .container
+            .topics()
+            .iter()
+            .filter(|topic| topic.count > 0)
+            .map(|topic| format!("{} ({})", topic.name, topic.type_name))
+            .collect();
+        let problem = match kinds.is_empty() {
+            true => "it has no messages at all; record or copy it again".to_owned(),
+            false => format!(
+                "there are no LiDAR scans (sensor_msgs/PointCloud2), only {}; record the LiDAR's points too",
+                kinds.join(", ")
+            ),
+        };
+        Err(OpenError::Nothing { path: self.path.clone(), problem })
+    }
+
     /// What the sensors said, in the order of arrival, each with its log time. Memory does not grow with the
     /// length of the recording. After an error the iteration goes on with what comes next.
     pub fn inputs(&self) -> Inputs {
@@ -86,8 +111,8 @@ impl Recording {
     pub fn journal(
         &self,
     ) -> Result<impl Iterator<Item = Result<(Stamp, Input), ReadError>> + Send, ReadError> {
-        let journal = self.topics().find(|(_, meaning)| *meaning == Some(Meaning::Journal));
-        let Some((topic, _)) = journal else { return Err(ReadError::NotAJournal) };
+        let journal = self.container.topics().iter().find(|topic| topic.name == crate::topics::INPUT);
+        let Some(topic) = journal else { return Err(ReadError::NotAJournal) };
         if topic.type_name != crate::topics::INPUT_SCHEMA {
             return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
         }

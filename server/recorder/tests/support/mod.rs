@@ -75,7 +75,7 @@ pub fn mounting() -> Mounting {
     Mounting {
         base_from_lidar: Some(pose()),
         base_from_imu: Some(Pose { position: Vec3::new(0.0, 0.05, 0.0), ..Pose::IDENTITY }),
-        base_from_external: None,
+        base_from_external: Some(pose()),
         standing_height: Some(0.312_345_678_9),
     }
 }

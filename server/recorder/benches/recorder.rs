@@ -1,0 +1,123 @@
+//! What a full-resolution sweep (64,000 points, 10 Hz) costs to record and to read, and how far it packs.
+//!
+//! `cargo bench -p recorder`
+
+use divan::Bencher;
+use divan::counter::BytesCount;
+use formats::cdr::Encoding;
+use formats::ros::{PointCloud2, write_scan};
+use messages::{Input, Scan, Sensor};
+use recorder::{Recording, RecordingMeta, RecordingWriter, TopicSelection};
+use std::io::Write;
+use std::sync::Arc;
+use vocab::{Span, Stamp};
+
+fn main() {
+    let mut bytes = Vec::new();
+    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
+    for (name, packed) in [("zstd 1", zstd_1(&bytes)), ("lz4", lz4(&bytes))] {
+        let ratio = bytes.len() as f64 / packed.len() as f64;
+        println!("{name}: {} bytes of {} ({ratio:.2} to 1)", packed.len(), bytes.len());
+    }
+    divan::main();
+}
+
+/// A 32-channel sweep of a hall of 60 x 40 x 8 m with 1 cm of range noise, as the simulator makes them.
+fn sweep(stamp: Stamp) -> Scan {
+    const POINTS: usize = 64_000;
+    let mut scan = Scan { stamp, ..Scan::default() };
+    let mut noise = 0x2545_f491_4f6c_dd1d_u64;
+    for i in 0..POINTS {
+        let (column, ring) = (i / 32, i % 32);
+        let azimuth = column as f32 / 2000.0 * std::f32::consts::TAU;
+        let elevation = (ring as f32 - 16.0).to_radians();
+        let direction = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
+        let walls = [30.0, 20.0, if direction[2] < 0.0 { 0.6 } else { 7.4 }];
+        let hit = direction.iter().zip(walls).map(|(d, w)| w / d.abs().max(1e-6)).fold(f32::MAX, f32::min);
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let range = hit + ((noise >> 40) as f32 / (1 << 24) as f32 - 0.5) * 0.035;
+        scan.xyz.push(direction.map(|d| d * range));
+        scan.intensity.push((noise >> 58) as f32);
+        scan.offset_ns.push(column as i32 * 50_000);
+        scan.ring.push(ring as u16);
+    }
+    scan
+}
+
+fn zstd_1(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = zstd::Encoder::new(Vec::new(), 1).expect("level 1 exists");
+    encoder.write_all(bytes).expect("memory takes all");
+    encoder.finish().expect("memory takes all")
+}
+
+fn lz4(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    encoder.write_all(bytes).expect("memory takes all");
+    encoder.finish().expect("memory takes all")
+}
+
+#[divan::bench]
+fn encode_scan(bencher: Bencher) {
+    let (scan, mut bytes) = (sweep(Stamp::EPOCH), Vec::new());
+    bencher.bench_local(|| {
+        bytes.clear();
+        write_scan(&scan, "lidar", Encoding::Cdr, &mut bytes);
+        bytes.len()
+    });
+}
+
+#[divan::bench]
+fn decode_scan(bencher: Bencher) {
+    let mut bytes = Vec::new();
+    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
+    bencher.counter(BytesCount::of_slice(&bytes)).bench_local(|| {
+        let cloud = PointCloud2::from_bytes(Encoding::Cdr, &bytes).expect("written above");
+        cloud.table.to_scan(Some(cloud.header.stamp)).expect("written above")
+    });
+}
+
+#[divan::bench]
+fn pack_scan_zstd_1(bencher: Bencher) {
+    let mut bytes = Vec::new();
+    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
+    bencher.counter(BytesCount::of_slice(&bytes)).bench_local(|| zstd_1(&bytes));
+}
+
+#[divan::bench]
+fn pack_scan_lz4(bencher: Bencher) {
+    let mut bytes = Vec::new();
+    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
+    bencher.counter(BytesCount::of_slice(&bytes)).bench_local(|| lz4(&bytes));
+}
+
+/// One second of scans, to the file and back: divide by ten.
+#[divan::bench(sample_count = 10)]
+fn record_ten_scans(bencher: Bencher) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scans = ten_scans();
+    bencher.bench_local(|| write(&folder.path().join("bench.mcap"), &scans));
+}
+
+#[divan::bench(sample_count = 10)]
+fn read_ten_scans(bencher: Bencher) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("bench.mcap");
+    write(&path, &ten_scans());
+    let recording = Recording::open(&path, &TopicSelection::default()).expect("written above");
+    bencher.bench_local(|| recording.inputs().count());
+}
+
+fn ten_scans() -> Vec<Input> {
+    let stamp = |tenth| Stamp::EPOCH + Span::from_millis(100 * tenth);
+    (0..10).map(|tenth| Input::Sensor(Sensor::Scan(Arc::new(sweep(stamp(tenth)))))).collect()
+}
+
+fn write(path: &std::path::Path, inputs: &[Input]) {
+    let mut writer = RecordingWriter::create(path, &RecordingMeta::default(), &Default::default())
+        .expect("the temporary folder is writable");
+    for (tenth, input) in inputs.iter().enumerate() {
+        let at = Stamp::EPOCH + Span::from_millis(100 * tenth as i64);
+        writer.input(at, input).expect("the disk has space");
+    }
+    writer.finish().expect("the disk has space");
+}

@@ -1,0 +1,185 @@
+//! Reading the messages of an MCAP file block by block.
+
+use super::{Block, BlockKind, Index, LARGEST_CHUNK, RECORD_HEAD, stamp};
+use crate::containers::merge::Blocks;
+use crate::containers::{Order, RawMessage};
+use crate::error::ReadError;
+use formats::FormatError;
+use formats::cdr::{Encoding, Reader};
+use mcap::records::op;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::sync::Arc;
+use vocab::Stamp;
+
+/// Reads the wanted messages block by block.
+pub(super) struct BlockReader {
+    file: File,
+    size: u64,
+    index: Arc<Index>,
+    wanted: Vec<bool>,
+    /// Numbers of the blocks to read, last first.
+    queue: Vec<usize>,
+}
+
+impl BlockReader {
+    pub fn open(index: Arc<Index>, wanted: Vec<bool>, order: Order) -> Result<Self, ReadError> {
+        let io = |source| ReadError::Io { path: index.path.clone(), source };
+        let file = File::open(&index.path).map_err(io)?;
+        let size = file.metadata().map_err(io)?.len();
+        let is_wanted = |channel: &u16| index.channels.get(channel).is_some_and(|topic| wanted[*topic]);
+        let holds_wanted = |block: &Block| block.channels.is_empty() || block.channels.iter().any(is_wanted);
+        let mut queue: Vec<usize> =
+            (0..index.blocks.len()).filter(|number| holds_wanted(&index.blocks[*number])).collect();
+        if order == Order::LogTime {
+            queue.sort_by_key(|number| (index.blocks[*number].start, *number));
+        }
+        queue.reverse();
+        Ok(Self { file, size, index, wanted, queue })
+    }
+}
+
+impl Blocks for BlockReader {
+    fn next_start(&self) -> Option<Stamp> {
+        self.queue.last().map(|number| self.index.blocks[*number].start)
+    }
+
+    fn load_next(&mut self, messages: &mut Vec<(u64, RawMessage)>) -> Result<(), ReadError> {
+        let Some(number) = self.queue.pop() else { return Ok(()) };
+        let block = &self.index.blocks[number];
+        let damaged =
+            |problem| ReadError::Damaged { path: self.index.path.clone(), at: block.offset, problem };
+        let (records, complaint) = load_block(&mut self.file, self.size, block).map_err(damaged)?;
+        let records = Arc::new(records);
+        let mut walk = Records::new(&records);
+        for (opcode, range) in walk.by_ref() {
+            if opcode != op::MESSAGE {
+                continue;
+            }
+            let Ok(head) = MessageHead::read(&records[range.clone()]) else { continue };
+            let topic = self.index.channels.get(&head.channel).filter(|topic| self.wanted[**topic]);
+            if let Some(topic) = topic {
+                let place = ((number as u64) << 32) | messages.len() as u64;
+                let body = range.start + MessageHead::LENGTH..range.end;
+                messages.push((place, RawMessage::new(*topic, head.at, records.clone(), body)));
+            }
+        }
+        let cut = walk.cut.then(|| "a block of messages ends early, its last message is lost".to_owned());
+        complaint.or(cut).map_or(Ok(()), |problem| Err(damaged(problem)))
+    }
+}
+
+/// What stands before a message's own bytes.
+pub(super) struct MessageHead {
+    pub channel: u16,
+    pub at: Stamp,
+}
+
+impl MessageHead {
+    const LENGTH: usize = 22;
+
+    pub fn read(record: &[u8]) -> Result<Self, FormatError> {
+        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP message")?;
+        let (channel, _sequence) = (reader.u16()?, reader.u32()?);
+        let at = stamp(reader.u64()?);
+        reader.u64()?;
+        Ok(Self { channel, at })
+    }
+}
+
+/// The records in the content of a chunk: opcode and range of each.
+pub(super) struct Records<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// Whether the last record was incomplete.
+    cut: bool,
+}
+
+impl<'a> Records<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0, cut: false }
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = (u8, std::ops::Range<usize>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let rest = &self.bytes[self.at..];
+        if rest.is_empty() {
+            return None;
+        }
+        let head = rest.first_chunk::<{ RECORD_HEAD as usize }>();
+        let sized = head.map(|[opcode, length @ ..]| (*opcode, u64::from_le_bytes(*length)));
+        let start = self.at + RECORD_HEAD as usize;
+        match sized {
+            Some((opcode, length)) if length <= (self.bytes.len() - start) as u64 => {
+                self.at = start + length as usize;
+                Some((opcode, start..self.at))
+            }
+            _ => {
+                self.at = self.bytes.len();
+                self.cut = true;
+                None
+            }
+        }
+    }
+}
+
+/// The records of a block, unpacked, and what is wrong with them where only a part could be had.
+pub(super) fn load_block(
+    file: &mut File,
+    size: u64,
+    block: &Block,
+) -> Result<(Vec<u8>, Option<String>), String> {
+    let bytes = read_range(file, size, block.offset, block.length)?;
+    match block.kind {
+        BlockKind::Loose => Ok((bytes, None)),
+        BlockKind::Chunk => unpack_chunk(&bytes),
+    }
+}
+
+fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
+    let unreadable = |error: FormatError| error.to_string();
+    let mut reader = Reader::new(Encoding::Ros1, record, "MCAP chunk").map_err(unreadable)?;
+    let mut head = || -> Result<_, FormatError> {
+        let (_start, _end, unpacked, checksum) = (reader.u64()?, reader.u64()?, reader.u64()?, reader.u32()?);
+        Ok((unpacked, checksum, reader.string()?, reader.u64()?))
+    };
+    let (unpacked, checksum, compression, packed) = head().map_err(unreadable)?;
+    if unpacked > LARGEST_CHUNK {
+        return Err(format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read"));
+    }
+    let data = &record[record.len() - reader.remaining()..];
+    let data = &data[..data.len().min(usize::try_from(packed).unwrap_or(usize::MAX))];
+    let mut out = Vec::with_capacity(unpacked.min(16 << 20).min(data.len() as u64 * 64) as usize);
+    let result = match compression.as_str() {
+        "" => data.take(unpacked).read_to_end(&mut out),
+        "zstd" => zstd::stream::read::Decoder::with_buffer(data)
+            .and_then(|decoder| decoder.take(unpacked).read_to_end(&mut out)),
+        "lz4" => lz4_flex::frame::FrameDecoder::new(data).take(unpacked).read_to_end(&mut out),
+        other => return Err(format!("a chunk is packed with '{other}', which is not known")),
+    };
+    let complaint = match result {
+        Err(error) => Some(format!("a chunk does not unpack ({error}), the rest of it is lost")),
+        Ok(_) if (out.len() as u64) < unpacked => {
+            Some(format!("a chunk holds {} of its {unpacked} bytes, the rest is lost", out.len()))
+        }
+        // Wrong numbers would do more harm than missing ones. Zero means that the writer kept no checksum.
+        Ok(_) if checksum != 0 && checksum != crc32fast::hash(&out) => {
+            return Err("the checksum of a chunk does not fit, so all its messages are lost".to_owned());
+        }
+        Ok(_) => None,
+    };
+    Ok((out, complaint))
+}
+
+pub(super) fn read_range(file: &mut File, size: u64, offset: u64, length: u64) -> Result<Vec<u8>, String> {
+    if length > LARGEST_CHUNK || offset.checked_add(length).is_none_or(|end| end > size) {
+        return Err(format!("{length} bytes were announced, more than the file holds or than is read"));
+    }
+    let mut bytes = vec![0; length as usize];
+    let read = file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(&mut bytes));
+    read.map_err(|error| format!("it could not be read: {error}"))?;
+    Ok(bytes)
+}

@@ -1,0 +1,188 @@
+//! Walking an MCAP file without a usable summary from its start, as far as it can be understood.
+
+use super::blocks::{MessageHead, Records, load_block, read_range};
+use super::{Block, BlockKind, Directory, Index, McapFile, RECORD_HEAD, read_metadata};
+use crate::error::OpenError;
+use formats::FormatError;
+use mcap::records::op;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::Arc;
+use vocab::Stamp;
+
+/// Messages outside of chunks are read in blocks of about this many bytes.
+const LOOSE_BLOCK: u64 = 4 << 20;
+
+/// Walks a file without a usable summary from its start.
+pub(super) struct Survey<'a> {
+    path: &'a Path,
+    file: File,
+    size: u64,
+    directory: Directory,
+    blocks: Vec<Block>,
+    span: Option<(Stamp, Stamp)>,
+    complaints: Vec<String>,
+    metadata: BTreeMap<String, String>,
+}
+
+impl<'a> Survey<'a> {
+    pub fn new(path: &'a Path, file: File, size: u64) -> Self {
+        Self {
+            path,
+            file,
+            size,
+            directory: Directory::default(),
+            blocks: Vec::new(),
+            span: None,
+            complaints: Vec::new(),
+            metadata: BTreeMap::new(),
+        }
+    }
+
+    pub fn run(mut self) -> Result<McapFile, OpenError> {
+        self.walk().map_err(|source| OpenError::Io { path: self.path.to_owned(), source })?;
+        let index = Index {
+            path: self.path.to_owned(),
+            topics: self.directory.topics,
+            channels: self.directory.channels,
+            blocks: self.blocks,
+        };
+        let (span, complaints, metadata) = (self.span, self.complaints, self.metadata);
+        Ok(McapFile { index: Arc::new(index), span, complaints, metadata })
+    }
+
+    fn walk(&mut self) -> std::io::Result<()> {
+        let mut at = mcap::MAGIC.len() as u64;
+        loop {
+            let mut head = [0; RECORD_HEAD as usize];
+            if self.size - at < RECORD_HEAD {
+                self.complain_cut(at);
+                return Ok(());
+            }
+            self.file.seek(SeekFrom::Start(at))?;
+            self.file.read_exact(&mut head)?;
+            let [opcode, length @ ..] = head;
+            let length = u64::from_le_bytes(length);
+            let available = self.size - at - RECORD_HEAD;
+            if opcode == 0 || length > available && opcode != op::CHUNK {
+                self.complain_cut(at);
+                return Ok(());
+            }
+            let content = at + RECORD_HEAD;
+            match opcode {
+                op::DATA_END | op::FOOTER => return self.check_end(),
+                op::CHUNK => self.chunk(content, length.min(available)),
+                op::MESSAGE => self.loose_message(at, length),
+                op::SCHEMA | op::CHANNEL | op::METADATA => self.declaration(opcode, content, length),
+                _ => {}
+            }
+            if length > available {
+                self.complain_cut(at);
+                return Ok(());
+            }
+            at = content + length;
+        }
+    }
+
+    /// A file may do without an index, but not without its last bytes.
+    fn check_end(&mut self) -> std::io::Result<()> {
+        let mut end = [0; 8];
+        self.file.seek(SeekFrom::End(-8))?;
+        self.file.read_exact(&mut end)?;
+        if end != mcap::MAGIC {
+            self.complaints.push(
+                "the index at the end of the file is cut off or damaged; no message is lost, but opening takes \
+                 longer"
+                    .to_owned(),
+            );
+        }
+        Ok(())
+    }
+
+    fn complain_cut(&mut self, at: u64) {
+        self.complaints.push(format!(
+            "the file is cut off or damaged at byte {at} of {}: everything before that is used; if the recorder \
+             was stopped hard this is normal, else copy the file again",
+            self.size
+        ));
+    }
+
+    fn declaration(&mut self, opcode: u8, offset: u64, length: u64) {
+        let Ok(record) = read_range(&mut self.file, self.size, offset, length) else { return };
+        let result = match opcode {
+            op::SCHEMA => self.directory.add_schema(&record),
+            op::CHANNEL => self.directory.add_channel(&record),
+            _ => read_metadata(&record, &mut self.metadata),
+        };
+        if let Err(error) = result {
+            self.complaints
+                .push(format!("a declaration at byte {offset} is unreadable and ignored: {error}"));
+        }
+    }
+
+    fn chunk(&mut self, offset: u64, length: u64) {
+        let mut block =
+            Block { offset, length, kind: BlockKind::Chunk, start: Stamp::EPOCH, channels: BTreeSet::new() };
+        // An unreadable chunk is told of when its messages are read; here its readable part is counted.
+        let Ok((records, _)) = load_block(&mut self.file, self.size, &block) else { return };
+        let mut earliest = None;
+        for (opcode, range) in Records::new(&records) {
+            let record = &records[range];
+            let _ = match opcode {
+                op::SCHEMA => self.directory.add_schema(record),
+                op::CHANNEL => self.directory.add_channel(record),
+                op::MESSAGE => self.count(record, &mut block, &mut earliest),
+                _ => Ok(()),
+            };
+        }
+        if let Some(earliest) = earliest {
+            block.start = earliest;
+            self.blocks.push(block);
+        }
+    }
+
+    fn loose_message(&mut self, at: u64, length: u64) {
+        let Ok(head) = read_range(&mut self.file, self.size, at + RECORD_HEAD, length.min(22)) else {
+            return;
+        };
+        let grows = |block: &Block| {
+            block.kind == BlockKind::Loose && block.offset + block.length == at && block.length < LOOSE_BLOCK
+        };
+        let mut block = match self.blocks.pop_if(|block| grows(block)) {
+            Some(block) => block,
+            None => Block {
+                offset: at,
+                length: 0,
+                kind: BlockKind::Loose,
+                start: Stamp::from_nanos(i64::MAX),
+                channels: BTreeSet::new(),
+            },
+        };
+        let mut earliest = Some(block.start);
+        let counted = self.count(&head, &mut block, &mut earliest);
+        block.length += RECORD_HEAD + length;
+        block.start = earliest.unwrap_or_default();
+        if counted.is_ok() || block.length > RECORD_HEAD + length {
+            self.blocks.push(block);
+        }
+    }
+
+    fn count(
+        &mut self,
+        record: &[u8],
+        block: &mut Block,
+        earliest: &mut Option<Stamp>,
+    ) -> Result<(), FormatError> {
+        let head = MessageHead::read(record)?;
+        if let Some(topic) = self.directory.channels.get(&head.channel) {
+            self.directory.topics[*topic].count += 1;
+            block.channels.insert(head.channel);
+            *earliest = Some(earliest.map_or(head.at, |stamp| stamp.min(head.at)));
+            let (first, last) = self.span.unwrap_or((head.at, head.at));
+            self.span = Some((first.min(head.at), last.max(head.at)));
+        }
+        Ok(())
+    }
+}
