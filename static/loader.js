@@ -18,9 +18,10 @@ function fail(message) {
   retry.hidden = false;
 }
 
-function requireWebGl2() {
+async function requireGraphics() {
   const context = document.createElement("canvas").getContext("webgl2");
-  if (!context && !navigator.gpu) {
+  // Some browsers offer WebGPU and then have no adapter for it.
+  if (!context && !(await navigator.gpu?.requestAdapter().catch(() => null))) {
     throw new Problem(
       "This browser cannot draw the 3D map: WebGL 2 is missing or switched off. " +
         "Turn on hardware acceleration in the browser's settings, or open this address in a current Chrome, Edge, " +
@@ -68,7 +69,7 @@ function watched(response, bytesTotal) {
 }
 
 async function load() {
-  requireWebGl2();
+  await requireGraphics();
   const manifest = await (await get("pkg/manifest.json", { cache: "no-cache" })).json();
   const bundle = {
     js: new URL(`pkg/${manifest.js}`, document.baseURI).href,

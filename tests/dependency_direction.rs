@@ -25,7 +25,10 @@ const OURS: &[(&str, &[&str])] = &[
     ("odometry", &["geometry", "points", "registration", "vocab"]),
     ("mapping", &["geometry", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
-    ("stack", &["geometry", "mapping", "messages", "navigation", "odometry", "points", "registration", "vocab"]),
+    (
+        "stack",
+        &["geometry", "mapping", "messages", "navigation", "odometry", "points", "registration", "vocab"],
+    ),
     ("sim", &["geometry", "messages", "vocab"]),
     ("lockstep", &["geometry", "messages", "sim", "stack", "vocab"]),
     //
@@ -39,8 +42,21 @@ const OURS: &[(&str, &[&str])] = &[
     (
         "autoinspect",
         &[
-            "api", "formats", "gateway", "geometry", "links", "lockstep", "map_codec", "messages", "ports", "recorder",
-            "runtime", "sim", "stack", "store", "vocab",
+            "api",
+            "formats",
+            "gateway",
+            "geometry",
+            "links",
+            "lockstep",
+            "map_codec",
+            "messages",
+            "ports",
+            "recorder",
+            "runtime",
+            "sim",
+            "stack",
+            "store",
+            "vocab",
         ],
     ),
     //
@@ -69,7 +85,8 @@ const HOMES: &[(&str, &[&str])] = &[
 ];
 
 /// What the core may use of others' crates: mathematics and bytes, nothing that knows a file, a thread or a clock.
-const AUTONOMY_MAY_USE: &[&str] = &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "rayon", "thiserror"];
+const AUTONOMY_MAY_USE: &[&str] =
+    &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "rayon", "thiserror"];
 
 /// What the core never says, with what it says instead.
 const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[
@@ -139,7 +156,8 @@ fn violations(packages: &[Package]) -> Vec<String> {
                 continue;
             }
             if homes.get(other).is_some_and(|homes| !homes.contains(&name)) {
-                violations.push(format!("{name} may not use {other}; its home is {}", homes[other].join(", ")));
+                violations
+                    .push(format!("{name} may not use {other}; its home is {}", homes[other].join(", ")));
             }
             if in_autonomy && !AUTONOMY_MAY_USE.contains(&other) {
                 violations.push(format!("{name} may not use {other}: it is not among what the core may use"));
@@ -170,13 +188,16 @@ fn a_forbidden_arrow_is_noticed() {
         package("panels", "web", &[("egui", false), ("wgpu", false)]),
         package("newcomer", "server", &[]),
     ];
-    assert_eq!(violations(&broken), [
-        "sim may not depend on stack",
-        "sim may not use tokio; its home is autoinspect, gateway",
-        "sim may not use tokio: it is not among what the core may use",
-        "panels may not use wgpu; its home is app, scene",
-        "newcomer is not in the table of tests/dependency_direction.rs",
-    ]);
+    assert_eq!(
+        violations(&broken),
+        [
+            "sim may not depend on stack",
+            "sim may not use tokio; its home is autoinspect, gateway",
+            "sim may not use tokio: it is not among what the core may use",
+            "panels may not use wgpu; its home is app, scene",
+            "newcomer is not in the table of tests/dependency_direction.rs",
+        ]
+    );
 }
 
 #[test]

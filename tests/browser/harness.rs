@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::support::chromium::Chromium;
-use crate::support::page::Key;
+use crate::support::page::{Key, Page};
 use crate::support::picture::Area;
 use crate::support::wait_for;
 
@@ -23,7 +23,7 @@ fn roles_names_keys_and_pixels_are_seen() {
     let Some(browser) = Chromium::start() else { return };
     let mut page = browser.open(640, 480);
     page.go(PAGE);
-    let mut said = |page: &mut crate::support::page::Page, text: &str| {
+    let said = |page: &mut Page, text: &str| {
         wait_for(text, Duration::from_secs(20), || {
             let status = page.find("status", "Said")?;
             (page.text(&status)? == text).then_some(())

@@ -1,3 +1,4 @@
 //! The product in a real browser.
 
 mod harness;
+mod mapping;

@@ -32,7 +32,12 @@ impl Chromium {
         let profile = tempfile::tempdir().unwrap();
         let process = Command::new(name)
             .args(["--headless=new", "--no-sandbox", "--no-first-run", "--remote-debugging-port=0"])
-            .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"])
+            .args([
+                "--disable-background-networking",
+                "--disable-component-update",
+                "--disable-sync",
+                "--disable-quic",
+            ])
             // WebGL 2 on the processor: what every browser on the local network has, and what a machine without a
             // graphics card can test.
             .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])

@@ -28,9 +28,7 @@ pub struct Key {
 
 impl Key {
     pub const W: Self = Self { code: "KeyW", key: "w", number: b'W' };
-    pub const A: Self = Self { code: "KeyA", key: "a", number: b'A' };
-    pub const TAB: Self = Self { code: "Tab", key: "Tab", number: 9 };
-    pub const ENTER: Self = Self { code: "Enter", key: "Enter", number: 13 };
+    pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
 }
 
 /// Something with a role and a name on the page.
@@ -38,7 +36,6 @@ impl Key {
 pub struct Control {
     /// The browser's own number for the element.
     node: i64,
-    pub value: String,
     pub disabled: bool,
 }
 
@@ -104,7 +101,9 @@ impl Page {
         // The page may be between two documents; then it has nothing.
         let Ok(document) = self.try_call("DOM.getDocument", json!({ "depth": 0 })) else { return Vec::new() };
         let root = document["root"]["nodeId"].clone();
-        let Ok(mut answer) = self.try_call("Accessibility.queryAXTree", json!({ "nodeId": root, "role": role })) else {
+        let Ok(mut answer) =
+            self.try_call("Accessibility.queryAXTree", json!({ "nodeId": root, "role": role }))
+        else {
             return Vec::new();
         };
         let Value::Array(nodes) = answer["nodes"].take() else { return Vec::new() };
@@ -113,15 +112,21 @@ impl Page {
             .filter(|node| node["ignored"] != true)
             .filter_map(|node| {
                 let name = node["name"]["value"].as_str().unwrap_or_default().to_owned();
-                let value = &node["value"]["value"];
-                let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
                 let properties = node["properties"].as_array();
                 let disabled = properties.is_some_and(|properties| {
-                    properties.iter().any(|property| property["name"] == "disabled" && property["value"]["value"] == true)
+                    properties
+                        .iter()
+                        .any(|property| property["name"] == "disabled" && property["value"]["value"] == true)
                 });
-                Some((name, Control { node: node["backendDOMNodeId"].as_i64()?, value, disabled }))
+                Some((name, Control { node: node["backendDOMNodeId"].as_i64()?, disabled }))
             })
             .collect()
+    }
+
+    /// What the status of this name says now; `None` while there is no such status.
+    pub fn status(&mut self, name: &str) -> Option<String> {
+        let control = self.find("status", name)?;
+        self.text(&control)
     }
 
     /// The text a control holds.
@@ -143,7 +148,8 @@ impl Page {
     /// The middle of a control, if it is still on the page.
     pub fn middle(&mut self, control: &Control) -> Option<At> {
         let answer = self.try_call("DOM.getBoxModel", json!({ "backendNodeId": control.node })).ok()?;
-        let corners: Vec<f64> = answer["model"]["border"].as_array()?.iter().filter_map(Value::as_f64).collect();
+        let corners: Vec<f64> =
+            answer["model"]["border"].as_array()?.iter().filter_map(Value::as_f64).collect();
         let mean = |offset: usize| corners.iter().skip(offset).step_by(2).sum::<f64>() / 4.0;
         (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
     }

@@ -47,7 +47,12 @@ impl Picture {
 
     /// The middle of the picture, where the map is and no card.
     pub fn middle(&self) -> Area {
-        Area { left: self.width / 4, top: self.height / 5, right: self.width * 13 / 20, bottom: self.height * 4 / 5 }
+        Area {
+            left: self.width / 4,
+            top: self.height / 5,
+            right: self.width * 13 / 20,
+            bottom: self.height * 4 / 5,
+        }
     }
 
     fn rows(&self, area: Area) -> impl Iterator<Item = &[u8; 3]> {
@@ -62,16 +67,10 @@ impl Picture {
     /// The share of an area's pixels that are lit: at least `step` brighter in some channel than the dark ground.
     pub fn lit(&self, area: Area, step: u8) -> f64 {
         const GROUND: [u8; 3] = [0x0d, 0x11, 0x17];
-        let brighter = |pixel: &[u8; 3]| pixel.iter().zip(GROUND).any(|(&is, ground)| is > ground.saturating_add(step));
-        let (lit, all) = self.rows(area).fold((0_u32, 0_u32), |(lit, all), p| (lit + u32::from(brighter(p)), all + 1));
+        let brighter =
+            |pixel: &[u8; 3]| pixel.iter().zip(GROUND).any(|(&is, ground)| is > ground.saturating_add(step));
+        let (lit, all) =
+            self.rows(area).fold((0_u32, 0_u32), |(lit, all), p| (lit + u32::from(brighter(p)), all + 1));
         f64::from(lit) / f64::from(all.max(1))
-    }
-
-    /// The share of an area's pixels that differ between two pictures of one size.
-    pub fn changed(&self, other: &Self, area: Area) -> f64 {
-        assert_eq!((self.width, self.height), (other.width, other.height));
-        let pairs = self.rows(area).zip(other.rows(area));
-        let (changed, all) = pairs.fold((0_u32, 0_u32), |(changed, all), (a, b)| (changed + u32::from(a != b), all + 1));
-        f64::from(changed) / f64::from(all.max(1))
     }
 }

@@ -13,7 +13,10 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let name = match arguments.next() {
         Some(name) if name != "--help" => name,
         _ => {
-            println!("benchmarks: {}", if names.is_empty() { "none yet".to_owned() } else { names.join(", ") });
+            println!(
+                "benchmarks: {}",
+                if names.is_empty() { "none yet".to_owned() } else { names.join(", ") }
+            );
             return Ok(());
         }
     };
@@ -33,7 +36,9 @@ fn names() -> Result<Vec<String>> {
     }
     let entries = fs::read_dir(&folder).with_context(|| format!("could not list {}", folder.display()))?;
     let mut names = entries
-        .map(|entry| Ok(entry?.path().with_extension("").file_name().map(|name| name.to_string_lossy().into_owned())))
+        .map(|entry| {
+            Ok(entry?.path().with_extension("").file_name().map(|name| name.to_string_lossy().into_owned()))
+        })
         .filter_map(Result::transpose)
         .collect::<Result<Vec<_>>>()?;
     names.sort();

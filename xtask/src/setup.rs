@@ -16,13 +16,18 @@ pub(crate) fn setup(arguments: Vec<OsString>) -> Result<()> {
         bail!("`cargo xtask setup` takes no arguments, got {}", argument.display());
     }
     let toolchain = Toolchain::install()?;
-    println!("browser client: {}", match toolchain {
-        Toolchain::Active => "the active toolchain",
-        Toolchain::Debian => "Debian's Rust, with the standard library from source",
-    });
+    println!(
+        "browser client: {}",
+        match toolchain {
+            Toolchain::Active => "the active toolchain",
+            Toolchain::Debian => "Debian's Rust, with the standard library from source",
+        }
+    );
     match find_or_install_chromium() {
         Some(name) => println!("browser tests:  {name}"),
-        None => println!("browser tests:  no Chromium found; they will be skipped. On Debian: apt-get install chromium"),
+        None => println!(
+            "browser tests:  no Chromium found; they will be skipped. On Debian: apt-get install chromium"
+        ),
     }
     for (tool, without_it) in [
         ("cargo-nextest", "tests run with `cargo test`"),

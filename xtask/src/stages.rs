@@ -87,13 +87,10 @@ impl Stages {
         for skipped in &self.skipped {
             println!("{skipped}");
         }
-        let count = |wanted: fn(&Outcome) -> bool| self.stages.iter().filter(|stage| wanted(&stage.outcome)).count();
+        let count =
+            |wanted: fn(&Outcome) -> bool| self.stages.iter().filter(|stage| wanted(&stage.outcome)).count();
         let failed_stages = count(|outcome| matches!(outcome, Outcome::Failed(_)));
-        println!(
-            "{} of {} stages failed; tests and stages together:",
-            failed_stages,
-            self.stages.len()
-        );
+        println!("{} of {} stages failed; tests and stages together:", failed_stages, self.stages.len());
         // A stage counts as one check beside the single tests it ran, so that a failed build cannot hide behind them.
         println!(
             "{} passed, {} failed, {} skipped",

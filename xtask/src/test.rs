@@ -52,7 +52,8 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             Some(_) => stages.run("browser tests", || {
                 tests(&Selection::Browser, &shell::target().join("release/autoinspect"))
             }),
-            None => stages.skip("browser tests", "no Chromium on this machine; `cargo xtask setup` says how to get it"),
+            None => stages
+                .skip("browser tests", "no Chromium on this machine; `cargo xtask setup` says how to get it"),
         }
     }
     Ok(if stages.finish() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -76,7 +77,9 @@ fn browser_clippy(stages: &mut Stages) {
             clippy.args(["--target", TARGET, "--target-dir"]).arg(Toolchain::Active.target_folder());
             checked(clippy.args(DENY_WARNINGS))
         }),
-        Ok(Toolchain::Debian) => stages.skip("clippy (browser)", "Debian's Rust has no clippy for the browser"),
+        Ok(Toolchain::Debian) => {
+            stages.skip("clippy (browser)", "Debian's Rust has no clippy for the browser")
+        }
         Err(error) => stages.skip("clippy (browser)", &error.to_string()),
     }
 }
@@ -84,7 +87,9 @@ fn browser_clippy(stages: &mut Stages) {
 fn licences(stages: &mut Stages) {
     if shell::on_path("cargo-deny") {
         // Advisories need a database from the network; licences, bans and sources do not.
-        stages.run("licences", || checked(shell::cargo().args(["deny", "check", "licenses", "bans", "sources"])));
+        stages.run("licences", || {
+            checked(shell::cargo().args(["deny", "check", "licenses", "bans", "sources"]))
+        });
     } else {
         stages.skip("licences", "cargo-deny is not installed");
     }
@@ -191,8 +196,18 @@ mod tests {
 
     #[test]
     fn both_runners_are_counted() {
-        check("     Summary [   0.104s] 15 tests run: 12 passed (1 slow), 2 failed, 1 timed out, 0 skipped", 12, 3, 0);
-        check("test result: FAILED. 12 passed; 2 failed; 3 ignored; 0 measured; 0 filtered out; in 0.10s", 12, 2, 3);
+        check(
+            "     Summary [   0.104s] 15 tests run: 12 passed (1 slow), 2 failed, 1 timed out, 0 skipped",
+            12,
+            3,
+            0,
+        );
+        check(
+            "test result: FAILED. 12 passed; 2 failed; 3 ignored; 0 measured; 0 filtered out; in 0.10s",
+            12,
+            2,
+            3,
+        );
         check("    skipped: no recordings beside this clone", 0, 0, 1);
         check("running 12 tests", 0, 0, 0);
     }

@@ -39,7 +39,9 @@ impl Toolchain {
             _ => bail!("no toolchain {name}; there are rustup and debian"),
         };
         if !present {
-            bail!("the {name} toolchain cannot build for {TARGET} here; `cargo xtask setup` says what is missing");
+            bail!(
+                "the {name} toolchain cannot build for {TARGET} here; `cargo xtask setup` says what is missing"
+            );
         }
         Ok(toolchain)
     }

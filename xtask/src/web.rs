@@ -82,7 +82,9 @@ fn build(flavour: Flavour, toolchain: Toolchain) -> Result<()> {
         bundler.args(["--smallest", "--brotli-max", BROTLI_BYTES_MAX]);
         match wasm_opt() {
             Some(path) => drop(bundler.arg("--wasm-opt").arg(path)),
-            None => eprintln!("npm or its package {BINARYEN} is not to be had: the bundle is not shrunk with wasm-opt"),
+            None => eprintln!(
+                "npm or its package {BINARYEN} is not to be had: the bundle is not shrunk with wasm-opt"
+            ),
         }
     }
     shell::run(&mut bundler)?;

@@ -120,7 +120,8 @@ fn bundle(options: &Options) -> Result<()> {
     publish(&wasm_name, &wasm)?;
     publish(&glue_name, glue.as_bytes())?;
     for snippet in files_below(&staging.join("snippets"))? {
-        let name = snippet.strip_prefix(&staging)?.to_str().context("a snippet's name is not UTF-8")?.to_owned();
+        let name =
+            snippet.strip_prefix(&staging)?.to_str().context("a snippet's name is not UTF-8")?.to_owned();
         publish(&name, &fs::read(&snippet)?)?;
     }
     eprintln!("  {total}  in all");

@@ -1,0 +1,145 @@
+//! The first thing an operator does: make a map with a robot, save it, find it again.
+
+use std::time::{Duration, Instant};
+
+use crate::support::chromium::{Chromium, LAN_NAME};
+use crate::support::page::{At, Key, Page};
+use crate::support::server::Server;
+use crate::support::wait_for;
+
+/// For anything the robot has to walk for, on a machine that draws, simulates and serves on two cores.
+const WALK_LIMIT: Duration = Duration::from_secs(120);
+const DRAW_LIMIT: Duration = Duration::from_secs(60);
+
+/// The share of the middle of the window that a map must light up, and the colours it must have, to count as drawn. A
+/// blank canvas has none of either, a lone robot on a grid a few.
+const LIT_MIN: f64 = 0.03;
+const COLOURS_MIN: usize = 100;
+
+#[test]
+fn a_hall_is_mapped_saved_and_found_again() {
+    let Some(browser) = Chromium::start() else { return };
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start("b1", data.path());
+    let mut page = browser.open(1440, 900);
+    page.go(&server.url());
+
+    page.click("button", "Map");
+    page.click("button", "Start mapping");
+    wait_for("mapping to begin", WALK_LIMIT, || (page.status("Mapping")? == "Mapping").then_some(()));
+    let points_at_first =
+        wait_for("a first map", WALK_LIMIT, || number(&mut page, "Points in map").filter(|n| *n > 0.0));
+    let keyframes_at_first = number(&mut page, "Keyframes").unwrap();
+
+    drive_by_keys(&mut page, 2.0);
+    drive_by_stick(&mut page, 2.0);
+    wait_for("the map to grow", WALK_LIMIT, || {
+        let grown = number(&mut page, "Keyframes")? > keyframes_at_first
+            && number(&mut page, "Points in map")? > points_at_first;
+        grown.then_some(())
+    });
+    wait_for_drawn_map(&mut page);
+    page.screenshot().keep("mapping-1440x900");
+    page.resize(1024, 768);
+    wait_for_drawn_map(&mut page);
+    page.screenshot().keep("mapping-1024x768");
+    page.resize(1440, 900);
+
+    page.click("textbox", "Map name");
+    page.type_text("Test hall");
+    page.click("button", "Finish and save");
+    wait_for("the saved map", WALK_LIMIT, || page.find("status", "Saved map Test hall"));
+
+    page.reload();
+    page.click("button", "Map");
+    wait_for("the map after a reload", DRAW_LIMIT, || page.find("status", "Saved map Test hall"));
+    page.click("button", "View Test hall");
+    wait_for_drawn_map(&mut page);
+    page.screenshot().keep("saved-map-1440x900");
+
+    assert_eq!(page.complaints(), Vec::<String>::new());
+    server.stop();
+}
+
+#[test]
+fn a_plain_http_name_on_the_local_network_is_enough() {
+    let Some(browser) = Chromium::start() else { return };
+    let data = tempfile::tempdir().unwrap();
+    let server = Server::start("b1", data.path());
+    let mut page = browser.open(1440, 900);
+    page.go(&format!("http://{LAN_NAME}:{}/", server.port));
+    page.click("button", "Map");
+    assert_eq!(
+        page.evaluate("isSecureContext"),
+        false,
+        "the test is about origins that browsers do not trust"
+    );
+    page.click("button", "Start mapping");
+    wait_for_drawn_map(&mut page);
+
+    // A second look at a robot that is mapping already: how long until its map is seen?
+    let mut second = browser.open(1440, 900);
+    let asked = Instant::now();
+    second.go(&server.url());
+    wait_for_drawn_map(&mut second);
+    println!("first map drawn {:.1} s after navigation", asked.elapsed().as_secs_f64());
+    for page in [&mut page, &mut second] {
+        assert_eq!(page.complaints(), Vec::<String>::new());
+    }
+}
+
+/// Holds W until the robot has walked `metres` more, and turns a little.
+#[track_caller]
+fn drive_by_keys(page: &mut Page, metres: f64) {
+    let goal = number(page, "Distance").unwrap_or(0.0) + metres;
+    page.key_down(Key::W);
+    wait_for("the robot to walk by keyboard", WALK_LIMIT, || {
+        (number(page, "Distance")? >= goal).then_some(())
+    });
+    page.key_down(Key::Q);
+    page.key_up(Key::Q);
+    page.key_up(Key::W);
+}
+
+/// Drags the on-screen stick ahead until the robot has walked `metres` more.
+#[track_caller]
+fn drive_by_stick(page: &mut Page, metres: f64) {
+    let goal = number(page, "Distance").unwrap_or(0.0) + metres;
+    let stick = page.control("group", "Drive stick");
+    let middle = page.middle(&stick).unwrap();
+    page.press(middle);
+    page.drag_to(At { x: middle.x + 25.0, y: middle.y - 50.0 });
+    wait_for("the robot to walk by the stick", WALK_LIMIT, || {
+        (number(page, "Distance")? >= goal).then_some(())
+    });
+    page.release(middle);
+}
+
+/// Waits until a map is to be seen; where none comes, keeps what was there instead.
+#[track_caller]
+fn wait_for_drawn_map(page: &mut Page) {
+    let started = Instant::now();
+    loop {
+        let picture = page.screenshot();
+        let (lit, colours) = (picture.lit(picture.middle(), 30), picture.colours(picture.middle()));
+        if lit >= LIT_MIN && colours >= COLOURS_MIN {
+            return;
+        }
+        if started.elapsed() > DRAW_LIMIT {
+            let kept = picture.keep("not-drawn");
+            panic!("no map is drawn: {lit:.3} lit, {colours} colours; see {}", kept.display());
+        }
+    }
+}
+
+/// The number of a status in its plain unit, from texts like `12.3 m`, `64 k` and `1\u{a0}234`.
+fn number(page: &mut Page, status: &str) -> Option<f64> {
+    let text = page.status(status)?;
+    let (digits, unit) = text.split_once(' ').unwrap_or((&text, ""));
+    let value: f64 = digits.replace('\u{a0}', "").parse().ok()?;
+    Some(match unit {
+        "k" | "km" => 1e3 * value,
+        "million" => 1e6 * value,
+        _ => value,
+    })
+}

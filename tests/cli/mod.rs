@@ -1,1 +1,0 @@
-//! The program at the command line.
