@@ -53,14 +53,12 @@ impl Client {
         let mut model = Model::new(client_id(), ids, kept_view(), now());
         let mut effects = Vec::new();
         model.start(&mut effects);
+        let stage = Stage::new(scene::Renderer::new(&gpu.device, &gpu.queue, gpu.target_format));
+        gpu.renderer.write().callback_resources.insert(stage.renderer.clone());
         Ok(Box::new(Self {
             model,
-            panels: PanelState {
-                utc_offset_s: browser::utc_offset_s(),
-                outside_inputs: true,
-                ..PanelState::default()
-            },
-            stage: Stage::new(scene::Renderer::new(&gpu.device, &gpu.queue, gpu.target_format)),
+            panels: PanelState::for_page(browser::utc_offset_s()),
+            stage,
             viewport: Viewport::new(),
             sockets: Sockets::new(inbox.clone()),
             fetches: Fetches::new(inbox.clone()),

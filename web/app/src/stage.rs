@@ -1,14 +1,14 @@
 //! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
 
 use client_model::{ColourBy, MapView, Model, Selection, ViewSettings};
-use egui::mutex::Mutex;
 use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
     AnchorId, CameraPose, Options, Palette, PointBlock, Renderer, RobotState, TileId, View, WHOLE_MAP,
 };
-use std::sync::Arc;
+use std::cell::RefCell;
+use std::rc::Rc;
 use vocab::{MapId, Pose, Vec3};
 
 /// Height of the base above the floor when the robot stands, metres: for colours and the ceiling only.
@@ -22,10 +22,13 @@ const POINT_BUDGET: u32 = 1_500_000;
 /// Older than this, seconds, the robot is drawn as one whose place is not known.
 const ROBOT_STALE_S: f64 = 3.0;
 
+/// The renderer, in the hands of stage and paint callback.
+pub(crate) type SharedRenderer = Rc<RefCell<Renderer>>;
+
 /// The renderer and what it was told last.
 pub(crate) struct Stage {
-    /// Shared with the paint callback.
-    pub(crate) renderer: Arc<Mutex<Renderer>>,
+    /// Shared with the paint callback, which finds it among egui's callback resources.
+    pub(crate) renderer: SharedRenderer,
     told: Told,
     ground: f64,
 }
@@ -42,7 +45,7 @@ struct Told {
 
 impl Stage {
     pub(crate) fn new(renderer: Renderer) -> Self {
-        Self { renderer: Arc::new(Mutex::new(renderer)), told: Told::default(), ground: -BASE_HEIGHT_M }
+        Self { renderer: Rc::new(RefCell::new(renderer)), told: Told::default(), ground: -BASE_HEIGHT_M }
     }
 
     /// Height of the ground at the robot, or at the start of the saved map on show; metres, map frame.
@@ -65,25 +68,25 @@ impl Stage {
                 (AnchorId(u64::from(id.0)), node.map_or(0.0, |node| node.stamp.secs_f64()))
             }
         };
-        self.renderer.lock().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
+        self.renderer.borrow_mut().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
     }
 
     /// Takes a tile off the stage.
     pub(crate) fn drop_tile(&self, hash: api::TileHash) {
-        self.renderer.lock().remove_tile(tile_id(hash));
+        self.renderer.borrow_mut().remove_tile(tile_id(hash));
     }
 
     /// Shows a scan from the pose of its base in the map.
     pub(crate) fn show_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
         let (position, orientation) = glam_pose(map_from_base);
-        self.renderer.lock().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
+        self.renderer.borrow_mut().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
         self.told.scan = true;
     }
 
     /// Tells the renderer what changed in the model.
     pub(crate) fn follow(&mut self, model: &Model) {
         let shown = model.shown();
-        let mut renderer = self.renderer.lock();
+        let mut renderer = self.renderer.borrow_mut();
         if self.told.map != model.viewed() {
             renderer.clear_tiles();
             renderer.set_live_scan(None);

@@ -1,15 +1,13 @@
 //! The scene on the screen: gestures move the camera, clicks select or say where to walk.
 
 use crate::browser;
-use crate::stage::{Stage, vector};
+use crate::stage::{SharedRenderer, Stage, vector};
 use client_model::{Bookmark, CameraMove, Command, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
-use egui::mutex::Mutex;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3};
 use panels::{LabelKind, SceneLabel};
-use scene::{Camera, CameraPose, Eye, Hit, PickOptions, Renderer, View};
-use std::sync::Arc;
+use scene::{Camera, CameraPose, Eye, Hit, PickOptions, View};
 
 /// The camera looks at the robot's body, a little above the ground, metres.
 const LOOK_HEIGHT_M: f64 = 0.3;
@@ -57,7 +55,7 @@ impl Viewport {
     /// Draws the scene and takes what is done to it.
     pub(crate) fn show(&mut self, ui: &mut Ui, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
         let rect = ui.max_rect();
-        let response = ui.interact(rect, ui.id().with("scene"), Sense::click_and_drag());
+        let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         ui.ctx().accesskit_node_builder(response.id, |node| {
             node.set_role(egui::Role::Canvas);
             node.set_label("Map in 3D");
@@ -74,8 +72,7 @@ impl Viewport {
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(1.0) as u32);
         let view = stage.view(model, self.camera.pose(), viewport_px, pixels_per_point);
         self.view = Some(view);
-        let paint = ScenePaint { renderer: Arc::clone(&stage.renderer), view };
-        ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, paint));
+        ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, ScenePaint { view }));
         self.clicks(&response, model, stage, out);
     }
 
@@ -144,7 +141,7 @@ impl Viewport {
 
     fn fitting(&self, stage: &Stage) -> Option<CameraPose> {
         let view = self.view?;
-        let (min, max) = stage.renderer.lock().bounds()?;
+        let (min, max) = stage.renderer.borrow().bounds()?;
         Some(self.camera.fitting(min, max, view.viewport_px))
     }
 
@@ -226,7 +223,7 @@ impl Viewport {
             return;
         }
         let reach = PickOptions { sign_px: SIGN_REACH * scale, point_px: POINT_REACH * scale };
-        let hit = stage.renderer.lock().pick(&view, at, &reach);
+        let hit = stage.renderer.borrow().pick(&view, at, &reach);
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {
                 stop_following(model, out);
@@ -246,7 +243,7 @@ impl Viewport {
     fn ground_at(&self, view: &View, pixel: DVec2, stage: &Stage) -> Option<DVec3> {
         let eye = Eye::new(view.camera, view.viewport_px);
         let reach = POINT_REACH * f64::from(view.pixels_per_point);
-        let point = stage.renderer.lock().pick_point(view, &eye, pixel, reach);
+        let point = stage.renderer.borrow().pick_point(view, &eye, pixel, reach);
         let plane = || eye.ray(pixel).at_height(stage.ground());
         point.or_else(plane).filter(|goal| goal.distance(eye.position()) < WALK_M_MAX + view.camera.distance)
     }
@@ -314,9 +311,8 @@ fn pixel(at: egui::Pos2, response: &Response, view: &View) -> DVec2 {
     DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y)) * f64::from(view.pixels_per_point)
 }
 
-/// The scene in egui's picture.
+/// The scene in egui's picture. Callbacks must be `Send`, which the renderer is not: it is found among the resources.
 struct ScenePaint {
-    renderer: Arc<Mutex<Renderer>>,
     view: View,
 }
 
@@ -327,9 +323,11 @@ impl egui_wgpu::CallbackTrait for ScenePaint {
         _queue: &wgpu::Queue,
         _screen: &egui_wgpu::ScreenDescriptor,
         encoder: &mut wgpu::CommandEncoder,
-        _resources: &mut egui_wgpu::CallbackResources,
+        resources: &mut egui_wgpu::CallbackResources,
     ) -> Vec<wgpu::CommandBuffer> {
-        self.renderer.lock().prepare(encoder, &self.view);
+        if let Some(renderer) = resources.get::<SharedRenderer>() {
+            renderer.borrow_mut().prepare(encoder, &self.view);
+        }
         Vec::new()
     }
 
@@ -337,8 +335,10 @@ impl egui_wgpu::CallbackTrait for ScenePaint {
         &self,
         _info: egui::PaintCallbackInfo,
         pass: &mut wgpu::RenderPass<'static>,
-        _resources: &egui_wgpu::CallbackResources,
+        resources: &egui_wgpu::CallbackResources,
     ) {
-        self.renderer.lock().paint(pass);
+        if let Some(renderer) = resources.get::<SharedRenderer>() {
+            renderer.borrow().paint(pass);
+        }
     }
 }

@@ -8,23 +8,30 @@ pub struct PanelState {
     /// Name typed for the map under construction.
     pub map_name: String,
     /// The client's offset from UTC, seconds: for dates.
-    pub utc_offset_s: i64,
+    pub(crate) utc_offset_s: i64,
     /// Whether the shell lays real text inputs over [`Self::text_fields`]; else egui's own are drawn.
-    pub outside_inputs: bool,
+    pub(crate) outside_inputs: bool,
     /// Where text is typed in this frame.
     pub text_fields: Vec<TextField>,
     /// Below 1100 px: whether the right card is out.
-    pub drawer_open: bool,
+    pub(crate) drawer_open: bool,
     /// Below 700 px: whether the tools are out.
     pub(crate) tools_open: bool,
     /// Whether the keyboard shortcuts are on show.
-    pub help_open: bool,
+    pub(crate) help_open: bool,
     /// Whether the person is asked if the map shall really be discarded.
     pub(crate) confirm_discard: bool,
     /// Where the stick is, -1 to 1 both ways, while it is held.
     pub(crate) stick: Option<Vec2>,
     /// Name typed for a view to remember.
     pub(crate) bookmark_name: String,
+}
+
+impl PanelState {
+    /// For a page that lays inputs of its own over the panels' text fields.
+    pub fn for_page(utc_offset_s: i64) -> Self {
+        Self { utc_offset_s, outside_inputs: true, ..Self::default() }
+    }
 }
 
 /// A place where text is typed.

@@ -1,1 +1,262 @@
+//! The panels by the names of their controls, and the words they use.
 
+use crate::{Layout, PanelState, Width, theme, words};
+use api::{CommandOutcome, Control, Mapping, MapSummary, Motion, ServerMessage};
+use client_model::{
+    ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings,
+};
+use egui::{Color32, Rect, pos2, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use uuid::Uuid;
+use vocab::{ClientId, MapId, SessionId, Stamp};
+
+const ME: ClientId = ClientId(Uuid::from_u128(1));
+const OTHER: ClientId = ClientId(Uuid::from_u128(2));
+
+/// A model, the panels' state, and what they asked for.
+struct Desk {
+    model: Model,
+    state: PanelState,
+    asked: Vec<Command>,
+    sequence: u64,
+}
+
+impl Desk {
+    fn connected() -> Self {
+        let now = ClientTime(1.0);
+        let mut model = Model::new(ME, Ids::new(1), ViewSettings::default(), now);
+        let mut effects: Vec<Effect> = Vec::new();
+        model.apply(now, Event::Opened(Socket::Control), &mut effects);
+        let mut desk = Self { model, state: PanelState::default(), asked: Vec::new(), sequence: 0 };
+        desk.server(ServerMessage::Welcome { version: api::VERSION, program: "1".into() });
+        desk
+    }
+
+    fn server(&mut self, message: ServerMessage) {
+        self.model.apply(ClientTime(1.0), Event::Server { message, bytes: 10 }, &mut Vec::new());
+    }
+
+    fn event(mut self, event: api::Event) -> Self {
+        self.sequence += 1;
+        self.server(ServerMessage::Event { sequence: self.sequence, event });
+        self
+    }
+
+    fn on(mut self, screen: Screen) -> Self {
+        self.model.apply(ClientTime(1.0), Event::Command(Command::Show(screen)), &mut Vec::new());
+        self
+    }
+
+    fn shown<'a>(self, width: f32, height: f32) -> Harness<'a, Self> {
+        let mut harness = Harness::builder().with_size(vec2(width, height)).build_ui_state(
+            |ui, desk: &mut Self| {
+                let ctx = ui.ctx().clone();
+                crate::show(&ctx, &desk.model, &mut desk.state, &mut desk.asked);
+            },
+            self,
+        );
+        theme::install_fonts(&harness.ctx);
+        theme::install(&harness.ctx, Theme::Dark);
+        harness.run_steps(3);
+        harness
+    }
+}
+
+fn running() -> Mapping {
+    let session = SessionId(Uuid::from_u128(5));
+    Mapping::Running { session, since: Stamp::EPOCH, distance: 12.3, keyframes: 41 }
+}
+
+fn map(number: u128, name: &str) -> MapSummary {
+    MapSummary {
+        id: MapId(Uuid::from_u128(number)),
+        name: name.into(),
+        created: Stamp::from_secs_f64(1_795_257_600.0),
+        distance: 120.0,
+        keyframes: 60,
+        points: 2_345_678,
+        bytes: 7_000_000,
+    }
+}
+
+#[test]
+fn stop_motion_is_there_on_every_screen_and_size_and_stops() {
+    for (width, height) in [(1440.0, 900.0), (1024.0, 768.0), (390.0, 844.0)] {
+        for screen in [Screen::Live, Screen::Map] {
+            let mut harness = Desk::connected().on(screen).shown(width, height);
+            let rect = harness.get_by_label("Stop motion").rect();
+            assert!(rect.right() > width - 24.0 && rect.height() >= 40.0, "far right and large: {rect:?}");
+            harness.get_by_label("Stop motion").click();
+            harness.run_steps(2);
+            assert!(harness.state().asked.contains(&Command::StopMotion));
+        }
+    }
+}
+
+#[test]
+fn escape_stops() {
+    let mut harness = Desk::connected().shown(1440.0, 900.0);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::StopMotion));
+}
+
+#[test]
+fn the_empty_map_screen_says_what_to_do_first() {
+    let mut harness = Desk::connected().event(api::Event::Maps(Vec::new())).on(Screen::Map).shown(1440.0, 900.0);
+    harness.get_by_label("Start mapping").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::StartMapping));
+}
+
+#[test]
+fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
+    let desk = Desk::connected().event(api::Event::Maps(Vec::new())).event(api::Event::Mapping(running()));
+    let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
+    assert_eq!(harness.get_by_label("Keyframes").value().as_deref(), Some("41"));
+    assert_eq!(harness.get_by_label("Distance").value().as_deref(), Some("12.3 m"));
+    harness.state_mut().state.map_name = " Pump hall ".into();
+    harness.get_by_label("Finish and save").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::FinishMapping { name: "Pump hall".into() }));
+}
+
+#[test]
+fn discarding_is_asked_for_twice() {
+    let mut harness = Desk::connected().event(api::Event::Mapping(running())).on(Screen::Map).shown(1440.0, 900.0);
+    harness.get_by_label("Discard").click();
+    harness.run_steps(2);
+    assert!(!harness.state().asked.contains(&Command::DiscardMapping));
+    harness.get_by_label("Discard map").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::DiscardMapping));
+}
+
+#[test]
+fn saved_maps_can_be_viewed_by_name() {
+    let desk = Desk::connected().event(api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]));
+    let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
+    harness.get_by_label("View Cellar").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::ViewMap(Some(MapId(Uuid::from_u128(8))))));
+}
+
+#[test]
+fn who_does_not_control_cannot_map_but_can_take_control() {
+    let control = Control { owner: Some(OTHER), name: "Anna".into() };
+    let mut harness = Desk::connected().event(api::Event::Control(control)).on(Screen::Map).shown(1440.0, 900.0);
+    harness.get_by_label("Start mapping").click();
+    harness.get_by_label("Take control").click();
+    harness.run_steps(2);
+    let asked = &harness.state().asked;
+    assert!(asked.contains(&Command::TakeControl) && !asked.contains(&Command::StartMapping), "{asked:?}");
+}
+
+#[test]
+fn a_stopped_robot_offers_to_allow_motion() {
+    let stopped = api::Event::Motion(Motion::Stopped { by: Some(ME) });
+    let mut harness = Desk::connected().event(stopped).shown(1024.0, 768.0);
+    harness.get_by_label("Allow motion").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::AllowMotion));
+}
+
+#[test]
+fn the_w_key_drives_ahead_and_its_release_ends_it() {
+    let mut harness = Desk::connected().shown(1440.0, 900.0);
+    harness.key_down(egui::Key::W);
+    harness.run_steps(2);
+    let ahead = harness.state().asked.iter().any(
+        |command| matches!(command, Command::Drive(Some(twist)) if twist.linear.x > 0.5 && twist.linear.y == 0.0),
+    );
+    assert!(ahead, "{:?}", harness.state().asked);
+}
+
+#[test]
+fn a_refusal_is_an_alert_that_can_be_put_away() {
+    let mut desk = Desk::connected();
+    let mut effects = Vec::new();
+    desk.model.apply(ClientTime(1.0), Event::Command(Command::ReleaseControl), &mut effects);
+    let id = effects.into_iter().find_map(|effect| match effect {
+        Effect::Send(api::ClientMessage::Command { id, .. }) => Some(id),
+        _ => None,
+    });
+    let outcome = CommandOutcome::Refused("Not now. Wait a moment.".into());
+    let desk = desk.event(api::Event::CommandDone { id: id.unwrap(), outcome });
+    let mut harness = desk.shown(1440.0, 900.0);
+    harness.get_by_label("Dismiss").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.iter().any(|command| matches!(command, Command::Dismiss(_))));
+}
+
+#[test]
+fn cards_keep_apart_and_inside_the_window() {
+    for (width, height, expected) in
+        [(1440.0, 900.0, Width::Wide), (1024.0, 768.0, Width::Medium), (390.0, 844.0, Width::Narrow)]
+    {
+        let window = Rect::from_min_size(pos2(0.0, 0.0), vec2(width, height));
+        let layout = Layout::of(window);
+        assert_eq!(layout.width, expected);
+        for card in [layout.top, layout.rail, layout.card] {
+            assert!(window.contains_rect(card), "{card:?} in {window:?}");
+        }
+        assert!(!layout.top.intersects(layout.card) && !layout.top.intersects(layout.rail));
+        assert!(!layout.rail.intersects(layout.card));
+    }
+}
+
+/// Contrast of two colours as WCAG 2 defines it.
+fn contrast(a: Color32, b: Color32) -> f32 {
+    let luminance = |colour: Color32| {
+        let linear = |channel: u8| {
+            let c = f32::from(channel) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * linear(colour.r()) + 0.7152 * linear(colour.g()) + 0.0722 * linear(colour.b())
+    };
+    let (a, b) = (luminance(a) + 0.05, luminance(b) + 0.05);
+    (a / b).max(b / a)
+}
+
+#[test]
+fn texts_stand_out_in_every_theme() {
+    for name in Theme::ALL {
+        let tokens = theme::Tokens::of(name);
+        let (card, least) = (tokens.card.to_opaque(), if name == Theme::Sunlight { 10.0 } else { 4.5 });
+        for colour in [tokens.text, tokens.dim] {
+            assert!(contrast(colour, card) >= least, "{name:?}: {colour:?} on {card:?}");
+        }
+        if name == Theme::Sunlight {
+            for colour in [tokens.accent, tokens.good, tokens.warn, tokens.bad] {
+                assert!(contrast(colour, card) >= least, "{name:?}: {colour:?} on {card:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_carry_units() {
+    assert_eq!(words::distance(12.345), "12.3 m");
+    assert_eq!(words::distance(1234.0), "1.23 km");
+    assert_eq!(words::accuracy(0.014), "1.4 cm");
+    assert_eq!(words::elapsed(3753.0), "1:02:33");
+    assert_eq!(words::duration(7500.0), "2 h 05");
+    assert_eq!(words::age(2.04), "2.0 s old");
+    assert_eq!(words::points(2_345_678), "2.35 million");
+    assert_eq!(words::bit_rate(1.84e6), "1.8 Mbit/s");
+}
+
+#[test]
+fn dates_follow_the_calendar() {
+    for (secs, expected) in [
+        (0.0, "1 Jan 1970, 00:00"),
+        (951_782_400.0, "29 Feb 2000, 00:00"),
+        (1_709_251_140.0, "29 Feb 2024, 23:59"),
+        (1_795_260_060.0, "21 Nov 2026, 11:21"),
+        (-86_400.0, "31 Dec 1969, 00:00"),
+    ] {
+        assert_eq!(words::date(Stamp::from_secs_f64(secs), 0), expected);
+    }
+    assert_eq!(words::date(Stamp::EPOCH, -3600), "31 Dec 1969, 23:00");
+}
