@@ -386,7 +386,7 @@ fn tree(b: &mut Builder, foot: Vector3) {
     let top = foot + at(b.rng.range(-0.2, 0.2), b.rng.range(-0.2, 0.2), height);
     b.rod(foot, top, 0.16, Material::Wood);
     for _ in 0..26 {
-        let (angle, reach) = (b.rng.range(0.0, 6.28), b.rng.range(0.2, 1.7));
+        let (angle, reach) = (b.rng.range(0.0, std::f64::consts::TAU), b.rng.range(0.2, 1.7));
         let leaf = top + at(reach * angle.cos(), reach * angle.sin(), b.rng.range(-0.3, 2.2));
         let radius = b.rng.range(0.18, 0.5);
         b.ball(leaf, radius, Material::Foliage);
