@@ -3,8 +3,8 @@
 use crate::{LANES, NOTHING, Packet, Site, SiteName, Solid};
 use geometry::{Rng, RngTree, Vector3};
 
-/// Marches along the ray by the distance to the nearest solid (sphere tracing): shares no code with the caster. Says the
-/// range of the first surface and how close the ray came to any other on its way.
+/// Marches along the ray by the distance to the nearest solid (sphere tracing) to the range of the first surface; shares
+/// no code with the caster.
 fn march(solids: &[&Solid], origin: &Vector3, direction: &Vector3, reach: f64) -> Option<f64> {
     let mut range = 0.0;
     while range < reach {
