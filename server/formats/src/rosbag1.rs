@@ -85,11 +85,10 @@ pub fn is_bag(start: &[u8]) -> bool {
 pub fn read_index(file: &mut (impl Read + Seek)) -> Result<BagIndex, FormatError> {
     let size = file.seek(SeekFrom::End(0))?;
     check_magic(file, size)?;
-    let complete = read_header(file, size).ok().filter(|position| *position > 0);
-    let indexed = complete.and_then(|position| read_chunk_infos(file, size, position).ok());
-    match indexed.filter(|index| !index.connections.is_empty()) {
-        Some(index) => Ok(index),
-        None => survey(file, size),
+    let indexed = read_header(file, size).and_then(|header| read_chunk_infos(file, size, &header));
+    match indexed {
+        Ok(index) => Ok(index),
+        Err(_) => survey(file, size),
     }
 }
 
@@ -118,18 +117,35 @@ fn check_magic(file: &mut (impl Read + Seek), size: u64) -> Result<(), FormatErr
     Err(FormatError::WrongKind { expected: "a ROS 1 bag of version 2.0", found })
 }
 
-/// Position of the index; 0 in a bag that was not closed.
-fn read_header(file: &mut (impl Read + Seek), size: u64) -> Result<u64, FormatError> {
-    records::read_head(file, size, MAGIC.len() as u64)?.u64("index_pos")
+/// What the first record says of the index.
+struct BagHeader {
+    /// 0 in a bag that was not closed.
+    index_position: u64,
+    connections: u32,
+    chunks: u32,
 }
 
+fn read_header(file: &mut (impl Read + Seek), size: u64) -> Result<BagHeader, FormatError> {
+    let record = records::read_head(file, size, MAGIC.len() as u64)?;
+    Ok(BagHeader {
+        index_position: record.u64("index_pos")?,
+        connections: record.u32("conn_count")?,
+        chunks: record.u32("chunk_count")?,
+    })
+}
+
+/// Reads the index, all of it or nothing: a bag cut between two of its records would lose chunks unnoticed.
 fn read_chunk_infos(
     file: &mut (impl Read + Seek),
     size: u64,
-    index_position: u64,
+    header: &BagHeader,
 ) -> Result<BagIndex, FormatError> {
+    let incomplete = || FormatError::at_byte(WHAT, header.index_position, "the index is not complete");
+    if header.index_position == 0 {
+        return Err(incomplete());
+    }
     let mut index = BagIndex::default();
-    let mut at = index_position;
+    let mut at = header.index_position;
     while at < size {
         let record = records::read_head(file, size, at)?;
         let data = records::read_bytes(file, size, record.data_start, record.data_length)?;
@@ -152,6 +168,9 @@ fn read_chunk_infos(
             _ => {}
         }
         at = record.end();
+    }
+    if index.chunks.len() != header.chunks as usize || index.connections.len() < header.connections as usize {
+        return Err(incomplete());
     }
     index.chunks.sort_by_key(|chunk| chunk.position);
     Ok(index)

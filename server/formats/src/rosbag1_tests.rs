@@ -73,7 +73,14 @@ impl Maker {
     }
 
     fn header(&self, index: u64) -> Vec<u8> {
-        record(&[("op", &[3]), ("index_pos", &index.to_le_bytes())], b"    ")
+        let (connections, chunks) = (1u32.to_le_bytes(), 2u32.to_le_bytes());
+        let fields: [(&str, &[u8]); 4] = [
+            ("op", &[3]),
+            ("index_pos", &index.to_le_bytes()),
+            ("conn_count", &connections),
+            ("chunk_count", &chunks),
+        ];
+        record(&fields, b"    ")
     }
 }
 

@@ -92,6 +92,9 @@ fn journal_error(problem: &str) -> FormatError {
     FormatError::Malformed { what: "journal entry", place: "its content".into(), problem: problem.into() }
 }
 
-pub(crate) fn message_error(raw: &RawMessage, topic: &Topic, source: FormatError) -> ReadError {
-    ReadError::Message { topic: topic.name.clone(), at: raw.at, source }
+fn message_error(raw: &RawMessage, topic: &Topic, source: FormatError) -> ReadError {
+    match &raw.file {
+        Some(path) => ReadError::Format { path: path.clone(), source },
+        None => ReadError::Message { topic: topic.name.clone(), at: raw.at, source },
+    }
 }

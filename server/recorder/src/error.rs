@@ -114,6 +114,20 @@ pub enum ReadError {
         /// How far back its own stamp goes, seconds.
         by: f64,
     },
+    /// A scan of which nothing is left; it is left out.
+    #[error(
+        "the scan on '{topic}' at {:.3} s has no usable point ({points} were not finite or had no return), so it is left \
+         out; check that the LiDAR sees anything",
+        at.secs_f64()
+    )]
+    EmptyScan {
+        /// Its topic.
+        topic: String,
+        /// When it was logged.
+        at: Stamp,
+        /// Points it had.
+        points: usize,
+    },
     /// Asked to replay a recording that does not hold what the stack was told.
     #[error("this recording has no '{}' channel, so it can be mapped but not replayed", crate::topics::INPUT)]
     NotAJournal,

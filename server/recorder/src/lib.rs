@@ -7,6 +7,7 @@ mod display;
 mod error;
 mod frames;
 mod info;
+mod problems;
 mod recording;
 mod selection;
 pub mod topics;
@@ -14,6 +15,7 @@ mod writer;
 
 pub use error::{OpenError, ReadError, WriteError};
 pub use info::{RecordingInfo, TopicInfo};
+pub use problems::ReadProblems;
 pub use recording::{Inputs, Recording};
 pub use selection::{Meaning, TopicSelection};
 pub use writer::{RecordingMeta, RecordingWriter};

@@ -325,6 +325,10 @@ impl Inputs {
             return Err(ReadError::Backward { topic: topic.name.clone(), at: raw.at, by });
         }
         self.latest[raw.topic] = Some(stamp);
+        if matches!(&sensor, Sensor::Scan(scan) if scan.xyz.is_empty()) {
+            let points = report.dropped.total();
+            return Err(ReadError::EmptyScan { topic: topic.name.clone(), at: raw.at, points });
+        }
         Ok(Some((raw.at, sensor)))
     }
 }

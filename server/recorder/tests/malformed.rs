@@ -16,13 +16,12 @@ use vocab::{Span, Stamp};
 /// What came of a broken input: how many sensor messages, and every sentence said.
 struct Outcome {
     sensors: usize,
-    points: usize,
     sentences: Vec<String>,
 }
 
 /// Opens and reads to the end.
 fn drain(path: &Path) -> Outcome {
-    let mut outcome = Outcome { sensors: 0, points: 0, sentences: Vec::new() };
+    let mut outcome = Outcome { sensors: 0, sentences: Vec::new() };
     let recording = match Recording::open(path, &TopicSelection::default()) {
         Ok(recording) => recording,
         Err(error) => {
@@ -34,12 +33,7 @@ fn drain(path: &Path) -> Outcome {
     outcome.sentences.extend(recording.require_scans().err().map(|error| error.to_string()));
     for item in recording.inputs() {
         match item {
-            Ok((_, sensor)) => {
-                outcome.sensors += 1;
-                if let Sensor::Scan(scan) = sensor {
-                    outcome.points += scan.xyz.len();
-                }
-            }
+            Ok(_) => outcome.sensors += 1,
             Err(error) => outcome.sentences.push(error.to_string()),
         }
     }
@@ -122,8 +116,12 @@ const CASES: [Case; 28] = [
         "no LiDAR",
     ),
     ("no_messages.mcap", |p| mcap_of(p, &[]), "no messages"),
-    ("zero_points.mcap", |p| one_message(p, "/points", CLOUD, cloud(0, 7, 12, &[])), ""),
-    ("nan_points.mcap", |p| one_message(p, "/points", CLOUD, cloud(2, 7, 12, &floats(&[f32::NAN; 6]))), ""),
+    ("zero_points.mcap", |p| one_message(p, "/points", CLOUD, cloud(0, 7, 12, &[])), "no usable point"),
+    (
+        "nan_points.mcap",
+        |p| one_message(p, "/points", CLOUD, cloud(2, 7, 12, &floats(&[f32::NAN; 6]))),
+        "2 were not finite",
+    ),
     ("unknown_type.mcap", |p| one_message(p, "/points", CLOUD, cloud(1, 99, 12, &[0; 12])), "data type 99"),
     ("field_too_far.mcap", |p| one_message(p, "/points", CLOUD, cloud(1, 8, 12, &[0; 12])), "field 'z'"),
     ("absurd_width.mcap", |p| one_message(p, "/points", CLOUD, cloud(u32::MAX, 7, 12, &[0; 12])), "cut off"),
@@ -140,10 +138,10 @@ const CASES: [Case; 28] = [
         |p| fs::write(p, "# .PCD v0.7\nFIELDS x y z\nSIZE 4 4\nDATA ascii\n").unwrap(),
         "FIELDS",
     ),
-    ("absurd.pcd", absurd_pcd, "point cloud"),
+    ("absurd.pcd", absurd_pcd, "absurd.pcd"),
     ("no_xyz.ply", |p| fs::write(p, NO_XYZ).unwrap(), "field 'x'"),
-    ("absurd.ply", |p| fs::write(p, ABSURD_PLY).unwrap(), "point cloud"),
-    ("partial.bin", |p| fs::write(p, [0; 17]).unwrap(), "KITTI"),
+    ("absurd.ply", |p| fs::write(p, ABSURD_PLY).unwrap(), "absurd.ply"),
+    ("partial.bin", |p| fs::write(p, [0; 17]).unwrap(), "partial.bin"),
 ];
 
 const NO_XYZ: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float a\nend_header\n1\n";
@@ -206,16 +204,8 @@ fn every_malformed_input_gives_a_clear_sentence_and_little_memory() {
         let outcome = drain(&path);
         println!("{name}: {}", outcome.sentences.join(" | "));
         outcome.sentences.iter().for_each(|sentence| assert_clear(sentence));
-        if mention.is_empty() {
-            assert_eq!(
-                (outcome.sensors, outcome.points),
-                (1, 0),
-                "{name}: a scan without points is no error"
-            );
-        } else {
-            let mentioned = outcome.sentences.iter().any(|sentence| sentence.contains(mention));
-            assert!(mentioned, "{name} should mention '{mention}': {:?}", outcome.sentences);
-        }
+        let mentioned = outcome.sentences.iter().any(|sentence| sentence.contains(mention));
+        assert!(mentioned, "{name} should mention '{mention}': {:?}", outcome.sentences);
     }
     assert_little_memory();
 }

@@ -14,6 +14,7 @@ use crate::error::ReadError;
 use formats::cdr::Encoding;
 use formats::scan_file::ScanFormat;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Stamp;
 
@@ -47,13 +48,21 @@ pub(crate) struct RawMessage {
     pub topic: usize,
     /// Log time.
     pub at: Stamp,
+    /// The file that the message is, where it is one.
+    pub file: Option<PathBuf>,
     bytes: Arc<Vec<u8>>,
     range: Range<usize>,
 }
 
 impl RawMessage {
     pub fn new(topic: usize, at: Stamp, bytes: Arc<Vec<u8>>, range: Range<usize>) -> Self {
-        Self { topic, at, bytes, range }
+        Self { topic, at, file: None, bytes, range }
+    }
+
+    /// A whole file as the one message that it is.
+    pub fn of_file(at: Stamp, file: PathBuf, bytes: Vec<u8>) -> Self {
+        let range = 0..bytes.len();
+        Self { topic: 0, at, file: Some(file), bytes: Arc::new(bytes), range }
     }
 
     pub fn bytes(&self) -> &[u8] {

@@ -100,8 +100,7 @@ impl Container for ScanFolder {
         Box::new((0..count).map(move |i| {
             let (stamp, path) = &scans[i];
             let bytes = fs::read(path).map_err(|source| ReadError::Io { path: path.clone(), source })?;
-            let range = 0..bytes.len();
-            Ok(RawMessage::new(0, *stamp, Arc::new(bytes), range))
+            Ok(RawMessage::of_file(*stamp, path.clone(), bytes))
         }))
     }
 }
