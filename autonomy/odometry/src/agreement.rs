@@ -17,10 +17,15 @@ const TURNED_MIN: f64 = 0.15;
 const LAG_MIN: f64 = 0.015;
 /// A shift must explain the turns so much better than none (ratio of squared errors).
 const BETTER: f64 = 0.5;
+/// Share of the turns' squares that may differ before the gyroscope is doubted. Good clocks leave a hundredth of it.
+const DIFFERENT: f64 = 5e-3;
+/// How much noisier a doubted gyroscope is taken to be, so that scans turn the pose by themselves and show the lag.
+const DOUBT: f64 = 30.0;
 /// Turns that correlate less than this are about different axes.
 const CORRELATION_MIN: f64 = 0.6;
 
-/// One turn between two scans, as the LiDAR saw it.
+/// One turn between the middles of two scans, as the LiDAR saw it. The middles, because a scan corrected by a
+/// late gyroscope still lies right on average: its ends follow the gyroscope, its middle does not.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     from: Stamp,
@@ -41,6 +46,8 @@ pub struct Agreement {
     felt_squared: f64,
     common: f64,
     count: usize,
+    /// Whether the last batch showed that the two differ.
+    doubted: bool,
 }
 
 impl Agreement {
@@ -53,7 +60,7 @@ impl Agreement {
         }
     }
 
-    /// The turn between two consecutive scans. Says what is wrong once enough turns were seen.
+    /// The turn between the middles of two consecutive scans. Says what is wrong once enough turns were seen.
     pub fn turn(&mut self, from: Stamp, to: Stamp, seen: Vector3) -> Option<Finding> {
         let reach = STEP * STEPS as i64;
         let newest = self.integral.back()?.0;
@@ -69,8 +76,19 @@ impl Agreement {
             return None;
         }
         let finding = self.judge();
-        *self = Self { integral: std::mem::take(&mut self.integral), ..Self::default() };
+        let differs =
+            self.errors[STEPS] > DIFFERENT * self.seen_squared && self.seen_squared.sqrt() > TURNED_MIN;
+        *self = Self {
+            integral: std::mem::take(&mut self.integral),
+            doubted: self.doubted || differs,
+            ..Self::default()
+        };
         finding
+    }
+
+    /// By how much to multiply the gyroscope's noise.
+    pub fn doubt(&self) -> f64 {
+        if self.doubted { DOUBT } else { 1.0 }
     }
 
     fn compare(&mut self, turn: &Turn) {

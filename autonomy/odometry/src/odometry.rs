@@ -43,6 +43,8 @@ pub struct Odometry {
     findings: Vec<FindingKind>,
     /// Consecutive scans whose clock has nothing to do with the IMU's.
     apart: usize,
+    /// Whether the IMU spoke since the last scan.
+    imu_spoke: bool,
     kept: Vec<u32>,
 }
 
@@ -60,6 +62,7 @@ impl Odometry {
             tracker: None,
             findings: Vec::new(),
             apart: 0,
+            imu_spoke: false,
             kept: Vec::new(),
         }
     }
@@ -77,6 +80,7 @@ impl Odometry {
             return;
         }
         if self.imu.push(ImuReading { stamp, gyro, specific_force, saturated: false }) {
+            self.imu_spoke = true;
             if self.imu.saturated() {
                 self.find(checks::saturated(), out);
             }
@@ -284,6 +288,10 @@ impl Odometry {
     /// Notices scans and readings that share no clock, and goes on without the IMU then.
     fn compare_clocks(&mut self, sweep: &Sweep, out: &mut Vec<OdometryEvent>) {
         let Some(imu) = self.imu.newest() else { return };
+        // One that is silent is another matter.
+        if !std::mem::take(&mut self.imu_spoke) {
+            return;
+        }
         let apart = if imu > sweep.end { imu - sweep.end } else { sweep.end - imu };
         self.apart = if apart > CLOCKS_APART { self.apart + 1 } else { 0 };
         if self.apart == 3 {

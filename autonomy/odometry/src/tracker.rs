@@ -60,6 +60,7 @@ pub struct Tracker {
     table: PoseTable,
     map: LocalMap,
     last_scan: Option<Timed<Isometry>>,
+    last_middle: Option<Timed<Isometry>>,
     last_legs: Option<Stamp>,
     last_external: Option<Timed<Isometry>>,
     recovery: Recovery,
@@ -137,6 +138,7 @@ impl Tracker {
             table,
             map: LocalMap::new(config),
             last_scan: None,
+            last_middle: None,
             last_legs: None,
             last_external: None,
             recovery: Recovery::default(),
@@ -222,6 +224,7 @@ impl Tracker {
         let motion = match (readings, twist) {
             (Some(mean), _) => {
                 self.gyro = mean.gyro;
+                noise.gyro *= self.agreement.doubt();
                 if mean.saturated {
                     noise.gyro = SATURATED_GYRO;
                     noise.accel = SATURATED_ACCEL;
@@ -344,13 +347,21 @@ impl Tracker {
         if self.thinned.fine.len() >= MIN_POINTS && !report.rejected {
             self.map.insert(&self.thinned, &posterior);
         }
-        if let (Some(last), true) = (self.last_scan, self.inertial && accepted.is_some()) {
-            let seen = so3::log(&(last.value.rotation.inverse() * posterior.rotation));
-            findings.extend(self.agreement.turn(last.stamp, sweep.end, seen));
+        if self.inertial && accepted.is_some() {
+            findings.extend(self.compare_turns(&sweep));
         }
         self.tell(&mut sweep, report, accepted.map(|fitted| fitted.information), out);
         self.last_scan = Some(Timed { stamp: sweep.end, value: posterior });
         self.table.forget_before(self.time - TABLE_KEPT);
+    }
+
+    /// Whether LiDAR and gyroscope saw the same turn since the last scan.
+    fn compare_turns(&mut self, sweep: &Sweep) -> Option<Finding> {
+        let middle = sweep.start + Span::from_nanos((sweep.end - sweep.start).nanos() / 2);
+        let pose = Timed { stamp: middle, value: self.table.at(middle)? };
+        let last = self.last_middle.replace(pose)?;
+        let seen = so3::log(&(last.value.rotation.inverse() * pose.value.rotation));
+        self.agreement.turn(last.stamp, middle, seen)
     }
 
     /// Fits the thinned scan; `None` when it has too few points or there is no map yet.
