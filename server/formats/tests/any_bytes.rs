@@ -1,5 +1,11 @@
 //! No parser panics, whatever the bytes: wholly random ones, and valid files with bytes changed or cut.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may stop at the first surprise, and prints what it saw"
+)]
+
 use formats::cdr::Encoding;
 use formats::ros::{
     BatteryState, Imu, Odometry, PointCloud2, PoseStamped, RosMessage, TfMessage, write_scan,

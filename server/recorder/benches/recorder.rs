@@ -2,6 +2,8 @@
 //!
 //! `cargo bench -p recorder`
 
+#![allow(clippy::print_stdout, reason = "a bench may stop at the first surprise, and prints what it saw")]
+
 use divan::Bencher;
 use divan::counter::BytesCount;
 use formats::cdr::Encoding;

@@ -1,5 +1,11 @@
 //! The recording is the journal: whatever entered the stack comes back bit for bit and in order.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may stop at the first surprise, and prints what it saw"
+)]
+
 mod support;
 
 use formats::cdr::Encoding;

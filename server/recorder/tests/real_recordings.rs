@@ -1,5 +1,11 @@
 //! Every real recording against the counts that an independent reader gave for it.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may stop at the first surprise, and prints what it saw"
+)]
+
 mod support;
 
 use messages::Sensor;

@@ -48,10 +48,8 @@ fn open_file(path: &Path) -> Result<Opened, OpenError> {
             "it is a finished point cloud (LAS, LAZ or E57) without the motion of a sensor; a recording is MCAP, a ROS \
              bag, or a folder of PCD, PLY or KITTI scans",
         ),
-        s if s.starts_with(&[0x28, 0xb5, 0x2f, 0xfd]) => {
-            not("it is packed with zstd as a whole; unpack it first (zstd -d)")
-        }
-        s if s.starts_with(&[0x1f, 0x8b]) => not("it is packed with gzip; unpack it first (gunzip)"),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => not("it is packed with zstd as a whole; unpack it first (zstd -d)"),
+        [0x1f, 0x8b, ..] => not("it is packed with gzip; unpack it first (gunzip)"),
         s if is_pcap(s) => not(
             "it is a capture of network packets, which is not read yet; convert it to MCAP with the LiDAR's driver",
         ),
