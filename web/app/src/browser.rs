@@ -63,6 +63,11 @@ pub(crate) fn reduced_motion() -> bool {
         .is_some_and(|query| query.matches())
 }
 
+/// Whether nobody can see the page.
+pub(crate) fn hidden() -> bool {
+    document().is_some_and(|document| document.hidden())
+}
+
 /// Storage that lasts as long as the tab.
 pub(crate) fn tab_storage() -> Option<Storage> {
     window()?.session_storage().ok().flatten()

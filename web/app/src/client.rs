@@ -176,6 +176,10 @@ impl eframe::App for Client {
         self.receive();
         let undecoded = self.decode();
         self.inputs.read(&mut self.panels);
+        if browser::hidden() && self.model.drive.wanted().is_some() {
+            // Nobody sees where the robot goes.
+            self.apply(Event::Command(Command::Drive(None)));
+        }
         self.apply(Event::Tick);
         if let Some(eye) = self.viewport.eye() {
             self.apply(Event::Looked(eye));

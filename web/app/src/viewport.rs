@@ -7,7 +7,8 @@ use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3};
 use panels::{LabelKind, SceneLabel};
-use scene::{Camera, CameraPose, Eye, Hit, PickOptions, View};
+use scene::{Camera, CameraPose, Eye, Hit, Pace, PickOptions, View};
+use std::time::Duration;
 
 /// The camera looks at the robot's body, a little above the ground, metres.
 const LOOK_HEIGHT_M: f64 = 0.3;
@@ -26,7 +27,11 @@ const WALK_M_MAX: f64 = 80.0;
 pub(crate) struct Viewport {
     camera: Camera,
     placed: bool,
+    /// What was drawn last, perhaps coarser than wanted.
     view: Option<View>,
+    /// What was wanted last.
+    wanted: Option<View>,
+    pace: Pace,
 }
 
 impl Viewport {
@@ -35,6 +40,8 @@ impl Viewport {
             camera: Camera::new(CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }),
             placed: false,
             view: None,
+            wanted: None,
+            pace: Pace::default(),
         }
     }
 
@@ -70,10 +77,32 @@ impl Viewport {
         let pixels_per_point = ui.ctx().pixels_per_point();
         let viewport_px =
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(1.0) as u32);
-        let view = stage.view(model, self.camera.pose(), viewport_px, pixels_per_point);
-        self.view = Some(view);
+        let wanted = stage.view(model, self.camera.pose(), viewport_px, pixels_per_point);
+        let view = self.paced(ui.ctx(), wanted, stage);
         ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, ScenePaint { view }));
         self.clicks(&response, model, stage, out);
+    }
+
+    /// The view to draw for the one that is wanted: as much as the machine can do while things move, all once they rest.
+    fn paced(&mut self, ctx: &egui::Context, wanted: View, stage: &Stage) -> View {
+        let now = browser::now_ms() * 1e-3;
+        let last = self
+            .view
+            .filter(|last| self.wanted == Some(wanted) && !stage.renderer.borrow().needs_redraw(last));
+        let view = match last {
+            Some(_) if self.pace.refine(now) => wanted,
+            Some(last) => last,
+            None => {
+                self.pace.drew(now);
+                View { options: self.pace.apply(&wanted.options), ..wanted }
+            }
+        };
+        if let Some(seconds) = self.pace.refine_in(now) {
+            ctx.request_repaint_after(Duration::from_secs_f64(seconds));
+        }
+        self.wanted = Some(wanted);
+        self.view = Some(view);
+        view
     }
 
     /// The things of the scene that have names, the most important first.

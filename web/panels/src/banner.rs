@@ -1,8 +1,9 @@
 //! What everybody must see at once, at the top of the scene: the link, which map this is, notices.
 
+use crate::button::Button;
 use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button};
+use crate::widgets;
 use crate::{Layout, Width, icon, notes, words};
 use client_model::{Command, LinkState, Loading, Model};
 use egui::{Align2, Order, Ui};

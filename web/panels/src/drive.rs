@@ -1,7 +1,8 @@
 //! Driving: the stick, the keys, walking to a point, and what the robot does with it.
 
+use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button, Kind};
+use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
 use api::Motion;
 use client_model::{Command, Model, SPEED_MPS_MAX, TURN_RADPS_MAX};
@@ -16,10 +17,9 @@ const STICK_RADIUS: f32 = 62.0;
 /// Share of the stick's travel round its middle that means nothing: hands are not exact.
 const STICK_DEAD: f32 = 0.12;
 
-/// Keys that drive, and keys that stop. Nothing while text is being typed.
-pub(crate) fn keys(ctx: &egui::Context, model: &Model, out: &mut Vec<Command>) {
+/// Keys that stop and keys that undo. Nothing while text is being typed.
+pub(crate) fn shortcuts(ctx: &egui::Context, out: &mut Vec<Command>) {
     if ctx.egui_wants_keyboard_input() {
-        release(model, out);
         return;
     }
     let nothing_focused = ctx.memory(|memory| memory.focused().is_none());
@@ -28,27 +28,21 @@ pub(crate) fn keys(ctx: &egui::Context, model: &Model, out: &mut Vec<Command>) {
         let z = input.modifiers.command && input.key_pressed(Key::Z);
         (stop, z && !input.modifiers.shift, z && input.modifiers.shift)
     });
-    if stop {
-        out.push(Command::StopMotion);
-        return;
-    }
-    if undo {
-        out.push(Command::Undo);
-    }
-    if redo {
-        out.push(Command::Redo);
-    }
-    match ctx.input(keyed_twist) {
-        Some(twist) if !model.others_control() => out.push(Command::Drive(Some(twist))),
-        Some(_) => {}
-        None => release(model, out),
+    for (pressed, command) in [(stop, Command::StopMotion), (undo, Command::Undo), (redo, Command::Redo)] {
+        if pressed {
+            out.push(command);
+        }
     }
 }
 
-/// Ends driving if the keyboard or the stick held it; the stick says so again in the same frame while it is held.
-fn release(model: &Model, out: &mut Vec<Command>) {
-    if model.drive.wanted().is_some() {
-        out.push(Command::Drive(None));
+/// What keys and stick together want of the robot in this frame; says so when they begin, go on and end.
+pub(crate) fn steer(ctx: &egui::Context, model: &Model, state: &PanelState, out: &mut Vec<Command>) {
+    let allowed = !model.others_control() && !model.stopped() && model.viewed().is_none();
+    let typing = ctx.egui_wants_keyboard_input();
+    let keyed = if typing { None } else { ctx.input(keyed_twist) };
+    let wanted = keyed.or(state.stick.map(stick_twist)).filter(|_| allowed);
+    if wanted.is_some() || model.drive.wanted().is_some() {
+        out.push(Command::Drive(wanted));
     }
 }
 
@@ -91,7 +85,7 @@ pub(crate) fn show(
     }
     crate::layout::hung_card(ctx, tokens, "Drive", layout.drive, Align2::LEFT_BOTTOM, |ui| {
         ui.horizontal(|ui| {
-            stick(ui, model, tokens, state, out);
+            stick(ui, model, tokens, state);
             ui.vertical(|ui| {
                 ui.set_width(172.0);
                 side(ui, model, tokens, layout, out);
@@ -100,7 +94,7 @@ pub(crate) fn show(
     });
 }
 
-fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<Command>) {
+fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState) {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(2.0 * STICK_RADIUS + 4.0), Sense::drag());
     let enabled = !model.others_control() && !model.stopped();
     let middle = rect.center();
@@ -109,9 +103,6 @@ fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, ou
         .filter(|_| enabled && response.is_pointer_button_down_on())
         .map(|at| (at - middle) / STICK_RADIUS)
         .map(|at| at / at.length().max(1.0));
-    if let Some(at) = state.stick {
-        out.push(Command::Drive(Some(stick_twist(at))));
-    }
     ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_role(egui::Role::Group);
         node.set_label("Drive stick");
@@ -128,13 +119,13 @@ fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, ou
         (icon::ARROW_BEND_UP_LEFT, vec2(-1.0, 0.0)),
         (icon::ARROW_BEND_UP_RIGHT, vec2(1.0, 0.0)),
     ] {
-        let at = middle + at * (STICK_RADIUS - 14.0);
-        painter.text(at, Align2::CENTER_CENTER, sign, font(theme::ICON, Weight::Regular), rim);
+        let at = middle + at * (STICK_RADIUS - 13.0);
+        widgets::icon_at(ui, at, sign, theme::ICON, rim);
     }
     let at = middle + state.stick.unwrap_or(Vec2::ZERO) * (STICK_RADIUS - 22.0);
     painter.circle_filled(at, 22.0, knob);
     let sign = if enabled { icon::ARROWS_OUT } else { icon::LOCK };
-    painter.text(at, Align2::CENTER_CENTER, sign, font(theme::ICON, Weight::Regular), tokens.on_filled);
+    widgets::icon_at(ui, at, sign, theme::ICON, tokens.on_filled);
 }
 
 /// Up walks ahead, sideways turns; squared, so that small movements are fine ones.
@@ -149,7 +140,7 @@ fn stick_twist(at: Vec2) -> Twist {
 }
 
 fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut Vec<Command>) {
-    let motion = words::motion(model.motion());
+    let motion = words::motion(model.robot.motion.as_ref().map(|motion| &motion.value));
     let speed = model.robot.estimate.as_ref().map_or(0.0, |estimate| {
         let v = estimate.value.velocity.linear;
         v.x.hypot(v.y)

@@ -1,8 +1,9 @@
 //! Keyboard shortcuts, on `?`.
 
 use crate::PanelState;
+use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button, fact};
+use crate::widgets::{self, fact};
 
 const SHORTCUTS: [(&str, &str); 11] = [
     ("Stop motion", "Esc or Space"),

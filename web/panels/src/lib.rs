@@ -12,7 +12,7 @@
 //! | button | `Allow motion` | top bar, while motion is stopped |
 //! | button | `Take control`, `Release control` | top bar |
 //! | button (toggled) | `Live`, `Map` | rail |
-//! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer or sheet |
+//! | button | `Open panel`, `Close panel` | top bar below 1100 px: the right card as a drawer; below 700 px the bar at the bottom opens it |
 //! | button | `Start mapping` | Map, while not mapping |
 //! | textbox | `Map name` | Map, while mapping |
 //! | button | `Finish and save` | Map, while mapping: asks for nothing more when a name is given |
@@ -37,6 +37,7 @@ pub mod theme;
 pub mod words;
 
 mod banner;
+mod button;
 mod drive;
 mod help;
 mod labels;
@@ -67,12 +68,13 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
     let tokens = Tokens::of(model.view.get().theme);
     let layout = Layout::of(ctx.content_rect());
     state.text_fields.clear();
-    drive::keys(ctx, model, out);
+    drive::shortcuts(ctx, out);
 
     top_bar::show(ctx, model, &tokens, &layout, state, out);
     rail::show(ctx, model, &tokens, &layout, state, out);
     tools::show(ctx, model, &tokens, &layout, state, out);
     drive::show(ctx, model, &tokens, &layout, state, out);
+    drive::steer(ctx, model, state, out);
     if layout.width == Width::Wide || state.drawer_open {
         right_card(ctx, model, &tokens, &layout, state, out);
     }

@@ -31,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelSt
 }
 
 fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    fact(ui, tokens, "Motion", words::motion(model.motion()));
+    fact(ui, tokens, "Motion", words::motion(model.robot.motion.as_ref().map(|motion| &motion.value)));
     if let api::Motion::Blocked { reason, .. } = model.motion() {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, reason));
     }

@@ -1,8 +1,9 @@
 //! The right card of Map: making a map, and the maps that were made.
 
+use crate::button::{Button, Kind};
 use crate::state::TextField;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button, Kind, fact};
+use crate::widgets::{self, fact};
 use crate::{PanelState, icon, maps, sensors, words};
 use api::{Mapping, Order};
 use client_model::{Command, Model};

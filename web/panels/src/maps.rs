@@ -1,7 +1,8 @@
 //! The list of saved maps.
 
+use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button};
+use crate::widgets;
 use crate::{PanelState, icon, words};
 use api::MapSummary;
 use client_model::{Command, Model};

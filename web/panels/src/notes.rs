@@ -1,8 +1,9 @@
 //! Notices: what happened and what comes next.
 
+use crate::button::{Button, Kind};
 use crate::sensors::{severity_colour, severity_icon};
 use crate::theme::Tokens;
-use crate::widgets::{self, Button, Kind};
+use crate::widgets;
 use crate::{icon, words};
 use client_model::{Command, Model, Note};
 use egui::Ui;

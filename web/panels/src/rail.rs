@@ -1,7 +1,7 @@
 //! The rail: one entry per screen that exists.
 
+use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens};
-use crate::widgets::{Button, Kind};
 use crate::{Layout, PanelState, Width, icon};
 use client_model::{Command, Model, Screen};
 

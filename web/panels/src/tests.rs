@@ -1,10 +1,8 @@
 //! The panels by the names of their controls, and the words they use.
 
 use crate::{Layout, PanelState, Width, theme, words};
-use api::{CommandOutcome, Control, Mapping, MapSummary, Motion, ServerMessage};
-use client_model::{
-    ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings,
-};
+use api::{CommandOutcome, Control, MapSummary, Mapping, Motion, ServerMessage};
+use client_model::{ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings};
 use egui::{Color32, Rect, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -104,7 +102,8 @@ fn escape_stops() {
 
 #[test]
 fn the_empty_map_screen_says_what_to_do_first() {
-    let mut harness = Desk::connected().event(api::Event::Maps(Vec::new())).on(Screen::Map).shown(1440.0, 900.0);
+    let mut harness =
+        Desk::connected().event(api::Event::Maps(Vec::new())).on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("Start mapping").click();
     harness.run_steps(2);
     assert!(harness.state().asked.contains(&Command::StartMapping));
@@ -124,7 +123,8 @@ fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
 
 #[test]
 fn discarding_is_asked_for_twice() {
-    let mut harness = Desk::connected().event(api::Event::Mapping(running())).on(Screen::Map).shown(1440.0, 900.0);
+    let mut harness =
+        Desk::connected().event(api::Event::Mapping(running())).on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("Discard").click();
     harness.run_steps(2);
     assert!(!harness.state().asked.contains(&Command::DiscardMapping));
@@ -145,7 +145,8 @@ fn saved_maps_can_be_viewed_by_name() {
 #[test]
 fn who_does_not_control_cannot_map_but_can_take_control() {
     let control = Control { owner: Some(OTHER), name: "Anna".into() };
-    let mut harness = Desk::connected().event(api::Event::Control(control)).on(Screen::Map).shown(1440.0, 900.0);
+    let mut harness =
+        Desk::connected().event(api::Event::Control(control)).on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("Start mapping").click();
     harness.get_by_label("Take control").click();
     harness.run_steps(2);

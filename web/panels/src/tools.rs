@@ -1,7 +1,8 @@
 //! The tool column: how the scene looks.
 
+use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, Button, Kind};
+use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
 use client_model::{CameraMove, ColourBy, Command, Model, Theme, ViewSettings};
 use egui::{Align2, Popup, PopupCloseBehavior, RectAlign, Response, Ui};

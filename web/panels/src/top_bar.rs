@@ -1,7 +1,8 @@
 //! The top bar: site, localisation, battery, link, control; *Stop motion* at the far right, always.
 
+use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight};
-use crate::widgets::{Button, Kind, status_line};
+use crate::widgets::status_line;
 use crate::{Layout, PanelState, Width, icon, words};
 use client_model::{Command, LinkState, Model};
 use egui::{Color32, Ui};
@@ -14,11 +15,11 @@ pub(crate) fn show(
     state: &mut PanelState,
     out: &mut Vec<Command>,
 ) {
-    let frame = theme::card(tokens).inner_margin(egui::Margin { left: 14, right: 2, top: 1, bottom: 1 });
+    let frame = theme::card(tokens).inner_margin(egui::Margin { left: 14, right: 4, top: 1, bottom: 1 });
     crate::layout::area("Top bar", egui::Order::Foreground).fixed_pos(layout.top.min).show(ctx, |ui| {
         frame.show(ui, |ui| {
             let inside =
-                layout.top.size() - egui::vec2(16.0, 2.0) - egui::Vec2::splat(2.0 * tokens.line_width);
+                layout.top.size() - egui::vec2(18.0, 2.0) - egui::Vec2::splat(2.0 * tokens.line_width);
             ui.set_min_size(inside);
             ui.set_max_size(inside);
             ui.spacing_mut().item_spacing.x = if layout.width == Width::Wide { 18.0 } else { 10.0 };
@@ -50,10 +51,11 @@ fn buttons(
         .kind(Kind::Stop)
         .hint("Stops the robot now. Esc or Space");
     let stop = if narrow { stop.text("Stop") } else { stop };
-    if stop.size(if narrow { 92.0 } else { 136.0 }, theme::TOUCH - 2.0).show(ui, tokens).clicked() {
+    if stop.size(if narrow { 92.0 } else { 136.0 }, 40.0).show(ui, tokens).clicked() {
         out.push(Command::StopMotion);
     }
-    if layout.width != Width::Wide {
+    // On a phone the bar at the bottom opens the sheets.
+    if layout.width == Width::Medium || (narrow && state.drawer_open) {
         let (name, sign) =
             if state.drawer_open { ("Close panel", icon::X) } else { ("Open panel", icon::SIDEBAR_SIMPLE) };
         if Button::icon_only(name, sign).kind(Kind::Quiet).size(40.0, 40.0).show(ui, tokens).clicked() {
@@ -63,7 +65,7 @@ fn buttons(
     if model.stopped() {
         let allow = Button::new("Allow motion").kind(Kind::Primary).enabled(!model.others_control());
         let allow = if narrow { allow.text("Allow") } else { allow };
-        if allow.size(0.0, theme::TOUCH - 4.0).show(ui, tokens).clicked() {
+        if allow.size(0.0, 40.0).show(ui, tokens).clicked() {
             out.push(Command::AllowMotion);
         }
     }
@@ -201,7 +203,8 @@ fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
         _ => String::new(),
     };
     let value = format!("{word} {fresh}");
-    let shown = if layout.width == Width::Narrow && model.link.connected() { "" } else { word.as_str() };
+    // On a phone the message under the bar says it in words.
+    let shown = if layout.width == Width::Narrow { "" } else { word.as_str() };
     let parts = [
         (sign, theme::ICON, Weight::Regular, colour),
         (shown, theme::BODY, Weight::Regular, tokens.text),

@@ -124,8 +124,9 @@ pub fn position_sigma_m(estimate: &Estimate) -> f64 {
     largest.max(0.0).sqrt()
 }
 
-/// What the robot does.
-pub fn motion(motion: &Motion) -> &'static str {
+/// What the robot does; `None` before it spoke.
+pub fn motion(motion: Option<&Motion>) -> &'static str {
+    let Some(motion) = motion else { return "No news yet" };
     match motion {
         Motion::Idle => "Standing",
         Motion::Stopped { .. } => "Motion stopped",
