@@ -110,7 +110,7 @@ fn read_ten_scans(bencher: Bencher) {
 }
 
 fn ten_scans() -> Vec<Input> {
-    let stamp = |tenth| Stamp::EPOCH + Span::from_millis(100 * tenth);
+    let stamp = |tenth: i64| Stamp::EPOCH + Span::from_millis(100 * tenth);
     (0..10).map(|tenth| Input::Sensor(Sensor::Scan(Arc::new(sweep(stamp(tenth)))))).collect()
 }
 
