@@ -8,18 +8,22 @@ use divan::Bencher;
 use divan::counter::BytesCount;
 use formats::cdr::Encoding;
 use formats::ros::{PointCloud2, write_scan};
-use messages::{Input, Scan, Sensor};
-use recorder::{Recording, RecordingMeta, RecordingWriter, TopicSelection};
-use std::io::Write;
+use messages::{Input, Mounting, Scan, Sensor};
+use recorder::{Packing, Recording, RecordingMeta, RecordingWriter, TopicSelection};
+use std::path::Path;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 fn main() {
-    let mut bytes = Vec::new();
-    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
-    for (name, packed) in [("zstd 1", zstd_1(&bytes)), ("lz4", lz4(&bytes))] {
-        let ratio = bytes.len() as f64 / packed.len() as f64;
-        println!("{name}: {} bytes of {} ({ratio:.2} to 1)", packed.len(), bytes.len());
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("size.mcap");
+    let mut sizes = [Packing::None, Packing::Zstd, Packing::Lz4].map(|packing| {
+        write(&path, &ten_scans(), packing);
+        (packing, std::fs::metadata(&path).expect("written above").len())
+    });
+    let (_, unpacked) = sizes[0];
+    for (packing, size) in &mut sizes {
+        println!("{packing:?}: {} bytes a scan ({:.2} to 1)", *size / 10, unpacked as f64 / *size as f64);
     }
     divan::main();
 }
@@ -46,18 +50,6 @@ fn sweep(stamp: Stamp) -> Scan {
     scan
 }
 
-fn zstd_1(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = zstd::Encoder::new(Vec::new(), 1).expect("level 1 exists");
-    encoder.write_all(bytes).expect("memory takes all");
-    encoder.finish().expect("memory takes all")
-}
-
-fn lz4(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
-    encoder.write_all(bytes).expect("memory takes all");
-    encoder.finish().expect("memory takes all")
-}
-
 #[divan::bench]
 fn encode_scan(bencher: Bencher) {
     let (scan, mut bytes) = (sweep(Stamp::EPOCH), Vec::new());
@@ -78,33 +70,19 @@ fn decode_scan(bencher: Bencher) {
     });
 }
 
-#[divan::bench]
-fn pack_scan_zstd_1(bencher: Bencher) {
-    let mut bytes = Vec::new();
-    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
-    bencher.counter(BytesCount::of_slice(&bytes)).bench_local(|| zstd_1(&bytes));
-}
-
-#[divan::bench]
-fn pack_scan_lz4(bencher: Bencher) {
-    let mut bytes = Vec::new();
-    write_scan(&sweep(Stamp::EPOCH), "lidar", Encoding::Cdr, &mut bytes);
-    bencher.counter(BytesCount::of_slice(&bytes)).bench_local(|| lz4(&bytes));
-}
-
 /// One second of scans, to the file and back: divide by ten.
-#[divan::bench(sample_count = 10)]
-fn record_ten_scans(bencher: Bencher) {
+#[divan::bench(args = [Packing::None, Packing::Zstd, Packing::Lz4], sample_count = 20)]
+fn record_ten_scans(bencher: Bencher, packing: Packing) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scans = ten_scans();
-    bencher.bench_local(|| write(&folder.path().join("bench.mcap"), &scans));
+    bencher.bench_local(|| write(&folder.path().join("bench.mcap"), &scans, packing));
 }
 
 #[divan::bench(sample_count = 10)]
 fn read_ten_scans(bencher: Bencher) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("bench.mcap");
-    write(&path, &ten_scans());
+    write(&path, &ten_scans(), Packing::Zstd);
     let recording = Recording::open(&path, &TopicSelection::default()).expect("written above");
     bencher.bench_local(|| recording.inputs().count());
 }
@@ -114,8 +92,9 @@ fn ten_scans() -> Vec<Input> {
     (0..10).map(|tenth| Input::Sensor(Sensor::Scan(Arc::new(sweep(stamp(tenth)))))).collect()
 }
 
-fn write(path: &std::path::Path, inputs: &[Input]) {
-    let mut writer = RecordingWriter::create(path, &RecordingMeta::default(), &Default::default())
+fn write(path: &Path, inputs: &[Input], packing: Packing) {
+    let meta = RecordingMeta::default();
+    let mut writer = RecordingWriter::create_packed(path, &meta, &Mounting::default(), packing)
         .expect("the temporary folder is writable");
     for (tenth, input) in inputs.iter().enumerate() {
         let at = Stamp::EPOCH + Span::from_millis(100 * tenth as i64);

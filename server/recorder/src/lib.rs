@@ -18,7 +18,7 @@ pub use info::{RecordingInfo, TopicInfo};
 pub use problems::ReadProblems;
 pub use recording::{Inputs, Recording};
 pub use selection::{Meaning, TopicSelection};
-pub use writer::{RecordingMeta, RecordingWriter};
+pub use writer::{Packing, RecordingMeta, RecordingWriter};
 
 /// What the writer put on this topic of its own file, if it belongs to the journal.
 fn journal_meaning(topic: &str) -> Option<Meaning> {

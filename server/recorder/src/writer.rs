@@ -29,6 +29,18 @@ pub struct RecordingMeta {
     pub origin: String,
 }
 
+/// How recorded data is packed. `cargo bench -p recorder` prints what each costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Packing {
+    /// zstd level 1: smallest files.
+    #[default]
+    Zstd,
+    /// lz4: for slow computers.
+    Lz4,
+    /// Not at all: least work, largest files.
+    None,
+}
+
 /// Writes one recording. Call [`RecordingWriter::finish`]; a file that was not finished can still be read up to
 /// the last flush.
 pub struct RecordingWriter {
@@ -60,10 +72,23 @@ impl RecordingWriter {
     /// # Errors
     /// When the file cannot be created or written.
     pub fn create(path: &Path, meta: &RecordingMeta, mounting: &Mounting) -> Result<Self, WriteError> {
+        Self::create_packed(path, meta, mounting, Packing::default())
+    }
+
+    /// As [`RecordingWriter::create`], packed as told.
+    ///
+    /// # Errors
+    /// When the file cannot be created or written.
+    pub fn create_packed(
+        path: &Path,
+        meta: &RecordingMeta,
+        mounting: &Mounting,
+        packing: Packing,
+    ) -> Result<Self, WriteError> {
         let file =
             File::create(path).map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
         let failed = |source| WriteError::Mcap { path: path.to_owned(), source };
-        let mut mcap = options().create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
+        let mut mcap = options(packing).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
         mcap.write_metadata(&metadata(meta, mounting)).map_err(failed)?;
         let channels = Channels::declare(&mut mcap).map_err(failed)?;
         Ok(Self {
@@ -238,12 +263,16 @@ fn latched(topic: &str) -> BTreeMap<String, String> {
     profile.into_iter().collect()
 }
 
-/// zstd level 1: benches/recorder.rs prints what it costs and saves.
-fn options() -> WriteOptions {
+fn options(packing: Packing) -> WriteOptions {
+    let compression = match packing {
+        Packing::Zstd => Some(Compression::Zstd),
+        Packing::Lz4 => Some(Compression::Lz4),
+        Packing::None => None,
+    };
     WriteOptions::new()
         .profile("ros2")
         .library(concat!("autoinspect ", env!("CARGO_PKG_VERSION")))
-        .compression(Some(Compression::Zstd))
+        .compression(compression)
         .compression_level(1)
         // Compressing on the caller's thread keeps memory and bytes the same everywhere.
         .compression_threads(0)
