@@ -13,10 +13,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     let name = match arguments.next() {
         Some(name) if name != "--help" => name,
         _ => {
-            println!(
-                "benchmarks: {}",
-                if names.is_empty() { "none yet".to_owned() } else { names.join(", ") }
-            );
+            println!("benchmarks: {}", names.join(", "));
             return Ok(());
         }
     };
@@ -28,19 +25,14 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     shell::run(&mut bench)
 }
 
-/// The benchmarks there are: one program each in `benches/src/bin`, a file or a folder.
+/// The benchmarks there are: each a program in a folder of its own, `benches/src/NAME/main.rs`.
 fn names() -> Result<Vec<String>> {
-    let folder = shell::root().join("benches/src/bin");
-    if !folder.exists() {
-        return Ok(Vec::new());
-    }
+    let folder = shell::root().join("benches/src");
     let entries = fs::read_dir(&folder).with_context(|| format!("could not list {}", folder.display()))?;
-    let mut names = entries
-        .map(|entry| {
-            Ok(entry?.path().with_extension("").file_name().map(|name| name.to_string_lossy().into_owned()))
-        })
-        .filter_map(Result::transpose)
-        .collect::<Result<Vec<_>>>()?;
+    let paths = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
+    let programs =
+        paths.iter().filter(|path| path.join("main.rs").exists()).filter_map(|path| path.file_name());
+    let mut names: Vec<_> = programs.map(|name| name.to_string_lossy().into_owned()).collect();
     names.sort();
     Ok(names)
 }
