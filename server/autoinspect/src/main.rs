@@ -1,2 +1,34 @@
-//! The `autoinspect` program.
-fn main() {}
+//! The `autoinspect` program: one binary that runs the platform (`up`) and works without a robot (everything else).
+//!
+//! Standard output carries results only; with `--json` its last line is one JSON object. Progress and complaints go to
+//! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
+
+mod cli;
+mod failure;
+mod info;
+mod journal;
+mod map;
+mod output;
+mod process;
+mod replay;
+mod robot;
+mod sim_record;
+#[cfg(test)]
+mod test_data;
+mod trajectory;
+mod up;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = cli::Cli::parse();
+    output::start_logging();
+    match cli.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            output::complain(&failure.to_string());
+            failure.exit_code()
+        }
+    }
+}

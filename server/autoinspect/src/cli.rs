@@ -1,0 +1,97 @@
+//! The command line: what can be asked, and which module answers.
+
+use crate::failure::Failure;
+use crate::{info, map, replay, sim_record, trajectory, up};
+use clap::{Parser, Subcommand};
+
+/// Mapping and inspection for robots in industrial sites.
+#[derive(Parser, Debug)]
+#[command(
+    version,
+    about,
+    max_term_width = 110,
+    after_help = "EXAMPLES:
+  autoinspect up --robot sim:b1              simulate a robot in a test hall and open http://127.0.0.1:8080
+  autoinspect map recording.mcap --out m     make a map from a recording
+  autoinspect info recording.mcap            say what a recording holds and lacks
+
+EXIT CODES:
+  0 done, 1 failed, 2 bad usage or unreadable input"
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Run the platform: a robot's core and the server for browsers.
+    Up(up::UpArgs),
+    /// Make a map from recordings or folders of scans.
+    Map(map::MapArgs),
+    /// Say what a recording holds, and what is missing.
+    Info(info::InfoArgs),
+    /// Use the simulator without the platform.
+    #[command(subcommand)]
+    Sim(SimCommand),
+    /// Evaluate trajectories.
+    #[command(subcommand)]
+    Trajectory(TrajectoryCommand),
+    /// Step the stack through a journal and print the fingerprint of all it does.
+    Replay(replay::ReplayArgs),
+    /// The robot's core; started by `up`.
+    #[command(hide = true)]
+    Core(up::CoreArgs),
+    /// The server for browsers; started by `up`.
+    #[command(hide = true)]
+    Gateway(up::GatewayArgs),
+}
+
+#[derive(Subcommand, Debug)]
+enum SimCommand {
+    /// Let the simulated robot walk a route, and record what its sensors say.
+    Record(sim_record::RecordArgs),
+}
+
+#[derive(Subcommand, Debug)]
+enum TrajectoryCommand {
+    /// Say how far an estimated trajectory is from the truth.
+    Compare(trajectory::CompareArgs),
+}
+
+impl Cli {
+    /// Does what was asked.
+    pub fn run(self) -> Result<(), Failure> {
+        match self.command {
+            Command::Up(args) => up::run(&args),
+            Command::Map(args) => map::run(&args),
+            Command::Info(args) => info::run(&args),
+            Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),
+            Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),
+            Command::Replay(args) => replay::run(&args),
+            Command::Core(args) => up::run_core(&args),
+            Command::Gateway(args) => up::run_gateway(&args),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent_and_every_command_shows_an_example() {
+        let command = Cli::command();
+        command.clone().debug_assert();
+        let mut waiting: Vec<_> = command.get_subcommands().cloned().collect();
+        while let Some(command) = waiting.pop() {
+            if command.has_subcommands() {
+                waiting.extend(command.get_subcommands().cloned());
+            } else if !command.is_hide_set() {
+                let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+                assert!(help.contains("EXAMPLE"), "{} has no example", command.get_name());
+            }
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Why a command did not do what it was asked: one sentence, and an exit code.
+
+use std::error::Error;
+use std::fmt::{self, Display};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// One sentence for a person, and whose fault it was.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad usage or unreadable input: exit code 2.
+    Usage(String),
+    /// Anything else: exit code 1.
+    Failed(String),
+}
+
+impl Failure {
+    /// Bad usage or unreadable input.
+    pub fn usage(reason: impl Into<Box<dyn Error>>) -> Self {
+        Self::Usage(chain(&*reason.into()))
+    }
+
+    /// It should have worked.
+    pub fn failed(reason: impl Into<Box<dyn Error>>) -> Self {
+        Self::Failed(chain(&*reason.into()))
+    }
+
+    /// An input file that is missing or no file of its kind.
+    pub fn unreadable(path: &Path, error: impl Error) -> Self {
+        Self::Usage(format!("{} could not be read: {}", path.display(), chain(&error)))
+    }
+
+    /// What the process ends with.
+    pub fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Usage(_) => ExitCode::from(2),
+            Self::Failed(_) => ExitCode::from(1),
+        }
+    }
+}
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(sentence) | Self::Failed(sentence) => f.write_str(sentence),
+        }
+    }
+}
+
+/// An error with its causes. Errors that print their cause themselves are not repeated.
+fn chain(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let reason = error.to_string();
+        if !text.contains(&reason) {
+            text = format!("{text}: {reason}");
+        }
+        cause = error.source();
+    }
+    text
+}

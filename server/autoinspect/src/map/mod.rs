@@ -1,0 +1,151 @@
+//! `autoinspect map`: a map from recordings, through the very stack that runs on the robot, as fast as it goes.
+
+mod offline;
+mod reader;
+mod sources;
+mod summary;
+
+use crate::failure::Failure;
+use crate::journal::McapJournal;
+use crate::output;
+use crate::process;
+use crate::robot::boot_record;
+use clap::Args;
+use messages::BootRecord;
+use offline::{Mapped, Offline};
+use ports::Journal;
+use reader::Reader;
+use recorder::{Recording, RecordingMeta, RecordingWriter, TopicSelection};
+use sources::SourceName;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use store::{MapFiles, MapFilesReport, TileFiles, write_map_files};
+use summary::{Stage, Summary};
+use uuid::Uuid;
+use vocab::SessionId;
+
+/// The one session of an offline run.
+const SESSION: SessionId = SessionId(Uuid::from_u128(1));
+
+/// Make a map from recordings or folders of scans.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "INPUT is a recording (MCAP, ROS 1 bag, rosbag2) or a folder of scans (PCD, PLY, KITTI .bin) in
+name order. OUT gets trajectory.tum, graph.g2o, clouds/, map.ply, tiles/, tiles.json and summary.json.
+
+EXAMPLES:
+  autoinspect map recording.mcap --out m
+  autoinspect map recording.mcap --out m --sources lidar,imu --json
+  autoinspect map scans/ --out m
+  autoinspect map bag/ --out m --topic lidar=/os_cloud_node/points"
+)]
+pub struct MapArgs {
+    /// Recordings or folders of scans, one after the other in time.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Folder for the results; what an earlier run left there is replaced.
+    #[arg(long)]
+    out: PathBuf,
+    /// What odometry may use; LiDAR alone works.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
+    sources: Vec<SourceName>,
+    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
+    #[arg(long)]
+    topic: Vec<String>,
+    /// Name of the map.
+    #[arg(long, default_value = "Map")]
+    name: String,
+    /// Also write every input of the stack to this file, for `autoinspect replay`, and print the fingerprint.
+    #[arg(long)]
+    journal: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs `autoinspect map`.
+pub fn run(args: &MapArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    let mut topics = TopicSelection::default();
+    for choice in &args.topic {
+        topics.choose(choice).map_err(Failure::usage)?;
+    }
+    let recordings = args
+        .inputs
+        .iter()
+        .map(|path| Recording::open(path, &topics).map_err(Failure::usage))
+        .collect::<Result<Vec<_>, _>>()?;
+    let boot = boot(&recordings, args);
+    let journal = args.journal.as_deref().map(|path| journal(path, &boot)).transpose()?;
+    prepare(&args.out)?;
+
+    process::reset_peak_memory();
+    let duration = recordings.iter().map(|recording| recording.info().duration).sum();
+    let offline = Offline::new(args.out.join("clouds"), journal);
+    let mapped = offline.run(boot, Reader::start(recordings)?, args.name.clone(), duration)?;
+    let mapping_memory = process::peak_memory();
+
+    process::reset_peak_memory();
+    let tiles = TileFiles::new(args.out.join("tiles"));
+    let files = write_map_files(&args.out, &tiles, &mapped.finished, MapFiles { ply: true })
+        .map_err(Failure::failed)?;
+    let stages = stages(&mapped, &files, mapping_memory, process::peak_memory());
+    let summary = Summary::new(args, &mapped, &files, stages, start.elapsed());
+    summary.write(&args.out.join("summary.json"))?;
+    output::print_human(args.json, &summary.describe(&args.out));
+    output::print_json(args.json, &summary)
+}
+
+fn boot(recordings: &[Recording], args: &MapArgs) -> BootRecord {
+    let sources = sources::sources(&args.sources);
+    let mut boot = recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
+    boot.start_mapping = Some(SESSION);
+    boot
+}
+
+fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> {
+    let meta = RecordingMeta { robot: boot.robot.clone(), origin: "autoinspect map".to_owned() };
+    let writer = RecordingWriter::create(path, &meta, &boot.mounting).map_err(Failure::failed)?;
+    Ok(Box::new(McapJournal(writer)))
+}
+
+/// Makes the folder for results and removes those of an earlier run, and nothing else.
+fn prepare(out: &Path) -> Result<(), Failure> {
+    let cannot =
+        |error: std::io::Error| Failure::failed(format!("{} cannot be written: {error}", out.display()));
+    let foreign = out.is_dir()
+        && !out.join("summary.json").exists()
+        && fs::read_dir(out)
+            .map_err(cannot)?
+            .any(|entry| entry.is_ok_and(|entry| entry.file_name() != "clouds"));
+    if foreign {
+        return Err(Failure::usage(format!(
+            "{} holds other things; choose an empty folder or one of an earlier map",
+            out.display()
+        )));
+    }
+    for name in ["clouds", "tiles"] {
+        match fs::remove_dir_all(out.join(name)) {
+            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(error)),
+            _ => {}
+        }
+    }
+    fs::create_dir_all(out.join("clouds")).map_err(cannot)
+}
+
+fn stages(mapped: &Mapped, files: &MapFilesReport, mapping_memory: u64, saving_memory: u64) -> Vec<Stage> {
+    let stage = |name, seconds: std::time::Duration, peak_memory_bytes| Stage {
+        name,
+        seconds: seconds.as_secs_f64(),
+        peak_memory_bytes,
+    };
+    vec![
+        stage("read", mapped.read_time, mapping_memory),
+        stage("map", mapped.step_time, mapping_memory),
+        stage("clouds", mapped.cloud_time, mapping_memory),
+        stage("merge", files.merge_time, saving_memory),
+        stage("tiles", files.tile_time, saving_memory),
+        stage("write", files.write_time, saving_memory),
+    ]
+}

@@ -1,0 +1,233 @@
+//! The stack without a robot: boot record, sensors, ticks on the recording's clock, and at the end the order to save.
+
+use super::SESSION;
+use super::reader::{Message, Reader};
+use crate::failure::Failure;
+use crate::output;
+use crate::process::thread_cpu_time;
+use lockstep::Digest;
+use messages::{BootRecord, Command, Effect, FinishedMap, Input, Job, Order, Publication, Sensor, Severity};
+use ports::Journal;
+use stack::Stack;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, MapId, Span, Stamp};
+
+/// As on the robot.
+const TICK: Span = Span::from_millis(50);
+/// A longer gap between messages is not filled with ticks.
+const GAP_MAX: Span = Span::from_millis(2_000);
+/// Complaints shown while running; all are counted.
+const COMPLAINTS_SHOWN: usize = 5;
+
+/// What came out.
+pub struct Mapped {
+    pub finished: Arc<FinishedMap>,
+    pub scans: u64,
+    pub points: u64,
+    pub dropped_points: u64,
+    pub unreadable: u64,
+    /// CPU time of the stack from one corrected scan to the next, whatever the inputs between, seconds.
+    pub scan_seconds: Vec<f64>,
+    pub read_time: Duration,
+    pub step_time: Duration,
+    pub cloud_time: Duration,
+    /// What the stack had to say, in order.
+    pub notices: Vec<String>,
+    /// Of all effects, if a journal was written.
+    pub fingerprint: Option<String>,
+    pub first: Option<Stamp>,
+    pub last: Option<Stamp>,
+}
+
+/// A stack being fed.
+pub struct Offline {
+    stack: Stack,
+    clouds: PathBuf,
+    journal: Option<Box<dyn Journal>>,
+    digest: Digest,
+    now: Option<Stamp>,
+    next_tick: Stamp,
+    effects: Vec<Effect>,
+    mapped: Tally,
+}
+
+/// Grows while running.
+#[derive(Default)]
+struct Tally {
+    finished: Option<Arc<FinishedMap>>,
+    refused: Option<String>,
+    scans: u64,
+    points: u64,
+    unreadable: u64,
+    scan_seconds: Vec<f64>,
+    /// Time of steps since the last corrected scan. A scan is worked on when the samples that cover its sweep have come,
+    /// which is after it.
+    since_scan: Duration,
+    step_time: Duration,
+    cloud_time: Duration,
+    notices: Vec<String>,
+    first: Option<Stamp>,
+}
+
+impl Offline {
+    /// Keyframe clouds go to the folder `clouds`, inputs to `journal` if there is one.
+    pub fn new(clouds: PathBuf, journal: Option<Box<dyn Journal>>) -> Self {
+        Self {
+            stack: Stack::new(),
+            clouds,
+            journal,
+            digest: Digest::default(),
+            now: None,
+            next_tick: Stamp::EPOCH,
+            effects: Vec::new(),
+            mapped: Tally::default(),
+        }
+    }
+
+    /// Feeds everything and asks for the map. `duration` (seconds) is for the progress bar.
+    pub fn run(
+        mut self,
+        boot: BootRecord,
+        reader: Reader,
+        name: String,
+        duration: f64,
+    ) -> Result<Mapped, Failure> {
+        let bar = output::progress_bar(duration);
+        let mut boot = Some(boot);
+        for message in &reader.messages {
+            let Some((at, sensor)) = self.readable(message) else {
+                continue;
+            };
+            if let Some(boot) = boot.take() {
+                (self.now, self.next_tick, self.mapped.first) = (Some(at), at, Some(at));
+                self.feed(at, Input::Boot(Box::new(boot)))?;
+            }
+            self.sensor(at, sensor)?;
+            if let (Some(first), Some(now)) = (self.mapped.first, self.now) {
+                bar.set_position((now - first).secs_f64() as u64);
+                bar.set_message(format!("{} scans", self.mapped.scans));
+            }
+        }
+        bar.finish_and_clear();
+        let read = reader.finish();
+        self.finish(name)?;
+        let Tally { finished, refused, notices, .. } = &mut self.mapped;
+        let Some(finished) = finished.take() else {
+            let reason = refused.take().or_else(|| notices.pop());
+            let reason = reason.unwrap_or_else(|| "no message could be used".to_owned());
+            return Err(Failure::usage(format!("no map was made: {reason}")));
+        };
+        if let Some(journal) = self.journal.take() {
+            journal.finish().map_err(Failure::failed)?;
+        }
+        Ok(Mapped {
+            finished,
+            scans: self.mapped.scans,
+            points: self.mapped.points,
+            dropped_points: read.dropped_points,
+            unreadable: self.mapped.unreadable,
+            scan_seconds: self.mapped.scan_seconds,
+            read_time: read.time,
+            step_time: self.mapped.step_time,
+            cloud_time: self.mapped.cloud_time,
+            notices: self.mapped.notices,
+            fingerprint: (self.digest.effects() > 0).then(|| self.digest.hex()),
+            first: self.mapped.first,
+            last: self.now,
+        })
+    }
+
+    fn readable(&mut self, message: Message) -> Option<(Stamp, Sensor)> {
+        message
+            .inspect_err(|error| {
+                self.mapped.unreadable += 1;
+                if self.mapped.unreadable <= COMPLAINTS_SHOWN as u64 {
+                    output::remark(&error.to_string());
+                }
+            })
+            .ok()
+    }
+
+    fn sensor(&mut self, at: Stamp, sensor: Sensor) -> Result<(), Failure> {
+        if at - self.next_tick > GAP_MAX {
+            self.next_tick = at;
+        }
+        while self.next_tick <= at {
+            let tick = self.next_tick;
+            self.next_tick += TICK;
+            self.feed(tick, Input::Tick)?;
+        }
+        if let Sensor::Scan(scan) = &sensor {
+            self.mapped.scans += 1;
+            self.mapped.points += scan.xyz.len() as u64;
+        }
+        self.feed(at, Input::Sensor(sensor))
+    }
+
+    /// Takes control and asks for the map.
+    fn finish(&mut self, name: String) -> Result<(), Failure> {
+        let Some(now) = self.now else {
+            return Ok(());
+        };
+        let by = ClientId(Uuid::from_u128(1));
+        let map = MapId(map_id(self.mapped.first.unwrap_or_default(), now, self.mapped.scans));
+        for (number, order) in [
+            (1, Order::TakeControl { name: "autoinspect map".to_owned() }),
+            (2, Order::FinishMapping { map, name }),
+        ] {
+            let id = CommandId(Uuid::from_u128(number));
+            self.feed(now, Input::Command(Command { id, by, order }))?;
+        }
+        Ok(())
+    }
+
+    /// Journals, steps, and deals with the effects.
+    fn feed(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
+        // The clock never goes back, also where two recordings overlap.
+        let at = self.now.map_or(at, |now| now.max(at));
+        self.now = Some(at);
+        if let Some(journal) = &mut self.journal {
+            journal.append(at, &input).map_err(Failure::failed)?;
+        }
+        let start = thread_cpu_time();
+        self.stack.step(at, input, &mut self.effects);
+        let took = thread_cpu_time() - start;
+        self.mapped.step_time += took;
+        self.mapped.since_scan += took;
+        if self.journal.is_some() {
+            self.digest.add(at, &self.effects);
+        }
+        std::mem::take(&mut self.effects).into_iter().try_for_each(|effect| self.obey(effect))
+    }
+
+    fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
+        match effect {
+            Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
+            Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
+            Effect::Publish(Publication::Scan(_)) => {
+                self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());
+            }
+            Effect::Publish(Publication::Keyframe(keyframe)) if keyframe.session == SESSION => {
+                let start = thread_cpu_time();
+                store::write_cloud(&self.clouds, keyframe.id, &keyframe.cloud).map_err(Failure::failed)?;
+                self.mapped.cloud_time += thread_cpu_time() - start;
+            }
+            Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
+                if self.mapped.notices.len() < COMPLAINTS_SHOWN {
+                    output::remark(&notice.text);
+                }
+                self.mapped.notices.push(notice.text);
+            }
+            Effect::Drive(_) | Effect::Answer { refused: None, .. } | Effect::Publish(_) => {}
+        }
+        Ok(())
+    }
+}
+
+/// The same recording gives the same id.
+fn map_id(first: Stamp, last: Stamp, scans: u64) -> Uuid {
+    Uuid::from_u64_pair(first.nanos() as u64, (last - first).nanos() as u64 ^ scans.rotate_left(40))
+}

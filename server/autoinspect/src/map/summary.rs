@@ -1,0 +1,172 @@
+//! `summary.json`, and the same for people.
+
+use super::MapArgs;
+use super::offline::Mapped;
+use crate::failure::Failure;
+use serde::Serialize;
+use std::path::Path;
+use std::time::Duration;
+use store::MapFilesReport;
+
+/// What a run did and what it cost.
+#[derive(Debug, Serialize)]
+pub struct Summary {
+    pub inputs: Vec<String>,
+    /// Seconds of robot time.
+    pub duration_s: f64,
+    pub scans: u64,
+    pub points: u64,
+    /// Points without a return, left out while reading.
+    pub dropped_points: u64,
+    /// Messages that could not be read.
+    pub unreadable_messages: u64,
+    pub distance_m: f64,
+    pub keyframes: usize,
+    pub map_points: u64,
+    pub loops: Loops,
+    pub degenerate: Vec<Degenerate>,
+    /// What the stack complained about, in order.
+    pub notices: Vec<String>,
+    pub stages: Vec<Stage>,
+    /// CPU time of the stack for one scan with all that came since the last, milliseconds.
+    pub scan_ms: Milliseconds,
+    /// From start to end, wall clock.
+    pub seconds: f64,
+    /// Robot time over wall time.
+    pub times_real_time: f64,
+    pub peak_memory_bytes: u64,
+    /// BLAKE3 of everything the stack did, if a journal was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fingerprint: Option<String>,
+}
+
+/// Loop closures.
+#[derive(Debug, Default, Serialize)]
+pub struct Loops {
+    pub proposed: u64,
+    pub accepted: u64,
+}
+
+/// A stretch that the LiDAR alone could not tell.
+#[derive(Debug, Serialize)]
+pub struct Degenerate {
+    /// Seconds from the start.
+    pub from_s: f64,
+    pub until_s: f64,
+    pub distance_m: f64,
+}
+
+/// One part of the work. `read` overlaps with `map`.
+#[derive(Debug, Serialize)]
+pub struct Stage {
+    pub name: &'static str,
+    /// CPU time of its thread for reading and mapping, wall time for the rest.
+    pub seconds: f64,
+    pub peak_memory_bytes: u64,
+}
+
+/// Distribution of a cost.
+#[derive(Debug, Default, Serialize)]
+pub struct Milliseconds {
+    pub mean: f64,
+    pub median: f64,
+    pub p99: f64,
+    pub max: f64,
+}
+
+impl Summary {
+    pub fn new(
+        args: &MapArgs,
+        mapped: &Mapped,
+        files: &MapFilesReport,
+        stages: Vec<Stage>,
+        took: Duration,
+    ) -> Self {
+        let (first, last) = (mapped.first.unwrap_or_default(), mapped.last.unwrap_or_default());
+        let (duration_s, seconds) = ((last - first).secs_f64(), took.as_secs_f64());
+        let degenerate = mapped.finished.degenerate.iter().map(|stretch| Degenerate {
+            from_s: (stretch.from - first).secs_f64(),
+            until_s: (stretch.until - first).secs_f64(),
+            distance_m: stretch.distance,
+        });
+        Self {
+            inputs: args.inputs.iter().map(|path| path.display().to_string()).collect(),
+            duration_s,
+            scans: mapped.scans,
+            points: mapped.points,
+            dropped_points: mapped.dropped_points,
+            unreadable_messages: mapped.unreadable,
+            distance_m: mapped.finished.distance,
+            keyframes: mapped.finished.graph.nodes.len(),
+            map_points: files.summary.points,
+            // Odometry edges only, until loops are closed.
+            loops: Loops::default(),
+            degenerate: degenerate.collect(),
+            notices: mapped.notices.clone(),
+            peak_memory_bytes: stages.iter().map(|stage| stage.peak_memory_bytes).max().unwrap_or(0),
+            stages,
+            scan_ms: milliseconds(&mapped.scan_seconds),
+            seconds,
+            times_real_time: duration_s / seconds.max(1e-9),
+            fingerprint: mapped.fingerprint.clone(),
+        }
+    }
+
+    /// Writes the file.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let text = serde_json::to_vec_pretty(self).map_err(Failure::failed)?;
+        std::fs::write(path, text)
+            .map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+    }
+
+    /// For people.
+    pub fn describe(&self, out: &Path) -> String {
+        let mut lines = vec![
+            format!(
+                "{}: {} scans with {} points over {:.1} m and {:.1} s, {} keyframes, {} points in the map",
+                out.display(),
+                self.scans,
+                self.points,
+                self.distance_m,
+                self.duration_s,
+                self.keyframes,
+                self.map_points
+            ),
+            format!(
+                "{:.1} s, {:.1} times real time; {:.2} ms a scan (99 % within {:.2} ms), at most {} MB",
+                self.seconds,
+                self.times_real_time,
+                self.scan_ms.mean,
+                self.scan_ms.p99,
+                self.peak_memory_bytes / 1_000_000
+            ),
+        ];
+        if !self.degenerate.is_empty() {
+            let metres: f64 = self.degenerate.iter().map(|stretch| stretch.distance_m).sum();
+            lines.push(format!("{} degenerate stretches, {metres:.1} m in all", self.degenerate.len()));
+        }
+        if self.unreadable_messages > 0 {
+            lines.push(format!("{} messages could not be read", self.unreadable_messages));
+        }
+        lines.join("\n")
+    }
+}
+
+/// Zeros for nothing.
+fn milliseconds(seconds: &[f64]) -> Milliseconds {
+    let mut sorted: Vec<f64> = seconds.iter().map(|seconds| seconds * 1e3).collect();
+    sorted.sort_by(f64::total_cmp);
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return Milliseconds::default();
+    };
+    // Nearest rank.
+    let quantile = |fraction: f64| {
+        sorted[((fraction * sorted.len() as f64).ceil() as usize).saturating_sub(1).min(last)]
+    };
+    Milliseconds {
+        mean: sorted.iter().sum::<f64>() / sorted.len() as f64,
+        median: quantile(0.5),
+        p99: quantile(0.99),
+        max: sorted[last],
+    }
+}

@@ -1,0 +1,66 @@
+//! What goes to standard output and what to standard error.
+
+use crate::failure::Failure;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+use std::io::{self, IsTerminal, Write};
+use tracing_subscriber::EnvFilter;
+
+/// Logs to standard error; `RUST_LOG` chooses what, warnings if it is not set.
+pub fn start_logging() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(io::stderr)
+        .with_ansi(io::stderr().is_terminal())
+        .with_target(false)
+        .init();
+}
+
+/// Says why a command ends, on standard error.
+pub fn complain(sentence: &str) {
+    // Nobody is left to tell when standard error is closed.
+    let _ = writeln!(io::stderr(), "error: {sentence}");
+}
+
+/// Says something by the way, on standard error.
+pub fn remark(sentence: &str) {
+    let _ = writeln!(io::stderr(), "{sentence}");
+}
+
+/// Prints a result for people, unless JSON is wanted.
+pub fn print_human(json: bool, text: &str) {
+    if !json {
+        print_line(text);
+    }
+}
+
+/// Prints a result as one line of JSON, if wanted.
+pub fn print_json(json: bool, result: &impl Serialize) -> Result<(), Failure> {
+    if json {
+        print_line(&serde_json::to_string(result).map_err(Failure::failed)?);
+    }
+    Ok(())
+}
+
+/// A line on standard output, at once: others may wait for it through a pipe.
+pub fn print_line(text: &str) {
+    let mut out = io::stdout().lock();
+    // A reader that has gone away needs no result.
+    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+}
+
+/// A bar on standard error for `total` seconds of recording; invisible when standard error is no terminal.
+pub fn progress_bar(total: f64) -> ProgressBar {
+    let target = if io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr_with_hz(5)
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} s  {msg}");
+    let bar = ProgressBar::with_draw_target(Some(total.max(0.0).ceil() as u64), target);
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

@@ -1,0 +1,26 @@
+//! What this process uses: time of its threads, and memory.
+
+use rustix::time::{ClockId, clock_gettime};
+use std::fs;
+use std::time::Duration;
+
+/// CPU time of the calling thread so far.
+pub fn thread_cpu_time() -> Duration {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec.unsigned_abs() as u32)
+}
+
+/// Most memory that was resident since the last call of [`reset_peak_memory`], bytes; zero where the system does not
+/// say.
+pub fn peak_memory() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kibibytes = peak.and_then(|text| text.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok());
+    kibibytes.unwrap_or(0) * 1024
+}
+
+/// Forgets the peak so far. Where the system does not allow it, peaks are since the start.
+pub fn reset_peak_memory() {
+    // 5 resets the peak resident set size; see proc(5), "clear_refs".
+    let _ = fs::write("/proc/self/clear_refs", "5");
+}

@@ -1,0 +1,167 @@
+//! `autoinspect sim record`: a walk of the simulated robot as a standard recording, with the truth.
+
+mod faults;
+
+use crate::failure::Failure;
+use crate::output;
+use clap::Args;
+use faults::FaultName;
+use messages::Input;
+use recorder::{RecordingMeta, RecordingWriter};
+use serde::Serialize;
+use sim::{FULL_COLUMNS, Route, RouteWalker, SimConfig, SimEvent, Simulator, Site, SiteName};
+use std::path::PathBuf;
+use std::sync::Arc;
+use vocab::Span;
+
+/// Time between commands to the robot.
+const COMMAND_EVERY: Span = Span::from_millis(100);
+
+/// Let the simulated robot walk a route, and record what its sensors say.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "The recording is an MCAP file of ROS 2 messages; /truth says where the robot really was.
+
+EXAMPLES:
+  autoinspect sim record --site b1 --out b1.mcap
+  autoinspect sim record --site plant --route short --seed 7 --columns 500 --out plant.mcap
+  autoinspect sim record --site b1 --out dark.mcap --faults blind-lidar@60-80,leg-slip@30-40:0.2,0,0
+
+FAULTS (seconds from the start):
+  blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
+)]
+pub struct RecordArgs {
+    /// Where: b1, torus or plant.
+    #[arg(long)]
+    site: SiteName,
+    /// The file to write.
+    #[arg(long)]
+    out: PathBuf,
+    /// Which way: round or short.
+    #[arg(long, default_value = "round")]
+    route: String,
+    /// Seed of the simulation.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Columns of a LiDAR sweep; 2000 is full resolution.
+    #[arg(long, default_value_t = FULL_COLUMNS, value_parser = clap::value_parser!(u32).range(10..=20_000))]
+    columns: u32,
+    /// People walking about.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
+    people: u32,
+    /// End after so many minutes; the route is walked again if it is shorter.
+    #[arg(long)]
+    minutes: Option<f64>,
+    /// What goes wrong, and when.
+    #[arg(long, value_delimiter = ';')]
+    faults: Vec<String>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was recorded.
+#[derive(Debug, Default, Serialize)]
+struct Recorded {
+    seconds: f64,
+    scans: u64,
+    points: u64,
+    messages: u64,
+    distance_m: f64,
+}
+
+/// Runs `autoinspect sim record`.
+pub fn run(args: &RecordArgs) -> Result<(), Failure> {
+    let site = Arc::new(Site::new(args.site));
+    let Some(route) = site.route(&args.route).cloned() else {
+        let names: Vec<_> = site.routes().iter().map(|route| route.name).collect();
+        return Err(Failure::usage(format!(
+            "{} has no route '{}'; it has {}",
+            args.site,
+            args.route,
+            names.join(", ")
+        )));
+    };
+    let faults = faults::parse(&args.faults.join(","))?;
+    let config = SimConfig {
+        lidar_columns: args.columns,
+        people: args.people,
+        start: Some(route.start),
+        faults: faults.iter().map(FaultName::fault).collect(),
+        ..SimConfig::new(args.site, args.seed)
+    };
+    let mut simulator = Simulator::on(site, config);
+    let meta = RecordingMeta {
+        robot: simulator.boot().robot,
+        origin: format!("simulated site {}, route {}, seed {}", args.site, args.route, args.seed),
+    };
+    let mut writer =
+        RecordingWriter::create(&args.out, &meta, &simulator.boot().mounting).map_err(Failure::failed)?;
+    let recorded = walk(&mut simulator, &route, args.minutes, &mut writer)?;
+    writer.finish().map_err(Failure::failed)?;
+    output::print_human(
+        args.json,
+        &format!(
+            "{}: {:.1} s, {} scans with {} points, {:.1} m walked",
+            args.out.display(),
+            recorded.seconds,
+            recorded.scans,
+            recorded.points,
+            recorded.distance_m
+        ),
+    );
+    output::print_json(args.json, &recorded)
+}
+
+/// Walks until the route is done, or for `minutes`.
+fn walk(
+    simulator: &mut Simulator,
+    route: &Route,
+    minutes: Option<f64>,
+    writer: &mut RecordingWriter,
+) -> Result<Recorded, Failure> {
+    let end = minutes.map(|minutes| Span::from_secs_f64(minutes * 60.0));
+    let mut walker = RouteWalker::new(route.clone());
+    let mut tally = Recorded::default();
+    let mut last = simulator.truth();
+    let mut events = Vec::new();
+    let (_, legs) = walker.progress();
+    let bar = output::progress_bar(legs as f64);
+    while end.is_none_or(|end| simulator.elapsed() < end) {
+        let truth = simulator.truth();
+        let drive = match (walker.drive(&truth), end) {
+            (Some(drive), _) => drive,
+            (None, None) => break,
+            (None, Some(_)) => {
+                walker = RouteWalker::new(route.clone());
+                continue;
+            }
+        };
+        simulator.command(drive);
+        simulator.advance(simulator.now() + COMMAND_EVERY, &mut events);
+        for event in events.drain(..) {
+            record(event, writer, &mut tally)?;
+        }
+        for truth in simulator.take_truths() {
+            writer.truth(truth.stamp, &truth.site_from_base).map_err(Failure::failed)?;
+        }
+        let now = simulator.truth();
+        let step = geometry::vec_from_plain(now.site_from_base.position)
+            - geometry::vec_from_plain(last.site_from_base.position);
+        tally.distance_m += step.norm();
+        last = now;
+        bar.set_position(walker.progress().0 as u64);
+    }
+    bar.finish_and_clear();
+    tally.seconds = simulator.elapsed().secs_f64();
+    Ok(tally)
+}
+
+fn record(event: SimEvent, writer: &mut RecordingWriter, tally: &mut Recorded) -> Result<(), Failure> {
+    if let messages::Sensor::Scan(scan) = &event.sensor {
+        tally.scans += 1;
+        tally.points += scan.xyz.len() as u64;
+    }
+    tally.messages += 1;
+    writer.input(event.at, &Input::Sensor(event.sensor)).map_err(Failure::failed)
+}

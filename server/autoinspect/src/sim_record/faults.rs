@@ -1,0 +1,81 @@
+//! Faults as people type them: `blind-lidar@60-80,leg-slip@30-40:0.2,0,0`.
+
+use crate::failure::Failure;
+use sim::Fault;
+use vocab::{Span, Vec3};
+
+/// One fault of the command line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaultName(Fault);
+
+impl FaultName {
+    /// As the simulator takes it.
+    pub fn fault(&self) -> Fault {
+        self.0
+    }
+}
+
+/// Reads a list. A comma separates faults, and the three numbers of a slip.
+pub fn parse(text: &str) -> Result<Vec<FaultName>, Failure> {
+    let mut faults: Vec<String> = Vec::new();
+    for piece in text.split(',').map(str::trim).filter(|piece| !piece.is_empty()) {
+        match faults.last_mut() {
+            // A number that follows belongs to the slip before it.
+            Some(last) if !piece.contains('@') => last.push_str(&format!(",{piece}")),
+            _ => faults.push(piece.to_owned()),
+        }
+    }
+    faults.iter().map(|fault| one(fault)).collect()
+}
+
+fn one(text: &str) -> Result<FaultName, Failure> {
+    let explain = || {
+        Failure::usage(format!(
+            "'{text}' is no fault; write blind-lidar@60-80, silent-lidar@…, silent-imu@… or leg-slip@30-40:0.2,0,0"
+        ))
+    };
+    let (name, rest) = text.split_once('@').ok_or_else(explain)?;
+    let (times, amount) = rest.split_once(':').map_or((rest, None), |(times, amount)| (times, Some(amount)));
+    let (from, until) = times.split_once('-').ok_or_else(explain)?;
+    let seconds = |text: &str| text.trim().parse::<f64>().map(Span::from_secs_f64).map_err(|_| explain());
+    let (from, until) = (seconds(from)?, seconds(until)?);
+    match (name.trim(), amount) {
+        ("blind-lidar", None) => Ok(FaultName(Fault::BlindLidar { from, until })),
+        ("silent-lidar", None) => Ok(FaultName(Fault::SilentLidar { from, until })),
+        ("silent-imu", None) => Ok(FaultName(Fault::SilentImu { from, until })),
+        ("leg-slip", Some(amount)) => {
+            let velocity = velocity(amount).ok_or_else(explain)?;
+            Ok(FaultName(Fault::LegSlip { from, until, velocity }))
+        }
+        _ => Err(explain()),
+    }
+}
+
+fn velocity(text: &str) -> Option<Vec3> {
+    let numbers: Vec<f64> =
+        text.split(',').map(|number| number.trim().parse().ok()).collect::<Option<_>>()?;
+    let [x, y, z] = numbers[..] else { return None };
+    Some(Vec3::new(x, y, z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_are_read_and_nonsense_is_refused() {
+        let seconds = |secs| Span::from_secs_f64(secs);
+        let faults = parse("blind-lidar@60-80, leg-slip@30-40:0.2,0,-0.1,silent-imu@1.5-2").expect("faults");
+        let expected = [
+            Fault::BlindLidar { from: seconds(60.0), until: seconds(80.0) },
+            Fault::LegSlip { from: seconds(30.0), until: seconds(40.0), velocity: Vec3::new(0.2, 0.0, -0.1) },
+            Fault::SilentImu { from: seconds(1.5), until: seconds(2.0) },
+        ];
+        assert_eq!(faults.iter().map(FaultName::fault).collect::<Vec<_>>(), expected);
+        for text in
+            ["blind-lidar", "blind-lidar@60", "leg-slip@1-2", "leg-slip@1-2:1,2", "fog@1-2", "silent-imu@a-b"]
+        {
+            assert!(parse(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The command: reads, pairs, aligns, measures, prints.
+
+use super::align::{Alignment, Similarity, umeyama};
+use super::extrinsic::{Extrinsic, parse_frame};
+use super::load::load;
+use super::pairs::{Matching, Pair, pair};
+use crate::failure::Failure;
+use crate::output;
+use clap::Args;
+use geometry::Isometry;
+use serde::Serialize;
+use std::path::PathBuf;
+use vocab::Span;
+
+/// How far an estimated trajectory is from the truth.
+#[derive(Args, Debug)]
+#[command(after_help = "EXAMPLES:
+  autoinspect trajectory compare truth.tum m/trajectory.tum
+  autoinspect trajectory compare b1.mcap m/trajectory.tum --json
+  autoinspect trajectory compare mocap_imu.tum m/trajectory.tum --extrinsic lidar_imu.json")]
+pub struct CompareArgs {
+    /// The truth: a TUM file, or a recording with a topic that holds it.
+    truth: PathBuf,
+    /// The estimate: a TUM file.
+    estimate: PathBuf,
+    /// Seconds added to the estimate's stamps to get the truth's [default: the extrinsic file's, else 0].
+    #[arg(long, allow_hyphen_values = true)]
+    offset: Option<f64>,
+    /// What may be changed about the estimate before it is compared.
+    #[arg(long, value_enum, default_value_t = Alignment::Se3)]
+    align: Alignment,
+    /// How instants are matched.
+    #[arg(long = "match", value_enum, default_value_t = Matching::Interpolate)]
+    matching: Matching,
+    /// Longest gap in the truth that is interpolated, or greatest difference of nearest stamps, seconds
+    /// [default: 0.5 and 0.01].
+    #[arg(long)]
+    max_gap: Option<f64>,
+    /// Compare at this frame, given in the estimated one: X,Y,Z,QX,QY,QZ,QW.
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "extrinsic")]
+    at_frame: Option<String>,
+    /// Compare at the IMU of this calibration file (JSON with T_lidar_imu and perhaps time_offset_s).
+    #[arg(long)]
+    extrinsic: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Root mean square and the like of a set of errors.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    pub rmse: f64,
+    pub mean: f64,
+    pub median: f64,
+    pub max: f64,
+}
+
+/// All that comparing says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// Poses compared.
+    pub pairs: usize,
+    /// Poses of the estimate.
+    pub estimate_poses: usize,
+    /// Length of the truth over the pairs, metres.
+    pub truth_length_m: f64,
+    /// Length of the estimate over the pairs, metres.
+    pub estimate_length_m: f64,
+    /// Absolute error of positions, metres.
+    pub ape_m: Figures,
+    /// Absolute error of positions along z, metres.
+    pub ape_vertical_m: Figures,
+    /// Absolute error of orientations, degrees.
+    pub ape_deg: Figures,
+    /// Error of the motion from each pair to the next, metres.
+    pub rpe_m: Figures,
+    /// The same, degrees.
+    pub rpe_deg: Figures,
+    /// Distance of the last positions, metres.
+    pub end_m: f64,
+    /// Scale that was applied.
+    pub scale: f64,
+}
+
+/// Runs `autoinspect trajectory compare`.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let comparison = compare(args)?;
+    output::print_human(args.json, &describe(&comparison));
+    output::print_json(args.json, &comparison)
+}
+
+fn compare(args: &CompareArgs) -> Result<Comparison, Failure> {
+    let extrinsic = args.extrinsic.as_deref().map(Extrinsic::read).transpose()?;
+    let frame = match (&args.at_frame, &extrinsic) {
+        (Some(text), _) => parse_frame(text)?,
+        (None, Some(extrinsic)) => extrinsic.estimated_from_known()?,
+        (None, None) => Isometry::identity(),
+    };
+    let offset = args.offset.or(extrinsic.and_then(|extrinsic| extrinsic.time_offset_s)).unwrap_or(0.0);
+    let gap_max = args.max_gap.unwrap_or(match args.matching {
+        Matching::Interpolate => 0.5,
+        Matching::Nearest => 0.01,
+    });
+    let truth = load(&args.truth)?;
+    let estimate: Vec<_> =
+        load(&args.estimate)?.into_iter().map(|(stamp, pose)| (stamp, pose * frame)).collect();
+    let seconds = Span::from_secs_f64;
+    let pairs = pair(&truth, &estimate, seconds(offset), args.matching, seconds(gap_max));
+    if pairs.len() < 2 {
+        return Err(Failure::usage(format!(
+            "the two trajectories share {} instants, too few to compare; check --offset and that both are of the \
+             same run",
+            pairs.len()
+        )));
+    }
+    let similarity = align(&pairs, args.align)?;
+    Ok(Comparison { estimate_poses: estimate.len(), ..measure(&pairs, &similarity) })
+}
+
+fn align(pairs: &[Pair], alignment: Alignment) -> Result<Similarity, Failure> {
+    let positions = || {
+        pairs
+            .iter()
+            .map(|pair| (pair.truth.translation.vector, pair.estimate.translation.vector))
+            .collect::<Vec<_>>()
+    };
+    let found = match alignment {
+        Alignment::None => Some(Similarity::identity()),
+        Alignment::First => {
+            Some(Similarity { scale: 1.0, truth_from_estimate: pairs[0].truth * pairs[0].estimate.inverse() })
+        }
+        Alignment::Se3 => umeyama(&positions(), false),
+        Alignment::Sim3 => umeyama(&positions(), true),
+    };
+    found.ok_or_else(|| {
+        Failure::usage(
+            "all positions lie on one line, so they cannot be aligned; use --align first".to_owned(),
+        )
+    })
+}
+
+fn measure(pairs: &[Pair], similarity: &Similarity) -> Comparison {
+    let aligned: Vec<Pair> =
+        pairs.iter().map(|pair| Pair { estimate: similarity.apply(&pair.estimate), ..*pair }).collect();
+    let absolute: Vec<Isometry> = aligned.iter().map(|pair| pair.truth.inv_mul(&pair.estimate)).collect();
+    let offsets: Vec<_> =
+        aligned.iter().map(|pair| pair.estimate.translation.vector - pair.truth.translation.vector).collect();
+    let relative: Vec<Isometry> = aligned
+        .windows(2)
+        .map(|two| two[0].truth.inv_mul(&two[1].truth).inv_mul(&two[0].estimate.inv_mul(&two[1].estimate)))
+        .collect();
+    let length = |pick: fn(&Pair) -> &Isometry| -> f64 {
+        let step =
+            |two: &[Pair]| (pick(&two[1]).translation.vector - pick(&two[0]).translation.vector).norm();
+        aligned.windows(2).map(step).sum()
+    };
+    let metres = |errors: &[Isometry]| figures(errors.iter().map(|error| error.translation.vector.norm()));
+    let degrees =
+        |errors: &[Isometry]| figures(errors.iter().map(|error| error.rotation.angle().to_degrees()));
+    Comparison {
+        pairs: pairs.len(),
+        estimate_poses: pairs.len(),
+        truth_length_m: length(|pair| &pair.truth),
+        estimate_length_m: length(|pair| &pair.estimate),
+        ape_m: metres(&absolute),
+        ape_vertical_m: figures(offsets.iter().map(|offset| offset.z.abs())),
+        ape_deg: degrees(&absolute),
+        rpe_m: metres(&relative),
+        rpe_deg: degrees(&relative),
+        end_m: offsets.last().map_or(0.0, |offset| offset.norm()),
+        scale: similarity.scale,
+    }
+}
+
+/// Zeros for no errors.
+fn figures(errors: impl Iterator<Item = f64>) -> Figures {
+    let mut errors: Vec<f64> = errors.collect();
+    errors.sort_by(f64::total_cmp);
+    let (count, middle) = (errors.len().max(1) as f64, errors.len() / 2);
+    let median = match errors.len() {
+        0 => 0.0,
+        length if length % 2 == 1 => errors[middle],
+        _ => 0.5 * (errors[middle - 1] + errors[middle]),
+    };
+    Figures {
+        rmse: (errors.iter().map(|error| error * error).sum::<f64>() / count).sqrt(),
+        mean: errors.iter().sum::<f64>() / count,
+        median,
+        max: errors.last().copied().unwrap_or(0.0),
+    }
+}
+
+fn describe(comparison: &Comparison) -> String {
+    let line = |name: &str, unit: &str, figures: &Figures| {
+        format!(
+            "{name:<22} rmse {:.4} {unit}, mean {:.4}, median {:.4}, max {:.4}",
+            figures.rmse, figures.mean, figures.median, figures.max
+        )
+    };
+    [
+        format!(
+            "{} of {} poses compared over {:.2} m (estimate {:.2} m, scale {:.4})",
+            comparison.pairs,
+            comparison.estimate_poses,
+            comparison.truth_length_m,
+            comparison.estimate_length_m,
+            comparison.scale
+        ),
+        line("absolute, position", "m", &comparison.ape_m),
+        line("absolute, vertical", "m", &comparison.ape_vertical_m),
+        line("absolute, orientation", "deg", &comparison.ape_deg),
+        line("pose to pose", "m", &comparison.rpe_m),
+        line("pose to pose", "deg", &comparison.rpe_deg),
+        format!("at the end             {:.4} m", comparison.end_m),
+    ]
+    .join("\n")
+}
+
+#[cfg(test)]
+#[path = "compare_tests.rs"]
+mod tests;

@@ -1,0 +1,95 @@
+//! `autoinspect up` and the two processes it runs.
+//!
+//! The core is the robot; the gateway is the door to browsers. They are processes of their own so that nothing a browser
+//! does can touch the robot's behaviour. `up` starts both, starts again whichever ends, and ends both in order.
+
+mod core_process;
+mod gateway_process;
+mod health;
+mod paths;
+mod stop;
+mod supervisor;
+
+pub use core_process::{CoreArgs, run_core};
+pub use gateway_process::{GatewayArgs, run_gateway};
+
+use crate::failure::Failure;
+use crate::output;
+use crate::robot::RobotArgs;
+use clap::Args;
+use ports::DataDir;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use stop::Stop;
+use supervisor::{Role, Supervisor};
+
+/// Run the platform: a robot's core and the server for browsers.
+#[derive(Args, Debug)]
+#[command(after_help = "EXAMPLES:
+  autoinspect up                                   a simulated robot in the test hall
+  autoinspect up --robot sim:plant --people 10
+  autoinspect up --robot replay:recording.mcap --speed 2
+  autoinspect up --listen 0.0.0.0:8080 --data /var/lib/autoinspect")]
+pub struct UpArgs {
+    /// Where maps and recordings are kept [default: the user's data directory].
+    #[arg(long)]
+    data: Option<PathBuf>,
+    /// Address for browsers; port 0 lets the system choose.
+    #[arg(long, default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Folder of the browser client [default: found beside the program or here].
+    #[arg(long = "static")]
+    static_dir: Option<PathBuf>,
+    /// Do not record what the robot hears.
+    #[arg(long)]
+    no_record: bool,
+    #[command(flatten)]
+    robot: RobotArgs,
+}
+
+/// Runs `autoinspect up` until it is told to stop.
+pub fn run(args: &UpArgs) -> Result<(), Failure> {
+    let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
+    std::fs::create_dir_all(&data)
+        .map_err(|error| Failure::failed(format!("{} cannot be made: {error}", data.display())))?;
+    let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
+    let static_dir = paths::static_dir(args.static_dir.as_deref())?;
+    let socket = DataDir::new(&data).core_socket();
+    let text = |path: &std::path::Path| path.display().to_string();
+
+    let mut core =
+        vec!["core".to_owned(), "--data".to_owned(), text(&data), "--socket".to_owned(), text(&socket)];
+    core.extend(args.robot.to_arguments());
+    if args.no_record {
+        core.push("--no-record".to_owned());
+    }
+    let gateway =
+        ["gateway", "--data", &text(&data), "--socket", &text(&socket), "--static", &text(&static_dir)];
+    let gateway = gateway.map(str::to_owned).to_vec();
+
+    let stop = Stop::on_signals()?;
+    let mut supervisor = Supervisor::new(core, gateway, args.listen, socket);
+    supervisor.run(&stop, |address| {
+        output::print_line(&format!("AutoInspect is running: http://{}", reachable(address)));
+        output::remark(&format!("data in {}; stop with Ctrl-C", data.display()));
+    })
+}
+
+/// The address as a browser on this computer can use it.
+fn reachable(address: SocketAddr) -> SocketAddr {
+    if address.ip().is_unspecified() {
+        SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), address.port())
+    } else {
+        address
+    }
+}
+
+/// Named in messages.
+impl Role {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Core => "core",
+            Self::Gateway => "gateway",
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The core's process with a gateway that the test plays.
+
+use crate::fake_gateway::{FakeGateway, until};
+use crate::program::{json, program, text};
+use api::{CoreMessage, Event, GatewayMessage, Mapping, Order};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use uuid::Uuid;
+use vocab::{MapId, SessionId, Twist, Vec3};
+
+/// A core with a simulated robot; killed when dropped.
+struct CoreProcess {
+    child: Child,
+    socket: PathBuf,
+}
+
+impl CoreProcess {
+    /// Coarse scans and quick time, so that a walk takes seconds.
+    fn start(data: &Path) -> Self {
+        let socket = data.join("core.sock");
+        let child = program()
+            .args(["core", "--data", text(data), "--socket", text(&socket)])
+            .args(["--robot", "sim:b1", "--lidar-columns", "200", "--people", "0", "--speed", "4"])
+            .stdin(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        Self { child, socket }
+    }
+
+    /// Closes its standard input, as the supervisor does, and waits for an orderly end.
+    fn stop(&mut self) {
+        drop(self.child.stdin.take());
+        assert!(self.child.wait().expect("ends").success());
+    }
+}
+
+impl Drop for CoreProcess {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Maps until there are some keyframes, walking slowly.
+fn map_a_little(gateway: &mut FakeGateway, session: u128) {
+    gateway.order(Order::TakeControl { name: "Test".to_owned() });
+    gateway.order(Order::StartMapping(SessionId(Uuid::from_u128(session))));
+    let velocity = Twist { linear: Vec3::new(0.6, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, 0.3) };
+    let mut keyframes = 0;
+    while keyframes < 3 {
+        gateway.order(Order::Teleoperate(velocity));
+        keyframes = gateway.event(|event| match event {
+            Event::Mapping(Mapping::Running { keyframes, .. }) => Some(*keyframes),
+            Event::Estimate(_) => Some(keyframes),
+            _ => None,
+        });
+    }
+}
+
+fn finish(map: u128) -> Order {
+    Order::FinishMapping { map: MapId(Uuid::from_u128(map)), name: "Hall".to_owned() }
+}
+
+fn map_names(data: &Path) -> Vec<String> {
+    let entries = fs::read_dir(data.join("maps")).into_iter().flatten();
+    entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect()
+}
+
+#[test]
+fn a_mapping_session_is_seen_live_saved_recorded_and_repeats_bit_for_bit() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let mut core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    gateway.send(&GatewayMessage::Listeners { clients: 1, streams: 1 });
+    map_a_little(&mut gateway, 1);
+
+    let scan = loop {
+        if let CoreMessage::Scan { points, .. } = gateway.message() {
+            break points;
+        }
+    };
+    assert!(map_codec::decode(&scan).expect("decodes").points.len() > 1000);
+
+    // A gateway that comes anew finds every tile and keyframe of the session.
+    let mut gateway = FakeGateway::connect(&core.socket);
+    let graph = gateway.event(|event| match event {
+        Event::Graph(graph) => Some(graph.clone()),
+        _ => None,
+    });
+    let tiles = gateway.event(|event| match event {
+        Event::Tiles(tiles) if tiles.reset => Some(tiles.added.clone()),
+        _ => None,
+    });
+    assert!(graph.nodes.len() >= 2, "{graph:?}");
+    for tile in &tiles {
+        let name = tile.hash.to_string();
+        let bytes = fs::read(dir.path().join("tiles").join(&name[..2]).join(&name)).expect("tile");
+        assert_eq!(map_codec::decode(&bytes).expect("decodes").points.len(), tile.points as usize);
+    }
+    assert!(tiles.iter().map(|tile| tile.points).sum::<u32>() > 1000);
+
+    gateway.order(finish(9));
+    let maps = gateway.event(|event| match event {
+        Event::Maps(maps) if !maps.is_empty() => Some(maps.clone()),
+        _ => None,
+    });
+    assert_eq!((maps.len(), maps[0].name.as_str()), (1, "Hall"));
+    gateway.event(|event| matches!(event, Event::Mapping(Mapping::Idle)).then_some(()));
+    core.stop();
+
+    let recordings: Vec<_> = fs::read_dir(dir.path().join("recordings"))
+        .expect("there")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
+    let [recording] = &recordings[..] else { panic!("{recordings:?}") };
+    let replayed = json(&["replay", text(recording)]);
+    assert!(replayed["inputs"].as_u64() > Some(100), "{replayed}");
+    assert_eq!(json(&["replay", text(recording)]), replayed);
+}
+
+#[test]
+fn a_core_killed_while_it_saves_leaves_no_half_map() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let mut core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    map_a_little(&mut gateway, 1);
+    gateway.order(finish(7));
+    // The moment at which files of the map are being written, or have just been.
+    let hidden = format!(".{}", Uuid::from_u128(7));
+    let whole = Uuid::from_u128(7).to_string();
+    until("saving begins", || {
+        map_names(dir.path()).iter().find(|name| **name == hidden || **name == whole).cloned()
+    });
+    core.child.kill().expect("killed");
+    core.child.wait().expect("reaped");
+
+    let store = store::Store::open(dir.path()).expect("opens after the crash");
+    assert!(!map_names(dir.path()).contains(&hidden));
+    for map in store.maps().expect("listed") {
+        let list = fs::read(store.dir().map_tiles(map.id)).expect("tiles of a listed map");
+        let list: api::TileList = serde_json::from_slice(&list).expect("whole");
+        assert!(list.tiles.iter().all(|tile| store.dir().tile(tile.hash).exists()));
+        for name in ["graph.json", "graph.g2o", "trajectory.tum"] {
+            assert!(store.dir().map(map.id).join(name).exists(), "{name}");
+        }
+    }
+}

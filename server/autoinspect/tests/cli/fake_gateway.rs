@@ -1,0 +1,82 @@
+//! A gateway that the test plays.
+
+use api::{CoreMessage, Event, GatewayMessage, Order};
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use uuid::Uuid;
+use vocab::{ClientId, CommandId};
+
+/// Far longer than anything takes.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Connected to a core.
+pub struct FakeGateway {
+    stream: UnixStream,
+    commands: u128,
+}
+
+impl FakeGateway {
+    /// Connects once the core listens.
+    pub fn connect(socket: &Path) -> Self {
+        let stream = until("the core listens", || UnixStream::connect(socket).ok());
+        stream.set_read_timeout(Some(PATIENCE)).expect("settable");
+        let mut gateway = Self { stream, commands: 0 };
+        gateway.send(&GatewayMessage::Hello { version: api::VERSION });
+        gateway
+    }
+
+    /// Sends a message.
+    pub fn send(&mut self, message: &GatewayMessage) {
+        let body = api::encode(message);
+        self.stream.write_all(&(body.len() as u32).to_le_bytes()).expect("written");
+        self.stream.write_all(&body).expect("written");
+    }
+
+    /// Sends an order and waits until it is accepted.
+    pub fn order(&mut self, order: Order) {
+        self.commands += 1;
+        let id = CommandId(Uuid::from_u128(self.commands));
+        let by = ClientId(Uuid::from_u128(1));
+        self.send(&GatewayMessage::Command { id, by, order });
+        let outcome = self.event(|event| match event {
+            Event::CommandDone { id: done, outcome } if *done == id => Some(outcome.clone()),
+            _ => None,
+        });
+        assert_eq!(outcome, api::CommandOutcome::Accepted);
+    }
+
+    /// The next message.
+    pub fn message(&mut self) -> CoreMessage {
+        let mut length = [0; 4];
+        self.stream.read_exact(&mut length).expect("the core goes on");
+        let mut body = vec![0; u32::from_le_bytes(length) as usize];
+        self.stream.read_exact(&mut body).expect("the core goes on");
+        api::decode(&body).expect("a message")
+    }
+
+    /// Reads until an event is what the test waits for.
+    pub fn event<T>(&mut self, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
+        loop {
+            if let CoreMessage::Event { event, .. } = self.message()
+                && let Some(found) = wanted(&event)
+            {
+                return found;
+            }
+        }
+    }
+}
+
+/// Waits for a condition.
+pub fn until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = condition() {
+            return found;
+        }
+        assert!(start.elapsed() < PATIENCE, "it never happened: {what}");
+        // Between looks, so that looking does not take the time from what is looked for.
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}

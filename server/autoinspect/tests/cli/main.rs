@@ -1,0 +1,8 @@
+//! The program as its users run it: processes, exit codes, files, signals.
+
+mod core_process;
+mod fake_gateway;
+mod offline;
+mod platform;
+mod program;
+mod refusals;

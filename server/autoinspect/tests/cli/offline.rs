@@ -1,0 +1,106 @@
+//! Commands that work without a robot.
+
+use crate::program::{data, json, text};
+use std::fs;
+use std::path::Path;
+
+/// Eight seconds in the test hall, coarse enough to be quick.
+fn walk(out: &Path, seed: &str) {
+    let path = text(out);
+    json(&[
+        "sim",
+        "record",
+        "--site",
+        "b1",
+        "--out",
+        path,
+        "--columns",
+        "200",
+        "--minutes",
+        "0.13",
+        "--seed",
+        seed,
+    ]);
+}
+
+#[test]
+fn a_recording_says_what_it_holds() {
+    let Some(bag) = data("hilti-uzh-run2/bag") else { return };
+    let info = json(&["info", text(&bag)]);
+    let topics = info["topics"].as_array().expect("topics");
+    let count =
+        |name: &str| topics.iter().find(|topic| topic["name"] == name).map(|topic| topic["count"].clone());
+    assert_eq!(count("/lidar/points"), Some(100.into()));
+    assert_eq!(count("/vo/odometry"), Some(482.into()));
+    let missing = info["missing"].to_string();
+    assert!(missing.contains("IMU") && missing.contains("Points carry no time"), "{missing}");
+}
+
+#[test]
+fn a_simulated_walk_is_recorded_mapped_compared_and_repeats_bit_for_bit() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = |name: &str| dir.path().join(name);
+    let (walked, out, log) = (path("walk.mcap"), path("m"), path("journal.mcap"));
+    walk(&walked, "3");
+
+    let summary = json(&["map", text(&walked), "--out", text(&out), "--journal", text(&log)]);
+    assert!(summary["scans"].as_u64().expect("scans") > 70, "{summary}");
+    assert!(summary["keyframes"].as_u64().expect("keyframes") >= 1, "{summary}");
+    for name in ["trajectory.tum", "graph.g2o", "map.ply", "tiles.json", "summary.json", "clouds/000000.pcd"]
+    {
+        assert!(out.join(name).exists(), "{name}");
+    }
+    let list: api::TileList =
+        serde_json::from_slice(&fs::read(out.join("tiles.json")).expect("readable")).expect("tiles");
+    let tile = list.tiles.first().expect("a tile").hash.to_string();
+    assert!(out.join("tiles").join(&tile[..2]).join(&tile).exists());
+
+    let truth = json(&[
+        "trajectory",
+        "compare",
+        text(&walked),
+        text(&out.join("trajectory.tum")),
+        "--align",
+        "first",
+    ]);
+    let error = truth["ape_m"]["rmse"].as_f64().expect("a number");
+    assert!(error < 0.1, "off by {error} m after eight seconds");
+
+    // In other processes, and not in this one: same journal, same fingerprint.
+    let fingerprint = summary["fingerprint"].as_str().expect("a fingerprint").to_owned();
+    for _ in 0..2 {
+        assert_eq!(json(&["replay", text(&log)])["fingerprint"], fingerprint.as_str());
+    }
+
+    // A journal of another walk has another, so the check can fail.
+    let (other, other_log) = (path("other.mcap"), path("other_journal.mcap"));
+    walk(&other, "4");
+    json(&["map", text(&other), "--out", text(&path("o")), "--journal", text(&other_log)]);
+    assert_ne!(json(&["replay", text(&other_log)])["fingerprint"], fingerprint.as_str());
+}
+
+#[test]
+fn the_same_seed_records_the_same_bytes() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let [first, second, third] = ["a", "b", "c"].map(|name| dir.path().join(format!("{name}.mcap")));
+    walk(&first, "3");
+    walk(&second, "3");
+    walk(&third, "4");
+    let bytes = |path: &Path| fs::read(path).expect("readable");
+    assert!(bytes(&first) == bytes(&second), "the same seed gave different recordings");
+    assert!(bytes(&first) != bytes(&third), "another seed gave the same recording");
+}
+
+#[test]
+fn a_simulated_recording_opens_as_a_standard_one_with_truth() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("walk.mcap");
+    walk(&path, "5");
+    let info = json(&["info", text(&path)]);
+    let topics = info["topics"].as_array().expect("topics");
+    let types: Vec<&str> = topics.iter().filter_map(|topic| topic["type_name"].as_str()).collect();
+    for wanted in ["sensor_msgs/PointCloud2", "sensor_msgs/Imu", "nav_msgs/Odometry", "tf2_msgs/TFMessage"] {
+        assert!(types.contains(&wanted), "{wanted} not in {types:?}");
+    }
+    assert!(topics.iter().any(|topic| topic["name"] == "/truth" && topic["count"].as_u64() > Some(100)));
+}

@@ -1,0 +1,137 @@
+//! `autoinspect up`: both processes, supervised.
+
+use crate::fake_gateway::until;
+use crate::program::{program, refused, text};
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Stdio};
+
+/// A platform with a simulated robot; ended in order when dropped.
+struct Platform {
+    child: Child,
+    address: SocketAddr,
+}
+
+impl Platform {
+    fn start(dir: &Path) -> Self {
+        let client = dir.join("static");
+        fs::create_dir_all(&client).expect("made");
+        fs::write(client.join("index.html"), "<title>AutoInspect</title>").expect("writable");
+        let mut child = program()
+            .args([
+                "up",
+                "--data",
+                text(&dir.join("data")),
+                "--static",
+                text(&client),
+                "--listen",
+                "127.0.0.1:0",
+            ])
+            .args(["--robot", "sim:b1", "--lidar-columns", "50", "--people", "0"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
+        let address = line.trim().strip_prefix("AutoInspect is running: http://").expect("says so");
+        Self { address: address.parse().expect("an address"), child }
+    }
+
+    /// Its child process of this role.
+    fn process(&self, role: &str) -> Option<u32> {
+        let id = self.child.id();
+        let children = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
+        children.split_whitespace().filter_map(|child| child.parse().ok()).find(|child: &u32| {
+            let command = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+            command.split(|byte| *byte == 0).nth(1) == Some(role.as_bytes())
+        })
+    }
+
+    fn get(&self, path: &str) -> Option<String> {
+        let mut stream = TcpStream::connect(self.address).ok()?;
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").ok()?;
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).ok()?;
+        Some(answer)
+    }
+
+    fn is_healthy(&self) -> bool {
+        self.get("/api/v1/health").is_some_and(|answer| answer.starts_with("HTTP/1.1 200"))
+    }
+}
+
+impl Drop for Platform {
+    fn drop(&mut self) {
+        if self.child.try_wait().is_ok_and(|ended| ended.is_none()) {
+            signal(self.child.id(), rustix::process::Signal::TERM);
+        }
+        let _ = self.child.wait();
+    }
+}
+
+fn signal(process: u32, signal: rustix::process::Signal) {
+    let process = rustix::process::Pid::from_raw(process as i32).expect("not zero");
+    rustix::process::kill_process(process, signal).expect("it runs");
+}
+
+#[test]
+fn both_processes_come_back_after_a_crash_and_end_together() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let mut platform = Platform::start(dir.path());
+    assert!(platform.is_healthy());
+    assert!(platform.get("/").expect("answers").contains("AutoInspect"));
+    for role in ["gateway", "core"] {
+        let crashed = platform.process(role).expect("runs");
+        signal(crashed, rustix::process::Signal::KILL);
+        until("another takes its place", || platform.process(role).filter(|id| *id != crashed));
+        until("both are connected again", || platform.is_healthy().then_some(()));
+    }
+
+    let processes = ["gateway", "core"].map(|role| platform.process(role).expect("runs"));
+    signal(platform.child.id(), rustix::process::Signal::TERM);
+    assert!(platform.child.wait().expect("ends").success());
+    for process in processes {
+        assert!(!Path::new(&format!("/proc/{process}")).exists(), "{process} was left behind");
+    }
+}
+
+#[test]
+fn no_process_outlives_a_supervisor_that_was_killed() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let mut platform = Platform::start(dir.path());
+    let processes = ["gateway", "core"].map(|role| platform.process(role).expect("runs"));
+    platform.child.kill().expect("killed");
+    platform.child.wait().expect("reaped");
+    for process in processes {
+        let stat = format!("/proc/{process}/stat");
+        until("it ends", || match fs::read_to_string(&stat) {
+            // In a container nobody may reap it.
+            Ok(stat) if stat.contains(") Z") => Some(()),
+            Ok(_) => None,
+            Err(_) => Some(()),
+        });
+    }
+}
+
+#[test]
+fn an_address_in_use_ends_the_platform_with_a_sentence() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    fs::write(dir.path().join("index.html"), "").expect("writable");
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    let data = dir.path().join("data");
+    let complaint = refused(&[
+        "up",
+        "--listen",
+        &address,
+        "--data",
+        text(&data),
+        "--static",
+        text(dir.path()),
+        "--lidar-columns",
+        "50",
+    ]);
+    assert!(complaint.contains(&address), "{complaint}");
+}
