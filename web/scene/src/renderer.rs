@@ -215,6 +215,11 @@ impl Renderer {
         self.drawn
     }
 
+    /// Whether the scene itself changed since it was last drawn.
+    pub fn changed(&self) -> bool {
+        self.finished_view.is_none()
+    }
+
     /// Whether [`Self::prepare`] would draw anything new for this view.
     pub fn needs_redraw(&self, view: &View) -> bool {
         self.finished_view != Some(*view)
