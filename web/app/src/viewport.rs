@@ -29,8 +29,6 @@ pub(crate) struct Viewport {
     placed: bool,
     /// What was drawn last, perhaps coarser than wanted.
     view: Option<View>,
-    /// What was wanted last.
-    wanted: Option<View>,
     pace: Pace,
 }
 
@@ -40,7 +38,6 @@ impl Viewport {
             camera: Camera::new(CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }),
             placed: false,
             view: None,
-            wanted: None,
             pace: Pace::default(),
         }
     }
@@ -83,24 +80,14 @@ impl Viewport {
         self.clicks(&response, model, stage, out);
     }
 
-    /// The view to draw for the one that is wanted: as much as the machine can do while things move, all once they rest.
+    /// The view to draw for the one that is wanted: as much as the machine can do while things move, more once
+    /// they rest.
     fn paced(&mut self, ctx: &egui::Context, wanted: View, stage: &Stage) -> View {
         let now = browser::now_ms() * 1e-3;
-        let last = self
-            .view
-            .filter(|last| self.wanted == Some(wanted) && !stage.renderer.borrow().needs_redraw(last));
-        let view = match last {
-            Some(_) if self.pace.refine(now) => wanted,
-            Some(last) => last,
-            None => {
-                self.pace.drew(now);
-                View { options: self.pace.apply(&wanted.options), ..wanted }
-            }
-        };
-        if let Some(seconds) = self.pace.refine_in(now) {
+        let (view, refine_in) = self.pace.view(now, &wanted, &stage.renderer.borrow());
+        if let Some(seconds) = refine_in {
             ctx.request_repaint_after(Duration::from_secs_f64(seconds));
         }
-        self.wanted = Some(wanted);
         self.view = Some(view);
         view
     }
