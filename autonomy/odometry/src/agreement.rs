@@ -10,7 +10,7 @@ use vocab::{Span, Stamp};
 const STEPS: usize = 12;
 const STEP: Span = Span::from_millis(10);
 /// Scans judged together.
-const BATCH: usize = 150;
+const BATCH: usize = 100;
 /// The turns of a batch must be at least this large, radians (root of their sum of squares).
 const TURNED_MIN: f64 = 0.15;
 /// Lags below this are not told, seconds.

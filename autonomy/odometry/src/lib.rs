@@ -6,9 +6,11 @@
 //! prediction as prior, so that directions the LiDAR cannot see stay with the other sources and their covariance
 //! grows. Every source is optional. `docs/maths/odometry.md` has the equations.
 //!
-//! Read [`Odometry`] (waiting and ordering), then `tracker` (the estimate), then `local_map` (a scan's fit).
+//! Read [`Odometry`] (waiting and ordering), then `carrier` (from scan to scan), `tracker` (taking a scan in) and
+//! `local_map` (its fit).
 
 mod agreement;
+mod carrier;
 mod checks;
 mod config;
 mod event;
@@ -31,4 +33,4 @@ pub use event::{
     Started,
 };
 pub use odometry::Odometry;
-pub use sweep::ScanView;
+pub use sweep::{ScanView, correct};

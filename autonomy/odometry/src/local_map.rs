@@ -58,7 +58,6 @@ pub struct LocalMap {
     centroids: Vec<Centroid>,
     /// Edge of the voxels that thin a scan, metres.
     voxel: f32,
-    points_wanted: usize,
     noise: f32,
     correlation: f64,
     radius: f64,
@@ -74,7 +73,6 @@ impl LocalMap {
             downsampler: Downsampler::default(),
             centroids: Vec::new(),
             voxel: 0.3,
-            points_wanted: config.points_wanted,
             noise: config.noise.lidar as f32,
             correlation: config.noise.lidar_correlation,
             radius: config.map_radius,
@@ -92,12 +90,13 @@ impl LocalMap {
         MatchOptions { gate: GATE, kernel: KERNEL, noise: self.noise, spread: true }
     }
 
-    /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size to the scene.
-    pub fn thin(&mut self, xyz: &[[f32; 3]], body_from_base: &Isometry, out: &mut Thinned) {
+    /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size
+    /// so that about `wanted` points remain next time.
+    pub fn thin(&mut self, xyz: &[[f32; 3]], wanted: usize, body_from_base: &Isometry, out: &mut Thinned) {
         let first = self.map.is_empty();
         for _ in 0..if first { 6 } else { 1 } {
             self.thin_once(xyz, out);
-            let ratio = out.coarse.len() as f32 / self.points_wanted as f32;
+            let ratio = out.coarse.len() as f32 / wanted as f32;
             // Points on surfaces: halving the edge quadruples them, less where they are sparse.
             self.voxel = (self.voxel * ratio.powf(if first { 0.6 } else { 0.3 })).clamp(0.05, 2.0);
             if (0.8..1.25).contains(&ratio) {

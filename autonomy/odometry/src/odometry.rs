@@ -1,11 +1,12 @@
 //! The estimator as its callers see it: sensors in, events out.
 
+use crate::carrier::{Carrier, Queues, Timed};
 use crate::checks;
 use crate::config::OdometryConfig;
 use crate::event::{Estimate, Finding, FindingKind, OdometryEvent};
-use crate::imu_queue::{ImuQueue, ImuReading};
+use crate::imu_queue::ImuReading;
 use crate::sweep::{ScanView, Sweep};
-use crate::tracker::{Timed, Tracker};
+use crate::tracker::Tracker;
 use geometry::{Isometry, Vector3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
@@ -30,9 +31,7 @@ const WAITING_MAX: usize = 40;
 #[derive(Clone, Debug)]
 pub struct Odometry {
     config: OdometryConfig,
-    imu: ImuQueue,
-    legs: VecDeque<Timed<Vector3>>,
-    external: VecDeque<Timed<Isometry>>,
+    queues: Queues,
     scans: VecDeque<Sweep>,
     /// Newest stamp of any source: the only clock.
     newest: Option<Stamp>,
@@ -53,9 +52,7 @@ impl Odometry {
     pub fn new(config: OdometryConfig) -> Self {
         Self {
             config,
-            imu: ImuQueue::default(),
-            legs: VecDeque::new(),
-            external: VecDeque::new(),
+            queues: Queues::default(),
             scans: VecDeque::new(),
             newest: None,
             oldest: None,
@@ -79,9 +76,9 @@ impl Odometry {
         if !self.config.sources.imu || !finite {
             return;
         }
-        if self.imu.push(ImuReading { stamp, gyro, specific_force, saturated: false }) {
+        if self.queues.imu.push(ImuReading { stamp, gyro, specific_force, saturated: false }) {
             self.imu_spoke = true;
-            if self.imu.saturated() {
+            if self.queues.imu.saturated() {
                 self.find(checks::saturated(), out);
             }
             self.heard(stamp, out);
@@ -95,7 +92,7 @@ impl Odometry {
         if !self.config.sources.legs || !base_velocity.iter().all(|c| c.is_finite()) {
             return;
         }
-        if push_newer(&mut self.legs, Timed { stamp, value: base_velocity }) {
+        if push_newer(&mut self.queues.legs, Timed { stamp, value: base_velocity }) {
             self.heard(stamp, out);
         } else {
             self.find(checks::backwards("leg odometry"), out);
@@ -108,7 +105,7 @@ impl Odometry {
         if !self.config.sources.external || !finite {
             return;
         }
-        if push_newer(&mut self.external, Timed { stamp, value: odom_from_external }) {
+        if push_newer(&mut self.queues.external, Timed { stamp, value: odom_from_external }) {
             self.heard(stamp, out);
         } else {
             self.find(checks::backwards("external odometry"), out);
@@ -151,7 +148,7 @@ impl Odometry {
     /// origin with a large covariance.
     pub fn predict(&self, at: Stamp) -> Estimate {
         match &self.tracker {
-            Some(tracker) => tracker.predict(at, &self.imu),
+            Some(tracker) => tracker.predict(at, &self.queues),
             None => Estimate {
                 stamp: at,
                 odom_from_base: Isometry::identity(),
@@ -185,9 +182,8 @@ impl Odometry {
         }
         while self.scans.front().is_some_and(|sweep| last_call || self.is_covered(sweep)) {
             let (Some(sweep), Some(tracker)) = (self.scans.pop_front(), &mut self.tracker) else { return };
-            tracker.advance(sweep.end, &mut self.imu, &mut self.legs, &mut self.external);
             let mut found = Vec::new();
-            tracker.take_scan(sweep, out, &mut found);
+            tracker.take_scan(sweep, &mut self.queues, out, &mut found);
             for finding in found {
                 self.find(finding, out);
             }
@@ -195,9 +191,9 @@ impl Odometry {
         self.notice_silence(out);
         if let (None, Some(newest), Some(tracker)) = (self.scans.front(), self.newest, &mut self.tracker) {
             // Keeps the queues short when no scan comes for long.
-            if newest - tracker.time() > BACKLOG {
+            if newest - tracker.carrier().time() > BACKLOG {
                 let until = newest - Span::from_millis(BACKLOG.nanos() / 2_000_000);
-                tracker.advance(until, &mut self.imu, &mut self.legs, &mut self.external);
+                tracker.advance(until, &mut self.queues);
             }
         }
     }
@@ -210,26 +206,18 @@ impl Odometry {
         }
         let covers =
             |last: Option<Stamp>| last.is_none_or(|last| last >= sweep.end || newest - last > SILENT);
-        covers(self.imu.newest())
-            && covers(
-                self.legs
-                    .back()
-                    .map(|legs| legs.stamp)
-                    .or(self.tracker.as_ref().and_then(Tracker::last_legs)),
-            )
-            && covers(
-                self.external
-                    .back()
-                    .map(|external| external.stamp)
-                    .or(self.tracker.as_ref().and_then(Tracker::last_external)),
-            )
+        let carrier = self.tracker.as_ref().map(Tracker::carrier);
+        let legs = self.queues.legs.back().map(|legs| legs.stamp).or(carrier.and_then(Carrier::last_legs));
+        let external =
+            self.queues.external.back().map(|pose| pose.stamp).or(carrier.and_then(Carrier::last_external));
+        covers(self.queues.imu.newest()) && covers(legs) && covers(external)
     }
 
     /// Begins the estimate once it is clear which sensors there are and which way is up.
     fn start(&mut self, last_call: bool, out: &mut Vec<OdometryEvent>) -> bool {
         let (Some(newest), Some(oldest)) = (self.newest, self.oldest) else { return false };
         let first_scan = self.scans.front().map(|sweep| (sweep.start, sweep.end));
-        let Some(imu_oldest) = self.imu.oldest() else {
+        let Some(imu_oldest) = self.queues.imu.oldest() else {
             let waited =
                 first_scan.is_some_and(|(_, end)| newest - end >= FIRST_PATIENCE || !self.config.sources.imu);
             let only_velocity = first_scan.is_none() && newest - oldest > START_WINDOW;
@@ -239,19 +227,19 @@ impl Odometry {
             self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start.min(oldest)), out);
             return true;
         };
-        let Some(imu_newest) = self.imu.newest() else { return false };
+        let Some(imu_newest) = self.queues.imu.newest() else { return false };
         let begin = first_scan.map_or(imu_oldest, |(start, _)| start.min(imu_oldest));
         let seen = imu_newest - imu_oldest;
         if seen < STILL_WINDOW && !last_call {
             return false;
         }
         let since = imu_newest - STILL_WINDOW;
-        let recent = self.imu.iter().filter(move |reading| reading.stamp >= since);
+        let recent = self.queues.imu.iter().filter(move |reading| reading.stamp >= since);
         let bearing = crate::startup::bearing(recent).filter(|bearing| bearing.still);
         let bearing = match bearing {
             Some(bearing) => bearing,
             None if seen < START_WINDOW && !last_call => return false,
-            None => match crate::startup::bearing(self.imu.iter()) {
+            None => match crate::startup::bearing(self.queues.imu.iter()) {
                 Some(bearing) => bearing,
                 None => {
                     self.start_without_imu(begin, out);
@@ -269,7 +257,7 @@ impl Odometry {
     /// Begins without an IMU, and without waiting for one any more.
     fn start_without_imu(&mut self, begin: Stamp, out: &mut Vec<OdometryEvent>) {
         self.config.sources.imu = false;
-        self.imu.clear();
+        self.queues.imu.clear();
         self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
     }
 
@@ -277,7 +265,7 @@ impl Odometry {
     fn notice_silence(&mut self, out: &mut Vec<OdometryEvent>) {
         let Some(newest) = self.newest else { return };
         let long = |last: Option<Stamp>| last.is_some_and(|last| newest - last > SILENT * 4);
-        if long(self.imu.newest()) {
+        if long(self.queues.imu.newest()) {
             self.find(checks::silent("IMU", "Check its cable, power and driver."), out);
         }
         if long(self.tracker.as_ref().and_then(Tracker::last_scan_end)) && self.scans.is_empty() {
@@ -287,7 +275,7 @@ impl Odometry {
 
     /// Notices scans and readings that share no clock, and goes on without the IMU then.
     fn compare_clocks(&mut self, sweep: &Sweep, out: &mut Vec<OdometryEvent>) {
-        let Some(imu) = self.imu.newest() else { return };
+        let Some(imu) = self.queues.imu.newest() else { return };
         // One that is silent is another matter.
         if !std::mem::take(&mut self.imu_spoke) {
             return;
@@ -297,7 +285,7 @@ impl Odometry {
         if self.apart == 3 {
             self.find(checks::clocks_apart(imu - sweep.end), out);
             self.config.sources.imu = false;
-            self.imu.clear();
+            self.queues.imu.clear();
             self.newest = Some(sweep.end);
             self.oldest = self.scans.front().map(|first| first.start);
             self.tracker = None;

@@ -11,6 +11,8 @@ const SAMPLE: usize = 500;
 const ITERATIONS: usize = 10;
 /// A guess that fits this share of what is typical is taken.
 const GOOD_ENOUGH: f64 = 0.85;
+/// One that fits less than this share is not followed.
+const POOR: f64 = 0.6;
 /// Weight of one scan in the running mean of fits.
 const LEARNING: f64 = 0.1;
 
@@ -55,6 +57,13 @@ impl Recovery {
             }
         }
         Beginning { map_from_body: best.map_from_body, searched }
+    }
+
+    /// Whether a scan fits at a pose about as well as scans usually do.
+    pub fn fits(&mut self, map: &LocalMap, thinned: &Thinned, map_from_body: &Isometry) -> bool {
+        self.pick(thinned);
+        let fit = registration::score(map.gaussians(), &self.sample, map_from_body, &coarse(map));
+        fit > POOR * self.typical
     }
 
     /// Remembers how well an accepted scan fits at its final pose, before it enters the map.

@@ -87,7 +87,27 @@ impl Sweep {
         }
     }
 
+    /// Part `index` of `parts` by time, a small sweep of its own. Needs times.
+    pub fn part(&self, index: usize, parts: usize) -> Self {
+        let size = SLICES / parts;
+        let (first, end) = (index * size, if index + 1 == parts { SLICES } else { (index + 1) * size });
+        let whole = (self.end - self.start).nanos();
+        let at = |slice: usize| self.start + Span::from_nanos(whole * slice as i64 / (SLICES as i64 - 1));
+        let mut part =
+            Self { stamp: at(first), start: at(first), end: at(end).min(self.end), ..Self::default() };
+        for (point, &slice) in self.xyz.iter().zip(&self.slice) {
+            let slice = usize::from(slice);
+            if (first..end).contains(&slice) {
+                part.xyz.push(*point);
+                part.slice.push(((slice - first) * SLICES / (end - first)) as u16);
+            }
+        }
+        part.timed = self.timed;
+        part
+    }
+
     /// Number of points kept.
+    #[cfg(test)]
     pub fn len(&self) -> usize {
         self.xyz.len()
     }
@@ -97,18 +117,15 @@ impl Sweep {
         std::mem::take(&mut self.intensity)
     }
 
-    /// Moves every point to the base frame at the end of the sweep. Also says when each was measured, as a share
-    /// (0 to 1) of the sweep; empty without times.
+    /// Moves every point to the base frame at the end of the sweep.
     pub fn correct(
         &self,
         table: &PoseTable,
         base_from_lidar: &Isometry,
         body_from_base: &Isometry,
         xyz: &mut Vec<[f32; 3]>,
-        share: &mut Vec<f32>,
     ) {
         xyz.clear();
-        share.clear();
         if self.slice.is_empty() {
             let matrix = matrix_of(base_from_lidar);
             xyz.extend(self.xyz.iter().map(|point| apply(&matrix, point)));
@@ -121,7 +138,6 @@ impl Sweep {
                 .zip(&self.slice)
                 .map(|(point, &slice)| apply(&matrices[usize::from(slice)], point)),
         );
-        share.extend(self.slice.iter().map(|&slice| f32::from(slice) / (SLICES - 1) as f32));
     }
 
     /// For each slice, base at the end from LiDAR at that time.
@@ -149,6 +165,23 @@ impl Sweep {
             })
             .collect()
     }
+}
+
+/// Takes known motion out of a scan: moves every finite point to the body frame at the end of the sweep. `poses` are the
+/// body's, in any fixed frame, ascending; between them it moves uniformly. Also returns the body's pose at the end.
+pub fn correct(
+    scan: &ScanView<'_>,
+    poses: &[(Stamp, Isometry)],
+    body_from_lidar: &Isometry,
+) -> (Vec<[f32; 3]>, Isometry) {
+    let mut table = PoseTable::default();
+    for (stamp, pose) in poses {
+        table.push(*stamp, *pose);
+    }
+    let sweep = Sweep::take(scan, (0.0, f32::INFINITY), None, body_from_lidar, &mut Vec::new());
+    let mut xyz = Vec::new();
+    sweep.correct(&table, body_from_lidar, &Isometry::identity(), &mut xyz);
+    (xyz, table.at(sweep.end).unwrap_or_default())
 }
 
 /// Rows of a 3x4 matrix, `f32`.
@@ -201,15 +234,14 @@ mod tests {
         }
         let view = ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &offset_ns };
         let sweep = Sweep::take(&view, (0.1, 100.0), None, &base_from_lidar, &mut Vec::new());
-        let (mut corrected, mut share) = (Vec::new(), Vec::new());
-        sweep.correct(&table, &base_from_lidar, &body_from_base, &mut corrected, &mut share);
+        let mut corrected = Vec::new();
+        sweep.correct(&table, &base_from_lidar, &body_from_base, &mut corrected);
         let expected = (end * body_from_base).inverse_transform_point(&fixed.into());
         for point in &corrected {
             let error =
                 Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2])) - expected.coords;
             assert!(error.norm() < 2e-3, "{error}");
         }
-        assert_eq!((share[0], share[2_000]), (0.0, 1.0));
     }
 
     #[test]

@@ -1,23 +1,17 @@
-//! The running estimate: carries the filter through time and takes scans in.
+//! The running estimate: starts it, and takes scans in.
 
-use crate::agreement::Agreement;
+use crate::carrier::{Carrier, Queues, Timed};
 use crate::config::OdometryConfig;
-use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, Started};
-use crate::filter::Filter;
-use crate::imu_queue::ImuQueue;
+use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
 use crate::local_map::{Fitted, LocalMap, MIN_POINTS, Prediction, Thinned};
-use crate::motion::Motion;
-use crate::pose_table::PoseTable;
 use crate::recovery::Recovery;
 use crate::startup::{Bearing, level};
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorVector, GRAVITY, GYRO_BIAS, LEG_SCALE, POSITION, ROTATION, State, VELOCITY,
 };
 use crate::sweep::Sweep;
-use crate::velocity::VelocityMeasurement;
-use geometry::{Isometry, Matrix6, Vector3, se3, so3};
+use geometry::{Isometry, Matrix6, Rotation, Vector3, se3, so3};
 use registration::blind_directions;
-use std::collections::VecDeque;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -27,46 +21,36 @@ const INLIERS_MIN: f64 = 0.35;
 const BLIND_DEVIATION: f64 = 0.03;
 /// Poses older than this before the present are forgotten.
 const TABLE_KEPT: Span = Span::from_millis(400);
-/// Passes of correction and registration while the motion during the sweep is known from the scan itself only.
-const COAST_PASSES: usize = 3;
-
-/// Noise of readings at the end of their range, per √Hz: rad/s and m/s².
-const SATURATED_GYRO: f64 = 0.3;
-const SATURATED_ACCEL: f64 = 5.0;
-
-/// Something with its time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timed<T> {
-    /// When.
-    pub stamp: Stamp,
-    /// What.
-    pub value: T,
-}
+/// Without an IMU a sweep is taken in so many parts, so that the estimate can follow the bounce of a walk.
+const COAST_PARTS: usize = 4;
+/// The first scans are taken whole: a part needs a map of all that it sees.
+const COAST_WHOLE: usize = 8;
+/// Passes of correction and registration of each part.
+const COAST_PASSES: usize = 2;
+/// After so long without a scan, guesses are compared before one is followed.
+const LONG_AGO: Span = Span::from_millis(150);
 
 /// The running estimate.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     config: OdometryConfig,
-    body_from_base: Isometry,
-    filter: Filter,
-    time: Stamp,
-    /// Whether an IMU carries the motion now.
-    inertial: bool,
-    /// The gyroscope's bias while the IMU is silent.
-    bias_kept: Option<Vector3>,
-    agreement: Agreement,
-    /// Latest turn rate as the gyroscope read it, rad/s.
-    gyro: Vector3,
-    table: PoseTable,
+    carrier: Carrier,
     map: LocalMap,
     last_scan: Option<Timed<Isometry>>,
     last_middle: Option<Timed<Isometry>>,
-    last_legs: Option<Stamp>,
-    last_external: Option<Timed<Isometry>>,
+    /// Scans taken in.
+    scans: usize,
     recovery: Recovery,
     thinned: Thinned,
     corrected: Vec<[f32; 3]>,
-    share: Vec<f32>,
+}
+
+/// What came of a scan or a part of one.
+#[derive(Clone, Copy, Debug, Default)]
+struct Outcome {
+    report: RegistrationReport,
+    /// Of what was used.
+    information: Matrix6,
 }
 
 impl Tracker {
@@ -87,15 +71,11 @@ impl Tracker {
         set(&mut deviations, ACCEL_BIAS, 0.1);
         deviations[GRAVITY] = tilt;
         deviations[GRAVITY + 1] = tilt;
-        out.push(OdometryEvent::Started(Started {
-            stamp: begin,
-            gravity: -bearing.up,
-            gyro_bias,
-            still: bearing.still,
-        }));
+        let (gravity, still) = (-bearing.up, bearing.still);
+        out.push(OdometryEvent::Started(Started { stamp: begin, gravity, gyro_bias, still }));
         let mut tracker = Self::new(config, begin, body_from_base, rotation, &deviations);
-        tracker.inertial = true;
-        tracker.filter.state.gyro_bias = gyro_bias;
+        tracker.carrier.inertial = true;
+        tracker.carrier.filter.state.gyro_bias = gyro_bias;
         tracker
     }
 
@@ -104,68 +84,44 @@ impl Tracker {
         let mut deviations = deviations(1e-4);
         set(&mut deviations, VELOCITY, 5.0);
         set(&mut deviations, GYRO_BIAS, 1.0);
+        let unknown = Vector3::zeros();
         out.push(OdometryEvent::Started(Started {
             stamp: begin,
-            gravity: Vector3::zeros(),
-            gyro_bias: Vector3::zeros(),
+            gravity: unknown,
+            gyro_bias: unknown,
             still: false,
         }));
-        Self::new(config, begin, Isometry::identity(), geometry::Rotation::identity(), &deviations)
+        Self::new(config, begin, Isometry::identity(), Rotation::identity(), &deviations)
     }
 
     fn new(
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Isometry,
-        rotation: geometry::Rotation,
+        odom_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
-        // The base starts at the origin.
-        let odom_from_base =
-            Isometry::from_parts(Vector3::zeros().into(), rotation * body_from_base.rotation);
-        let odom_from_body = odom_from_base * body_from_base.inverse();
-        let mut table = PoseTable::default();
-        table.restart(begin, odom_from_body);
         Self {
             config: *config,
-            body_from_base,
-            filter: Filter::new(State::at(odom_from_body), deviations),
-            time: begin,
-            inertial: false,
-            bias_kept: None,
-            agreement: Agreement::default(),
-            gyro: Vector3::zeros(),
-            table,
+            carrier: Carrier::new(config, begin, body_from_base, odom_from_body, deviations),
             map: LocalMap::new(config),
             last_scan: None,
             last_middle: None,
-            last_legs: None,
-            last_external: None,
+            scans: 0,
             recovery: Recovery::default(),
             thinned: Thinned::default(),
             corrected: Vec::new(),
-            share: Vec::new(),
         }
     }
 
-    /// The present of the filter.
-    pub fn time(&self) -> Stamp {
-        self.time
+    /// What carries the estimate between scans.
+    pub fn carrier(&self) -> &Carrier {
+        &self.carrier
     }
 
     /// End of the newest scan taken in.
     pub fn last_scan_end(&self) -> Option<Stamp> {
         self.last_scan.map(|last| last.stamp)
-    }
-
-    /// Newest leg velocity taken in.
-    pub fn last_legs(&self) -> Option<Stamp> {
-        self.last_legs
-    }
-
-    /// Newest external pose taken in.
-    pub fn last_external(&self) -> Option<Stamp> {
-        self.last_external.map(|last| last.stamp)
     }
 
     /// Bytes of the local map.
@@ -178,245 +134,172 @@ impl Tracker {
         self.map.gaussians().surfels()
     }
 
-    /// Carries the filter to a stamp, through every message on the way.
-    pub fn advance(
+    /// Goes on to a stamp without a scan.
+    pub fn advance(&mut self, to: Stamp, queues: &mut Queues) {
+        self.carrier.advance(to, queues);
+        self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
+    }
+
+    /// Takes a scan in and tells the pose at its end.
+    pub fn take_scan(
         &mut self,
-        to: Stamp,
-        imu: &mut ImuQueue,
-        legs: &mut VecDeque<Timed<Vector3>>,
-        external: &mut VecDeque<Timed<Isometry>>,
+        mut sweep: Sweep,
+        queues: &mut Queues,
+        out: &mut Vec<OdometryEvent>,
+        findings: &mut Vec<Finding>,
     ) {
-        while self.time < to {
-            let expected = self.inertial || self.bias_kept.is_some();
-            let next_imu = if expected { imu.next_after(self.time) } else { None };
-            let next_legs = legs.front().map(|legs| legs.stamp);
-            let next_external = external.front().map(|external| external.stamp);
-            let next = [next_imu, next_legs, next_external]
-                .into_iter()
-                .flatten()
-                .min()
-                .map_or(to, |next| next.min(to));
-            let twist = self.external_twist(external.front());
-            if next > self.time {
-                self.step(next, imu, twist);
-                imu.forget_before(next);
-            }
-            while legs.front().is_some_and(|legs| legs.stamp <= next) {
-                if let Some(measured) = legs.pop_front() {
-                    self.take_legs(&measured);
-                }
-            }
-            while external.front().is_some_and(|external| external.stamp <= next) {
-                if let Some(measured) = external.pop_front() {
-                    self.take_external(&measured);
-                }
-            }
-        }
-    }
-
-    /// One step of propagation, to the next instant at which anything is known.
-    fn step(&mut self, to: Stamp, imu: &ImuQueue, twist: Option<Motion>) {
-        let dt = (to - self.time).secs_f64();
-        let expected = self.inertial || self.bias_kept.is_some();
-        let readings = if expected { imu.mean(self.time, to) } else { None };
-        self.hand_over(readings.is_some());
-        let mut noise = self.config.noise;
-        let motion = match (readings, twist) {
-            (Some(mean), _) => {
-                self.gyro = mean.gyro;
-                noise.gyro *= self.agreement.doubt();
-                if mean.saturated {
-                    noise.gyro = SATURATED_GYRO;
-                    noise.accel = SATURATED_ACCEL;
-                }
-                self.agreement.rate(to, dt, &(mean.gyro - self.filter.state.gyro_bias));
-                Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
-            }
-            (None, Some(twist)) => twist,
-            (None, None) => Motion::Coast,
-        };
-        self.filter.propagate(&motion, dt, &noise);
-        self.time = to;
-        self.table.push(to, self.filter.state.odom_from_body);
-    }
-
-    /// When the IMU falls silent the body goes on as it turned last, and when it speaks again its bias is what it was.
-    fn hand_over(&mut self, heard: bool) {
-        if heard == self.inertial || (heard && self.bias_kept.is_none()) {
-            return;
-        }
-        if heard {
-            self.filter.replace_gyro_bias(self.bias_kept.take().unwrap_or_default(), 2e-3);
+        let outcome = if self.carrier.inertial || !sweep.timed || self.scans < COAST_WHOLE {
+            self.take_part(&sweep, self.config.points_wanted, queues)
         } else {
-            let bias = self.filter.state.gyro_bias;
-            self.bias_kept = Some(bias);
-            self.filter.replace_gyro_bias(bias - self.gyro, 0.5);
-        }
-        self.inertial = heard;
-    }
-
-    fn take_legs(&mut self, measured: &Timed<Vector3>) {
-        self.last_legs = Some(measured.stamp);
-        let gyro = if self.inertial { self.gyro } else { Vector3::zeros() };
-        let measurement = VelocityMeasurement {
-            velocity: measured.value,
-            body_from_frame: self.body_from_base,
-            gyro,
-            deviation: self.config.noise.legs,
-            scaled: true,
+            let outcome = self.take_parts(&sweep, queues);
+            self.correct(&sweep);
+            outcome
         };
-        measurement.apply(&mut self.filter);
-    }
-
-    /// Without an IMU, the other odometry's twist between its last pose and its next one carries the motion.
-    fn external_twist(&self, next: Option<&Timed<Isometry>>) -> Option<Motion> {
-        let (last, next) = (self.last_external.as_ref()?, next?);
-        let (turn_rate, velocity) = self.body_twist(last, next)?;
-        Some(Motion::Twist { turn_rate, velocity })
-    }
-
-    /// Mean turn rate and velocity of the body between two external poses, body frame.
-    fn body_twist(&self, last: &Timed<Isometry>, next: &Timed<Isometry>) -> Option<(Vector3, Vector3)> {
-        let dt = (next.stamp - last.stamp).secs_f64();
-        if dt <= 0.0 || dt > 1.5 {
-            return None;
+        if self.carrier.inertial && !outcome.report.rejected {
+            findings.extend(self.compare_turns(&sweep));
         }
-        let body_from_external = self.body_from_base * self.config.mounting.base_from_external;
-        let moved = body_from_external * last.value.inverse() * next.value * body_from_external.inverse();
-        let turn = so3::log(&moved.rotation);
-        // Rotations half-way, as Motion::Twist integrates it.
-        let velocity = so3::exp(&(turn * -0.5)) * moved.translation.vector / dt;
-        Some((turn / dt, velocity))
+        self.scans += 1;
+        self.tell(&mut sweep, &outcome, out);
+        self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
     }
 
-    fn take_external(&mut self, measured: &Timed<Isometry>) {
-        let last = self.last_external.replace(*measured);
-        let Some((turn_rate, velocity)) = last.and_then(|last| self.body_twist(&last, measured)) else {
-            return;
-        };
-        if self.inertial {
-            let measurement = VelocityMeasurement {
-                velocity: so3::exp(&(turn_rate * -0.05)) * velocity,
-                body_from_frame: Isometry::identity(),
-                gyro: self.gyro,
-                deviation: 0.1 + self.config.noise.external * velocity.norm(),
-                scaled: false,
+    /// Takes a sweep part by part, each a small scan of its own.
+    fn take_parts(&mut self, sweep: &Sweep, queues: &mut Queues) -> Outcome {
+        let wanted = self.config.points_wanted / COAST_PARTS;
+        let mut whole = Outcome::default();
+        for index in 0..COAST_PARTS {
+            let Outcome { report, information } =
+                self.take_part(&sweep.part(index, COAST_PARTS), wanted, queues);
+            whole.information += information;
+            let before = whole.report;
+            whole.report = RegistrationReport {
+                points_used: before.points_used + report.points_used,
+                matched: before.matched + report.matched,
+                inlier_share: before.inlier_share + report.inlier_share / COAST_PARTS as f64,
+                iterations: before.iterations + report.iterations,
+                searched: before.searched || report.searched,
+                rejected: before.rejected || report.rejected,
+                ..report
             };
-            measurement.apply(&mut self.filter);
         }
+        whole
     }
 
-    /// Takes a scan in whose end is the present, and tells the pose.
-    pub fn take_scan(&mut self, mut sweep: Sweep, out: &mut Vec<OdometryEvent>, findings: &mut Vec<Finding>) {
-        let prior = self.filter.state.odom_from_body;
-        let base_from_lidar = self.config.mounting.base_from_lidar;
-        let passes = if self.inertial || !sweep.timed { 1 } else { COAST_PASSES };
+    /// Carries the estimate to the end of a sweep, or part of one, and corrects it by what the points
+    /// say, of which about `wanted` enter.
+    fn take_part(&mut self, sweep: &Sweep, wanted: usize, queues: &mut Queues) -> Outcome {
+        self.carrier.advance(sweep.end, queues);
+        let prior = self.carrier.filter.state.odom_from_body;
+        let passes = if self.carrier.inertial || !sweep.timed { 1 } else { COAST_PASSES };
         let mut fitted = None;
         for pass in 0..passes {
-            sweep.correct(
-                &self.table,
-                &base_from_lidar,
-                &self.body_from_base,
-                &mut self.corrected,
-                &mut self.share,
-            );
-            let mut thinned = std::mem::take(&mut self.thinned);
-            self.map.thin(&self.corrected, &self.body_from_base, &mut thinned);
-            self.thinned = thinned;
-            fitted = self.fit(fitted);
+            self.correct(sweep);
+            self.map.thin(&self.corrected, wanted, &self.carrier.body_from_base, &mut self.thinned);
+            fitted = self.fit(sweep, fitted);
             let Some(Fitted { state, .. }) = fitted else { break };
-            if pass + 1 < passes && !self.follow_scan(&sweep, &state) {
-                break;
+            if pass + 1 < passes {
+                self.follow_scan(sweep, &state);
             }
         }
         let accepted = fitted.filter(|fitted| !fitted.report.rejected);
         let mut report = fitted.map(|fitted| fitted.report).unwrap_or_default();
         report.rejected = accepted.is_none() && !self.map.gaussians().is_empty();
         if let Some(fitted) = accepted {
-            self.filter.absorb_pose(fitted.state, &fitted.information);
+            self.carrier.filter.absorb_pose(fitted.state, &fitted.information);
         }
-        let posterior = self.filter.state.odom_from_body;
+        let posterior = self.carrier.filter.state.odom_from_body;
         if passes > 1 {
-            self.table.set_last(posterior);
+            self.carrier.table.set_last(posterior);
         } else {
-            self.table.shift(&(posterior * prior.inverse()));
+            self.carrier.table.shift(&(posterior * prior.inverse()));
         }
-        if !self.inertial && accepted.is_some() {
+        if accepted.is_some() {
             self.recovery.learn(&self.map, &self.thinned, &posterior);
         }
         if self.thinned.fine.len() >= MIN_POINTS && !report.rejected {
             self.map.insert(&self.thinned, &posterior);
         }
-        if self.inertial && accepted.is_some() {
-            findings.extend(self.compare_turns(&sweep));
-        }
-        self.tell(&mut sweep, report, accepted.map(|fitted| fitted.information), out);
         self.last_scan = Some(Timed { stamp: sweep.end, value: posterior });
-        self.table.forget_before(self.time - TABLE_KEPT);
+        self.carrier.rough = false;
+        Outcome { report, information: accepted.map_or_else(Matrix6::zeros, |fitted| fitted.information) }
+    }
+
+    /// Frees a sweep of the motion during it.
+    fn correct(&mut self, sweep: &Sweep) {
+        let base_from_lidar = &self.config.mounting.base_from_lidar;
+        sweep.correct(
+            &self.carrier.table,
+            base_from_lidar,
+            &self.carrier.body_from_base,
+            &mut self.corrected,
+        );
+    }
+
+    /// Fits the thinned scan; `None` when it has too few points or there is no map yet. `previous` is the result of the
+    /// last pass.
+    fn fit(&mut self, sweep: &Sweep, previous: Option<Fitted>) -> Option<Fitted> {
+        if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
+            return None;
+        }
+        let filter = &self.carrier.filter;
+        let mut start = previous.map_or(filter.state, |fitted| fitted.state);
+        if self.carrier.inertial && !self.carrier.rough {
+            return Some(judged(self.map.fit(filter, start, &self.thinned, Prediction::Close)));
+        }
+        let long_ago = self.last_scan.is_some_and(|last| sweep.end - last.stamp > LONG_AGO);
+        let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
+        if !(long_ago && previous.is_none()) {
+            let fitted = judged(self.map.fit(filter, start, &self.thinned, Prediction::Loose));
+            let fits = self.recovery.fits(&self.map, &self.thinned, &fitted.state.odom_from_body);
+            if previous.is_some() || (fits && !fitted.report.rejected) {
+                return Some(fitted);
+            }
+        }
+        if let Some(last) = self.last_scan {
+            let guess = start.odom_from_body;
+            let guesses = [guess, last.value, se3::interpolate(&last.value, &guess, 0.5)];
+            let found = self.recovery.best_start(&self.map, &self.thinned, &guesses);
+            start.odom_from_body = found.map_from_body;
+            searched |= found.searched;
+        }
+        let mut fitted = judged(self.map.fit(filter, start, &self.thinned, Prediction::Loose));
+        fitted.report.searched = searched;
+        Some(fitted)
+    }
+
+    /// Without inertial readings, makes the motion during the sweep the one that its points imply.
+    fn follow_scan(&mut self, sweep: &Sweep, state: &State) {
+        let from = sweep.start.min(self.last_scan_end().unwrap_or(sweep.start));
+        self.carrier.table.make_uniform(from, sweep.end);
+        self.carrier.table.set_last(state.odom_from_body);
     }
 
     /// Whether LiDAR and gyroscope saw the same turn since the last scan.
     fn compare_turns(&mut self, sweep: &Sweep) -> Option<Finding> {
         let middle = sweep.start + Span::from_nanos((sweep.end - sweep.start).nanos() / 2);
-        let pose = Timed { stamp: middle, value: self.table.at(middle)? };
+        let pose = Timed { stamp: middle, value: self.carrier.table.at(middle)? };
         let last = self.last_middle.replace(pose)?;
         let seen = so3::log(&(last.value.rotation.inverse() * pose.value.rotation));
-        self.agreement.turn(last.stamp, middle, seen)
+        self.carrier.agreement.turn(last.stamp, middle, seen)
     }
 
-    /// Fits the thinned scan; `None` when it has too few points or there is no map yet.
-    fn fit(&mut self, previous: Option<Fitted>) -> Option<Fitted> {
-        if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
-            return None;
-        }
-        let mut start = previous.map_or(self.filter.state, |fitted| fitted.state);
-        let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
-        let prediction = if self.inertial { Prediction::Close } else { Prediction::Loose };
-        if let (Prediction::Loose, None, Some(last)) = (prediction, previous, &self.last_scan) {
-            let guesses =
-                [start.odom_from_body, last.value, se3::interpolate(&last.value, &start.odom_from_body, 0.5)];
-            let found = self.recovery.best_start(&self.map, &self.thinned, &guesses);
-            start.odom_from_body = found.map_from_body;
-            searched = found.searched;
-        }
-        let mut fitted = self.map.fit(&self.filter, start, &self.thinned, prediction);
-        let report = &mut fitted.report;
-        report.searched = searched;
-        let matched = report.matched as f64 / report.points_used as f64;
-        report.rejected = report.inlier_share < INLIERS_MIN && matched > 0.3;
-        Some(fitted)
-    }
-
-    /// Without inertial readings, makes the motion during the sweep the one that the scan itself implies. Says whether
-    /// that changed anything.
-    fn follow_scan(&mut self, sweep: &Sweep, state: &State) -> bool {
-        let before = self.table.at(sweep.end).unwrap_or_default();
-        self.table.make_uniform(sweep.start.min(self.last_scan_end().unwrap_or(sweep.start)), sweep.end);
-        self.table.set_last(state.odom_from_body);
-        se3::local(&before, &state.odom_from_body).norm() > 2e-3
-    }
-
-    fn tell(
-        &mut self,
-        sweep: &mut Sweep,
-        registration: crate::event::RegistrationReport,
-        information: Option<Matrix6>,
-        out: &mut Vec<OdometryEvent>,
-    ) {
-        let estimate = self.estimate(&self.filter, self.time);
-        let odom_from_body_at_scan = self.table.at(sweep.stamp).unwrap_or(self.filter.state.odom_from_body);
-        let base_from_body = self.body_from_base.rotation.inverse();
-        let degenerate = blind_directions(&information.unwrap_or_else(Matrix6::zeros), BLIND_DEVIATION)
+    fn tell(&self, sweep: &mut Sweep, outcome: &Outcome, out: &mut Vec<OdometryEvent>) {
+        let carrier = &self.carrier;
+        let state = &carrier.filter.state;
+        let estimate = carrier.estimate();
+        let odom_from_body_at_scan = carrier.table.at(sweep.stamp).unwrap_or(state.odom_from_body);
+        let base_from_body = carrier.body_from_base.rotation.inverse();
+        let degenerate = blind_directions(&outcome.information, BLIND_DEVIATION)
             .map(|direction| direction.map(|axis| base_from_body * axis));
         out.push(OdometryEvent::Pose(Box::new(PoseEvent {
             estimate,
             scan_stamp: sweep.stamp,
-            odom_from_base_at_scan: odom_from_body_at_scan * self.body_from_base,
+            odom_from_base_at_scan: odom_from_body_at_scan * carrier.body_from_base,
             degenerate,
-            registration,
-            gyro_bias: self.filter.state.gyro_bias,
-            accel_bias: self.filter.state.accel_bias,
-            leg_scale: self.filter.state.leg_scale,
+            registration: outcome.report,
+            gyro_bias: state.gyro_bias,
+            accel_bias: state.accel_bias,
+            leg_scale: state.leg_scale,
         })));
         out.push(OdometryEvent::Scan(CorrectedScan {
             stamp: sweep.end,
@@ -427,54 +310,17 @@ impl Tracker {
     }
 
     /// The estimate at an instant, carried on from the present by the readings that wait.
-    pub fn predict(&self, at: Stamp, imu: &ImuQueue) -> Estimate {
-        let mut ahead = self.filter.clone();
-        let mut time = self.time;
-        let mut turn_rate = self.turn_rate(&ahead.state, self.gyro);
-        // Beyond a second nothing carries it.
-        let until = at.min(self.time + Span::from_millis(1_000));
-        while time < until {
-            let next = imu.next_after(time).filter(|_| self.inertial).map_or(until, |next| next.min(until));
-            let dt = (next - time).secs_f64();
-            let motion = match imu.mean(time, next).filter(|_| self.inertial) {
-                Some(mean) => {
-                    turn_rate = self.turn_rate(&ahead.state, mean.gyro);
-                    Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
-                }
-                None if self.inertial => break,
-                None => Motion::Coast,
-            };
-            ahead.state = motion.mean(&ahead.state, dt);
-            time = next;
-        }
-        Estimate { turn_rate, ..self.estimate(&ahead, at) }
+    pub fn predict(&self, at: Stamp, queues: &Queues) -> Estimate {
+        self.carrier.predict(at, &queues.imu)
     }
+}
 
-    /// Turn rate of the base in its own frame, given what the gyroscope reads.
-    fn turn_rate(&self, state: &State, gyro: Vector3) -> Vector3 {
-        let gyro = if self.inertial { gyro } else { Vector3::zeros() };
-        self.body_from_base.rotation.inverse() * (gyro - state.gyro_bias)
-    }
-
-    /// The base's motion as a filter has it.
-    fn estimate(&self, filter: &Filter, stamp: Stamp) -> Estimate {
-        let state = &filter.state;
-        let odom_from_base = state.odom_from_body * self.body_from_base;
-        let turn_rate = self.turn_rate(state, self.gyro);
-        let in_body = state.odom_from_body.rotation.inverse() * state.velocity;
-        let body_rate = self.body_from_base.rotation * turn_rate;
-        let at_base = in_body + body_rate.cross(&self.body_from_base.translation.vector);
-        // An error of the body's pose seen at the base.
-        let adjoint = se3::adjoint(&self.body_from_base.inverse());
-        let pose: Matrix6 = filter.covariance.fixed_view::<6, 6>(0, 0).into();
-        Estimate {
-            stamp,
-            odom_from_base,
-            velocity: self.body_from_base.rotation.inverse() * at_base,
-            turn_rate,
-            covariance: adjoint * pose * adjoint.transpose(),
-        }
-    }
+/// Whether so many points lie off their surfaces that the scan had better not be used.
+fn judged(mut fitted: Fitted) -> Fitted {
+    let report = &mut fitted.report;
+    let matched = report.matched as f64 / report.points_used.max(1) as f64;
+    report.rejected = report.inlier_share < INLIERS_MIN && matched > 0.3;
+    fitted
 }
 
 /// Standard deviations of the parts that every start knows equally well: the pose is the origin by definition.

@@ -1,0 +1,291 @@
+//! Carries the filter through time: IMU, legs and another odometry between the scans.
+
+use crate::agreement::Agreement;
+use crate::config::{Mounting, Noise, OdometryConfig};
+use crate::event::Estimate;
+use crate::filter::Filter;
+use crate::imu_queue::ImuQueue;
+use crate::motion::Motion;
+use crate::pose_table::PoseTable;
+use crate::state::{ErrorVector, State};
+use crate::velocity::VelocityMeasurement;
+use geometry::{Isometry, Matrix6, Rotation, Vector3, se3, so3};
+use std::collections::VecDeque;
+use vocab::{Span, Stamp};
+
+/// Noise of readings at the end of their range, per √Hz: rad/s and m/s².
+const SATURATED_GYRO: f64 = 3.0;
+const SATURATED_ACCEL: f64 = 10.0;
+
+/// Something with its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timed<T> {
+    /// When.
+    pub stamp: Stamp,
+    /// What.
+    pub value: T,
+}
+
+/// Messages that wait for their time, each in ascending order.
+#[derive(Clone, Debug, Default)]
+pub struct Queues {
+    /// Inertial readings.
+    pub imu: ImuQueue,
+    /// Velocities of the base in its own frame, m/s.
+    pub legs: VecDeque<Timed<Vector3>>,
+    /// Poses of the external frame in its own origin.
+    pub external: VecDeque<Timed<Isometry>>,
+}
+
+/// The filter and what carries it.
+#[derive(Clone, Debug)]
+pub struct Carrier {
+    noise: Noise,
+    mounting: Mounting,
+    /// The estimate.
+    pub filter: Filter,
+    /// Poses over the last moments.
+    pub table: PoseTable,
+    /// Whether an IMU carries the motion now.
+    pub inertial: bool,
+    /// Whether the present is less sure than an IMU makes it: readings were missing or at the end of their range.
+    pub rough: bool,
+    /// Compares the turns of gyroscope and LiDAR.
+    pub agreement: Agreement,
+    /// Base in the body, which is the IMU; the base itself where there is none.
+    pub body_from_base: Isometry,
+    time: Stamp,
+    /// The gyroscope's bias while the IMU is silent.
+    bias_kept: Option<Vector3>,
+    /// Latest turn rate as the gyroscope read it, rad/s.
+    gyro: Vector3,
+    last_legs: Option<Stamp>,
+    last_external: Option<Timed<Isometry>>,
+}
+
+impl Carrier {
+    /// At rest with the base at the origin. `odom_from_body` is the body's rotation; `deviations` those of the error.
+    pub fn new(
+        config: &OdometryConfig,
+        begin: Stamp,
+        body_from_base: Isometry,
+        odom_from_body: Rotation,
+        deviations: &ErrorVector,
+    ) -> Self {
+        let odom_from_base =
+            Isometry::from_parts(Vector3::zeros().into(), odom_from_body * body_from_base.rotation);
+        let odom_from_body = odom_from_base * body_from_base.inverse();
+        let mut table = PoseTable::default();
+        table.restart(begin, odom_from_body);
+        Self {
+            noise: config.noise,
+            mounting: config.mounting,
+            filter: Filter::new(State::at(odom_from_body), deviations),
+            table,
+            inertial: false,
+            rough: false,
+            agreement: Agreement::default(),
+            body_from_base,
+            time: begin,
+            bias_kept: None,
+            gyro: Vector3::zeros(),
+            last_legs: None,
+            last_external: None,
+        }
+    }
+
+    /// The present.
+    pub fn time(&self) -> Stamp {
+        self.time
+    }
+
+    /// Newest leg velocity taken in.
+    pub fn last_legs(&self) -> Option<Stamp> {
+        self.last_legs
+    }
+
+    /// Newest external pose taken in.
+    pub fn last_external(&self) -> Option<Stamp> {
+        self.last_external.map(|last| last.stamp)
+    }
+
+    /// Carries the filter to a stamp, through every message on the way.
+    pub fn advance(&mut self, to: Stamp, queues: &mut Queues) {
+        let Queues { imu, legs, external } = queues;
+        while self.time < to {
+            let expected = self.inertial || self.bias_kept.is_some();
+            let next_imu = if expected { imu.next_after(self.time) } else { None };
+            let next_legs = legs.front().map(|legs| legs.stamp);
+            let next_external = external.front().map(|external| external.stamp);
+            let next = [next_imu, next_legs, next_external]
+                .into_iter()
+                .flatten()
+                .min()
+                .map_or(to, |next| next.min(to));
+            let twist = self.external_twist(external.front());
+            if next > self.time {
+                self.step(next, imu, twist);
+                imu.forget_before(next);
+            }
+            while legs.front().is_some_and(|legs| legs.stamp <= next) {
+                if let Some(measured) = legs.pop_front() {
+                    self.take_legs(&measured);
+                }
+            }
+            while external.front().is_some_and(|external| external.stamp <= next) {
+                if let Some(measured) = external.pop_front() {
+                    self.take_external(&measured);
+                }
+            }
+        }
+    }
+
+    /// One step of propagation, to the next instant at which anything is known.
+    fn step(&mut self, to: Stamp, imu: &ImuQueue, twist: Option<Motion>) {
+        let dt = (to - self.time).secs_f64();
+        let expected = self.inertial || self.bias_kept.is_some();
+        let readings = if expected { imu.mean(self.time, to) } else { None };
+        self.hand_over(readings.is_some());
+        self.rough |= !self.inertial;
+        let mut noise = self.noise;
+        let motion = match (readings, twist) {
+            (Some(mean), _) => {
+                self.gyro = mean.gyro;
+                noise.gyro *= self.agreement.doubt();
+                self.rough |= mean.saturated;
+                if mean.saturated {
+                    noise.gyro = SATURATED_GYRO;
+                    noise.accel = SATURATED_ACCEL;
+                }
+                self.agreement.rate(to, dt, &(mean.gyro - self.filter.state.gyro_bias));
+                Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
+            }
+            (None, Some(twist)) => twist,
+            (None, None) => Motion::Coast,
+        };
+        self.filter.propagate(&motion, dt, &noise);
+        self.time = to;
+        self.table.push(to, self.filter.state.odom_from_body);
+    }
+
+    /// When the IMU falls silent the body goes on as it turned last, and when it speaks again its bias is what it was.
+    fn hand_over(&mut self, heard: bool) {
+        if heard == self.inertial || (heard && self.bias_kept.is_none()) {
+            return;
+        }
+        if heard {
+            self.filter.replace_gyro_bias(self.bias_kept.take().unwrap_or_default(), 2e-3);
+        } else {
+            let bias = self.filter.state.gyro_bias;
+            self.bias_kept = Some(bias);
+            self.filter.replace_gyro_bias(bias - self.gyro, 0.5);
+        }
+        self.inertial = heard;
+    }
+
+    fn take_legs(&mut self, measured: &Timed<Vector3>) {
+        self.last_legs = Some(measured.stamp);
+        let gyro = if self.inertial { self.gyro } else { Vector3::zeros() };
+        let measurement = VelocityMeasurement {
+            velocity: measured.value,
+            body_from_frame: self.body_from_base,
+            gyro,
+            deviation: self.noise.legs,
+            scaled: true,
+        };
+        measurement.apply(&mut self.filter);
+    }
+
+    /// Without an IMU, the other odometry's twist between its last pose and its next one carries the motion.
+    fn external_twist(&self, next: Option<&Timed<Isometry>>) -> Option<Motion> {
+        let (last, next) = (self.last_external.as_ref()?, next?);
+        let (turn_rate, velocity) = self.body_twist(last, next)?;
+        Some(Motion::Twist { turn_rate, velocity })
+    }
+
+    /// Mean turn rate and velocity of the body between two external poses, body frame.
+    fn body_twist(&self, last: &Timed<Isometry>, next: &Timed<Isometry>) -> Option<(Vector3, Vector3)> {
+        let dt = (next.stamp - last.stamp).secs_f64();
+        if dt <= 0.0 || dt > 1.5 {
+            return None;
+        }
+        let body_from_external = self.body_from_base * self.mounting.base_from_external;
+        let moved = body_from_external * last.value.inverse() * next.value * body_from_external.inverse();
+        let turn = so3::log(&moved.rotation);
+        // Rotations half-way, as Motion::Twist integrates it.
+        let velocity = so3::exp(&(turn * -0.5)) * moved.translation.vector / dt;
+        Some((turn / dt, velocity))
+    }
+
+    fn take_external(&mut self, measured: &Timed<Isometry>) {
+        let last = self.last_external.replace(*measured);
+        let Some((turn_rate, velocity)) = last.and_then(|last| self.body_twist(&last, measured)) else {
+            return;
+        };
+        if self.inertial {
+            let measurement = VelocityMeasurement {
+                velocity: so3::exp(&(turn_rate * -0.05)) * velocity,
+                body_from_frame: Isometry::identity(),
+                gyro: self.gyro,
+                deviation: 0.1 + self.noise.external * velocity.norm(),
+                scaled: false,
+            };
+            measurement.apply(&mut self.filter);
+        }
+    }
+
+    /// The estimate at an instant, carried on from the present by the readings that wait.
+    pub fn predict(&self, at: Stamp, imu: &ImuQueue) -> Estimate {
+        let mut ahead = self.filter.clone();
+        let mut time = self.time;
+        let mut turn_rate = self.turn_rate(&ahead.state, self.gyro);
+        // Beyond a second nothing carries it.
+        let until = at.min(self.time + Span::from_millis(1_000));
+        while time < until {
+            let next = imu.next_after(time).filter(|_| self.inertial).map_or(until, |next| next.min(until));
+            let dt = (next - time).secs_f64();
+            let motion = match imu.mean(time, next).filter(|_| self.inertial) {
+                Some(mean) => {
+                    turn_rate = self.turn_rate(&ahead.state, mean.gyro);
+                    Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
+                }
+                None if self.inertial => break,
+                None => Motion::Coast,
+            };
+            ahead.state = motion.mean(&ahead.state, dt);
+            time = next;
+        }
+        Estimate { turn_rate, ..self.estimate_of(&ahead, at) }
+    }
+
+    /// Turn rate of the base in its own frame, given what the gyroscope reads.
+    fn turn_rate(&self, state: &State, gyro: Vector3) -> Vector3 {
+        let gyro = if self.inertial { gyro } else { Vector3::zeros() };
+        self.body_from_base.rotation.inverse() * (gyro - state.gyro_bias)
+    }
+
+    /// The base's motion now.
+    pub fn estimate(&self) -> Estimate {
+        self.estimate_of(&self.filter, self.time)
+    }
+
+    /// The base's motion as a filter has it.
+    fn estimate_of(&self, filter: &Filter, stamp: Stamp) -> Estimate {
+        let state = &filter.state;
+        let odom_from_base = state.odom_from_body * self.body_from_base;
+        let turn_rate = self.turn_rate(state, self.gyro);
+        let in_body = state.odom_from_body.rotation.inverse() * state.velocity;
+        let body_rate = self.body_from_base.rotation * turn_rate;
+        let at_base = in_body + body_rate.cross(&self.body_from_base.translation.vector);
+        // An error of the body's pose seen at the base.
+        let adjoint = se3::adjoint(&self.body_from_base.inverse());
+        let pose: Matrix6 = filter.covariance.fixed_view::<6, 6>(0, 0).into();
+        Estimate {
+            stamp,
+            odom_from_base,
+            velocity: self.body_from_base.rotation.inverse() * at_base,
+            turn_rate,
+            covariance: adjoint * pose * adjoint.transpose(),
+        }
+    }
+}

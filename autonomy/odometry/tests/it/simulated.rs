@@ -1,0 +1,142 @@
+//! Half a minute of walking through the test hall, with every combination of sources that makes sense.
+
+use crate::support::{b1, config, poses, run};
+use geometry::Vector3;
+use messages::Sensor;
+use odometry::OdometryEvent;
+use std::sync::Arc;
+use vocab::Span;
+
+#[test]
+fn all_sources_together_stay_within_millimetres() {
+    let walk = b1();
+    let events = run(config(walk, &[]), walk.messages.iter().cloned());
+    let found = poses(&events);
+    let scans = walk.messages.iter().filter(|message| matches!(message, Sensor::Scan(_))).count();
+    assert_eq!(found.len(), scans);
+    let error = walk.error(&found);
+    assert!(error < 0.005, "{error}");
+    let findings: Vec<_> = events.iter().filter(|event| matches!(event, OdometryEvent::Finding(_))).collect();
+    assert!(findings.is_empty(), "{findings:?}");
+    // At the scan's own stamp too.
+    let start = &found[200];
+    let moved = found[199].estimate.odom_from_base.inverse() * start.odom_from_base_at_scan;
+    let truth = walk.truth_at(found[199].estimate.stamp).inverse() * walk.truth_at(start.scan_stamp);
+    assert!((moved.translation.vector - truth.translation.vector).norm() < 0.005);
+}
+
+#[test]
+fn the_stated_covariance_is_of_the_size_of_the_error() {
+    let walk = b1();
+    let found = poses(&run(config(walk, &[]), walk.messages.iter().cloned()));
+    let first = &found[5].estimate;
+    let site_from_odom = walk.truth_at(first.stamp) * first.odom_from_base.inverse();
+    let deviation = |index: usize| found[index].estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+    let error = |index: usize| {
+        let estimate = &found[index].estimate;
+        let placed = site_from_odom * estimate.odom_from_base;
+        (placed.translation.vector - walk.truth_at(estimate.stamp).translation.vector).norm()
+    };
+    let last = found.len() - 1;
+    assert!(error(last) < 10.0 * deviation(last) + 0.005, "{} {}", error(last), deviation(last));
+}
+
+#[test]
+fn lidar_alone_lidar_with_imu_and_lidar_with_legs_work() {
+    let walk = b1();
+    for (sources, limit) in
+        [(vec!["lidar"], 0.1), (vec!["lidar", "imu"], 0.005), (vec!["lidar", "legs"], 0.1)]
+    {
+        let found = poses(&run(config(walk, &sources), walk.messages.iter().cloned()));
+        let error = walk.error(&found);
+        assert!(error < limit, "{sources:?}: {error}");
+    }
+}
+
+#[test]
+fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
+    let walk = b1();
+    let first = walk.messages[0].stamp();
+    let covered = first + Span::from_millis(10_000)..first + Span::from_millis(30_000);
+    let blind = |message: &Sensor| match message {
+        Sensor::Scan(scan) if covered.contains(&scan.stamp) => {
+            let empty = messages::Scan { stamp: scan.stamp, ..messages::Scan::default() };
+            Sensor::Scan(Arc::new(empty))
+        }
+        other => other.clone(),
+    };
+    let found = poses(&run(config(walk, &[]), walk.messages.iter().map(blind)));
+    let last = found.last().unwrap();
+    let before = found.iter().rfind(|pose| pose.scan_stamp < covered.start).unwrap();
+    let moved = before.estimate.odom_from_base.inverse() * last.estimate.odom_from_base;
+    let truth = walk.truth_at(before.estimate.stamp).inverse() * walk.truth_at(last.estimate.stamp);
+    let error = (moved.translation.vector - truth.translation.vector).norm();
+    let distance = truth.translation.vector.norm();
+    assert!(distance > 5.0 && error < 0.04 * distance, "{error} of {distance}");
+    assert!(last.registration.rejected && last.degenerate[2].is_some());
+    let deviation =
+        |pose: &odometry::PoseEvent| pose.estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
+    assert!(deviation(last) > 10.0 * deviation(before), "{} {}", deviation(last), deviation(before));
+    assert!(error < 5.0 * deviation(last));
+}
+
+#[test]
+fn starting_in_full_walk_is_possible() {
+    let walk = b1();
+    let begin = walk.messages[0].stamp() + Span::from_millis(12_000);
+    let found = poses(&run(config(walk, &[]), walk.messages.iter().filter(|m| m.stamp() > begin).cloned()));
+    let error = walk.error(&found);
+    assert!(error < 0.02, "{error}");
+    // The frame is level within a few degrees, though gravity was seen only while moving.
+    let up = walk.truth_at(found[0].estimate.stamp).rotation.inverse() * Vector3::z();
+    let guessed = found[0].estimate.odom_from_base.rotation.inverse() * Vector3::z();
+    assert!(up.angle(&guessed) < 0.1, "{}", up.angle(&guessed));
+}
+
+#[test]
+fn an_imu_that_falls_silent_is_done_without_and_taken_back() {
+    let walk = b1();
+    let first = walk.messages[0].stamp();
+    let silent = first + Span::from_millis(12_000)..first + Span::from_millis(16_000);
+    let messages = walk
+        .messages
+        .iter()
+        .filter(|m| !(matches!(m, Sensor::Imu(_)) && silent.contains(&m.stamp())))
+        .cloned();
+    let error = walk.error(&poses(&run(config(walk, &[]), messages)));
+    assert!(error < 0.03, "{error}");
+}
+
+#[test]
+fn same_messages_same_bits() {
+    let walk = b1();
+    let once = || run(config(walk, &[]), walk.messages.iter().take(6_000).cloned());
+    let (first, second) = (once(), once());
+    assert!(first.len() > 100);
+    assert_eq!(format!("{first:?}"), format!("{second:?}"));
+}
+
+/// Between scans the pose runs on with the IMU.
+#[test]
+fn predictions_run_ahead_of_the_scans() {
+    let walk = b1();
+    let mut odometry = odometry::Odometry::new(config(walk, &[]));
+    let mut out = Vec::new();
+    let mut site_from_odom = None;
+    let mut compared = 0;
+    for message in &walk.messages {
+        crate::support::feed(&mut odometry, message, &mut out);
+        let Sensor::Imu(imu) = message else { continue };
+        let (predicted, truth) = (odometry.predict(imu.stamp), walk.truth_at(imu.stamp));
+        if site_from_odom.is_none() && poses(&out).len() > 20 {
+            site_from_odom = Some(truth * predicted.odom_from_base.inverse());
+        }
+        if let Some(site_from_odom) = site_from_odom {
+            let off =
+                (site_from_odom * predicted.odom_from_base).translation.vector - truth.translation.vector;
+            assert!(off.norm() < 0.02, "{off}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 8_000, "{compared}");
+}

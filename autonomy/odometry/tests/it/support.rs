@@ -1,0 +1,123 @@
+//! Walks through the simulator kept in memory, and the error of an estimate against the truth.
+
+use geometry::{Isometry, Matrix3, Vector3, se3, vec_from_plain};
+use messages::Sensor;
+use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
+use sim::{RouteWalker, SimConfig, Simulator, Site, SiteName};
+use std::sync::{Arc, OnceLock};
+use vocab::{Span, Stamp};
+
+/// What the sensors said on a walk, in order of arrival, and where the robot really was.
+pub struct Walk {
+    pub mounting: Mounting,
+    pub messages: Vec<Sensor>,
+    truth: Vec<(Stamp, Isometry)>,
+}
+
+/// The first half minute of the round through b1 at a quarter of the LiDAR's resolution; made once.
+pub fn b1() -> &'static Walk {
+    static WALK: OnceLock<Walk> = OnceLock::new();
+    WALK.get_or_init(|| walk(SiteName::B1, 30.0))
+}
+
+fn walk(name: SiteName, seconds: f64) -> Walk {
+    let site = Arc::new(Site::new(name));
+    let route = site.routes()[0].clone();
+    let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(name, 3) };
+    config.start = Some(route.start);
+    let mut sim = Simulator::on(site, config);
+    let boot = sim.boot().mounting;
+    let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
+    let mut walker = RouteWalker::new(route);
+    let (mut events, mut truth) = (Vec::new(), Vec::new());
+    while sim.elapsed().secs_f64() < seconds {
+        let Some(drive) = walker.drive(&sim.truth()) else { break };
+        sim.command(drive);
+        let until = sim.now() + Span::from_millis(10);
+        sim.advance(until, &mut events);
+        let now = sim.truth();
+        truth.push((now.stamp, geometry::isometry_from_pose(&now.site_from_base).unwrap()));
+    }
+    Walk { mounting, messages: events.into_iter().map(|event| event.sensor).collect(), truth }
+}
+
+/// All sources, or those named.
+pub fn config(walk: &Walk, sources: &[&str]) -> OdometryConfig {
+    let has = |name| sources.is_empty() || sources.contains(&name);
+    let sources =
+        Sources { lidar: has("lidar"), imu: has("imu"), legs: has("legs"), external: has("external") };
+    OdometryConfig { sources, mounting: walk.mounting, ..OdometryConfig::default() }
+}
+
+/// Hands one message over.
+pub fn feed(odometry: &mut Odometry, message: &Sensor, out: &mut Vec<OdometryEvent>) {
+    match message {
+        Sensor::Imu(imu) => odometry.imu(
+            imu.stamp,
+            vec_from_plain(imu.angular_velocity),
+            vec_from_plain(imu.specific_force),
+            out,
+        ),
+        Sensor::Legs(legs) => odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), out),
+        Sensor::Scan(scan) => {
+            let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
+            odometry.scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
+        }
+        Sensor::Odometry(_) | Sensor::Battery(_) => {}
+    }
+}
+
+/// Runs over messages, each changed on the way or dropped.
+pub fn run(config: OdometryConfig, messages: impl Iterator<Item = Sensor>) -> Vec<OdometryEvent> {
+    let mut odometry = Odometry::new(config);
+    let mut out = Vec::new();
+    for message in messages {
+        feed(&mut odometry, &message, &mut out);
+    }
+    odometry.flush(&mut out);
+    out
+}
+
+/// The poses among events.
+pub fn poses(events: &[OdometryEvent]) -> Vec<PoseEvent> {
+    let pose = |event: &OdometryEvent| match event {
+        OdometryEvent::Pose(pose) => Some(**pose),
+        _ => None,
+    };
+    events.iter().filter_map(pose).collect()
+}
+
+impl Walk {
+    /// The base in the site, interpolated.
+    pub fn truth_at(&self, stamp: Stamp) -> Isometry {
+        let after = self.truth.partition_point(|entry| entry.0 < stamp).clamp(1, self.truth.len() - 1);
+        let (a, b) = (&self.truth[after - 1], &self.truth[after]);
+        se3::interpolate(&a.1, &b.1, (stamp - a.0).secs_f64() / (b.0 - a.0).secs_f64())
+    }
+
+    /// Root mean square error of positions after rigid alignment, metres.
+    pub fn error(&self, poses: &[PoseEvent]) -> f64 {
+        let found: Vec<Vector3> =
+            poses.iter().map(|p| p.estimate.odom_from_base.translation.vector).collect();
+        let truth: Vec<Vector3> =
+            poses.iter().map(|p| self.truth_at(p.estimate.stamp).translation.vector).collect();
+        aligned_error(&found, &truth)
+    }
+}
+
+/// Root mean square distance after the best rigid alignment (Kabsch, Umeyama), metres.
+pub fn aligned_error(found: &[Vector3], truth: &[Vector3]) -> f64 {
+    let scale = 1.0 / found.len() as f64;
+    let centre = |points: &[Vector3]| points.iter().sum::<Vector3>() * scale;
+    let (found_centre, truth_centre) = (centre(found), centre(truth));
+    let cross: Matrix3 =
+        found.iter().zip(truth).map(|(f, t)| (f - found_centre) * (t - truth_centre).transpose()).sum();
+    let svd = cross.svd(true, true);
+    let (u, v) = (svd.u.unwrap(), svd.v_t.unwrap().transpose());
+    let mut mirror = Matrix3::identity();
+    mirror[(2, 2)] = (v * u.transpose()).determinant().signum();
+    let rotation = v * mirror * u.transpose();
+    let square =
+        |(f, t): (&Vector3, &Vector3)| (rotation * (f - found_centre) + truth_centre - t).norm_squared();
+    (found.iter().zip(truth).map(square).sum::<f64>() * scale).sqrt()
+}
