@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use base64::Engine;
 use serde_json::{Value, json};
 
 use super::devtools::DevTools;
@@ -209,8 +208,7 @@ impl Page {
 
     pub fn screenshot(&mut self) -> Picture {
         let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
-        let png = base64::engine::general_purpose::STANDARD.decode(answer["data"].as_str().unwrap()).unwrap();
-        Picture::from_png(png)
+        Picture::from_base64(answer["data"].as_str().unwrap()).unwrap()
     }
 
     /// Errors the page has reported so far: uncaught exceptions, failed loads, `console.error`.
@@ -236,5 +234,31 @@ impl Page {
 
     fn try_call(&mut self, method: &str, params: Value) -> Result<Value, String> {
         self.devtools.try_call(Some(&self.session), method, params)
+    }
+}
+
+impl Drop for Page {
+    /// After a failed test, keeps what was to be seen.
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            return;
+        }
+        let test =
+            std::thread::current().name().unwrap_or("test").rsplit("::").next().unwrap_or("test").to_owned();
+        match self.try_call("Page.captureScreenshot", json!({ "format": "png" })) {
+            Ok(answer) => match Picture::from_base64(answer["data"].as_str().unwrap_or_default()) {
+                Some(picture) => {
+                    println!("the page as it was: {}", picture.keep(&format!("failed-{test}")).display())
+                }
+                None => println!("the page gave no picture"),
+            },
+            Err(complaint) => println!("the page gave no picture: {complaint}"),
+        }
+        for role in ["button", "status", "alert"] {
+            for (name, control) in self.all(role) {
+                let text = self.text(&control).unwrap_or_default();
+                println!("  {role} “{name}”{} {text}", if control.disabled { " (disabled)" } else { "" });
+            }
+        }
     }
 }

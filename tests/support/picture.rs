@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
+use base64::Engine;
+
 use super::workspace_root;
 
 pub struct Picture {
@@ -24,16 +26,17 @@ pub struct Area {
 }
 
 impl Picture {
-    pub(super) fn from_png(png: Vec<u8>) -> Self {
+    /// The picture in what the browser sends; `None` if there is none.
+    pub(super) fn from_base64(text: &str) -> Option<Self> {
+        let png = base64::engine::general_purpose::STANDARD.decode(text).ok()?;
         let mut decoder = png::Decoder::new(std::io::Cursor::new(&png));
         decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
-        let mut reader = decoder.read_info().unwrap();
-        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-        let info = reader.next_frame(&mut bytes).unwrap();
-        let samples = info.color_type.samples();
-        assert!(samples >= 3, "a screenshot without colours");
+        let mut reader = decoder.read_info().ok()?;
+        let mut bytes = vec![0; reader.output_buffer_size()?];
+        let info = reader.next_frame(&mut bytes).ok()?;
+        let samples = Some(info.color_type.samples()).filter(|samples| *samples >= 3)?;
         let pixels = bytes[..info.buffer_size()].chunks_exact(samples).map(|p| [p[0], p[1], p[2]]).collect();
-        Self { width: info.width as usize, height: info.height as usize, pixels, png }
+        Some(Self { width: info.width as usize, height: info.height as usize, pixels, png })
     }
 
     /// Keeps the picture as a test artefact.
