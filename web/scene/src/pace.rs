@@ -34,6 +34,11 @@ pub struct Pace {
 }
 
 impl Pace {
+    /// Begins with a share of the full effort (0 to 1), for machines known to be slow.
+    pub fn starting_at(effort: f32) -> Self {
+        Self { saved: 1.0 - effort.clamp(EFFORT_MIN, 1.0), ..Self::default() }
+    }
+
     /// The view to draw for a wanted one, and in how many seconds another frame should be asked for to refine it.
     ///
     /// `now`: seconds on a steady clock. Call once for each frame of the page, whether or not anything changed.
@@ -93,7 +98,7 @@ fn with_effort(wanted: &View, effort: f32) -> View {
     let options = &wanted.options;
     let options = Options {
         point_budget: (options.point_budget as f32 * effort) as u32,
-        resolution: options.resolution * (effort * 2.5).clamp(0.4, 1.0),
+        resolution: options.resolution * (effort * 2.5).clamp(0.5, 1.0),
         ..*options
     };
     View { options, ..*wanted }

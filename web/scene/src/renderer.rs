@@ -11,7 +11,9 @@ use crate::robot::{self, RobotState};
 use crate::select::{Candidate, Chosen, choose};
 use crate::targets::{Targets, attachment};
 use crate::tiles::{AnchorId, Cloud, PointBlock, TileId, WHOLE_MAP};
-use crate::uniforms::{Globals, PIECE_STRIDE, Piece, RADIUS_MIN_PX, radius_px, unit_range};
+use crate::uniforms::{
+    Globals, PIECE_STRIDE, Piece, RADIUS_MIN_PX, grown_half_spacing, radius_px, unit_range,
+};
 use crate::view::{ColourBy, Palette, View};
 use frame::buffer_with;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec4};

@@ -16,6 +16,10 @@ pub(crate) const RADIUS_MIN_PX: f32 = 1.45;
 /// seen obliquely.
 const RADIUS_PER_HALF_SPACING: f32 = 1.6;
 
+/// Coarser points than these (metres apart) grow no larger: while finer levels are missing, dots with gaps between them
+/// read better than blobs.
+const GROWN_SPACING_MAX: f32 = 0.12;
+
 /// `Globals` of common.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -101,9 +105,14 @@ fn grid_shape(distance: f64) -> Vec4 {
     Vec4::new((distance * 3.0) as f32, 10_f64.powf(spacing) as f32, 0.0, 0.0)
 }
 
+/// Half the spacing to which points `spacing` apart (metres) grow.
+pub(crate) fn grown_half_spacing(spacing: f32) -> f32 {
+    0.5 * spacing.min(GROWN_SPACING_MAX)
+}
+
 /// Radius to which points `spacing` apart (metres) grow at a depth (metres).
 pub(crate) fn radius_px(view: &View, eye: &Eye, spacing: f32, depth: f64) -> f32 {
-    let scale = 0.5 * spacing * RADIUS_PER_HALF_SPACING * view.options.point_size;
+    let scale = grown_half_spacing(spacing) * RADIUS_PER_HALF_SPACING * view.options.point_size;
     let radius = scale * (eye.focal_px() / depth.max(Eye::NEAR)) as f32;
     // Not `clamp`: a point size that is not a number means the least.
     radius.min(RADIUS_MAX_PX).max(RADIUS_MIN_PX)

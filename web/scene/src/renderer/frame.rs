@@ -173,7 +173,7 @@ impl Tile {
             radius: radius_px(view, eye, spacing, nearest),
             piece: Piece {
                 relative_from_local: self.cloud.relative_from_lattice(map_from_anchor, eye.position()),
-                kind: Vec4::new(0.5 * spacing, age as f32, live_share, 1.0),
+                kind: Vec4::new(grown_half_spacing(spacing), age as f32, live_share, 1.0),
                 tint: Vec4::ZERO,
             },
             vertices: &self.buffer,

@@ -20,7 +20,7 @@ fn late_frames_cost_points_and_pixels_and_a_rest_brings_some_back() {
     let mut pace = Pace::default();
     assert_eq!(pace.decide(0.0, &wanted(), true), (wanted(), None));
     let (now, slow) = run(&mut pace, 0.0, 1.0, 6);
-    assert!(slow.options.point_budget < 150_000 && slow.options.resolution < 0.5, "{:?}", slow.options);
+    assert!(slow.options.point_budget < 150_000 && slow.options.resolution <= 0.5, "{:?}", slow.options);
     let (same, due) = pace.decide(now + 0.1, &wanted(), false);
     assert_eq!(same, slow);
     assert!(due.is_some_and(|due| (0.25..0.35).contains(&due)), "{due:?}");
