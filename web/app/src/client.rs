@@ -6,7 +6,7 @@ use crate::inputs::Inputs;
 use crate::sockets::Sockets;
 use crate::stage::Stage;
 use crate::viewport::Viewport;
-use crate::{aria, browser};
+use crate::{aria, browser, gpu};
 use client_model::{ClientTime, Command, Effect, Event, Ids, Model, Socket, Theme, ViewSettings};
 use panels::PanelState;
 use panels::theme::{self, Tokens};
@@ -44,7 +44,7 @@ type CreateError = Box<dyn std::error::Error + Send + Sync>;
 impl Client {
     /// Makes the client and begins to connect.
     pub(crate) fn create(context: &eframe::CreationContext<'_>) -> Result<Box<dyn eframe::App>, CreateError> {
-        let gpu = context.wgpu_render_state.as_ref().ok_or("the browser gave no graphics device")?;
+        let device = context.wgpu_render_state.as_ref().ok_or("the browser gave no graphics device")?;
         let ctx = &context.egui_ctx;
         theme::install_fonts(ctx);
         aria::install(ctx);
@@ -53,13 +53,13 @@ impl Client {
         let mut model = Model::new(client_id(), ids, kept_view(), now());
         let mut effects = Vec::new();
         model.start(&mut effects);
-        let stage = Stage::new(scene::Renderer::new(&gpu.device, &gpu.queue, gpu.target_format));
-        gpu.renderer.write().callback_resources.insert(stage.renderer.clone());
+        let stage = Stage::new(scene::Renderer::new(&device.device, &device.queue, device.target_format));
+        device.renderer.write().callback_resources.insert(stage.renderer.clone());
         Ok(Box::new(Self {
             model,
             panels: PanelState::for_page(browser::utc_offset_s()),
             stage,
-            viewport: Viewport::new(),
+            viewport: Viewport::new(gpu::pace(&device.adapter.get_info())),
             sockets: Sockets::new(inbox.clone()),
             fetches: Fetches::new(inbox.clone()),
             inputs: Inputs::new(ctx.clone()),

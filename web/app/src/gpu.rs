@@ -58,3 +58,12 @@ pub(crate) fn options(back_end: BackEnd) -> eframe::WebOptions {
         ..eframe::WebOptions::default()
     }
 }
+
+/// How much to draw at first: little where the processor draws, which takes a second for a full picture.
+pub(crate) fn pace(adapter: &wgpu::AdapterInfo) -> scene::Pace {
+    const ON_THE_PROCESSOR: [&str; 4] = ["swiftshader", "llvmpipe", "softpipe", "software"];
+    let name = format!("{} {}", adapter.name, adapter.driver_info).to_lowercase();
+    let slow = adapter.device_type == wgpu::DeviceType::Cpu
+        || ON_THE_PROCESSOR.iter().any(|word| name.contains(word));
+    if slow { scene::Pace::starting_at(0.1) } else { scene::Pace::default() }
+}

@@ -33,12 +33,13 @@ pub(crate) struct Viewport {
 }
 
 impl Viewport {
-    pub(crate) fn new() -> Self {
+    /// `pace` is how much is drawn at first.
+    pub(crate) fn new(pace: Pace) -> Self {
         Self {
             camera: Camera::new(CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }),
             placed: false,
             view: None,
-            pace: Pace::default(),
+            pace,
         }
     }
 

@@ -76,6 +76,14 @@ impl Link {
         self.heard = now;
     }
 
+    /// This client itself stood still for `seconds`: what came meanwhile is still to be read, so nobody was silent.
+    pub(crate) fn excuse(&mut self, seconds: f64) {
+        self.heard = self.heard.after(seconds);
+        if let LinkState::Connecting { since } = &mut self.state {
+            *since = since.after(seconds);
+        }
+    }
+
     pub(crate) fn connect(&mut self, now: ClientTime) {
         self.state = LinkState::Connecting { since: now };
     }

@@ -90,16 +90,19 @@ pub struct Model {
     pings: u64,
     eye: Option<Eye>,
     planned: ClientTime,
+    ticked: ClientTime,
 }
 
 const PING_PERIOD_S: f64 = 2.0;
 /// Planning tiles looks at all of them: often enough to feel immediate, seldom enough to cost nothing.
 const PLAN_PERIOD_S: f64 = 0.25;
+/// Ticks farther apart than this mean that the page stood still: a slow machine, a hidden tab, a sleeping tablet.
+const STALL_S: f64 = 1.0;
 /// Scans per second asked for.
 const SCAN_HZ: f32 = 10.0;
 
 impl Model {
-    /// A client that has just been opened. Apply [`Event::Tick`] to make it connect.
+    /// A client that has just been opened. [`Self::start`] makes it connect.
     pub fn new(client: ClientId, ids: Ids, view: ViewSettings, now: ClientTime) -> Self {
         Self {
             client,
@@ -130,6 +133,7 @@ impl Model {
             pings: 0,
             eye: None,
             planned: ClientTime(f64::NEG_INFINITY),
+            ticked: now,
         }
     }
 
@@ -266,6 +270,11 @@ impl Model {
     fn tick(&mut self, effects: &mut Vec<Effect>) {
         self.notes.expire(self.now);
         self.throughput.expire(self.now);
+        let stood_still = self.now.since(std::mem::replace(&mut self.ticked, self.now));
+        if stood_still > STALL_S {
+            self.link.excuse(stood_still);
+            self.stream.excuse(stood_still);
+        }
         for socket in [Socket::Control, Socket::Stream] {
             let now = self.now;
             if self.link_mut(socket).retry_due_or_dead(socket, now, effects) {

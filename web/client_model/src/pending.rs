@@ -16,7 +16,7 @@ pub struct Pending {
 }
 
 /// An order older than this is not sent again after a reconnection: the world has moved on.
-pub(crate) const RESEND_S_MAX: f64 = 5.0;
+const RESEND_S_MAX: f64 = 5.0;
 
 impl Pending {
     /// Whether it may be sent again on a new connection. A stop always may; driving by hand never.

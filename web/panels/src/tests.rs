@@ -18,6 +18,7 @@ struct Desk {
     state: PanelState,
     asked: Vec<Command>,
     sequence: u64,
+    dressed: bool,
 }
 
 impl Desk {
@@ -26,7 +27,8 @@ impl Desk {
         let mut model = Model::new(ME, Ids::new(1), ViewSettings::default(), now);
         let mut effects: Vec<Effect> = Vec::new();
         model.apply(now, Event::Opened(Socket::Control), &mut effects);
-        let mut desk = Self { model, state: PanelState::default(), asked: Vec::new(), sequence: 0 };
+        let mut desk =
+            Self { model, state: PanelState::default(), asked: Vec::new(), sequence: 0, dressed: false };
         desk.server(ServerMessage::Welcome { version: api::VERSION, program: "1".into() });
         desk
     }
@@ -50,12 +52,17 @@ impl Desk {
         let mut harness = Harness::builder().with_size(vec2(width, height)).build_ui_state(
             |ui, desk: &mut Self| {
                 let ctx = ui.ctx().clone();
-                crate::show(&ctx, &desk.model, &mut desk.state, &mut desk.asked);
+                if desk.dressed {
+                    crate::show(&ctx, &desk.model, &mut desk.state, &mut desk.asked);
+                } else {
+                    // Fonts are there from the next frame on.
+                    theme::install_fonts(&ctx);
+                    theme::install(&ctx, Theme::Dark);
+                    desk.dressed = true;
+                }
             },
             self,
         );
-        theme::install_fonts(&harness.ctx);
-        theme::install(&harness.ctx, Theme::Dark);
         harness.run_steps(3);
         harness
     }

@@ -55,6 +55,18 @@ fn a_silent_link_is_taken_for_dead_and_opened_again() {
 }
 
 #[test]
+fn a_page_that_stood_still_does_not_blame_the_link() {
+    let mut bench = Bench::connected();
+    bench.wait(0.5);
+    bench.wait(30.0);
+    assert!(bench.model.link.connected());
+    for _ in 0..80 {
+        bench.wait(0.1);
+    }
+    assert!(!bench.model.link.connected(), "but silence after it counts");
+}
+
+#[test]
 fn pings_go_out_every_two_seconds() {
     let mut bench = Bench::connected();
     let mut pings = 0;
