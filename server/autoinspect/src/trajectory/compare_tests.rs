@@ -67,7 +67,7 @@ fn the_lidar_is_compared_at_the_imu_with_the_calibration() {
 #[test]
 fn trajectories_of_different_runs_are_refused_with_advice() {
     let dir = tempfile::tempdir().expect("temporary directory");
-    let write = |name: &str, start: f64| -> std::path::PathBuf {
+    let write = |name: &str, start: f64| -> PathBuf {
         let path = dir.path().join(name);
         let lines: Vec<String> =
             (0..5).map(|i| format!("{} {i} 0 0 0 0 0 1", start + f64::from(i))).collect();

@@ -71,8 +71,6 @@ pub struct Supervisor {
 impl Supervisor {
     /// For these arguments; the gateway's `--listen` is added. The core will listen at `socket`.
     pub fn new(core: Vec<String>, gateway: Vec<String>, listen: SocketAddr, socket: PathBuf) -> Self {
-        // One left over from a crash says nothing about the core that is about to start.
-        let _ = std::fs::remove_file(&socket);
         Self {
             core: Process::new(Role::Core, core),
             gateway: Process::new(Role::Gateway, gateway),

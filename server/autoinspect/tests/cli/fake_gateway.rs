@@ -4,6 +4,7 @@ use api::{CoreMessage, Event, GatewayMessage, Order};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId};
@@ -14,15 +15,17 @@ pub const PATIENCE: Duration = Duration::from_secs(120);
 /// Connected to a core.
 pub struct FakeGateway {
     stream: UnixStream,
-    commands: u128,
 }
+
+/// Ids are never used twice, also not by another connection: a command that is repeated does nothing.
+static COMMANDS: AtomicU64 = AtomicU64::new(1);
 
 impl FakeGateway {
     /// Connects once the core listens.
     pub fn connect(socket: &Path) -> Self {
         let stream = until("the core listens", || UnixStream::connect(socket).ok());
         stream.set_read_timeout(Some(PATIENCE)).expect("settable");
-        let mut gateway = Self { stream, commands: 0 };
+        let mut gateway = Self { stream };
         gateway.send(&GatewayMessage::Hello { version: api::VERSION });
         gateway
     }
@@ -36,8 +39,7 @@ impl FakeGateway {
 
     /// Sends an order and waits until it is accepted.
     pub fn order(&mut self, order: Order) {
-        self.commands += 1;
-        let id = CommandId(Uuid::from_u128(self.commands));
+        let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
         let by = ClientId(Uuid::from_u128(1));
         self.send(&GatewayMessage::Command { id, by, order });
         let outcome = self.event(|event| match event {
