@@ -114,6 +114,5 @@ pub(crate) fn grown_half_spacing(spacing: f32) -> f32 {
 pub(crate) fn radius_px(view: &View, eye: &Eye, spacing: f32, depth: f64) -> f32 {
     let scale = grown_half_spacing(spacing) * RADIUS_PER_HALF_SPACING * view.options.point_size;
     let radius = scale * (eye.focal_px() / depth.max(Eye::NEAR)) as f32;
-    // Not `clamp`: a point size that is not a number means the least.
-    radius.min(RADIUS_MAX_PX).max(RADIUS_MIN_PX)
+    if radius.is_nan() { RADIUS_MIN_PX } else { radius.clamp(RADIUS_MIN_PX, RADIUS_MAX_PX) }
 }
