@@ -1,0 +1,192 @@
+//! The part of the client that must not wait for pictures: sockets, timers and orders to the robot.
+//!
+//! A slow machine may draw a picture every second, and a browser draws none of a hidden tab. Pings, answers and driving
+//! go on meanwhile, moved by a timer of the page; what only concerns the picture is left for the next frame.
+
+use crate::browser;
+use crate::fetch::Fetches;
+use crate::inbox::{Arrival, Inbox};
+use crate::sockets::Sockets;
+use client_model::{ClientTime, Command, Effect, Event, Model, Socket};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use vocab::Pose;
+use wasm_bindgen::JsCast;
+use wasm_bindgen::prelude::Closure;
+
+/// Twice as often as driving needs, so that orders go out in time, milliseconds.
+const BEAT_MS: i32 = 50;
+/// A frame older than this is late: whether the hand is still on the stick is then asked of the page, milliseconds.
+const LATE_MS: f64 = 150.0;
+/// Without a frame for so long, nobody sees where the robot goes, milliseconds.
+const BLIND_MS: f64 = 2500.0;
+
+/// The model with its connections.
+pub(crate) struct Core {
+    pub(crate) model: Model,
+    sockets: Sockets,
+    fetches: Fetches,
+    inbox: Inbox,
+    for_frame: VecDeque<Effect>,
+    tiles: VecDeque<(api::TileHash, Vec<u8>)>,
+    scan: Option<Scan>,
+    framed_ms: f64,
+}
+
+/// The latest live scan, still encoded.
+pub(crate) struct Scan {
+    pub(crate) points: Vec<u8>,
+    pub(crate) map_from_base: Pose,
+    sequence: u64,
+}
+
+impl Core {
+    /// Begins to connect.
+    pub(crate) fn new(mut model: Model, inbox: Inbox) -> Self {
+        let mut effects = Vec::new();
+        model.start(&mut effects);
+        let (sockets, fetches) = (Sockets::new(inbox.clone()), Fetches::new(inbox.clone()));
+        let mut core = Self {
+            model,
+            sockets,
+            fetches,
+            inbox,
+            for_frame: VecDeque::new(),
+            tiles: VecDeque::new(),
+            scan: None,
+            framed_ms: browser::now_ms(),
+        };
+        core.carry_out(effects);
+        core
+    }
+
+    /// The one place that changes the model.
+    pub(crate) fn apply(&mut self, event: Event) {
+        let mut effects = Vec::new();
+        self.model.apply(now(), event, &mut effects);
+        self.carry_out(effects);
+    }
+
+    /// Takes what came in and lets time pass.
+    pub(crate) fn pump(&mut self) {
+        while let Some(arrival) = self.inbox.take() {
+            match arrival {
+                Arrival::Tile { hash, bytes } => self.tiles.push_back((hash, bytes)),
+                Arrival::Event(Event::Scan { mut frame, bytes }) => {
+                    // Only the latest of several is drawn.
+                    let points = std::mem::take(&mut frame.points);
+                    self.scan =
+                        Some(Scan { points, map_from_base: frame.map_from_base, sequence: frame.sequence });
+                    self.apply(Event::Scan { frame, bytes });
+                }
+                Arrival::Event(event) => self.apply(event),
+            }
+        }
+        self.apply(Event::Tick);
+    }
+
+    /// A frame begins.
+    pub(crate) fn frame(&mut self) {
+        self.framed_ms = browser::now_ms();
+        self.pump();
+    }
+
+    /// Something left for the frame to do.
+    pub(crate) fn next_effect(&mut self) -> Option<Effect> {
+        self.for_frame.pop_front()
+    }
+
+    /// A tile to decode.
+    pub(crate) fn next_tile(&mut self) -> Option<(api::TileHash, Vec<u8>)> {
+        self.tiles.pop_front()
+    }
+
+    /// Whether there are tiles to decode.
+    pub(crate) fn has_tiles(&self) -> bool {
+        !self.tiles.is_empty()
+    }
+
+    /// The scan to draw, acknowledged by being taken.
+    pub(crate) fn take_scan(&mut self) -> Option<Scan> {
+        let scan = self.scan.take()?;
+        let acknowledgement = api::StreamRequest::Acknowledge { sequence: scan.sequence };
+        self.sockets.send(Socket::Stream, &api::encode(&acknowledgement));
+        Some(scan)
+    }
+
+    /// The page's timer.
+    fn beat(&mut self) {
+        if browser::hidden() || browser::now_ms() - self.framed_ms > BLIND_MS {
+            self.let_go();
+        }
+        self.pump();
+    }
+
+    /// A key or pointer was let go. Frames in time see that themselves, and better.
+    fn released(&mut self) {
+        if browser::now_ms() - self.framed_ms > LATE_MS {
+            self.let_go();
+        }
+    }
+
+    fn let_go(&mut self) {
+        if self.model.drive.wanted().is_some() {
+            self.apply(Event::Command(Command::Drive(None)));
+        }
+    }
+
+    fn carry_out(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            match effect {
+                Effect::Open(socket) => self.sockets.open(socket),
+                Effect::Close(socket) => self.sockets.close(socket),
+                Effect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
+                Effect::SendStream(request) => self.sockets.send(Socket::Stream, &api::encode(&request)),
+                Effect::LoadMap(map) => self.fetches.map(map),
+                Effect::Fetch(hash) => self.fetches.tile(hash),
+                Effect::CancelFetch(hash) => {
+                    self.fetches.cancel(&hash);
+                    self.tiles.retain(|(other, _)| *other != hash);
+                }
+                Effect::Drop(_) | Effect::Move(_) | Effect::Keep(_) => self.for_frame.push_back(effect),
+            }
+        }
+    }
+}
+
+/// Moves the core from now on, frames or not. The listeners live as long as the page.
+pub(crate) fn keep_alive(core: &Rc<RefCell<Core>>) {
+    let Some(window) = browser::window() else { return };
+    let beat = with_core(core, Core::beat);
+    if window
+        .set_interval_with_callback_and_timeout_and_arguments_0(beat.as_ref().unchecked_ref(), BEAT_MS)
+        .is_ok()
+    {
+        beat.forget();
+    }
+    for event in ["keyup", "pointerup", "pointercancel", "blur"] {
+        let released = with_core(core, Core::released);
+        // Before anything else hears of it, and whoever keeps it from the others.
+        let listening =
+            window.add_event_listener_with_callback_and_bool(event, released.as_ref().unchecked_ref(), true);
+        if listening.is_ok() {
+            released.forget();
+        }
+    }
+}
+
+fn with_core(core: &Rc<RefCell<Core>>, act: fn(&mut Core)) -> Closure<dyn FnMut()> {
+    let core = Rc::clone(core);
+    Closure::new(move || {
+        // Taken only while a frame is at it, which takes care of the same things.
+        if let Ok(mut core) = core.try_borrow_mut() {
+            act(&mut core);
+        }
+    })
+}
+
+/// Seconds since the page was opened.
+pub(crate) fn now() -> ClientTime {
+    ClientTime(browser::now_ms() * 1e-3)
+}
