@@ -75,17 +75,20 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
         "the test is about origins that browsers do not trust"
     );
     page.click("button", "Start mapping");
+    wait_for("a first map", WALK_LIMIT, || number(&mut page, "Points in map").filter(|n| *n > 0.0));
     wait_for_drawn_map(&mut page);
 
-    // A second look at a robot that is mapping already: how long until its map is seen?
-    let mut second = browser.open(1440, 900);
+    // Another look at a robot that is mapping already: how long until its map is seen?
     let asked = Instant::now();
-    second.go(&server.url());
-    wait_for_drawn_map(&mut second);
+    page.reload();
+    page.control("button", "Map");
+    wait_for_drawn_map(&mut page);
     println!("first map drawn {:.1} s after navigation", asked.elapsed().as_secs_f64());
-    for page in [&mut page, &mut second] {
-        assert_eq!(page.complaints(), Vec::<String>::new());
-    }
+    let mut complaints = page.complaints();
+    // The browser's remark that this header means something on trusted origins only, where it is meant to.
+    complaints.retain(|complaint| !complaint.contains("Cross-Origin-Opener-Policy header has been ignored"));
+    assert_eq!(complaints, Vec::<String>::new());
+    server.stop();
 }
 
 /// Holds W until the robot has walked `metres` more, and turns a little.
