@@ -29,7 +29,7 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
-    /// Say what a recording holds, and what is missing.
+    /// Say what a recording holds and what is missing, or what a saved map is.
     Info(info::InfoArgs),
     /// Use the simulator without the platform.
     #[command(subcommand)]

@@ -1,20 +1,21 @@
-//! `autoinspect info`: what a recording holds, and what is missing.
+//! `autoinspect info`: what a recording holds and what is missing, or what a saved map is.
 
 use crate::failure::Failure;
 use crate::output;
+use api::MapSummary;
 use clap::Args;
 use recorder::{Recording, RecordingInfo, TopicSelection};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Say what a recording holds, and what is missing.
+/// Say what a recording holds and what is missing, or what a saved map is.
 #[derive(Args, Debug)]
 #[command(after_help = "EXAMPLES:
   autoinspect info recording.mcap
   autoinspect info bag_folder --json
   autoinspect info scans/            a folder of PCD, PLY or KITTI .bin files")]
 pub struct InfoArgs {
-    /// A recording (MCAP, ROS 1 bag, rosbag2) or a folder of scans.
+    /// A recording (MCAP, ROS 1 bag, rosbag2), a folder of scans, or a map made by `map` or `up`.
     file: PathBuf,
     /// Print one JSON object.
     #[arg(long)]
@@ -23,10 +24,31 @@ pub struct InfoArgs {
 
 /// Runs `autoinspect info`.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let map = args.file.join("map.json");
+    if map.is_file() {
+        return describe_map(args, &map);
+    }
     let recording = Recording::open(&args.file, &TopicSelection::default()).map_err(Failure::usage)?;
     let info = recording.info();
     output::print_human(args.json, &describe(&info));
     output::print_json(args.json, &info)
+}
+
+fn describe_map(args: &InfoArgs, path: &Path) -> Result<(), Failure> {
+    let bytes = std::fs::read(path).map_err(|error| Failure::unreadable(path, error))?;
+    let map: MapSummary = serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))?;
+    let text = format!(
+        "{}: map \"{}\" ({}), {:.1} m walked, {} keyframes, {} points, {:.1} MB",
+        args.file.display(),
+        map.name,
+        map.id,
+        map.distance,
+        map.keyframes,
+        map.points,
+        map.bytes as f64 * 1e-6
+    );
+    output::print_human(args.json, &text);
+    output::print_json(args.json, &map)
 }
 
 fn describe(info: &RecordingInfo) -> String {

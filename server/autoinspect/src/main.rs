@@ -3,6 +3,7 @@
 //! Standard output carries results only; with `--json` its last line is one JSON object. Progress and complaints go to
 //! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
 
+mod calibration;
 mod cli;
 mod failure;
 mod info;

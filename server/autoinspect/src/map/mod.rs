@@ -5,6 +5,7 @@ mod reader;
 mod sources;
 mod summary;
 
+use crate::calibration::Calibration;
 use crate::failure::Failure;
 use crate::journal::McapJournal;
 use crate::output;
@@ -53,6 +54,10 @@ pub struct MapArgs {
     /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
     #[arg(long)]
     topic: Vec<String>,
+    /// Where sensors sit, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
+    /// each with translation_m and quaternion_xyzw, and standing_height_m.
+    #[arg(long)]
+    calibration: Option<PathBuf>,
     /// Name of the map.
     #[arg(long, default_value = "Map")]
     name: String,
@@ -76,7 +81,7 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
         .iter()
         .map(|path| Recording::open(path, &topics).map_err(Failure::usage))
         .collect::<Result<Vec<_>, _>>()?;
-    let boot = boot(&recordings, args);
+    let boot = boot(&recordings, args)?;
     let journal = args.journal.as_deref().map(|path| journal(path, &boot)).transpose()?;
     prepare(&args.out)?;
 
@@ -97,11 +102,14 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     output::print_json(args.json, &summary)
 }
 
-fn boot(recordings: &[Recording], args: &MapArgs) -> BootRecord {
+fn boot(recordings: &[Recording], args: &MapArgs) -> Result<BootRecord, Failure> {
     let sources = sources::sources(&args.sources);
     let mut boot = recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
+    if let Some(path) = &args.calibration {
+        Calibration::read(path)?.apply(&mut boot.mounting)?;
+    }
     boot.start_mapping = Some(SESSION);
-    boot
+    Ok(boot)
 }
 
 fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> {

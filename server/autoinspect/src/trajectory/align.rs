@@ -88,10 +88,8 @@ mod tests {
             Translation3::new(3.0, -2.0, 0.5),
             Rotation::from_euler_angles(0.3, -0.8, 2.5),
         );
-        let points: Vec<Vector3> = (0..20)
-            .map(|i| f64::from(i))
-            .map(|t| Vector3::new(t.sin() * 4.0, t * 0.3, (0.7 * t).cos()))
-            .collect();
+        let points: Vec<Vector3> =
+            (0..20).map(f64::from).map(|t| Vector3::new(t.sin() * 4.0, t * 0.3, (0.7 * t).cos())).collect();
         let pairs: Vec<_> = points.iter().map(|p| (motion * nalgebra::Point3::from(p * 1.7), *p)).collect();
         let pairs: Vec<_> = pairs.into_iter().map(|(truth, estimate)| (truth.coords, estimate)).collect();
         let found = umeyama(&pairs, true).expect("enough points");

@@ -17,9 +17,10 @@ use vocab::Span;
 #[command(after_help = "EXAMPLES:
   autoinspect trajectory compare truth.tum m/trajectory.tum
   autoinspect trajectory compare b1.mcap m/trajectory.tum --json
+  autoinspect trajectory compare poses.txt m/trajectory.tum        KITTI poses, times.txt beside them
   autoinspect trajectory compare mocap_imu.tum m/trajectory.tum --extrinsic lidar_imu.json")]
 pub struct CompareArgs {
-    /// The truth: a TUM file, or a recording with a topic that holds it.
+    /// The truth: a TUM file, a KITTI file of poses, or a recording with a topic that holds it.
     truth: PathBuf,
     /// The estimate: a TUM file.
     estimate: PathBuf,

@@ -1,10 +1,10 @@
 //! From the frame that was estimated to the frame whose truth is known.
 
+use crate::calibration::{Transform, isometry};
 use crate::failure::Failure;
 use geometry::Isometry;
 use serde::Deserialize;
 use std::path::Path;
-use vocab::{Pose, Quat, Vec3};
 
 /// A calibration file: the pose of the IMU (whose truth is known) in the LiDAR, and the offset of their clocks.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -13,12 +13,6 @@ pub struct Extrinsic {
     lidar_from_imu: Transform,
     /// Estimate's stamp plus this is the truth's instant, seconds.
     pub time_offset_s: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct Transform {
-    translation_m: [f64; 3],
-    quaternion_xyzw: [f64; 4],
 }
 
 impl Extrinsic {
@@ -30,8 +24,7 @@ impl Extrinsic {
 
     /// Pose of the frame whose truth is known in the frame that was estimated.
     pub fn estimated_from_known(&self) -> Result<Isometry, Failure> {
-        let [x, y, z, w] = self.lidar_from_imu.quaternion_xyzw;
-        isometry(self.lidar_from_imu.translation_m, [x, y, z, w])
+        self.lidar_from_imu.isometry()
     }
 }
 
@@ -44,10 +37,4 @@ pub fn parse_frame(text: &str) -> Result<Isometry, Failure> {
             "'{text}' is not a frame; write X,Y,Z,QX,QY,QZ,QW (metres, quaternion)"
         ))),
     }
-}
-
-fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, Failure> {
-    let pose = Pose { position: Vec3::from(position), orientation: Quat { w, x, y, z } };
-    geometry::isometry_from_pose(&pose)
-        .ok_or_else(|| Failure::usage("the frame's quaternion is zero or not finite".to_owned()))
 }

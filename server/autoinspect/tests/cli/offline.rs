@@ -104,3 +104,29 @@ fn a_simulated_recording_opens_as_a_standard_one_with_truth() {
     }
     assert!(topics.iter().any(|topic| topic["name"] == "/truth" && topic["count"].as_u64() > Some(100)));
 }
+
+/// The figures that users are promised for real recordings.
+#[test]
+fn real_recordings_are_mapped_as_well_as_promised() {
+    let Some(hilti) = data("hilti-uzh-run2") else { return };
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let rmse = |truth: &Path, input: &Path, more: &[&str], extrinsic: &[&str]| {
+        let out = dir.path().join("m");
+        json(&[&["map", text(input), "--out", text(&out)], more].concat());
+        let trajectory = out.join("trajectory.tum");
+        let compared =
+            json(&[&["trajectory", "compare", text(truth), text(&trajectory)], extrinsic].concat());
+        compared["ape_m"]["rmse"].as_f64().expect("a number")
+    };
+    let calibration = hilti.join("extrinsic_estimate.json");
+    let at_imu = ["--extrinsic", text(&calibration)];
+    let (truth, bag) = (hilti.join("gt_mocap_imu_clean.tum"), hilti.join("bag"));
+    let with_prior = rmse(&truth, &bag, &[], &at_imu);
+    assert!(with_prior <= 0.13, "{with_prior} m with the odometry prior");
+    let alone = rmse(&truth, &bag, &["--sources", "lidar"], &at_imu);
+    assert!(alone <= 0.30, "{alone} m with the LiDAR alone");
+
+    let Some(kaist) = data("kaist03-keyframes") else { return };
+    let keyframes = rmse(&kaist.join("optimized_poses.txt"), &kaist.join("Scans"), &[], &[]);
+    assert!(keyframes <= 0.10, "{keyframes} m over the car's keyframes");
+}

@@ -1,0 +1,87 @@
+//! Calibration files: where sensors sit, when a recording does not say.
+
+use crate::failure::Failure;
+use geometry::Isometry;
+use messages::Mounting;
+use serde::Deserialize;
+use std::path::Path;
+use vocab::{Pose, Quat, Vec3};
+
+/// A pose as calibration files write it.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Transform {
+    translation_m: [f64; 3],
+    quaternion_xyzw: [f64; 4],
+}
+
+impl Transform {
+    /// Refused when it is not finite or its quaternion names no rotation.
+    pub fn isometry(&self) -> Result<Isometry, Failure> {
+        isometry(self.translation_m, self.quaternion_xyzw)
+    }
+}
+
+/// From metres and a quaternion x, y, z, w.
+pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, Failure> {
+    let pose = Pose { position: Vec3::from(position), orientation: Quat { w, x, y, z } };
+    geometry::isometry_from_pose(&pose)
+        .ok_or_else(|| Failure::usage("a frame's quaternion is zero or not finite".to_owned()))
+}
+
+/// Where sensors sit on the base. What is missing stays as the recording says.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    base_from_lidar: Option<Transform>,
+    base_from_imu: Option<Transform>,
+    base_from_external: Option<Transform>,
+    standing_height_m: Option<f64>,
+}
+
+impl Calibration {
+    /// Reads a JSON file.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        let bytes = std::fs::read(path).map_err(|error| Failure::unreadable(path, error))?;
+        serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))
+    }
+
+    /// Takes the place of what the recording says.
+    pub fn apply(&self, mounting: &mut Mounting) -> Result<(), Failure> {
+        for (given, known) in [
+            (self.base_from_lidar, &mut mounting.base_from_lidar),
+            (self.base_from_imu, &mut mounting.base_from_imu),
+            (self.base_from_external, &mut mounting.base_from_external),
+        ] {
+            if let Some(transform) = given {
+                *known = Some(geometry::pose_from_isometry(&transform.isometry()?));
+            }
+        }
+        mounting.standing_height = self.standing_height_m.or(mounting.standing_height);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_given_replaces_what_the_recording_says_and_the_rest_stays() {
+        let text = r#"{"base_from_imu": {"translation_m": [1, 2, 3], "quaternion_xyzw": [0, 0, 2, 0]}}"#;
+        let calibration: Calibration = serde_json::from_str(text).expect("JSON");
+        let mut mounting = Mounting { base_from_lidar: Some(Pose::IDENTITY), ..Mounting::default() };
+        calibration.apply(&mut mounting).expect("a rotation");
+        assert_eq!(mounting.base_from_lidar, Some(Pose::IDENTITY));
+        let imu = mounting.base_from_imu.expect("given");
+        assert_eq!(imu.position, Vec3::new(1.0, 2.0, 3.0));
+        assert!((imu.orientation.z.abs() - 1.0).abs() < 1e-12, "normalised");
+
+        let no_rotation = text.replace("[0, 0, 2, 0]", "[0, 0, 0, 0]");
+        let calibration: Calibration = serde_json::from_str(&no_rotation).expect("JSON");
+        assert!(calibration.apply(&mut mounting).is_err());
+        assert!(
+            serde_json::from_str::<Calibration>(r#"{"base_from_lidr": null}"#).is_err(),
+            "a misspelt name"
+        );
+    }
+}
