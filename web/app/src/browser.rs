@@ -82,3 +82,14 @@ pub(crate) fn lasting_storage() -> Option<Storage> {
 pub(crate) fn complain(what: &str) {
     web_sys::console::warn_1(&what.into());
 }
+
+/// Makes a font known to the page, for its own inputs. Where that fails they use the system's.
+pub(crate) fn add_font(family: &str, file: &'static [u8]) {
+    let buffer = js_sys::Uint8Array::from(file).buffer();
+    if let (Some(document), Ok(font)) =
+        (document(), web_sys::FontFace::new_with_array_buffer(family, &buffer))
+    {
+        // Already loaded: the bytes are here.
+        let _ = document.fonts().add(&font);
+    }
+}

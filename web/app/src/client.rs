@@ -42,6 +42,7 @@ impl Client {
         let device = context.wgpu_render_state.as_ref().ok_or("the browser gave no graphics device")?;
         let ctx = &context.egui_ctx;
         theme::install_fonts(ctx);
+        browser::add_font("Inter", theme::INTER_REGULAR);
         aria::install(ctx);
         let ids = Ids::new(browser::random_u128());
         let model = Model::new(client_id(), ids, kept_view(), now());
@@ -101,7 +102,7 @@ impl Client {
             match effect {
                 Effect::Drop(hash) => self.stage.drop_tile(hash),
                 Effect::Move(to) => {
-                    if let Some(settings) = self.viewport.go(&to, &core.model, &self.stage) {
+                    if let Some(settings) = self.viewport.go(&to, &core.model) {
                         core.apply(Event::Command(Command::Edit(settings)));
                     }
                 }

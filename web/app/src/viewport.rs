@@ -5,7 +5,7 @@ use crate::stage::{SharedRenderer, Stage, vector};
 use client_model::{Bookmark, CameraMove, Command, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use panels::{LabelKind, SceneLabel};
 use scene::{Camera, CameraPose, Eye, Hit, Pace, PickOptions, View};
 use std::time::Duration;
@@ -116,16 +116,16 @@ impl Viewport {
     }
 
     /// Carries out a movement of the camera. Returns settings that changed by it.
-    pub(crate) fn go(&mut self, to: &CameraMove, model: &Model, stage: &Stage) -> Option<ViewSettings> {
+    pub(crate) fn go(&mut self, to: &CameraMove, model: &Model) -> Option<ViewSettings> {
         let pose = self.camera.pose();
         match to {
             CameraMove::Fit => {
-                if let Some(fit) = self.fitting(stage) {
+                if let Some(fit) = self.fitting(model) {
                     self.camera.fly_to(fit);
                 }
             }
             CameraMove::Top => {
-                let fit = self.fitting(stage).unwrap_or(pose);
+                let fit = self.fitting(model).unwrap_or(pose);
                 let pitch = 0.5 * std::f64::consts::PI;
                 self.camera.fly_to(CameraPose { pitch, yaw: 0.5 * std::f64::consts::PI, ..fit });
             }
@@ -156,9 +156,11 @@ impl Viewport {
         None
     }
 
-    fn fitting(&self, stage: &Stage) -> Option<CameraPose> {
+    /// The pose from which the whole map on show is seen; of its list of tiles, whether they are here or not.
+    fn fitting(&self, model: &Model) -> Option<CameraPose> {
         let view = self.view?;
-        let (min, max) = stage.renderer.borrow().bounds()?;
+        let bounds = model.shown().bounds()?;
+        let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         Some(self.camera.fitting(min, max, view.viewport_px))
     }
 

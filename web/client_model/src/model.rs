@@ -155,7 +155,7 @@ impl Model {
             }
             Event::Unreadable { socket } => self.unreadable(socket, effects),
             Event::Scan { frame, bytes } => self.scan(&frame, bytes),
-            Event::TilesListed { map, result } => self.tiles_listed(map, result),
+            Event::TilesListed { map, result } => self.tiles_listed(map, result, effects),
             Event::GraphLoaded { map, result } => self.graph_loaded(map, result),
             Event::TileReady { hash, bytes } => {
                 self.throughput.add(now, bytes);

@@ -179,6 +179,14 @@ fn the_w_key_drives_ahead_and_its_release_ends_it() {
         |command| matches!(command, Command::Drive(Some(twist)) if twist.linear.x > 0.5 && twist.linear.y == 0.0),
     );
     assert!(ahead, "{:?}", harness.state().asked);
+
+    let desk = harness.state_mut();
+    for command in std::mem::take(&mut desk.asked) {
+        desk.model.apply(ClientTime(1.0), Event::Command(command), &mut Vec::new());
+    }
+    harness.key_up(egui::Key::W);
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::Drive(None)), "{:?}", harness.state().asked);
 }
 
 #[test]

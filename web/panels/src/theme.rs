@@ -186,10 +186,13 @@ pub fn font(size: f32, weight: Weight) -> FontId {
     FontId::new(size, family)
 }
 
+/// The file of the family's regular weight.
+pub const INTER_REGULAR: &[u8] = include_bytes!("../fonts/Inter-Regular.ttf");
+
 /// Installs fonts; once.
 pub fn install_fonts(ctx: &egui::Context) {
     const FILES: [(&str, &[u8]); 4] = [
-        ("Inter-Regular", include_bytes!("../fonts/Inter-Regular.ttf")),
+        ("Inter-Regular", INTER_REGULAR),
         ("Inter-Medium", include_bytes!("../fonts/Inter-Medium.ttf")),
         ("Inter-SemiBold", include_bytes!("../fonts/Inter-SemiBold.ttf")),
         ("Phosphor", include_bytes!("../fonts/Phosphor.ttf")),

@@ -2,7 +2,7 @@
 
 use super::Model;
 use crate::pending::Pending;
-use crate::{Aged, Effect, Loading, Socket};
+use crate::{Aged, CameraMove, Effect, Loading, Socket};
 use api::{CommandOutcome, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
 use vocab::MapId;
 
@@ -122,12 +122,18 @@ impl Model {
         self.robot.scan = Some(Aged { value: frame.stamp, arrived: self.now });
     }
 
-    pub(super) fn tiles_listed(&mut self, map: MapId, result: Result<api::TileList, String>) {
+    pub(super) fn tiles_listed(
+        &mut self,
+        map: MapId,
+        result: Result<api::TileList, String>,
+        effects: &mut Vec<Effect>,
+    ) {
         let Some((_, view)) = self.saved.as_mut().filter(|(id, _)| *id == map) else { return };
         match result {
             Ok(list) => {
                 view.tiles.add(&list.tiles);
                 view.loading = Loading::Done;
+                effects.push(Effect::Move(CameraMove::Fit));
             }
             Err(sentence) => view.loading = Loading::Failed(sentence),
         }

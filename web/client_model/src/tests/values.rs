@@ -39,6 +39,7 @@ fn a_saved_map_is_shown_as_soon_as_it_is_written_and_the_live_one_with_the_next_
         result: Ok(TileList { bounds: Aabb::EMPTY, tiles: vec![tile(1, 0, 0.0, 9)] }),
     });
     assert_eq!(bench.model.shown().tiles.points(), 9);
+    assert!(bench.take().contains(&Effect::Move(CameraMove::Fit)), "one sees all of it first");
     bench.event(api::Event::Mapping(Mapping::Starting { session: SessionId(Uuid::from_u128(1)) }));
     assert_eq!(bench.model.viewed(), None);
 }
