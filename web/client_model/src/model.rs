@@ -82,6 +82,8 @@ pub struct Model {
     /// The hand on the stick.
     pub drive: Drive,
     pub(crate) pending: Vec<Pending>,
+    /// Notices that came before the robot's clock was known.
+    unread: Vec<api::Notice>,
     /// Client time of the last event.
     pub now: ClientTime,
     ids: Ids,
@@ -126,6 +128,7 @@ impl Model {
             walk_armed: false,
             drive: Drive::default(),
             pending: Vec::new(),
+            unread: Vec::new(),
             now,
             ids,
             sequence: 0,

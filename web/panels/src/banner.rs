@@ -15,11 +15,17 @@ pub(crate) fn show(
     model: &Model,
     tokens: &Tokens,
     layout: &Layout,
+    drawer_open: bool,
     out: &mut Vec<Command>,
 ) {
     let left =
         if layout.width == Width::Narrow { layout.free.left() + 68.0 } else { layout.free.left() + 76.0 };
-    let free = egui::Rect::from_min_max(egui::pos2(left, layout.free.top()), layout.free.max);
+    let beside_drawer = layout.width == Width::Medium && drawer_open;
+    let right = if beside_drawer { layout.card.left() - theme::GAP } else { layout.free.right() };
+    let free = egui::Rect::from_min_max(
+        egui::pos2(left, layout.free.top()),
+        egui::pos2(right, layout.free.bottom()),
+    );
     let width = WIDTH.min(free.width());
     area("Messages", Order::Foreground).pivot(Align2::CENTER_TOP).fixed_pos(free.center_top()).show(
         ctx,

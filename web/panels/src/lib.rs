@@ -78,7 +78,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
     if layout.width == Width::Wide || state.drawer_open {
         right_card(ctx, model, &tokens, &layout, state, out);
     }
-    banner::show(ctx, model, &tokens, &layout, out);
+    banner::show(ctx, model, &tokens, &layout, state.drawer_open, out);
     help::show(ctx, &tokens, state);
 }
 

@@ -19,33 +19,15 @@ fn entry(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &Note, out: &mut Vec
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         ui.horizontal(|ui| {
             ui.label(egui::RichText::new(severity_icon(note.severity)).size(20.0).color(colour));
-            let room = egui::vec2(ui.available_width() - 52.0, 0.0);
-            let response = ui
-                .allocate_ui(room, |ui| {
-                    ui.vertical(|ui| {
-                        ui.spacing_mut().item_spacing.y = 2.0;
-                        let text = egui::RichText::new(&note.text).color(tokens.text);
-                        let response = ui.add(egui::Label::new(text).wrap());
-                        let age = model.now.since(note.since);
-                        let mut remarks = Vec::new();
-                        if note.times > 1 {
-                            remarks.push(format!("{} times", note.times));
-                        }
-                        if age > 10.0 {
-                            remarks.push(words::age(age));
-                        }
-                        if !remarks.is_empty() {
-                            widgets::remark(ui, tokens, &remarks.join(" · "));
-                        }
-                        response
-                    })
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let dismiss = Button::icon_only("Dismiss", icon::X).kind(Kind::Quiet);
+                if dismiss.show(ui, tokens).clicked() {
+                    out.push(Command::Dismiss(note.id));
+                }
+                ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| text(ui, model, tokens, note))
                     .inner
-                })
-                .inner;
-            if Button::icon_only("Dismiss", icon::X).kind(Kind::Quiet).show(ui, tokens).clicked() {
-                out.push(Command::Dismiss(note.id));
-            }
-            response
+            })
+            .inner
         })
         .inner
     });
@@ -53,4 +35,18 @@ fn entry(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &Note, out: &mut Vec
         node.set_role(egui::Role::Alert);
         node.set_value(note.text.clone());
     });
+}
+
+/// The sentence, and under it how often and how long ago it was said.
+fn text(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &Note) -> egui::Response {
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let response = ui.add(egui::Label::new(egui::RichText::new(&note.text).color(tokens.text)).wrap());
+    let age = model.now.since(note.since);
+    let times = (note.times > 1).then(|| format!("{} times", note.times));
+    let old = (age > 10.0).then(|| words::age(age));
+    let remarks: Vec<String> = times.into_iter().chain(old).collect();
+    if !remarks.is_empty() {
+        widgets::remark(ui, tokens, &remarks.join(" · "));
+    }
+    response
 }

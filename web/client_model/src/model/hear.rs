@@ -6,6 +6,9 @@ use crate::{Aged, CameraMove, Effect, Loading, Socket};
 use api::{CommandOutcome, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
 use vocab::MapId;
 
+/// A notice older than this is history, not news.
+const NEWS_S: f64 = 30.0;
+
 impl Model {
     pub(super) fn hear(&mut self, message: ServerMessage, effects: &mut Vec<Effect>) {
         match message {
@@ -16,6 +19,7 @@ impl Model {
                     && token == self.pings
                 {
                     self.clock.learn(sent, self.now, there);
+                    self.read_notices();
                 }
             }
             ServerMessage::Event { sequence, event } => {
@@ -44,6 +48,7 @@ impl Model {
         self.program = program;
         self.sequence = 0;
         self.clock.forget();
+        self.unread.clear();
         self.link.welcome(self.now);
         self.ping(effects);
         let (again, stale): (Vec<Pending>, Vec<Pending>) =
@@ -90,7 +95,10 @@ impl Model {
             api::Event::Health(value) => self.robot.health = Some(Aged { value, arrived }),
             api::Event::Battery(value) => self.robot.battery = Some(Aged { value, arrived }),
             api::Event::Maps(maps) => self.maps = Some(maps),
-            api::Event::Notice(notice) => self.notes.add(arrived, notice.severity, notice.text),
+            api::Event::Notice(notice) => {
+                self.unread.push(notice);
+                self.read_notices();
+            }
             api::Event::CommandDone { id, outcome } => self.done(id, outcome),
             api::Event::Platform(value) => self.platform = Some(Aged { value, arrived }),
         }
@@ -106,6 +114,18 @@ impl Model {
         if let (Mapping::Idle, Mapping::Starting { .. } | Mapping::Running { .. }) = (&before, &self.mapping)
         {
             self.view_map(None, effects);
+        }
+    }
+
+    /// Shows what is news. A snapshot repeats the last notice, however old; which it is only the robot's clock can tell.
+    fn read_notices(&mut self) {
+        if self.clock.stamp_at(self.now).is_none() {
+            return;
+        }
+        for notice in std::mem::take(&mut self.unread) {
+            if self.clock.age_of(notice.at, self.now).is_some_and(|age| age < NEWS_S) {
+                self.notes.add(self.now, notice.severity, notice.text);
+            }
         }
     }
 

@@ -82,8 +82,22 @@ fn edits_of_the_view_are_kept_undone_and_merged_while_a_slider_is_dragged() {
 }
 
 #[test]
+fn a_notice_from_before_is_no_news_when_the_snapshot_repeats_it() {
+    let mut bench = Bench::connected();
+    for (secs, text) in [(100.0, "old"), (4999.0, "new")] {
+        let at = Stamp::from_secs_f64(secs);
+        bench.event(api::Event::Notice(api::Notice { at, severity: api::Severity::Info, text: text.into() }));
+    }
+    assert!(bench.model.notes.shown().is_empty(), "nobody knows yet how old they are");
+    bench.server(ServerMessage::Pong { token: 1, now: Stamp::from_secs_f64(5000.0) });
+    let shown: Vec<&str> = bench.model.notes.shown().iter().map(|note| note.text.as_str()).collect();
+    assert_eq!(shown, ["new"]);
+}
+
+#[test]
 fn errors_stay_until_they_are_put_away_and_the_rest_goes_by_itself() {
     let mut bench = Bench::connected();
+    bench.server(ServerMessage::Pong { token: 1, now: Stamp::EPOCH });
     for (severity, text) in [(api::Severity::Info, "saved"), (api::Severity::Error, "LiDAR silent")] {
         let notice = api::Notice { at: Stamp::EPOCH, severity, text: text.into() };
         bench.event(api::Event::Notice(notice));
