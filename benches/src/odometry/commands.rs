@@ -8,13 +8,19 @@ use std::path::Path;
 use std::process::Command;
 
 /// Records a walk; `blind` covers the LiDAR between two moments, seconds from the start.
-pub fn record(arguments: &Arguments, site: &str, seed: u64, blind: Option<(f64, f64)>, out: &Path) -> Result<()> {
+pub fn record(
+    arguments: &Arguments,
+    site: &str,
+    seed: u64,
+    blind: Option<(f64, f64)>,
+    out: &Path,
+) -> Result<()> {
     let mut command = Command::new(&arguments.program);
     command.args(["sim", "record", "--site", site, "--route", "round", "--json"]);
     command.args(["--seed", &seed.to_string(), "--minutes", &arguments.minutes.to_string()]);
     command.args(["--columns", &arguments.columns.to_string(), "--people", &arguments.people.to_string()]);
     if let Some((from, until)) = blind {
-        command.args(["--faults", &format!("blind-lidar:{from}-{until}")]);
+        command.args(["--faults", &format!("blind-lidar@{from}-{until}")]);
     }
     json(command.arg("--out").arg(out)).map(drop)
 }
@@ -31,11 +37,11 @@ pub fn map_and_compare(arguments: &Arguments, recording: &Path, out: &Path, sour
     Ok(Row {
         scans: number(&summary, "/scans") as u64,
         path: number(&summary, "/distance_m"),
-        error: errors.pointer("/ape/rmse").and_then(Value::as_f64),
-        vertical: errors.pointer("/vertical/max").and_then(Value::as_f64),
-        cpu_ms: number(&summary, "/scan_cpu_ms/mean"),
-        p99_ms: number(&summary, "/scan_cpu_ms/p99"),
-        peak_mb: number(&summary, "/peak_memory_mb"),
+        error: errors.pointer("/ape_m/rmse").and_then(Value::as_f64),
+        vertical: errors.pointer("/ape_vertical_m/max").and_then(Value::as_f64),
+        cpu_ms: number(&summary, "/scan_ms/mean"),
+        p99_ms: number(&summary, "/scan_ms/p99"),
+        peak_mb: number(&summary, "/peak_memory_bytes") * 1e-6,
         ..Row::default()
     })
 }

@@ -26,7 +26,8 @@ struct Printed {
 
 /// One row; a peer that fails makes a row that says so.
 pub fn run(arguments: &Arguments, site: &str, seed: u64, peer: &str, sequence: &Path) -> Row {
-    let failed = |note: String| Row { site: site.to_owned(), seed, who: peer.to_owned(), note, ..Row::default() };
+    let failed =
+        |note: String| Row { site: site.to_owned(), seed, who: peer.to_owned(), note, ..Row::default() };
     // The library path is the script's own folder: it imports its neighbour.
     let output = Command::new("taskset")
         .args(["-c", "0"])

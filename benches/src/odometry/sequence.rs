@@ -33,10 +33,12 @@ struct Small {
 pub fn convert(recording: &Path, out: &Path) -> Result<()> {
     let open = || Recording::open(recording, &TopicSelection::default());
     let first = open()?;
-    let truth = first.truth()?;
+    let truth = first.truth()?.unwrap_or_default();
     let Some(&(origin, _)) = truth.first() else { bail!("{} has no truth", recording.display()) };
     let mounting = first.mounting();
-    let pose = |pose: Option<Pose>| isometry_from_pose(&pose.unwrap_or_default()).context("a mounting is not a pose");
+    let pose = |pose: Option<Pose>| {
+        isometry_from_pose(&pose.unwrap_or_default()).context("a mounting is not a pose")
+    };
     let (base_from_lidar, base_from_imu) = (pose(mounting.base_from_lidar)?, pose(mounting.base_from_imu)?);
     let imu_from_lidar = base_from_imu.inverse() * base_from_lidar;
 
@@ -101,9 +103,8 @@ struct Archive {
 impl Archive {
     /// Begins an array; its bytes follow. Format: NumPy's .npy, version 1.0.
     fn begin(&mut self, name: &str, kind: &str, shape: &[usize]) -> Result<()> {
-        let options = SimpleFileOptions::default()
-            .compression_method(zip::CompressionMethod::Stored)
-            .large_file(true);
+        let options =
+            SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored).large_file(true);
         self.zip.start_file(format!("{name}.npy"), options)?;
         let shape: String = shape.iter().map(|length| format!("{length},")).collect();
         let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");

@@ -32,7 +32,17 @@ pub struct Row {
 pub fn print_header() {
     println!(
         "{:<8}{:>5}  {:<18}{:>7}{:>9}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
-        "site", "seed", "odometry", "scans", "path m", "error m", "drift %", "height m", "cpu ms", "p99 ms", "MB"
+        "site",
+        "seed",
+        "odometry",
+        "scans",
+        "path m",
+        "error m",
+        "drift %",
+        "height m",
+        "cpu ms",
+        "p99 ms",
+        "MB"
     );
 }
 
@@ -40,10 +50,23 @@ pub fn print_header() {
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 pub fn print(row: &Row) {
     let metres = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.4}"));
-    let drift = row.error.filter(|_| row.path > 0.0).map_or_else(|| "-".to_owned(), |e| format!("{:.3}", 100.0 * e / row.path));
+    let drift = row
+        .error
+        .filter(|_| row.path > 0.0)
+        .map_or_else(|| "-".to_owned(), |e| format!("{:.3}", 100.0 * e / row.path));
     println!(
         "{:<8}{:>5}  {:<18}{:>7}{:>9.1}{:>10}{:>10}{:>10}{:>9.2}{:>9.2}{:>9.0}  {}",
-        row.site, row.seed, row.who, row.scans, row.path, metres(row.error), drift, metres(row.vertical),
-        row.cpu_ms, row.p99_ms, row.peak_mb, row.note
+        row.site,
+        row.seed,
+        row.who,
+        row.scans,
+        row.path,
+        metres(row.error),
+        drift,
+        metres(row.vertical),
+        row.cpu_ms,
+        row.p99_ms,
+        row.peak_mb,
+        row.note
     );
 }
