@@ -147,7 +147,7 @@ struct Broken {
 impl Stepper for Broken {
     fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
         self.stack.step(at, input, effects);
-        if effects.len() > 1 && self.hasher.hash_one(at.nanos()) % 2 == 0 {
+        if effects.len() > 1 && self.hasher.hash_one(at.nanos()).is_multiple_of(2) {
             effects.reverse();
         }
     }
