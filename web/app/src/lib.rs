@@ -41,8 +41,6 @@ mod web {
         let canvas = browser::element::<web_sys::HtmlCanvasElement>(&canvas_id)
             .ok_or_else(|| JsValue::from_str("the page has no canvas of that name"))?;
         let back_end = gpu::choose().await;
-        WebRunner::new()
-            .start(canvas, gpu::options(back_end), Box::new(|context| Client::create(context)))
-            .await
+        WebRunner::new().start(canvas, gpu::options(back_end), Box::new(Client::create)).await
     }
 }

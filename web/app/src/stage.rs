@@ -245,7 +245,7 @@ fn palette(settings: &ViewSettings) -> Palette {
         ground_top: solid(if tokens.dark { tokens.ground } else { lifted }),
         ground_bottom: solid(if tokens.dark { lifted } else { tokens.ground }),
         plain: solid(tokens.dim),
-        live: with(tokens.accent, if tokens.dark { 90 } else { 140 }),
+        live: with(tokens.accent, 90),
         grid: with(tokens.dim, 60),
         node: solid(if tokens.dark { tokens.text } else { tokens.card }),
         outline: solid(if tokens.dark { tokens.ground } else { tokens.text }),

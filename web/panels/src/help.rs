@@ -2,8 +2,10 @@
 
 use crate::PanelState;
 use crate::button::Button;
+use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
+use egui::{Align2, Order, Ui};
 
 const SHORTCUTS: [(&str, &str); 11] = [
     ("Stop motion", "Esc or Space"),
@@ -28,20 +30,30 @@ pub(crate) fn show(ctx: &egui::Context, tokens: &Tokens, state: &mut PanelState)
     if !state.help_open {
         return;
     }
-    let modal =
-        egui::Modal::new(egui::Id::unique("Keyboard shortcuts")).frame(theme::card(tokens).inner_margin(20));
-    let shown = modal.show(ctx, |ui| {
-        ui.set_width(360.0_f32.min(ui.ctx().content_rect().width() - 72.0));
-        let title = egui::RichText::new("Keyboard and pointer").font(font(theme::LARGE, Weight::SemiBold));
-        ui.label(title.color(tokens.text));
-        ui.add_space(4.0);
-        for (what, keys) in SHORTCUTS {
-            fact(ui, tokens, what, keys);
-        }
-        widgets::remark(ui, tokens, "The robot stops by itself half a second after the last order to move.");
-        Button::new("Close").wide(ui).show(ui, tokens).clicked()
-    });
-    if shown.inner || shown.should_close() {
+    // No modal window: the stop button must stay within reach.
+    let window = ctx.content_rect();
+    let area = area("Keyboard and pointer", Order::Foreground)
+        .pivot(Align2::CENTER_CENTER)
+        .fixed_pos(window.center());
+    let closed = area
+        .show(ctx, |ui| {
+            theme::card(tokens).inner_margin(20).show(ui, |ui| content(ui, tokens, window.width())).inner
+        })
+        .inner;
+    if closed {
         state.help_open = false;
     }
+}
+
+/// The list; returns whether it was closed.
+fn content(ui: &mut Ui, tokens: &Tokens, window_width: f32) -> bool {
+    ui.set_width(360.0_f32.min(window_width - 72.0));
+    let title = egui::RichText::new("Keyboard and pointer").font(font(theme::LARGE, Weight::SemiBold));
+    ui.label(title.color(tokens.text));
+    ui.add_space(4.0);
+    for (what, keys) in SHORTCUTS {
+        fact(ui, tokens, what, keys);
+    }
+    widgets::remark(ui, tokens, "The robot stops by itself half a second after the last order to move.");
+    Button::new("Close").wide(ui).show(ui, tokens).clicked()
 }

@@ -7,6 +7,8 @@ use crate::{Layout, PanelState, Width, icon, words};
 use client_model::{CameraMove, ColourBy, Command, Model, Theme, ViewSettings};
 use egui::{Align2, Popup, PopupCloseBehavior, RectAlign, Response, Ui};
 
+/// From a button to its menu: out of the tools' card, and the usual gap.
+const MENU_GAP: f32 = 9.0 + theme::GAP;
 /// Ceilings that can be chosen, metres above the ground at the robot.
 const CEILING_M: std::ops::RangeInclusive<f32> = 0.5..=12.0;
 /// Sizes of points relative to their spacing.
@@ -92,7 +94,7 @@ fn buttons(
 fn menu(button: &Response, name: &str, content: impl FnOnce(&mut Ui)) {
     Popup::from_toggle_button_response(button)
         .align(RectAlign::RIGHT_START)
-        .gap(12.0)
+        .gap(MENU_GAP)
         .accessible_name(name)
         .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
         .show(|ui| {
