@@ -1,5 +1,6 @@
 //! One mapping session.
 
+use crate::Odometer;
 use geometry::{Isometry, Matrix6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
@@ -86,7 +87,7 @@ pub struct Session {
     edges: Vec<Edge>,
     trajectory: Vec<(Stamp, Isometry)>,
     stretches: Vec<Stretch>,
-    distance: f64,
+    odometer: Odometer,
     last_covariance: Matrix6,
     revision: u64,
 }
@@ -104,7 +105,7 @@ impl Session {
             edges: Vec::new(),
             trajectory: Vec::new(),
             stretches: Vec::new(),
-            distance: 0.0,
+            odometer: Odometer::default(),
             last_covariance: Matrix6::zeros(),
             revision: 0,
         }
@@ -122,7 +123,7 @@ impl Session {
             .trajectory
             .last()
             .map_or(0.0, |(_, last)| (last.translation.vector - at_scan.translation.vector).norm());
-        self.distance += step;
+        self.odometer.move_to(&at_scan.translation.vector);
         self.trajectory.push((scan.scan_stamp, at_scan));
         if scan.degenerate {
             self.note_degenerate(scan.stamp, step);
@@ -134,7 +135,7 @@ impl Session {
 
     /// Metres walked.
     pub fn distance(&self) -> f64 {
-        self.distance
+        self.odometer.distance()
     }
 
     /// Keyframes in the order of their ids.

@@ -14,6 +14,7 @@ use control::{Admission, Control};
 use geometry::{Isometry, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
 use localising::{Localiser, Located, Said};
+use mapping::Odometer;
 use mapping_phase::{MappingPhase, rows};
 use messages::{
     BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
@@ -43,7 +44,7 @@ struct Running {
     motion: Motion,
     jobs: u64,
     points_used: u32,
-    distance: f64,
+    odometer: Odometer,
     last: Option<Box<Located>>,
     observed: Option<Stamp>,
 }
@@ -91,7 +92,7 @@ impl Running {
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
             points_used: 0,
-            distance: 0.0,
+            odometer: Odometer::default(),
             last: None,
             observed: None,
         }
@@ -138,10 +139,7 @@ impl Running {
         }
         let grown = self.mapping.add(&located);
         let map_from_base = self.mapping.map_from_odom() * located.odom_from_base;
-        if let Some(last) = &self.last {
-            let step = located.odom_from_base.translation.vector - last.odom_from_base.translation.vector;
-            self.distance += step.norm();
-        }
+        self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
         if self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
             self.observed = Some(located.stamp);
@@ -172,7 +170,7 @@ impl Running {
             velocity: located.velocity,
             covariance: Covariance6(rows(&located.covariance)),
             degenerate: located.degenerate.map(|direction| direction.map(|d| vec_to_plain(&d))),
-            distance: self.distance,
+            distance: self.odometer.distance(),
         }
     }
 
