@@ -5,6 +5,7 @@ mod parts;
 mod plant;
 mod structures;
 mod torus;
+mod twins;
 
 use crate::bvh::Bvh;
 use crate::packed::{NOTHING, Packet};
@@ -24,17 +25,20 @@ pub enum SiteName {
     Torus,
     /// A process plant: two floors, stairs, a long featureless corridor, an outdoor yard.
     Plant,
+    /// Two rooms furnished alike, joined by a bare corridor.
+    Twins,
 }
 
 impl SiteName {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::B1, Self::Torus, Self::Plant];
+    pub const ALL: [Self; 4] = [Self::B1, Self::Torus, Self::Plant, Self::Twins];
 
     const fn name(self) -> &'static str {
         match self {
             Self::B1 => "b1",
             Self::Torus => "torus",
             Self::Plant => "plant",
+            Self::Twins => "twins",
         }
     }
 }
@@ -104,6 +108,7 @@ impl Site {
             SiteName::B1 => b1::plan(),
             SiteName::Torus => torus::plan(),
             SiteName::Plant => plant::plan(),
+            SiteName::Twins => twins::plan(),
         };
         Self {
             name,
