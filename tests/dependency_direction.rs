@@ -20,6 +20,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("map_codec", &["vocab"]),
     //
     ("geometry", &["vocab"]),
+    ("factors", &["geometry"]),
     ("points", &["geometry", "vocab"]),
     ("registration", &["geometry", "points", "vocab"]),
     ("odometry", &["geometry", "points", "registration", "vocab"]),
@@ -70,7 +71,7 @@ const OURS: &[(&str, &[&str])] = &[
 ];
 
 /// What the tests of a crate may see beyond that.
-const OURS_IN_TESTS: &[(&str, &[&str])] = &[("odometry", &["messages", "sim"])];
+const OURS_IN_TESTS: &[(&str, &[&str])] = &[("factors", &["formats"]), ("odometry", &["messages", "sim"])];
 
 /// Crates that look at everything, because comparing or testing the whole is their purpose.
 const SEES_EVERYTHING: &[&str] = &["benches", "tests"];

@@ -66,6 +66,31 @@ pub fn right_jacobian_inverse(v: &Vector3) -> Matrix3 {
     Matrix3::identity() + hat_v * 0.5 + hat_v * hat_v * b
 }
 
+/// Inverse of the left Jacobian: `right_jacobian_inverse(-v)`. Singular at 2π only.
+pub fn left_jacobian_inverse(v: &Vector3) -> Matrix3 {
+    right_jacobian_inverse(v).transpose()
+}
+
+/// Derivative of `left_jacobian_inverse(v) * t` with respect to `v`.
+pub fn left_jacobian_inverse_derivative(v: &Vector3, t: &Vector3) -> Matrix3 {
+    let angle_squared = v.norm_squared();
+    // The product is t - v × t / 2 + b v × (v × t); `slope` is b's derivative with respect to the angle, by the angle.
+    let (b, slope) = if angle_squared < 1e-4 {
+        (1.0 / 12.0 + angle_squared / 720.0, 1.0 / 360.0 + angle_squared / 7560.0)
+    } else {
+        let angle = angle_squared.sqrt();
+        let (sin, cos) = (angle / 2.0).sin_cos();
+        let b = 1.0 / angle_squared - cos / (2.0 * angle * sin);
+        let slope =
+            (-2.0 / angle_squared + 1.0 / (4.0 * sin * sin) + cos / (2.0 * angle * sin)) / angle_squared;
+        (b, slope)
+    };
+    let inner = v.cross(&v.cross(t));
+    hat(t) * 0.5
+        + (Matrix3::identity() * v.dot(t) + v * t.transpose() - t * v.transpose() * 2.0) * b
+        + inner * v.transpose() * slope
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,6 +103,23 @@ mod tests {
                 Vector3::new(rng.normal(), rng.normal(), rng.normal()).normalize() * (rng.uniform() * scale)
             })
             .collect()
+    }
+
+    #[test]
+    fn derivative_of_the_inverse_left_jacobian_matches_central_differences() {
+        for (v, t) in
+            random_vectors(3.0).iter().chain(&random_vectors(1e-2)).zip(random_vectors(2.0).iter().cycle())
+        {
+            let h = 1e-6;
+            for axis in 0..3 {
+                let mut d = Vector3::zeros();
+                d[axis] = h;
+                let numeric =
+                    (left_jacobian_inverse(&(v + d)) * t - left_jacobian_inverse(&(v - d)) * t) / (2.0 * h);
+                let analytic = left_jacobian_inverse_derivative(v, t);
+                assert!((numeric - analytic.column(axis)).norm() < 2e-6 * (1.0 + analytic.norm()), "{v} {t}");
+            }
+        }
     }
 
     #[test]
@@ -101,6 +143,7 @@ mod tests {
             }
             let product = right_jacobian(v) * right_jacobian_inverse(v);
             assert!((product - Matrix3::identity()).norm() < 1e-9);
+            assert!((left_jacobian_inverse(v) - right_jacobian_inverse(&-v)).norm() < 1e-12);
         }
     }
 }

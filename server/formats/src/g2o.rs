@@ -1,7 +1,7 @@
 //! Pose graphs in g2o's text format, SE(3) and SE(2).
 //!
 //! Information matrices are in the platform's order, `[rotation; translation]`; g2o's files have translation
-//! first. Rotation is a rotation vector, as GTSAM reads these files; g2o itself means half of it.
+//! first. What a file's SE(3) information is *of* is not written in it: see [`Information`].
 
 use crate::FormatError;
 use std::io::{self, Write};
@@ -55,15 +55,45 @@ pub struct Graph {
     pub fixed: Vec<u64>,
 }
 
+/// What the rotational part of an SE(3) edge's information matrix refers to. A file does not say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Information {
+    /// The error's rotation vector, radians: GTSAM's reading, and that of most published optima.
+    #[default]
+    RotationVector,
+    /// The vector part of the error's quaternion, which is half the rotation vector for small errors: g2o's own reading. The
+    /// platform's matrices are of the rotation vector, so rotational rows and columns are halved on the way in and doubled on the
+    /// way out; exact up to third order in the error's angle.
+    HalfAngle,
+}
+
+impl Information {
+    /// By how much a rotational row or column grows on the way in.
+    const fn scale(self) -> f64 {
+        match self {
+            Self::RotationVector => 1.0,
+            Self::HalfAngle => 0.5,
+        }
+    }
+}
+
 const WHAT: &str = "g2o graph";
 /// Where the platform's `[rotation; translation]` lie in g2o's order.
 const G2O_INDEX: [usize; 6] = [3, 4, 5, 0, 1, 2];
 
-/// Reads a graph. Kinds of vertices and edges other than poses are refused.
+/// Reads a graph whose information is of the rotation vector. Kinds of vertices and edges other than poses are refused.
 ///
 /// # Errors
 /// When a line is not understood.
 pub fn read(text: &str) -> Result<Graph, FormatError> {
+    read_as(text, Information::RotationVector)
+}
+
+/// Reads a graph. Kinds of vertices and edges other than poses are refused; blank lines and comments are skipped.
+///
+/// # Errors
+/// When a line is not understood.
+pub fn read_as(text: &str, convention: Information) -> Result<Graph, FormatError> {
     let mut graph = Graph::default();
     let is_data = |line: &&str| !line.is_empty() && !line.starts_with('#');
     for (index, line) in text.lines().enumerate().filter(|(_, line)| is_data(&line.trim())) {
@@ -79,7 +109,8 @@ pub fn read(text: &str) -> Result<Graph, FormatError> {
             "EDGE_SE3:QUAT" => {
                 let (from, to, measured) = (words.id()?, words.id()?, words.numbers()?);
                 let stored: [[f64; 6]; 6] = symmetric(words.numbers::<21>()?);
-                let information = G2O_INDEX.map(|row| G2O_INDEX.map(|column| stored[row][column]));
+                let ordered = G2O_INDEX.map(|row| G2O_INDEX.map(|column| stored[row][column]));
+                let information = scaled(ordered, convention.scale());
                 graph.edges.push(Edge { from, to, from_from_to: pose(measured), information });
             }
             "EDGE_SE2" => {
@@ -102,11 +133,36 @@ pub fn read(text: &str) -> Result<Graph, FormatError> {
     Ok(graph)
 }
 
-/// Writes an SE(3) graph.
+/// Writes SE(3) vertices and edges, information of the rotation vector.
 ///
 /// # Errors
 /// When `out` fails.
 pub fn write(out: &mut impl Write, vertices: &[Vertex<Pose>], edges: &[Edge<Pose, 6>]) -> io::Result<()> {
+    write_space(out, vertices, edges, Information::RotationVector)
+}
+
+/// Writes a whole graph.
+///
+/// # Errors
+/// When `out` fails.
+pub fn write_as(out: &mut impl Write, graph: &Graph, convention: Information) -> io::Result<()> {
+    for Vertex { id, pose } in &graph.planar_vertices {
+        writeln!(out, "VERTEX_SE2 {id} {} {} {}", pose.x, pose.y, pose.yaw)?;
+    }
+    for Edge { from, to, from_from_to: pose, information } in &graph.planar_edges {
+        write!(out, "EDGE_SE2 {from} {to} {} {} {}", pose.x, pose.y, pose.yaw)?;
+        write_upper(out, information)?;
+    }
+    write_space(out, &graph.vertices, &graph.edges, convention)?;
+    graph.fixed.iter().try_for_each(|id| writeln!(out, "FIX {id}"))
+}
+
+fn write_space(
+    out: &mut impl Write,
+    vertices: &[Vertex<Pose>],
+    edges: &[Edge<Pose, 6>],
+    convention: Information,
+) -> io::Result<()> {
     for vertex in vertices {
         write!(out, "VERTEX_SE3:QUAT {}", vertex.id)?;
         write_pose(out, &vertex.pose)?;
@@ -115,15 +171,31 @@ pub fn write(out: &mut impl Write, vertices: &[Vertex<Pose>], edges: &[Edge<Pose
     for edge in edges {
         write!(out, "EDGE_SE3:QUAT {} {}", edge.from, edge.to)?;
         write_pose(out, &edge.from_from_to)?;
-        for row in 0..6 {
-            for column in row..6 {
-                // The permutation swaps halves, so it is its own inverse.
-                write!(out, " {}", edge.information[G2O_INDEX[row]][G2O_INDEX[column]])?;
-            }
-        }
-        writeln!(out)?;
+        let information = scaled(edge.information, 1.0 / convention.scale());
+        // The permutation swaps halves, so it is its own inverse.
+        write_upper(out, &G2O_INDEX.map(|row| G2O_INDEX.map(|column| information[row][column])))?;
     }
     Ok(())
+}
+
+/// The upper triangle, row by row, and the end of the line.
+fn write_upper<const N: usize>(out: &mut impl Write, matrix: &[[f64; N]; N]) -> io::Result<()> {
+    for (row, values) in matrix.iter().enumerate() {
+        for value in &values[row..] {
+            write!(out, " {value}")?;
+        }
+    }
+    writeln!(out)
+}
+
+/// Rotational rows and columns times `scale`.
+fn scaled(mut information: [[f64; 6]; 6], scale: f64) -> [[f64; 6]; 6] {
+    for (row, values) in information.iter_mut().enumerate() {
+        for (column, value) in values.iter_mut().enumerate() {
+            *value *= if row < 3 { scale } else { 1.0 } * if column < 3 { scale } else { 1.0 };
+        }
+    }
+    information
 }
 
 fn write_pose(out: &mut impl Write, pose: &Pose) -> io::Result<()> {
@@ -198,6 +270,23 @@ mod tests {
         assert_eq!((graph.vertices.as_slice(), graph.edges.as_slice()), (&vertices[..], &edges[..]));
         // g2o's first information number belongs to x.
         assert!(text.contains(&format!(" {} ", information[3][3])));
+    }
+
+    #[test]
+    fn both_conventions_name_the_same_graph() {
+        let text = "VERTEX_SE3:QUAT 3 1 2 3 0 0 0 1\nEDGE_SE3:QUAT 3 4 0 0 0 0 0 0 1 \
+            1 0 0 8 0 0 1 0 0 0 0 1 0 0 0 4 0 0 4 0 4\nVERTEX_SE2 7 1 2 3\nEDGE_SE2 7 8 1 0 0 1 2 3 4 5 6\nFIX 3\n";
+        let graph = read_as(text, Information::HalfAngle).unwrap();
+        let information = graph.edges[0].information;
+        // Half the angle, so a quarter of the information; the coupling of x and the first angle is halved.
+        assert_eq!((information[0][0], information[3][3], information[0][3]), (1.0, 1.0, 4.0));
+        for convention in [Information::HalfAngle, Information::RotationVector] {
+            let mut out = Vec::new();
+            write_as(&mut out, &graph, convention).unwrap();
+            let again = String::from_utf8(out).unwrap();
+            assert_eq!(read_as(&again, convention).unwrap(), graph);
+        }
+        assert_ne!(read(text).unwrap(), graph);
     }
 
     #[test]

@@ -1,0 +1,339 @@
+//! Whole graphs at once: Gauss-Newton, Levenberg-Marquardt, Dogleg.
+//!
+//! Every iteration linearises all factors, factorises the normal equations along a plan that is made once, and moves all variables.
+//! Sources: Madsen, Nielsen, Tingleff, *Methods for non-linear least squares problems*, 2004 (damping and trust region).
+
+use crate::error::SolveError;
+use crate::factor::Linearised;
+use crate::graph::{FactorId, Graph};
+use crate::linear::factorisation::{Factorisation, Plan, System};
+use crate::value::{Key, Values};
+
+/// How to step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Full steps, whatever the cost does. Fastest from a good start.
+    GaussNewton,
+    /// Damped steps; the cost never rises.
+    #[default]
+    LevenbergMarquardt,
+    /// Steps within a trust region, between steepest descent and Gauss-Newton; the cost never rises.
+    Dogleg,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// How to step.
+    pub method: Method,
+    /// Linearisations at most.
+    pub iterations_max: usize,
+    /// Stop once an iteration lowers the cost, or promises to, by less than this share.
+    pub relative_decrease_min: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { method: Method::default(), iterations_max: 100, relative_decrease_min: 1e-6 }
+    }
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Estimates.
+    pub values: Values,
+    /// Sum of the factors' costs `ρ(s) · weight`; chi-squared where no factor has a kernel or weight.
+    pub cost: f64,
+    /// The same before.
+    pub initial_cost: f64,
+    /// Factorisations done.
+    pub iterations: usize,
+    /// Whether it stopped because the cost no longer fell.
+    pub converged: bool,
+}
+
+/// Cost that is as good as zero: below rounding of any real measurement.
+const COST_ZERO: f64 = 1e-18;
+
+/// Minimises the cost of `graph` from `start`.
+///
+/// Cost: per iteration one linearisation of every factor and one sparse factorisation, for pose graphs of robots that
+/// revisit places about proportional to `n log n` in memory and `n^1.5` in time.
+///
+/// # Errors
+/// When a variable is not determined, or a factor cannot be evaluated at an estimate.
+pub fn optimise(graph: &Graph, start: &Values, options: &Options) -> Result<Solution, SolveError> {
+    let mut problem = Problem::new(graph, start);
+    let initial_cost = problem.linearise(start)?;
+    let state =
+        State { values: start.clone(), cost: initial_cost, initial_cost, iterations: 0, converged: false };
+    if start.is_empty() {
+        return Ok(Solution { converged: true, ..state });
+    }
+    match options.method {
+        Method::GaussNewton => gauss_newton(&mut problem, state, options),
+        Method::LevenbergMarquardt => levenberg_marquardt(&mut problem, state, options),
+        Method::Dogleg => dogleg(&mut problem, state, options),
+    }
+}
+
+type State = Solution;
+
+fn gauss_newton(problem: &mut Problem, mut state: State, options: &Options) -> Result<Solution, SolveError> {
+    while state.iterations < options.iterations_max {
+        let step = problem.step(&[])?;
+        state.iterations += 1;
+        state.values = state.values.retract(&step.errors);
+        if step.promised <= options.relative_decrease_min * state.cost + COST_ZERO {
+            // What is left to gain is second order in what was promised: no need to linearise once more.
+            state.cost = problem.cost(&state.values)?;
+            state.converged = true;
+            break;
+        }
+        let cost = problem.linearise(&state.values)?;
+        let gain = (state.cost - cost).abs();
+        state.cost = cost;
+        if gain <= options.relative_decrease_min * cost {
+            state.converged = true;
+            break;
+        }
+    }
+    Ok(state)
+}
+
+fn levenberg_marquardt(
+    problem: &mut Problem,
+    mut state: State,
+    options: &Options,
+) -> Result<Solution, SolveError> {
+    const DAMPING_MAX: f64 = 1e10;
+    // Damping relative to the diagonal. Nearly none at first: graphs start close to the optimum.
+    let mut damping = 1e-6;
+    let mut raise = 4.0;
+    let mut diagonal = problem.system.diagonal();
+    while state.iterations < options.iterations_max && damping < DAMPING_MAX {
+        let extra: Vec<f64> = diagonal.iter().map(|entry| entry * damping).collect();
+        let step = match problem.step(&extra) {
+            Ok(step) => step,
+            Err(SolveError::Undetermined { key }) if damping < 1e-3 => {
+                // Numerically singular, perhaps only at this estimate.
+                let _ = key;
+                damping *= 100.0;
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        state.iterations += 1;
+        let candidate = state.values.retract(&step.errors);
+        problem.keep_system();
+        let cost = problem.linearise(&candidate)?;
+        let gain = state.cost - cost;
+        // Rounding may hide a last, tiny gain.
+        if gain >= -1e-12 * state.cost {
+            let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
+            (state.values, state.cost) = (candidate, cost);
+            let least = options.relative_decrease_min * cost + COST_ZERO;
+            if gain <= least || step.promised <= least {
+                state.converged = true;
+                break;
+            }
+            damping = (damping * (1.0 - (2.0 * quality - 1.0).powi(3)).clamp(0.1, 2.0)).max(1e-12);
+            raise = 4.0;
+            diagonal = problem.system.diagonal();
+        } else {
+            problem.restore_system();
+            if step.promised <= options.relative_decrease_min * state.cost {
+                state.converged = true;
+                break;
+            }
+            damping *= raise;
+            raise *= 2.0;
+        }
+    }
+    Ok(state)
+}
+
+fn dogleg(problem: &mut Problem, mut state: State, options: &Options) -> Result<Solution, SolveError> {
+    let length = |vector: &[f64]| dot(vector, vector).sqrt();
+    let mut radius = f64::INFINITY;
+    'linearised: while state.iterations < options.iterations_max {
+        let newton = problem.step(&[])?;
+        state.iterations += 1;
+        let gradient = problem.system.gradient();
+        let curvature = dot(&gradient, &problem.system.multiply(&gradient));
+        let scale = if curvature > 0.0 { dot(&gradient, &gradient) / curvature } else { 0.0 };
+        let steepest: Vec<f64> = gradient.iter().map(|entry| entry * scale).collect();
+        loop {
+            let errors = blend(&newton.errors, &steepest, radius);
+            let promised = 2.0 * dot(&gradient, &errors) - dot(&errors, &problem.system.multiply(&errors));
+            let candidate = state.values.retract(&errors);
+            problem.keep_system();
+            let cost = problem.linearise(&candidate)?;
+            let gain = state.cost - cost;
+            let least = options.relative_decrease_min * state.cost + COST_ZERO;
+            if gain >= -1e-12 * state.cost {
+                (state.values, state.cost) = (candidate, cost);
+                if gain <= least || promised <= least {
+                    state.converged = true;
+                    break 'linearised;
+                }
+                if gain > 0.75 * promised {
+                    radius = radius.max(3.0 * length(&errors));
+                } else if gain < 0.25 * promised {
+                    radius = length(&errors) / 2.0;
+                }
+                break;
+            }
+            problem.restore_system();
+            if promised <= least {
+                state.converged = true;
+                break 'linearised;
+            }
+            radius = length(&errors) / 2.0;
+        }
+    }
+    Ok(state)
+}
+
+/// The point where the path from the start along `steepest` and then on to `newton` leaves the trust region.
+fn blend(newton: &[f64], steepest: &[f64], radius: f64) -> Vec<f64> {
+    let squared = radius * radius;
+    if dot(newton, newton) <= squared {
+        return newton.to_vec();
+    }
+    let descent = dot(steepest, steepest);
+    if descent >= squared {
+        let share = radius / descent.sqrt();
+        return steepest.iter().map(|entry| entry * share).collect();
+    }
+    let difference: Vec<f64> = newton.iter().zip(steepest).map(|(n, s)| n - s).collect();
+    let (a, b) = (dot(&difference, &difference), dot(steepest, &difference));
+    let share = (-b + (b * b + a * (squared - descent)).max(0.0).sqrt()) / a;
+    steepest.iter().zip(&difference).map(|(s, d)| s + share * d).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    crate::linear::assembly::dot(a, b)
+}
+
+/// A Gauss-Newton or damped step.
+struct Step {
+    /// For every scalar, in the keys' order.
+    errors: Vec<f64>,
+    /// By how much the linearised cost falls.
+    promised: f64,
+}
+
+/// A graph with everything that its iterations share.
+pub(crate) struct Problem<'a> {
+    graph: &'a Graph,
+    ids: Vec<FactorId>,
+    system: System,
+    other_system: Option<System>,
+    plan: Plan,
+    factorisation: Factorisation,
+    scratch: Linearised,
+}
+
+impl<'a> Problem<'a> {
+    pub(crate) fn new(graph: &'a Graph, values: &Values) -> Self {
+        let dimensions = values.iter().map(|(_, value)| value.kind().dimension() as u8).collect();
+        let mut system = System::new(dimensions, 1);
+        let mut ids = Vec::with_capacity(graph.ids());
+        let mut variables = Vec::new();
+        for (id, entry) in graph.iter() {
+            variables.clear();
+            variables.extend(entry.factor.keys().iter().map(|key| key.0));
+            system.push(&variables);
+            ids.push(id);
+        }
+        let plan = Plan::new(&system);
+        Self {
+            graph,
+            ids,
+            system,
+            other_system: None,
+            plan,
+            factorisation: Factorisation::default(),
+            scratch: Linearised::default(),
+        }
+    }
+
+    /// Writes all normal equations at `values` and returns the cost.
+    pub(crate) fn linearise(&mut self, values: &Values) -> Result<f64, SolveError> {
+        let mut sum = 0.0;
+        for (index, &id) in self.ids.iter().enumerate() {
+            let Some(entry) = self.graph.get(id) else { continue };
+            self.scratch.reset(&*entry.factor);
+            let done = entry.factor.linearise(values, &mut self.scratch);
+            done.map_err(|source| SolveError::Factor { factor: id, source })?;
+            let (cost, weight) = entry.evaluate(self.scratch.squared());
+            if !cost.is_finite() {
+                return Err(not_finite(self.graph, id));
+            }
+            sum += cost;
+            self.scratch.normal_equations(weight, self.system.values_mut(index));
+        }
+        Ok(sum)
+    }
+
+    /// The cost at `values`.
+    fn cost(&mut self, values: &Values) -> Result<f64, SolveError> {
+        let mut sum = 0.0;
+        for &id in &self.ids {
+            let Some(entry) = self.graph.get(id) else { continue };
+            self.scratch.reset(&*entry.factor);
+            let done = entry.factor.residual(values, &mut self.scratch);
+            done.map_err(|source| SolveError::Factor { factor: id, source })?;
+            sum += entry.evaluate(self.scratch.squared()).0;
+        }
+        Ok(sum)
+    }
+
+    /// Solves the system with `damping` added to its diagonal.
+    fn step(&mut self, damping: &[f64]) -> Result<Step, SolveError> {
+        self.factorise(damping)?;
+        let errors = self.factorisation.solve(&self.plan, &self.system.dimensions, 0);
+        let damped: f64 = damping.iter().zip(&errors).map(|(entry, error)| entry * error * error).sum();
+        let promised =
+            self.factorisation.squared_right_hand_side(&self.plan, &self.system.dimensions) + damped;
+        Ok(Step { errors, promised })
+    }
+
+    pub(crate) fn factorise(&mut self, damping: &[f64]) -> Result<(), SolveError> {
+        let done = self.factorisation.factorise(&self.plan, &self.system, damping);
+        done.map_err(|undetermined| {
+            // A Jacobian that is not finite shows only here.
+            let culprit = (0..self.system.len())
+                .find(|&index| self.system.values(index).iter().any(|value| !value.is_finite()));
+            match culprit {
+                Some(index) => not_finite(self.graph, self.ids[index]),
+                None => SolveError::Undetermined { key: Key(undetermined.0) },
+            }
+        })
+    }
+
+    /// Covariance of a variable at the last factorisation, column-major.
+    pub(crate) fn covariance(&self, key: Key) -> Vec<f64> {
+        self.factorisation.covariance(&self.plan, &self.system.dimensions, key.0)
+    }
+
+    /// Sets the present system aside, so that the next linearisation does not overwrite it.
+    fn keep_system(&mut self) {
+        let spare = self.other_system.take().unwrap_or_else(|| self.system.clone());
+        self.other_system = Some(std::mem::replace(&mut self.system, spare));
+    }
+
+    /// Brings it back.
+    fn restore_system(&mut self) {
+        if let Some(kept) = self.other_system.take() {
+            self.other_system = Some(std::mem::replace(&mut self.system, kept));
+        }
+    }
+}
+
+fn not_finite(graph: &Graph, factor: FactorId) -> SolveError {
+    let key = graph.get(factor).and_then(|entry| entry.factor.keys().first().copied());
+    SolveError::NotFinite { factor, key: key.unwrap_or(Key(0)) }
+}

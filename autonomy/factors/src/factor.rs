@@ -1,0 +1,166 @@
+//! What a factor is: a whitened residual of a few variables, with its Jacobians.
+
+use crate::error::FactorError;
+use crate::value::{Key, Kind, Planar, Value, Values};
+use geometry::{Isometry, Matrix3, Matrix6};
+use nalgebra::{SMatrix, SVector};
+use std::fmt::Debug;
+
+/// A measurement that ties variables together. Its cost is half the squared length of its *whitened* residual, that is of
+/// `W r` with `WᵀW` the information matrix.
+///
+/// Implementations are pure: the same values give the same bits.
+pub trait Factor: Debug + Send + Sync {
+    /// The variables, each once.
+    fn keys(&self) -> &[Key];
+
+    /// What each variable must be; as long as [`Self::keys`].
+    fn kinds(&self) -> &[Kind];
+
+    /// Length of the residual.
+    fn rows(&self) -> usize;
+
+    /// Writes the whitened residual, and the whitened Jacobian for each variable with respect to the error that moves it.
+    ///
+    /// # Errors
+    /// When a variable is missing or of another kind, or the measurement says nothing at these values.
+    fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError>;
+
+    /// Writes the whitened residual alone; for factors whose Jacobians are costly.
+    ///
+    /// # Errors
+    /// As for [`Self::linearise`].
+    fn residual(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
+        self.linearise(values, out)
+    }
+
+    /// For a measured relative pose between two poses: the measurement, so that a start can be made from measurements alone.
+    fn relative_pose(&self) -> Option<RelativePose> {
+        None
+    }
+
+    /// For a prior on one pose: where it is.
+    fn anchor(&self) -> Option<Value> {
+        None
+    }
+}
+
+/// A relative pose of the second variable in the first, with its information.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RelativePose {
+    /// SE(3), information of `[rotation; translation]`.
+    Space(Isometry, Matrix6),
+    /// SE(2), information of `[x; y; yaw]`.
+    Plane(Planar, Matrix3),
+}
+
+/// A factor's whitened Jacobians and residual at some values, `[J₀ J₁ … -r]`, column-major.
+#[derive(Clone, Debug, Default)]
+pub struct Linearised {
+    rows: usize,
+    /// First column of each variable; the residual's column is the last.
+    starts: Vec<usize>,
+    data: Vec<f64>,
+}
+
+impl Linearised {
+    /// Zeros, shaped for `factor`.
+    pub fn reset(&mut self, factor: &dyn Factor) {
+        self.rows = factor.rows();
+        self.starts.clear();
+        let mut start = 0;
+        for kind in factor.kinds() {
+            self.starts.push(start);
+            start += kind.dimension();
+        }
+        self.starts.push(start);
+        self.data.clear();
+        self.data.resize(self.rows * (start + 1), 0.0);
+    }
+
+    /// Writes the Jacobian of the variable that is `index` in the factor's keys. Parts beyond its shape are ignored.
+    pub fn set_jacobian<const R: usize, const C: usize>(
+        &mut self,
+        index: usize,
+        jacobian: &SMatrix<f64, R, C>,
+    ) {
+        let Some(&start) = self.starts.get(index) else { return };
+        for (column, values) in jacobian.as_slice().chunks_exact(R).enumerate() {
+            self.column_mut(start + column).copy_from_slice(values);
+        }
+    }
+
+    /// One column of a Jacobian, for factors whose size is known at run time only.
+    pub fn jacobian_column_mut(&mut self, index: usize, column: usize) -> &mut [f64] {
+        let start = self.starts[index];
+        self.column_mut(start + column)
+    }
+
+    /// Writes the residual.
+    pub fn set_residual<const R: usize>(&mut self, residual: &SVector<f64, R>) {
+        for (value, &component) in self.residual_mut().iter_mut().zip(residual.as_slice()) {
+            *value = -component;
+        }
+    }
+
+    /// The *negated* residual, to be written.
+    pub fn residual_mut(&mut self) -> &mut [f64] {
+        let last = self.starts.last().copied().unwrap_or(0);
+        self.column_mut(last)
+    }
+
+    /// The negated residual.
+    pub fn negated_residual(&self) -> &[f64] {
+        &self.data[self.data.len() - self.rows..]
+    }
+
+    /// Rows and all columns, residual last.
+    pub fn columns(&self) -> impl Iterator<Item = &[f64]> {
+        self.data.chunks_exact(self.rows.max(1))
+    }
+
+    /// Squared length of the residual.
+    pub fn squared(&self) -> f64 {
+        self.negated_residual().iter().map(|value| value * value).sum()
+    }
+
+    fn column_mut(&mut self, column: usize) -> &mut [f64] {
+        &mut self.data[column * self.rows..(column + 1) * self.rows]
+    }
+
+    /// Packed normal equations `[J -r]ᵀ[J -r] * weight`, lower triangle column by column. `out` has the right length.
+    pub fn normal_equations(&self, weight: f64, out: &mut [f64]) {
+        match self.rows {
+            3 => normal_equations::<3>(&self.data, weight, out),
+            6 => normal_equations::<6>(&self.data, weight, out),
+            rows => {
+                let columns = self.data.len() / rows.max(1);
+                let column = |index: usize| &self.data[index * rows..(index + 1) * rows];
+                let mut slots = out.iter_mut();
+                for left in 0..columns {
+                    for right in left..columns {
+                        let Some(slot) = slots.next() else { return };
+                        let sum: f64 = column(left).iter().zip(column(right)).map(|(a, b)| a * b).sum();
+                        *slot = sum * weight;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn normal_equations<const R: usize>(data: &[f64], weight: f64, out: &mut [f64]) {
+    let (columns, _) = data.as_chunks::<R>();
+    let mut slots = out.iter_mut();
+    for (index, left) in columns.iter().enumerate() {
+        let scaled = left.map(|value| value * weight);
+        for right in &columns[index..] {
+            let Some(slot) = slots.next() else { return };
+            let mut sum = 0.0;
+            for row in 0..R {
+                sum += scaled[row] * right[row];
+            }
+            *slot = sum;
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! Measurements.
+
+mod between;
+mod prior;
+
+pub use between::{Between, PlanarBetween, Residual};
+pub use prior::{PlanarPrior, Prior, VectorPrior};

@@ -1,0 +1,193 @@
+//! Variables known beforehand.
+
+use crate::error::FactorError;
+use crate::factor::{Factor, Linearised};
+use crate::information::Whitening;
+use crate::value::{Key, Kind, Planar, Value, Values};
+use geometry::{Isometry, Matrix3, Matrix6, Vector6, so3};
+use nalgebra::{SMatrix, SVector, Vector3};
+
+/// A pose known beforehand. Residual `[Log(R); t]` of `known⁻¹ · pose`.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    key: [Key; 1],
+    known: Isometry,
+    whitening: Whitening<6>,
+}
+
+impl Prior {
+    /// `information`: of the error `[rotation; translation]` in the known pose's frame.
+    ///
+    /// # Errors
+    /// When the pose is not finite or the information no inverse covariance.
+    pub fn new(key: Key, known: &Isometry, information: &Matrix6) -> Result<Self, FactorError> {
+        if !Value::Pose(*known).is_finite() {
+            return Err(FactorError::NotFinite { what: "the known pose" });
+        }
+        Ok(Self { key: [key], known: *known, whitening: Whitening::from_information(information)? })
+    }
+}
+
+impl Factor for Prior {
+    fn keys(&self) -> &[Key] {
+        &self.key
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &[Kind::Pose]
+    }
+
+    fn rows(&self) -> usize {
+        6
+    }
+
+    fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
+        let delta = self.known.inv_mul(values.pose(self.key[0])?);
+        let angle = so3::log(&delta.rotation);
+        let mut residual = Vector6::zeros();
+        residual.fixed_rows_mut::<3>(0).copy_from(&angle);
+        residual.fixed_rows_mut::<3>(3).copy_from(&delta.translation.vector);
+        let mut jacobian = Matrix6::zeros();
+        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&so3::right_jacobian_inverse(&angle));
+        let rotation: Matrix3 = delta.rotation.to_rotation_matrix().into_inner();
+        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+        out.set_jacobian(0, &(self.whitening.matrix() * jacobian));
+        out.set_residual(&(self.whitening.matrix() * residual));
+        Ok(())
+    }
+
+    fn anchor(&self) -> Option<Value> {
+        Some(Value::Pose(self.known))
+    }
+}
+
+/// A pose in the plane known beforehand. Residual `[x; y; yaw]` of `known⁻¹ · pose`.
+#[derive(Clone, Debug)]
+pub struct PlanarPrior {
+    key: [Key; 1],
+    known: Planar,
+    whitening: Whitening<3>,
+}
+
+impl PlanarPrior {
+    /// `information`: of the error `[x; y; yaw]` in the known pose's frame.
+    ///
+    /// # Errors
+    /// When the pose is not finite or the information no inverse covariance.
+    pub fn new(key: Key, known: &Planar, information: &Matrix3) -> Result<Self, FactorError> {
+        if !Value::Planar(*known).is_finite() {
+            return Err(FactorError::NotFinite { what: "the known pose" });
+        }
+        Ok(Self { key: [key], known: *known, whitening: Whitening::from_information(information)? })
+    }
+}
+
+impl Factor for PlanarPrior {
+    fn keys(&self) -> &[Key] {
+        &self.key
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &[Kind::Planar]
+    }
+
+    fn rows(&self) -> usize {
+        3
+    }
+
+    fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
+        let delta = self.known.inv_mul(values.planar(self.key[0])?);
+        let mut jacobian = Matrix3::identity();
+        let rotation = delta.rotation.to_rotation_matrix().into_inner();
+        jacobian.fixed_view_mut::<2, 2>(0, 0).copy_from(&rotation);
+        let residual = Vector3::new(delta.translation.x, delta.translation.y, delta.rotation.angle());
+        out.set_jacobian(0, &(self.whitening.matrix() * jacobian));
+        out.set_residual(&(self.whitening.matrix() * residual));
+        Ok(())
+    }
+
+    fn anchor(&self) -> Option<Value> {
+        Some(Value::Planar(self.known))
+    }
+}
+
+/// A vector known beforehand: residual `vector - known`. `N` is 2, 3 or 6.
+#[derive(Clone, Debug)]
+pub struct VectorPrior<const N: usize> {
+    key: [Key; 1],
+    kind: [Kind; 1],
+    known: SVector<f64, N>,
+    whitening: Whitening<N>,
+}
+
+impl VectorPrior<2> {
+    /// A prior on a plane vector.
+    ///
+    /// # Errors
+    /// When the vector is not finite or the information no inverse covariance; likewise below.
+    pub fn plane(
+        key: Key,
+        known: &SVector<f64, 2>,
+        information: &SMatrix<f64, 2, 2>,
+    ) -> Result<Self, FactorError> {
+        Self::new(key, Kind::Vector2, known, information)
+    }
+}
+
+impl VectorPrior<3> {
+    /// A prior on a space vector. Errors as for [`VectorPrior::plane`].
+    pub fn space(key: Key, known: &SVector<f64, 3>, information: &Matrix3) -> Result<Self, FactorError> {
+        Self::new(key, Kind::Vector3, known, information)
+    }
+}
+
+impl VectorPrior<6> {
+    /// A prior on six numbers. Errors as for [`VectorPrior::plane`].
+    pub fn six(key: Key, known: &SVector<f64, 6>, information: &Matrix6) -> Result<Self, FactorError> {
+        Self::new(key, Kind::Vector6, known, information)
+    }
+}
+
+impl<const N: usize> VectorPrior<N> {
+    fn new(
+        key: Key,
+        kind: Kind,
+        known: &SVector<f64, N>,
+        information: &SMatrix<f64, N, N>,
+    ) -> Result<Self, FactorError> {
+        if !known.iter().all(|component| component.is_finite()) {
+            return Err(FactorError::NotFinite { what: "the known vector" });
+        }
+        let whitening = Whitening::from_information(information)?;
+        Ok(Self { key: [key], kind: [kind], known: *known, whitening })
+    }
+}
+
+impl<const N: usize> Factor for VectorPrior<N> {
+    fn keys(&self) -> &[Key] {
+        &self.key
+    }
+
+    fn kinds(&self) -> &[Kind] {
+        &self.kind
+    }
+
+    fn rows(&self) -> usize {
+        N
+    }
+
+    fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
+        let mut residual = -self.known;
+        let components: &[f64] = match self.kind[0] {
+            Kind::Vector2 => values.vector2(self.key[0])?.as_slice(),
+            Kind::Vector3 => values.vector3(self.key[0])?.as_slice(),
+            _ => values.vector6(self.key[0])?.as_slice(),
+        };
+        for (entry, component) in residual.iter_mut().zip(components) {
+            *entry += component;
+        }
+        out.set_jacobian(0, self.whitening.matrix());
+        out.set_residual(&(self.whitening.matrix() * residual));
+        Ok(())
+    }
+}

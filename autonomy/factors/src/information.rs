@@ -1,0 +1,86 @@
+//! Square roots of information matrices.
+
+use crate::error::FactorError;
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// A matrix `W` with `WᵀW = Ω`, the information (inverse covariance) of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whitening<const N: usize>(SMatrix<f64, N, N>);
+
+/// Entries across the diagonal may differ by this share of the greatest entry: files are rounded.
+const ASYMMETRY_MAX: f64 = 1e-6;
+/// Eigenvalues below minus this share of the greatest are no rounding error.
+const NEGATIVE_MAX: f64 = 1e-9;
+
+impl<const N: usize> Whitening<N> {
+    /// From a full information matrix: finite, symmetric, without negative eigenvalues. Directions without information are allowed.
+    ///
+    /// # Errors
+    /// When it is none of that.
+    pub fn from_information(information: &SMatrix<f64, N, N>) -> Result<Self, FactorError> {
+        let refuse = |problem| Err(FactorError::Information { problem });
+        if !information.iter().all(|entry| entry.is_finite()) {
+            return refuse("has entries that are not finite");
+        }
+        let asymmetry = (information - information.transpose()).amax();
+        if asymmetry > ASYMMETRY_MAX * information.amax() {
+            return refuse("is not symmetric");
+        }
+        let symmetric = (information + information.transpose()) * 0.5;
+        if let Some(root) = cholesky(&symmetric) {
+            return Ok(Self(root));
+        }
+        let eigen = DMatrix::from_column_slice(N, N, symmetric.as_slice()).symmetric_eigen();
+        let greatest = eigen.eigenvalues.amax();
+        if eigen.eigenvalues.iter().any(|&value| value < -NEGATIVE_MAX * greatest || !value.is_finite()) {
+            return refuse("has a negative eigenvalue");
+        }
+        let root = SMatrix::from_fn(|row, column| {
+            eigen.eigenvalues[row].max(0.0).sqrt() * eigen.eigenvectors[(column, row)]
+        });
+        Ok(Self(root))
+    }
+
+    /// From independent standard deviations.
+    ///
+    /// # Errors
+    /// When one is not a positive number.
+    pub fn from_deviations(deviations: &SVector<f64, N>) -> Result<Self, FactorError> {
+        if deviations.iter().any(|&deviation| deviation.is_nan() || deviation <= 0.0) {
+            return Err(FactorError::NotFinite { what: "a standard deviation" });
+        }
+        Ok(Self(SMatrix::from_diagonal(&deviations.map(|deviation| 1.0 / deviation))))
+    }
+
+    /// `W`.
+    pub const fn matrix(&self) -> &SMatrix<f64, N, N> {
+        &self.0
+    }
+
+    /// `WᵀW`.
+    pub fn information(&self) -> SMatrix<f64, N, N> {
+        self.0.transpose() * self.0
+    }
+}
+
+/// Upper triangular `W`; `None` unless every pivot is clearly positive.
+fn cholesky<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let mut upper = SMatrix::<f64, N, N>::zeros();
+    for row in 0..N {
+        for column in row..N {
+            let mut value = matrix[(row, column)];
+            for above in 0..row {
+                value -= upper[(above, row)] * upper[(above, column)];
+            }
+            if column == row {
+                if value <= 1e-12 * matrix[(row, row)] || value <= 0.0 {
+                    return None;
+                }
+                upper[(row, row)] = value.sqrt();
+            } else {
+                upper[(row, column)] = value / upper[(row, row)];
+            }
+        }
+    }
+    Some(upper)
+}

@@ -1,0 +1,291 @@
+//! A start from the measurements alone: chordal relaxation.
+//!
+//! Rotations first: without the demand that they be rotations, `R_j = R_i R_ij` is linear, and one sparse solve finds the best
+//! matrices; each is then replaced by the nearest rotation. With rotations known, positions are linear too.
+//! Sources: Martinec, Pajdla, CVPR 2007; Carlone and others, *Initialization techniques for 3D SLAM*, ICRA 2015.
+
+use crate::error::SolveError;
+use crate::factor::RelativePose;
+use crate::graph::Graph;
+use crate::linear::factorisation::{Factorisation, Plan, System};
+use crate::linear::ordering::{Adjacency, minimum_degree};
+use crate::value::{Key, Kind, Planar, Value, Values};
+use geometry::{Isometry, Matrix3, Rotation, Vector3};
+use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
+
+/// Estimates of all poses from the graph's relative poses and priors on poses; `values` says what each variable is, and estimates of
+/// variables other than poses are kept. Full information matrices are replaced by their mean over axes, so a few iterations of
+/// [`crate::optimise`] belong after it.
+///
+/// Cost: two sparse factorisations of half and a sixth of the full problem's size.
+///
+/// # Errors
+/// When relative poses do not connect every pose to one with a prior.
+pub fn chordal(graph: &Graph, values: &Values) -> Result<Values, SolveError> {
+    let measurements = Measurements::collect(graph, values);
+    measurements.check_connected(values)?;
+    let mut out = values.clone();
+    solve_space(&measurements, values, &mut out)?;
+    solve_plane(&measurements, values, &mut out)?;
+    Ok(out)
+}
+
+/// Weight of a prior, relative to the greatest among the measurements: it fixes the frame, no more.
+const ANCHOR_WEIGHT: f64 = 10.0;
+
+struct Edge<P> {
+    from: u32,
+    to: u32,
+    measured: P,
+    /// Mean information of an axis.
+    rotation_weight: f64,
+    translation_weight: f64,
+}
+
+#[derive(Default)]
+struct Measurements {
+    space: Vec<Edge<Isometry>>,
+    plane: Vec<Edge<Planar>>,
+    anchors: Vec<(u32, Value)>,
+}
+
+impl Measurements {
+    fn collect(graph: &Graph, values: &Values) -> Self {
+        let mut out = Self::default();
+        for (_, entry) in graph.iter().filter(|(_, entry)| entry.weight > 0.0) {
+            let keys = entry.factor.keys();
+            if let (Some(anchor), &[key]) = (entry.factor.anchor(), keys) {
+                if values.get(key).is_some_and(|value| value.kind() == anchor.kind()) {
+                    out.anchors.push((key.0, anchor));
+                }
+            }
+            let &[Key(from), Key(to)] = keys else { continue };
+            let mean = |diagonal: &[f64]| entry.weight * diagonal.iter().sum::<f64>() / diagonal.len() as f64;
+            match entry.factor.relative_pose() {
+                Some(RelativePose::Space(measured, information)) => {
+                    let diagonal = information.diagonal();
+                    out.space.push(Edge {
+                        from,
+                        to,
+                        measured,
+                        rotation_weight: mean(&diagonal.as_slice()[..3]),
+                        translation_weight: mean(&diagonal.as_slice()[3..]),
+                    });
+                }
+                Some(RelativePose::Plane(measured, information)) => {
+                    let diagonal = information.diagonal();
+                    out.plane.push(Edge {
+                        from,
+                        to,
+                        measured,
+                        rotation_weight: diagonal[2],
+                        translation_weight: mean(&diagonal.as_slice()[..2]),
+                    });
+                }
+                None => {}
+            }
+        }
+        out
+    }
+
+    /// Every pose must be reached from an anchor.
+    fn check_connected(&self, values: &Values) -> Result<(), SolveError> {
+        let pairs: Vec<[u32; 2]> = self
+            .space
+            .iter()
+            .map(|edge| [edge.from, edge.to])
+            .chain(self.plane.iter().map(|edge| [edge.from, edge.to]))
+            .collect();
+        let adjacency = Adjacency::from_cliques(values.len(), pairs.iter().map(|pair| pair.as_slice()));
+        let mut reached = vec![false; values.len()];
+        let mut waiting: Vec<u32> = self.anchors.iter().map(|(key, _)| *key).collect();
+        while let Some(key) = waiting.pop() {
+            if !std::mem::replace(&mut reached[key as usize], true) {
+                waiting.extend(adjacency.of(key as usize));
+            }
+        }
+        let lost = values
+            .iter()
+            .find(|(key, value)| matches!(value.kind(), Kind::Planar | Kind::Pose) && !reached[key.index()]);
+        lost.map_or(Ok(()), |(key, _)| Err(SolveError::Disconnected { key }))
+    }
+}
+
+/// Which variables take part, and in which order they are eliminated.
+struct Part {
+    /// Number in the part of each variable, or `u32::MAX`.
+    number: Vec<u32>,
+    keys: Vec<Key>,
+    order: Vec<u32>,
+}
+
+impl Part {
+    fn new<P>(values: &Values, kind: Kind, edges: &[Edge<P>]) -> Self {
+        let mut number = vec![u32::MAX; values.len()];
+        let mut keys = Vec::new();
+        for (key, value) in values.iter().filter(|(_, value)| value.kind() == kind) {
+            debug_assert_eq!(value.kind(), kind);
+            number[key.index()] = keys.len() as u32;
+            keys.push(key);
+        }
+        let pairs: Vec<[u32; 2]> =
+            edges.iter().map(|edge| [number[edge.from as usize], number[edge.to as usize]]).collect();
+        let adjacency = Adjacency::from_cliques(keys.len(), pairs.iter().map(|pair| pair.as_slice()));
+        Self { number, order: minimum_degree(&adjacency, &[]), keys }
+    }
+
+    /// Solves a system over this part: each solution holds one right-hand side's unknowns by number.
+    fn solve(&self, system: &System, right_hand_sides: usize) -> Result<Vec<Vec<f64>>, SolveError> {
+        let plan = Plan::with_order(system, &self.order);
+        let mut factorisation = Factorisation::default();
+        factorisation
+            .factorise(&plan, system, &[])
+            .map_err(|bad| SolveError::Undetermined { key: self.keys[bad.0 as usize] })?;
+        Ok((0..right_hand_sides).map(|which| factorisation.solve(&plan, &system.dimensions, which)).collect())
+    }
+}
+
+/// Writes packed normal equations `weight · JᵀJ` with `J = [left | I]`-like blocks over one or two variables. `entry(row, column)` is the
+/// lower triangle.
+fn write_packed(values: &mut [f64], size: usize, entry: impl Fn(usize, usize) -> f64) {
+    let pairs = (0..size).flat_map(|column| (column..size).map(move |row| (row, column)));
+    for (slot, (row, column)) in values.iter_mut().zip(pairs) {
+        *slot = entry(row, column);
+    }
+}
+
+/// Best matrices `M_j ≈ M_i A_ij`, row by row: one linear system for all `R` rows. `D` is the size of a rotation matrix.
+fn relaxed_rotations<P, const D: usize>(
+    part: &Part,
+    edges: &[Edge<P>],
+    anchors: &[(u32, SMatrix<f64, D, D>)],
+    rotation: impl Fn(&P) -> SMatrix<f64, D, D>,
+) -> Result<Vec<SMatrix<f64, D, D>>, SolveError> {
+    let mut system = System::new(vec![D as u8; part.keys.len()], D);
+    let mut greatest = 0.0_f64;
+    for edge in edges {
+        let variables = [part.number[edge.from as usize], part.number[edge.to as usize]];
+        system.push(&variables);
+        let (matrix, weight) = (rotation(&edge.measured), edge.rotation_weight);
+        greatest = greatest.max(weight);
+        let index = system.len() - 1;
+        // A row of M_j, as a column, is A_ijᵀ times that of M_i.
+        write_packed(system.values_mut(index), 2 * D + D, |row, column| match (row / D, column / D) {
+            (0, 0) | (1, 1) if row == column => weight,
+            (1, 0) => -weight * matrix[(column, row - D)],
+            _ => 0.0,
+        });
+    }
+    let anchor_weight = ANCHOR_WEIGHT * if greatest > 0.0 { greatest } else { 1.0 };
+    for (variable, known) in anchors {
+        system.push(&[part.number[*variable as usize]]);
+        let index = system.len() - 1;
+        write_packed(system.values_mut(index), D + D, |row, column| match (row / D, column / D) {
+            (0, 0) if row == column => anchor_weight,
+            (1, 0) => anchor_weight * known[(row - D, column)],
+            _ => 0.0,
+        });
+    }
+    let rows = part.solve(&system, D)?;
+    Ok((0..part.keys.len())
+        .map(|number| SMatrix::from_fn(|row, column| rows[row][number * D + column]))
+        .collect())
+}
+
+/// Best positions with `t_j - t_i` given for every edge.
+fn positions<P, const D: usize>(
+    part: &Part,
+    edges: &[Edge<P>],
+    anchors: &[(u32, SVector<f64, D>)],
+    shift: impl Fn(&Edge<P>) -> SVector<f64, D>,
+) -> Result<Vec<SVector<f64, D>>, SolveError> {
+    let mut system = System::new(vec![1; part.keys.len()], D);
+    let mut greatest = 0.0_f64;
+    for edge in edges {
+        let variables = [part.number[edge.from as usize], part.number[edge.to as usize]];
+        system.push(&variables);
+        let (shift, weight) = (shift(edge), edge.translation_weight);
+        greatest = greatest.max(weight);
+        let index = system.len() - 1;
+        write_packed(system.values_mut(index), 2 + D, |row, column| match (row, column) {
+            (0, 0) | (1, 1) => weight,
+            (1, 0) => -weight,
+            (_, 0) => -weight * shift[row - 2],
+            (_, 1) => weight * shift[row - 2],
+            _ => 0.0,
+        });
+    }
+    let anchor_weight = ANCHOR_WEIGHT * if greatest > 0.0 { greatest } else { 1.0 };
+    for (variable, known) in anchors {
+        system.push(&[part.number[*variable as usize]]);
+        let index = system.len() - 1;
+        write_packed(system.values_mut(index), 1 + D, |row, column| match (row, column) {
+            (0, 0) => anchor_weight,
+            (_, 0) => anchor_weight * known[row - 1],
+            _ => 0.0,
+        });
+    }
+    let axes = part.solve(&system, D)?;
+    Ok((0..part.keys.len()).map(|number| SVector::from_fn(|axis, _| axes[axis][number])).collect())
+}
+
+fn solve_space(measurements: &Measurements, values: &Values, out: &mut Values) -> Result<(), SolveError> {
+    let part = Part::new(values, Kind::Pose, &measurements.space);
+    let anchors: Vec<(u32, Isometry)> = measurements
+        .anchors
+        .iter()
+        .filter_map(|(key, value)| if let Value::Pose(pose) = value { Some((*key, *pose)) } else { None })
+        .collect();
+    let known: Vec<(u32, Matrix3)> =
+        anchors.iter().map(|(key, pose)| (*key, pose.rotation.to_rotation_matrix().into_inner())).collect();
+    let relaxed = relaxed_rotations(&part, &measurements.space, &known, |measured| {
+        measured.rotation.to_rotation_matrix().into_inner()
+    })?;
+    let rotations: Vec<Rotation> = relaxed.iter().map(nearest_rotation).collect();
+    let known: Vec<(u32, Vector3)> =
+        anchors.iter().map(|(key, pose)| (*key, pose.translation.vector)).collect();
+    let positions = positions(&part, &measurements.space, &known, |edge| {
+        rotations[part.number[edge.from as usize] as usize] * edge.measured.translation.vector
+    })?;
+    for (number, &key) in part.keys.iter().enumerate() {
+        let pose = Isometry::from_parts(positions[number].into(), rotations[number]);
+        out.set(key, Value::Pose(pose)).map_err(|_| SolveError::UnknownVariable { key })?;
+    }
+    Ok(())
+}
+
+fn solve_plane(measurements: &Measurements, values: &Values, out: &mut Values) -> Result<(), SolveError> {
+    let part = Part::new(values, Kind::Planar, &measurements.plane);
+    let anchors: Vec<(u32, Planar)> = measurements
+        .anchors
+        .iter()
+        .filter_map(|(key, value)| if let Value::Planar(pose) = value { Some((*key, *pose)) } else { None })
+        .collect();
+    let matrix = |pose: &Planar| pose.rotation.to_rotation_matrix().into_inner();
+    let known: Vec<(u32, Matrix2<f64>)> = anchors.iter().map(|(key, pose)| (*key, matrix(pose))).collect();
+    let relaxed = relaxed_rotations(&part, &measurements.plane, &known, matrix)?;
+    let rotations: Vec<UnitComplex<f64>> = relaxed
+        .iter()
+        .map(|m| UnitComplex::new((m[(1, 0)] - m[(0, 1)]).atan2(m[(0, 0)] + m[(1, 1)])))
+        .collect();
+    let known: Vec<(u32, Vector2<f64>)> =
+        anchors.iter().map(|(key, pose)| (*key, pose.translation.vector)).collect();
+    let positions = positions(&part, &measurements.plane, &known, |edge| {
+        rotations[part.number[edge.from as usize] as usize] * edge.measured.translation.vector
+    })?;
+    for (number, &key) in part.keys.iter().enumerate() {
+        let pose = Planar::from_parts(positions[number].into(), rotations[number]);
+        out.set(key, Value::Planar(pose)).map_err(|_| SolveError::UnknownVariable { key })?;
+    }
+    Ok(())
+}
+
+/// The rotation closest to a matrix (Frobenius norm); the identity if the matrix has no singular value decomposition.
+fn nearest_rotation(matrix: &Matrix3) -> Rotation {
+    let decomposition = matrix.svd(true, true);
+    let (Some(u), Some(v)) = (decomposition.u, decomposition.v_t) else { return Rotation::identity() };
+    let mut flip = Matrix3::identity();
+    flip[(2, 2)] = (u * v).determinant().signum();
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(u * flip * v);
+    Rotation::from_rotation_matrix(&rotation)
+}

@@ -1,0 +1,28 @@
+//! Factor graphs: estimates of poses, landmarks, velocities and biases from measurements that tie a few of them together.
+//!
+//! [`Values`] hold the variables, a [`Graph`] the factors. [`optimise`] solves a whole graph (Gauss-Newton, Levenberg-Marquardt or
+//! Dogleg); [`Incremental`] keeps a solution up to date while variables and factors come and go (iSAM2).
+//!
+//! Conventions: metres, radians, seconds; errors move poses on the right; SE(3) errors are `[rotation; translation]`, SE(2) errors
+//! `[x; y; yaw]`. Everything is deterministic: equal input gives equal bits on equal processors. Nothing panics on input: what
+//! cannot be solved is an error that names the variable. docs/maths/factors.md has the equations.
+
+mod batch;
+mod error;
+mod factor;
+pub mod factors;
+mod graph;
+mod information;
+mod initialise;
+mod kernel;
+mod linear;
+mod value;
+
+pub use batch::{Method, Options, Solution, optimise};
+pub use error::{FactorError, SolveError};
+pub use factor::{Factor, Linearised, RelativePose};
+pub use graph::{Entry, FactorId, Graph};
+pub use information::Whitening;
+pub use initialise::chordal;
+pub use kernel::Kernel;
+pub use value::{Key, Kind, Planar, Value, Values};

@@ -1,0 +1,361 @@
+//! Sparse Cholesky factorisation of a whole system: the batch solvers' workhorse.
+
+use super::assembly::{Assembly, packed_len, scalars, substitute_back, substitute_forward};
+use super::ordering::{Adjacency, minimum_degree};
+use super::symbolic::{Forest, analyse};
+
+/// Normal equations as a sum of packed contributions, each over a few variables.
+#[derive(Clone, Debug, Default)]
+pub struct System {
+    /// Scalars of each variable.
+    pub dimensions: Vec<u8>,
+    variables: Vec<u32>,
+    variable_starts: Vec<usize>,
+    values: Vec<f64>,
+    value_starts: Vec<usize>,
+    right_hand_sides: usize,
+}
+
+impl System {
+    /// An empty system over variables of the given dimensions.
+    pub fn new(dimensions: Vec<u8>, right_hand_sides: usize) -> Self {
+        Self {
+            dimensions,
+            right_hand_sides,
+            variable_starts: vec![0],
+            value_starts: vec![0],
+            ..Self::default()
+        }
+    }
+
+    /// Makes room for a contribution over `variables`.
+    pub fn push(&mut self, variables: &[u32]) {
+        self.variables.extend_from_slice(variables);
+        self.variable_starts.push(self.variables.len());
+        let entries = packed_len(scalars(variables, &self.dimensions), self.right_hand_sides);
+        self.values.resize(self.values.len() + entries, 0.0);
+        self.value_starts.push(self.values.len());
+    }
+
+    /// Contributions.
+    pub fn len(&self) -> usize {
+        self.variable_starts.len() - 1
+    }
+
+    /// Variables of a contribution.
+    pub fn variables(&self, index: usize) -> &[u32] {
+        &self.variables[self.variable_starts[index]..self.variable_starts[index + 1]]
+    }
+
+    /// Packed values of a contribution.
+    pub fn values(&self, index: usize) -> &[f64] {
+        &self.values[self.value_starts[index]..self.value_starts[index + 1]]
+    }
+
+    /// Packed values of a contribution, to be written.
+    pub fn values_mut(&mut self, index: usize) -> &mut [f64] {
+        &mut self.values[self.value_starts[index]..self.value_starts[index + 1]]
+    }
+
+    /// First scalar of each variable in a vector of all unknowns, and its length at the end.
+    pub fn starts(&self) -> Vec<usize> {
+        let mut starts = vec![0];
+        let mut sum = 0;
+        for &dimension in &self.dimensions {
+            sum += usize::from(dimension);
+            starts.push(sum);
+        }
+        starts
+    }
+
+    /// Diagonal of the normal equations.
+    pub fn diagonal(&self) -> Vec<f64> {
+        self.sum_of_columns(|column| column[0])
+    }
+
+    /// The right-hand side (the first one), all unknowns in the variables' order.
+    pub fn gradient(&self) -> Vec<f64> {
+        self.sum_of_columns(|column| column[column.len() - self.right_hand_sides])
+    }
+
+    /// For every unknown the sum of what `entry` finds in its columns, each from the diagonal down.
+    fn sum_of_columns(&self, entry: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+        let starts = self.starts();
+        let mut sums = vec![0.0; starts.last().copied().unwrap_or(0)];
+        for index in 0..self.len() {
+            let variables = self.variables(index);
+            let mut rest = self.values(index);
+            let mut height = scalars(variables, &self.dimensions) + self.right_hand_sides;
+            for &variable in variables {
+                for sum in &mut sums[starts[variable as usize]..starts[variable as usize + 1]] {
+                    let (column, after) = rest.split_at(height);
+                    *sum += entry(column);
+                    rest = after;
+                    height -= 1;
+                }
+            }
+        }
+        sums
+    }
+
+    /// Product of the normal equations with a vector.
+    pub fn multiply(&self, vector: &[f64]) -> Vec<f64> {
+        let starts = self.starts();
+        let mut product = vec![0.0; vector.len()];
+        let (mut from, mut to) = (Vec::new(), Vec::new());
+        for index in 0..self.len() {
+            let variables = self.variables(index);
+            gather(&starts, variables.iter(), vector, &mut from);
+            gather(&starts, variables.iter(), &product, &mut to);
+            let size = from.len();
+            let mut column = self.values(index);
+            for j in 0..size {
+                to[j] += column[0] * from[j];
+                for i in j + 1..size {
+                    to[i] += column[i - j] * from[j];
+                    to[j] += column[i - j] * from[i];
+                }
+                column = &column[size - j + self.right_hand_sides..];
+            }
+            scatter(&starts, variables, &to, &mut product);
+        }
+        product
+    }
+
+    fn cliques(&self) -> impl Iterator<Item = &[u32]> + Clone {
+        (0..self.len()).map(|index| self.variables(index))
+    }
+}
+
+/// What depends on the structure of a system only: computed once, used by every iteration.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Clusters.
+    pub forest: Forest,
+    /// Contributions by the cluster that takes them in.
+    contributions: Vec<u32>,
+    contribution_starts: Vec<usize>,
+    starts: Vec<usize>,
+}
+
+impl Plan {
+    /// Orders and analyses.
+    pub fn new(system: &System) -> Self {
+        let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
+        let order = minimum_degree(&graph, &[]);
+        Self::with_order_of(system, &graph, &order)
+    }
+
+    /// Analyses for a given order of elimination.
+    pub fn with_order(system: &System, order: &[u32]) -> Self {
+        let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
+        Self::with_order_of(system, &graph, order)
+    }
+
+    fn with_order_of(system: &System, graph: &Adjacency, order: &[u32]) -> Self {
+        let forest = analyse(graph, order, &system.dimensions);
+        let home = |index: usize| {
+            let first =
+                system.variables(index).iter().min_by_key(|&&variable| forest.rank[variable as usize]);
+            first.map_or(0, |&variable| forest.cluster_of[variable as usize] as usize)
+        };
+        let mut contribution_starts = vec![0; forest.clusters.len() + 1];
+        for index in 0..system.len() {
+            contribution_starts[home(index) + 1] += 1;
+        }
+        for index in 0..forest.clusters.len() {
+            contribution_starts[index + 1] += contribution_starts[index];
+        }
+        let mut cursor = contribution_starts.clone();
+        let mut contributions = vec![0; system.len()];
+        for index in 0..system.len() {
+            let slot = &mut cursor[home(index)];
+            contributions[*slot] = index as u32;
+            *slot += 1;
+        }
+        Self { forest, contributions, contribution_starts, starts: system.starts() }
+    }
+
+    /// First scalar of each variable, and the number of all at the end.
+    pub fn starts(&self) -> &[usize] {
+        &self.starts
+    }
+
+    fn of(&self, cluster: usize) -> &[u32] {
+        &self.contributions[self.contribution_starts[cluster]..self.contribution_starts[cluster + 1]]
+    }
+
+    /// Multiply-adds of one factorisation and entries of its result, for judging an order.
+    pub fn cost(&self, dimensions: &[u8]) -> (f64, usize) {
+        let (mut work, mut entries) = (0.0, 0);
+        for cluster in &self.forest.clusters {
+            let columns = scalars(&cluster.frontal, dimensions);
+            let size = columns + scalars(&cluster.separator, dimensions);
+            work += (size - columns + 1..=size).map(|rows| (rows * rows) as f64 / 2.0).sum::<f64>();
+            entries += super::assembly::panel_len(columns, size);
+        }
+        (work, entries)
+    }
+}
+
+/// A variable that the normal equations do not determine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Undetermined(pub u32);
+
+/// Cholesky factor of a system.
+#[derive(Debug, Default)]
+pub struct Factorisation {
+    panels: Vec<f64>,
+    panel_starts: Vec<usize>,
+    right_hand_sides: usize,
+    assembly: Assembly,
+}
+
+impl Factorisation {
+    /// Factorises `system`, with `damping` (one entry a scalar, or empty) added to the diagonal; the memory of an earlier
+    /// factorisation is reused.
+    ///
+    /// Cost: see [`Plan::cost`]; memory for the factor and the Schur complements that wait for their parents.
+    ///
+    /// # Errors
+    /// The first variable that is not determined.
+    pub fn factorise(&mut self, plan: &Plan, system: &System, damping: &[f64]) -> Result<(), Undetermined> {
+        self.right_hand_sides = system.right_hand_sides;
+        self.panels.clear();
+        self.panel_starts.clear();
+        let clusters = &plan.forest.clusters;
+        let mut updates: Vec<Vec<f64>> = vec![Vec::new(); clusters.len()];
+        for (index, cluster) in clusters.iter().enumerate() {
+            let assembly = &mut self.assembly;
+            assembly.begin(&cluster.frontal, &cluster.separator, &system.dimensions, self.right_hand_sides);
+            for &contribution in plan.of(index) {
+                let contribution = contribution as usize;
+                let variables = system.variables(contribution);
+                assembly.add(variables, &system.dimensions, system.values(contribution));
+            }
+            if !damping.is_empty() {
+                let entries = |&variable: &u32| {
+                    &damping[plan.starts[variable as usize]..plan.starts[variable as usize + 1]]
+                };
+                assembly.damp(cluster.frontal.iter().flat_map(entries).copied());
+            }
+            for &child in &cluster.children {
+                let update = std::mem::take(&mut updates[child as usize]);
+                assembly.add(&clusters[child as usize].separator, &system.dimensions, &update);
+            }
+            assembly.eliminate().map_err(|bad| variable_of(&cluster.frontal, &system.dimensions, bad.0))?;
+            self.panel_starts.push(self.panels.len());
+            assembly.append_panel(&mut self.panels);
+            if !cluster.separator.is_empty() {
+                updates[index] = assembly.update();
+            }
+        }
+        Ok(())
+    }
+
+    /// Solution for one right-hand side, all unknowns in the variables' order.
+    pub fn solve(&self, plan: &Plan, dimensions: &[u8], which: usize) -> Vec<f64> {
+        let mut solution = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
+        let mut local = Vec::new();
+        for (index, cluster) in plan.forest.clusters.iter().enumerate().rev() {
+            gather(&plan.starts, cluster.frontal.iter().chain(&cluster.separator), &solution, &mut local);
+            let columns = scalars(&cluster.frontal, dimensions);
+            let panel = &self.panels[self.panel_starts[index]..];
+            substitute_back(panel, columns, self.right_hand_sides, which, &mut local);
+            scatter(&plan.starts, &cluster.frontal, &local, &mut solution);
+        }
+        solution
+    }
+
+    /// Squared length of the forward-substituted first right-hand side: what a full step promises to take off the cost.
+    pub fn squared_right_hand_side(&self, plan: &Plan, dimensions: &[u8]) -> f64 {
+        let mut sum = 0.0;
+        for (cluster, &start) in plan.forest.clusters.iter().zip(&self.panel_starts) {
+            let columns = scalars(&cluster.frontal, dimensions);
+            let size = columns + scalars(&cluster.separator, dimensions) + self.right_hand_sides;
+            let mut end = start;
+            for column in 0..columns {
+                end += size - column;
+                let entry = self.panels[end - self.right_hand_sides];
+                sum += entry * entry;
+            }
+        }
+        sum
+    }
+
+    /// Covariance of one variable: the block of the inverse of the normal equations, column-major.
+    ///
+    /// Cost: one forward substitution per scalar along the path from the variable's cluster to its root.
+    pub fn covariance(&self, plan: &Plan, dimensions: &[u8], variable: u32) -> Vec<f64> {
+        let size = usize::from(dimensions[variable as usize]);
+        let start = plan.starts[variable as usize];
+        let columns: Vec<Vec<f64>> = (0..size)
+            .map(|scalar| {
+                let mut vector = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
+                vector[start + scalar] = 1.0;
+                let mut half = Vec::new();
+                let mut local = Vec::new();
+                let mut next = Some(plan.forest.cluster_of[variable as usize]);
+                while let Some(index) = next {
+                    let cluster = &plan.forest.clusters[index as usize];
+                    let all = || cluster.frontal.iter().chain(&cluster.separator);
+                    gather(&plan.starts, all(), &vector, &mut local);
+                    let columns = scalars(&cluster.frontal, dimensions);
+                    let panel = &self.panels[self.panel_starts[index as usize]..];
+                    substitute_forward(panel, columns, self.right_hand_sides, &mut local);
+                    scatter(&plan.starts, all(), &local, &mut vector);
+                    half.extend_from_slice(&local[..columns]);
+                    next = cluster.parent;
+                }
+                half
+            })
+            .collect();
+        products(&columns)
+    }
+}
+
+/// All pairwise dot products, column-major.
+pub fn products(columns: &[Vec<f64>]) -> Vec<f64> {
+    columns.iter().flat_map(|a| columns.iter().map(|b| super::assembly::dot(a, b))).collect()
+}
+
+/// Copies the scalars of some variables into `local`.
+pub fn gather<'a>(
+    starts: &[usize],
+    variables: impl Iterator<Item = &'a u32>,
+    all: &[f64],
+    local: &mut Vec<f64>,
+) {
+    local.clear();
+    for &variable in variables {
+        local.extend_from_slice(&all[starts[variable as usize]..starts[variable as usize + 1]]);
+    }
+}
+
+/// Copies the scalars of some variables back from the beginning of `local`.
+pub fn scatter<'a>(
+    starts: &[usize],
+    variables: impl IntoIterator<Item = &'a u32>,
+    local: &[f64],
+    all: &mut [f64],
+) {
+    let mut rest = local;
+    for &variable in variables {
+        let target = &mut all[starts[variable as usize]..starts[variable as usize + 1]];
+        let (values, after) = rest.split_at(target.len());
+        target.copy_from_slice(values);
+        rest = after;
+    }
+}
+
+/// The variable that a scalar of the front belongs to.
+pub fn variable_of(frontal: &[u32], dimensions: &[u8], scalar: usize) -> Undetermined {
+    let mut end = 0;
+    for &variable in frontal {
+        end += usize::from(dimensions[variable as usize]);
+        if scalar < end {
+            return Undetermined(variable);
+        }
+    }
+    Undetermined(frontal.last().copied().unwrap_or(0))
+}

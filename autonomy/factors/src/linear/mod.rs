@@ -1,0 +1,11 @@
+//! Sparse linear least squares: order, analyse, factorise, substitute.
+
+pub mod assembly;
+pub mod dense;
+#[cfg(test)]
+mod dense_tests;
+pub mod factorisation;
+pub mod ordering;
+#[cfg(test)]
+mod ordering_tests;
+pub mod symbolic;

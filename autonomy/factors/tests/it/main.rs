@@ -1,0 +1,10 @@
+//! Tests of the library as its users see it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test may stop at the first surprise and says what it skips"
+)]
+
+mod jacobians;
+mod published;
+mod support;
