@@ -1,10 +1,31 @@
-//! From odometry to a map: which scans become keyframes, the pose graph between them, and the walked trajectory.
+//! From odometry to a map: which scans become keyframes, the pose graph between them, the walked trajectory, and the places
+//! where the walk came back to itself.
 //!
-//! Clouds are not kept here: the owner of a [`Session`] sends them on when a keyframe is made, so memory grows with
-//! the number of poses only (about 1 kB a keyframe and 64 B a scan).
+//! A [`Session`] keeps poses only (about 1 kB a keyframe and 64 B a scan); full clouds go to its owner. A [`LoopFinder`] keeps a
+//! small cloud of every keyframe (about 34 kB in all) and finds loops in four steps: `scan_context` and `places` recognise,
+//! `candidates` chooses, `verify` registers, `consistency` decides. `dynamics` tells people from the site.
+//! `docs/maths/loops.md` has the method and its numbers.
 
+pub mod candidates;
+pub mod clique;
+pub mod consistency;
+pub mod drift;
+pub mod dynamics;
+mod loops;
 mod odometer;
+pub mod places;
+pub mod scan_context;
 mod session;
+pub mod submap;
+#[cfg(test)]
+mod testing;
+mod uncertain;
+mod verify;
+pub mod view;
 
+pub use consistency::{Decision, Jury, Trust, Verdict};
+pub use loops::{LoopConfig, LoopFinder, NewKeyframe};
 pub use odometer::Odometer;
 pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Stretch};
+pub use uncertain::Uncertain;
+pub use verify::{Evidence, Flaw, Gates, Source, Task, Verified, verify};

@@ -1,0 +1,265 @@
+//! Which loops may bend the map: those that agree with what is known of the walk, or with enough others.
+//!
+//! Places can be built alike to the screw, and registration cannot tell them apart. So a loop is believed at once only
+//! where the graph already says, within a margin that is tight itself, that the pair must be there. Where the graph is vague, several
+//! loops must agree; where it disagrees, many, from places farther apart than a room is long, and never by much more than
+//! the graph's own deviation. Source of the pairwise test: Mangelson et al., *Pairwise Consistent Measurement
+//! Set Maximization*, ICRA 2018.
+
+use crate::clique::{bits, largest};
+use crate::drift::{Chain, Web};
+use crate::verify::{Evidence, Flaw, Verified};
+use crate::{Edge, Uncertain};
+use geometry::{Isometry, Vector3};
+use vocab::KeyframeId;
+
+/// 99.9 % of the squared Mahalanobis distances of six normal errors lie below.
+const CHI_SQUARED_6: f64 = 22.46;
+/// Loops that wait; beyond it the oldest is dropped.
+const WAITING: usize = 64;
+
+/// When a loop is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trust {
+    /// Place deviation up to which an expectation confirms a loop by itself, metres: a third of the least distance at
+    /// which things repeat (racks, columns, doors).
+    pub tight: f64,
+    /// Loops that must agree where the expectation is vaguer.
+    pub support: usize,
+    /// Metres that their keyframes must be apart.
+    pub spread: f64,
+    /// Loops that must agree where they contradict the expectation.
+    pub contrary_support: usize,
+    /// Metres that those keyframes must be apart: more than a room.
+    pub contrary_spread: f64,
+    /// Deviations beyond which a contradiction is never believed, however many agree.
+    pub contrary_deviations: f64,
+}
+
+impl Default for Trust {
+    fn default() -> Self {
+        Self {
+            tight: 0.4,
+            support: 3,
+            spread: 2.5,
+            contrary_support: 6,
+            contrary_spread: 18.0,
+            contrary_deviations: 10.0,
+        }
+    }
+}
+
+/// What became of a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is an edge of the graph.
+    Accepted,
+    /// It passed all gates, but waits for others to agree with it.
+    Held,
+    /// It is not what it seemed.
+    Rejected(Flaw),
+    /// It waited too long.
+    Dropped,
+}
+
+/// A verdict with its reasons: recorded and shown. A held loop gets a second one when it is accepted or dropped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    /// The loop.
+    pub edge: Edge,
+    /// What spoke for and against it.
+    pub evidence: Evidence,
+    /// What became of it.
+    pub verdict: Verdict,
+    /// How many loops agreed with it, itself among them.
+    pub agreeing: usize,
+}
+
+/// The graph as far as loops are judged by it.
+#[derive(Clone, Debug)]
+pub struct Jury {
+    trust: Trust,
+    chain: Chain,
+    web: Web,
+    waiting: Vec<(Edge, Evidence)>,
+}
+
+/// How a loop compares with what the graph says of the pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stance {
+    Confirmed,
+    Vague,
+    Contrary,
+    Absurd,
+}
+
+impl Jury {
+    /// Knows one keyframe.
+    pub fn new(trust: Trust) -> Self {
+        Self { trust, chain: Chain::default(), web: Web::default(), waiting: Vec::new() }
+    }
+
+    /// Adds the next keyframe, that the odometry's edge leads to.
+    pub fn add_keyframe(&mut self, edge: &Edge) {
+        let step = Uncertain::from_information(edge.from_from_to, &edge.information);
+        self.chain.push(&step);
+        self.web.connect(index(edge.from), index(edge.to), &step);
+    }
+
+    /// The walk by odometry.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    /// The best known pose of every keyframe in `from`, over odometry and accepted loops.
+    pub fn reach(&self, from: KeyframeId) -> Vec<Option<Uncertain>> {
+        self.web.reach(index(from))
+    }
+
+    /// Loops that wait for others.
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Judges a verified pair. What it decides may free others that waited. Cost: one search of the graph and at most 64
+    /// pairs.
+    pub fn judge(&mut self, verified: &Verified) -> Vec<Decision> {
+        let decision = |verdict, agreeing| Decision {
+            edge: verified.edge,
+            evidence: verified.evidence,
+            verdict,
+            agreeing,
+        };
+        if let Some(flaw) = verified.flaw {
+            return vec![decision(Verdict::Rejected(flaw), 0)];
+        }
+        if self.stance(&verified.edge) == Stance::Confirmed {
+            self.accept(&verified.edge);
+            let mut decisions = vec![decision(Verdict::Accepted, 1)];
+            self.confirm_waiting(&mut decisions);
+            return decisions;
+        }
+        let mut decisions = Vec::new();
+        if self.waiting.len() == WAITING {
+            let (edge, evidence) = self.waiting.remove(0);
+            decisions.push(Decision { edge, evidence, verdict: Verdict::Dropped, agreeing: 0 });
+        }
+        self.waiting.push((verified.edge, verified.evidence));
+        let set = self.agreeing_with_last();
+        if self.convinces(set) {
+            let agreeing = set.count_ones() as usize;
+            for i in bits(set) {
+                let (edge, evidence) = self.waiting[i];
+                self.accept(&edge);
+                decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing });
+            }
+            let mut place = 0;
+            self.waiting.retain(|_| {
+                place += 1;
+                set >> (place - 1) & 1 == 0
+            });
+            self.confirm_waiting(&mut decisions);
+        } else {
+            decisions.push(decision(Verdict::Held, set.count_ones() as usize));
+        }
+        decisions
+    }
+
+    /// Takes an edge without judging it: a person's word.
+    pub fn accept(&mut self, edge: &Edge) {
+        let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
+        self.web.connect(index(edge.from), index(edge.to), &measured);
+    }
+
+    /// Accepts those that waited and are now confirmed.
+    fn confirm_waiting(&mut self, decisions: &mut Vec<Decision>) {
+        let mut place = 0;
+        while place < self.waiting.len() {
+            if self.stance(&self.waiting[place].0) == Stance::Confirmed {
+                let (edge, evidence) = self.waiting.remove(place);
+                self.accept(&edge);
+                decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
+                place = 0;
+            } else {
+                place += 1;
+            }
+        }
+    }
+
+    fn stance(&self, edge: &Edge) -> Stance {
+        let expected = self.web.reach(index(edge.from)).get(index(edge.to)).copied().flatten();
+        let Some(expected) = expected else { return Stance::Absurd };
+        let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
+        let deviation = expected.place_deviation();
+        match expected.distance_squared(&measured) {
+            Some(squared) if squared <= CHI_SQUARED_6 => {
+                if deviation <= self.trust.tight {
+                    Stance::Confirmed
+                } else {
+                    Stance::Vague
+                }
+            }
+            Some(_) => {
+                let error = expected.pose.inverse() * measured.pose;
+                let limit = self.trust.contrary_deviations * deviation;
+                if error.translation.vector.norm() <= limit { Stance::Contrary } else { Stance::Absurd }
+            }
+            None => Stance::Absurd,
+        }
+    }
+
+    /// The largest set of waiting loops that agree with each other and with the last one.
+    fn agreeing_with_last(&self) -> u64 {
+        let count = self.waiting.len();
+        let mut agree = vec![0_u64; count];
+        for i in 0..count {
+            for j in 0..i {
+                if self.agree(&self.waiting[i].0, &self.waiting[j].0) {
+                    agree[i] |= 1 << j;
+                    agree[j] |= 1 << i;
+                }
+            }
+        }
+        largest(&agree, count - 1)
+    }
+
+    /// Whether two loops and the walk between their ends close a circle within their covariance.
+    fn agree(&self, a: &Edge, b: &Edge) -> bool {
+        let loops = [a, b].map(|edge| Uncertain::from_information(edge.from_from_to, &edge.information));
+        let there = self.chain.relative(index(b.from), index(a.from));
+        let back = self.chain.relative(index(a.to), index(b.to));
+        let (Some(there), Some(back)) = (there, back) else { return false };
+        let around = there.then(&loops[0]).then(&back);
+        around.distance_squared(&loops[1]).is_some_and(|squared| squared <= CHI_SQUARED_6)
+    }
+
+    /// Whether a set of waiting loops is enough.
+    fn convinces(&self, set: u64) -> bool {
+        let stances: Vec<Stance> = bits(set).map(|i| self.stance(&self.waiting[i].0)).collect();
+        if stances.contains(&Stance::Absurd) {
+            return false;
+        }
+        let (support, spread) = if stances.contains(&Stance::Contrary) {
+            (self.trust.contrary_support, self.trust.contrary_spread)
+        } else {
+            (self.trust.support, self.trust.spread)
+        };
+        let far = |end: fn(&Edge) -> KeyframeId| {
+            let places: Vec<Vector3> = bits(set)
+                .filter_map(|i| self.chain.pose(index(end(&self.waiting[i].0))))
+                .map(|pose: &Isometry| pose.translation.vector)
+                .collect();
+            let pairs = places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm()));
+            pairs.fold(0.0, f64::max) >= spread
+        };
+        stances.len() >= support && far(|edge| edge.from) && far(|edge| edge.to)
+    }
+}
+
+fn index(keyframe: KeyframeId) -> usize {
+    keyframe.0 as usize
+}
+
+#[cfg(test)]
+#[path = "consistency_tests.rs"]
+mod tests;

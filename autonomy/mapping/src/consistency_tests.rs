@@ -1,0 +1,148 @@
+//! Loops that bend the map and loops that must not.
+
+use super::*;
+use crate::testing::{at, edge};
+use crate::verify::Source;
+
+/// Deviations of odometry's edges, radians and metres a step.
+const STEP: (f64, f64) = (1e-3, 5e-3);
+/// Of loops.
+const LOOP: (f64, f64) = (3e-3, 0.02);
+
+fn verified(edge: Edge) -> Verified {
+    let evidence = Evidence {
+        source: Source::Geometry,
+        score: 0.9,
+        overlap: [0.9; 2],
+        residual: 0.02,
+        through: [0.01; 2],
+        rival: 0.0,
+        blind: 0,
+        grip: 0.1,
+        moved: (0.1, 0.01),
+        surprise: None,
+    };
+    Verified { edge, evidence, flaw: None }
+}
+
+/// A jury that walked along poses with steps of those deviations.
+fn walked(poses: &[Isometry], step: (f64, f64)) -> Jury {
+    let mut jury = Jury::new(Trust::default());
+    for (index, pair) in (0..).zip(poses.windows(2)) {
+        jury.add_keyframe(&edge(index, index + 1, pair[0].inverse() * pair[1], step));
+    }
+    jury
+}
+
+/// Straight on for 50 m, and back 1 m beside.
+fn there_and_back() -> Vec<Isometry> {
+    let there = (0..50).map(|i| at(f64::from(i), 0.0, 0.0));
+    let back = (0..50).rev().map(|i| at(f64::from(i), 1.0, std::f64::consts::PI));
+    there.chain(back).collect()
+}
+
+fn accepted(decisions: &[Decision]) -> usize {
+    decisions.iter().filter(|d| d.verdict == Verdict::Accepted).count()
+}
+
+#[test]
+fn a_loop_where_the_graph_expects_it_is_accepted_and_makes_it_surer() {
+    let poses = there_and_back();
+    let mut jury = walked(&poses, STEP);
+    let deviation = |jury: &Jury| jury.reach(KeyframeId(0))[99].map_or(f64::NAN, |way| way.place_deviation());
+    let before = deviation(&jury);
+    let right = edge(0, 99, poses[0].inverse() * poses[99], LOOP);
+    let decisions = jury.judge(&verified(right));
+    assert_eq!(decisions.iter().map(|d| d.verdict).collect::<Vec<_>>(), [Verdict::Accepted]);
+    assert!(deviation(&jury) < 0.3 * before, "{before} {}", deviation(&jury));
+}
+
+#[test]
+fn a_pair_with_a_flaw_is_rejected_with_its_reason() {
+    let poses = there_and_back();
+    let mut jury = walked(&poses, STEP);
+    let mut pair = verified(edge(0, 99, poses[0].inverse() * poses[99], LOOP));
+    pair.flaw = Some(Flaw::SeenThrough);
+    assert_eq!(jury.judge(&pair)[0].verdict, Verdict::Rejected(Flaw::SeenThrough));
+    assert_eq!(jury.waiting(), 0);
+}
+
+/// Two rooms built alike: every loop between them is off by the same 30 m, so all of them agree with each other.
+#[test]
+fn rooms_built_alike_stay_apart_however_many_loops_agree() {
+    for step in [STEP, (3e-3, 0.05), (0.01, 0.3)] {
+        let poses: Vec<Isometry> = (0..60).map(|i| at(f64::from(i), 0.0, 0.0)).collect();
+        let mut jury = walked(&poses, step);
+        let before = jury.reach(KeyframeId(5))[35];
+        let mut decisions = Vec::new();
+        for i in 0..12 {
+            // What registration says: the robot is where it was 30 m before.
+            decisions.extend(jury.judge(&verified(edge(5 + i, 35 + i, Isometry::identity(), LOOP))));
+        }
+        assert_eq!(accepted(&decisions), 0, "{step:?}");
+        assert_eq!(jury.reach(KeyframeId(5))[35], before, "the graph is as it was");
+    }
+}
+
+#[test]
+fn where_the_graph_is_vague_three_loops_must_agree() {
+    let poses = there_and_back();
+    let mut jury = walked(&poses, (0.01, 0.1));
+    // The truth is half a deviation off.
+    let truth = |i: u32| {
+        let newer = 99 - i;
+        let moved = poses[newer as usize].translation.vector + Vector3::new(0.3, 0.4, 0.0);
+        let pose = Isometry::from_parts(moved.into(), poses[newer as usize].rotation);
+        verified(edge(i, newer, poses[i as usize].inverse() * pose, LOOP))
+    };
+    // One that is wrong by 4 m agrees with the vague graph as well, but with no other.
+    let mut wrong = truth(2);
+    wrong.edge.from_from_to.translation.vector.x += 4.0;
+    assert_eq!(jury.judge(&wrong)[0].verdict, Verdict::Held);
+    assert_eq!(jury.judge(&truth(0))[0].verdict, Verdict::Held);
+    // The same place once more is no support.
+    assert_eq!(accepted(&jury.judge(&truth(1))), 0);
+    let decisions = jury.judge(&truth(3));
+    assert_eq!(accepted(&decisions), 3, "{decisions:?}");
+    assert!(decisions.iter().all(|d| d.edge != wrong.edge && d.agreeing >= 3));
+    assert_eq!(jury.waiting(), 1, "the wrong one still waits");
+    // And will be dropped one day.
+    assert_ne!(jury.judge(&wrong)[0].verdict, Verdict::Accepted);
+}
+
+#[test]
+fn a_slip_that_odometry_did_not_notice_is_mended_by_many_loops_from_far_apart() {
+    let poses = there_and_back();
+    let mut jury = walked(&poses, STEP);
+    // The robot slipped by half a metre at the turn; odometry claims a few centimetres.
+    let slipped = |i: u32| {
+        let newer = (99 - i) as usize;
+        let moved = poses[newer].translation.vector + Vector3::new(0.0, 0.5, 0.0);
+        let pose = Isometry::from_parts(moved.into(), poses[newer].rotation);
+        verified(edge(i, 99 - i, poses[i as usize].inverse() * pose, LOOP))
+    };
+    let mut found = 0;
+    let mut needed = 0;
+    for i in (0..40).rev().step_by(2) {
+        found += accepted(&jury.judge(&slipped(i)));
+        needed += u32::from(found == 0);
+    }
+    assert!(needed >= 9, "held until they are 18 m apart: {needed}");
+    assert!(found >= 10, "{found} accepted");
+}
+
+#[test]
+fn garbage_is_held_and_the_oldest_dropped() {
+    let mut jury = walked(&there_and_back(), STEP);
+    let mut dropped = 0;
+    for i in 0..90 {
+        let mut pair = verified(edge(i % 40, 99 - i % 40, at(f64::NAN, 0.0, 0.0), LOOP));
+        pair.edge.information[(0, 0)] = f64::NAN;
+        let decisions = jury.judge(&pair);
+        assert_eq!(accepted(&decisions), 0);
+        dropped += decisions.iter().filter(|d| d.verdict == Verdict::Dropped).count();
+    }
+    assert_eq!((jury.waiting(), dropped), (WAITING, 90 - WAITING));
+    let unknown = verified(edge(7, 4_000, Isometry::identity(), LOOP));
+    assert_eq!(accepted(&jury.judge(&unknown)), 0, "a keyframe that is not there");
+}

@@ -1,0 +1,211 @@
+//! How well one keyframe's place is known from another: along the walk alone, or over every edge there is.
+
+use crate::Uncertain;
+use geometry::{Isometry, Matrix6, se3};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Lever at which rotation counts against translation where one number has to stand for a covariance, metres: half of
+/// what an XT-32 overlooks indoors.
+const LEVER: f64 = 10.0;
+
+/// The walk by odometry alone: the relative pose of any two keyframes and its covariance, in constant time.
+///
+/// Errors of the edges are independent, so their sum in the frame of the first keyframe is a running sum of which any
+/// stretch is a difference. 344 B a keyframe.
+#[derive(Clone, Debug)]
+pub struct Chain {
+    /// First keyframe to each, and the summed covariance of the way there, perturbed on the left (in the first's frame).
+    sums: Vec<(Isometry, Matrix6)>,
+    /// Metres walked to each.
+    walked: Vec<f64>,
+}
+
+impl Default for Chain {
+    fn default() -> Self {
+        Self { sums: vec![(Isometry::identity(), Matrix6::zeros())], walked: vec![0.0] }
+    }
+}
+
+impl Chain {
+    /// Adds the keyframe that `step` leads to from the last one. The first keyframe is there from the beginning.
+    pub fn push(&mut self, step: &Uncertain) {
+        let (pose, sum) = self.sums.last().copied().unwrap_or((Isometry::identity(), Matrix6::zeros()));
+        let next = pose * step.pose;
+        let ad = se3::adjoint(&next);
+        self.sums.push((next, sum + ad * step.covariance * ad.transpose()));
+        let walked = self.walked.last().copied().unwrap_or(0.0);
+        self.walked.push(walked + step.pose.translation.vector.norm());
+    }
+
+    /// Number of keyframes.
+    pub fn len(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Never: there is always a first keyframe.
+    pub fn is_empty(&self) -> bool {
+        self.sums.is_empty()
+    }
+
+    /// The keyframe's pose in the first, by odometry alone.
+    pub fn pose(&self, keyframe: usize) -> Option<&Isometry> {
+        self.sums.get(keyframe).map(|(pose, _)| pose)
+    }
+
+    /// Metres walked from one keyframe to another, whichever came first.
+    pub fn walked(&self, a: usize, b: usize) -> Option<f64> {
+        Some((self.walked.get(a)? - self.walked.get(b)?).abs())
+    }
+
+    /// Pose of `b` in `a`, by odometry alone.
+    pub fn relative(&self, a: usize, b: usize) -> Option<Uncertain> {
+        if b < a {
+            return Some(self.relative(b, a)?.inverse());
+        }
+        let ((from, before), (to, after)) = (self.sums.get(a)?, self.sums.get(b)?);
+        let ad = se3::adjoint(&to.inverse());
+        let covariance = ad * (after - before) * ad.transpose();
+        Some(Uncertain { pose: from.inverse() * to, covariance: (covariance + covariance.transpose()) * 0.5 })
+    }
+}
+
+/// All edges between keyframes, odometry and loops.
+#[derive(Clone, Debug, Default)]
+pub struct Web {
+    /// For each keyframe its neighbours, with the way there.
+    links: Vec<Vec<Link>>,
+}
+
+#[derive(Clone, Debug)]
+struct Link {
+    to: usize,
+    way: Uncertain,
+    cost: f64,
+}
+
+impl Web {
+    /// Adds an edge; keyframes it names exist from then on.
+    pub fn connect(&mut self, from: usize, to: usize, way: &Uncertain) {
+        let needed = from.max(to) + 1;
+        if self.links.len() < needed {
+            self.links.resize_with(needed, Vec::new);
+        }
+        let back = way.inverse();
+        self.links[from].push(Link { to, way: *way, cost: cost(way) });
+        self.links[to].push(Link { to: from, way: back, cost: cost(way) });
+    }
+
+    /// The best known pose of every keyframe in `from`: along the way whose edges' variances sum up least. Its
+    /// covariance is a bound, since other ways could only add to what is known. `O((n + e) log n)`.
+    ///
+    /// Source of the idea: Olson, *Recognizing places using spectrally clustered local matches*, RAS 2009.
+    pub fn reach(&self, from: usize) -> Vec<Option<Uncertain>> {
+        let mut reached: Vec<Option<Uncertain>> = vec![None; self.links.len()];
+        let mut heap = BinaryHeap::new();
+        let mut least = vec![f64::INFINITY; self.links.len()];
+        if from < self.links.len() {
+            least[from] = 0.0;
+            heap.push(Visit { cost: 0.0, keyframe: from, by: None });
+        }
+        while let Some(Visit { cost, keyframe, by }) = heap.pop() {
+            if reached[keyframe].is_some() {
+                continue;
+            }
+            reached[keyframe] = Some(match by {
+                Some((parent, link)) => {
+                    let before: &Option<Uncertain> = &reached[parent];
+                    before.unwrap_or_else(Uncertain::identity).then(&self.links[parent][link].way)
+                }
+                None => Uncertain::identity(),
+            });
+            for (index, link) in self.links[keyframe].iter().enumerate() {
+                let there = cost + link.cost;
+                if there < least[link.to] {
+                    least[link.to] = there;
+                    heap.push(Visit { cost: there, keyframe: link.to, by: Some((keyframe, index)) });
+                }
+            }
+        }
+        reached
+    }
+}
+
+/// One number for a covariance: the variances of place and, at the lever, of rotation.
+fn cost(way: &Uncertain) -> f64 {
+    let variance = |index: usize| way.covariance[(index, index)];
+    let sum = (0..3).map(|i| variance(i) * LEVER * LEVER + variance(i + 3)).sum::<f64>();
+    if sum.is_finite() { sum.max(1e-12) } else { f64::MAX }
+}
+
+/// Least cost first out of a heap; ties go to the older keyframe.
+#[derive(PartialEq)]
+struct Visit {
+    cost: f64,
+    keyframe: usize,
+    by: Option<(usize, usize)>,
+}
+
+impl Eq for Visit {}
+
+impl Ord for Visit {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cost.total_cmp(&self.cost).then(other.keyframe.cmp(&self.keyframe))
+    }
+}
+
+impl PartialOrd for Visit {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::{Vector3, Vector6};
+
+    fn step(yaw: f64, deviation: f64) -> Uncertain {
+        let pose = Isometry::new(Vector3::new(1.0, 0.0, 0.0), Vector3::z() * yaw);
+        let variances = Vector6::new(1e-6, 1e-6, 4e-6, 1.0, 1.0, 1.0);
+        let scale = Vector6::new(1.0, 1.0, 1.0, deviation, deviation, deviation).map(|v| v * v);
+        Uncertain { pose, covariance: Matrix6::from_diagonal(&variances.component_mul(&scale)) }
+    }
+
+    fn near(a: &Uncertain, b: &Uncertain) -> bool {
+        se3::local(&a.pose, &b.pose).norm() < 1e-9 && (a.covariance - b.covariance).norm() < 1e-9
+    }
+
+    #[test]
+    fn any_stretch_of_the_walk_is_the_sum_of_its_steps() {
+        let mut chain = Chain::default();
+        let steps: Vec<Uncertain> = (0..200).map(|i| step(0.1 * f64::from(i % 7 - 3), 0.01)).collect();
+        steps.iter().for_each(|s| chain.push(s));
+        let expected = steps[40..150].iter().fold(Uncertain::identity(), |way, next| way.then(next));
+        let Some(found) = chain.relative(40, 150) else { panic!("no such keyframes") };
+        assert!(near(&found, &expected), "{:?}", found.covariance - expected.covariance);
+        assert!(chain.relative(150, 40).is_some_and(|back| near(&back, &expected.inverse())));
+        assert_eq!(chain.walked(10, 30).map(f64::round), Some(20.0));
+        assert_eq!((chain.len(), chain.relative(0, 201)), (201, None));
+    }
+
+    #[test]
+    fn a_loop_shortens_the_way_to_old_places() {
+        let (mut web, mut chain) = (Web::default(), Chain::default());
+        for index in 0..100 {
+            // A circle of 100 steps.
+            let step = step(std::f64::consts::TAU / 100.0, 0.02);
+            web.connect(index, index + 1, &step);
+            chain.push(&step);
+        }
+        let before = web.reach(100);
+        let Some(open) = before[0] else { panic!("not reached") };
+        assert!(chain.relative(100, 0).is_some_and(|way| near(&way, &open)), "the only way is the walk");
+        // 0.2 m of steps and 20 mrad over the circle's lever of 16 m.
+        assert!((0.3..0.6).contains(&open.place_deviation()), "{}", open.place_deviation());
+        web.connect(2, 100, &Uncertain { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
+        let Some(closed) = web.reach(100)[0] else { panic!("not reached") };
+        assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
+        assert!(web.reach(1000).iter().all(Option::is_none));
+    }
+}

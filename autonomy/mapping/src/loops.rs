@@ -1,0 +1,237 @@
+//! Finding loops: from a new keyframe to pairs worth verifying, and from verified pairs to edges of the graph.
+//!
+//! The owner calls [`LoopFinder::add_keyframe`] for every keyframe, runs [`crate::verify()`] on each task that comes back
+//! (anywhere, in any order), and hands the results to [`LoopFinder::judge`] in an order of its choosing: the same calls give
+//! the same bits.
+
+use crate::candidates::{self, Candidate, CandidatePolicy};
+use crate::consistency::{Decision, Jury, Trust, Verdict};
+use crate::places::Places;
+use crate::scan_context::{Descriptor, level_from_base};
+use crate::submap::{KeyframeCloud, Submap, SubmapCache};
+use crate::verify::{Gates, Source, Task, Verified};
+use crate::{Edge, dynamics};
+use geometry::{Isometry, Rotation};
+use points::Downsampler;
+use std::sync::Arc;
+use vocab::KeyframeId;
+
+/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
+const ASIDE: f32 = 1.5;
+/// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
+const SUBMAP_WALK: f64 = 8.0;
+const SUBMAP_MEMBERS: usize = 17;
+/// Submaps held ready: some 3 MB each.
+const SUBMAPS_HELD: usize = 8;
+
+/// Settings of a [`LoopFinder`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoopConfig {
+    /// Who is compared.
+    pub candidates: CandidatePolicy,
+    /// What a comparison must pass.
+    pub gates: Gates,
+    /// When its result is believed.
+    pub trust: Trust,
+}
+
+/// A keyframe as the loop finder takes it.
+#[derive(Clone, Copy, Debug)]
+pub struct NewKeyframe<'a> {
+    /// How the odometry came here from the last keyframe; `None` for the first.
+    pub edge: Option<&'a Edge>,
+    /// Attitude of the base in any frame whose z axis points up.
+    pub rotation: Rotation,
+    /// Its motion-corrected cloud, base frame, metres.
+    pub xyz: &'a [[f32; 3]],
+    /// Where the LiDAR is, base frame, metres.
+    pub sensor: [f32; 3],
+}
+
+/// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, image 11.5, descriptor 3.3,
+/// edges 1.2) and eight submaps.
+#[derive(Clone, Debug)]
+pub struct LoopFinder {
+    config: LoopConfig,
+    jury: Jury,
+    places: Places,
+    clouds: Vec<Arc<KeyframeCloud>>,
+    levels: Vec<Rotation>,
+    submaps: SubmapCache,
+    downsampler: Downsampler,
+    /// Keyframe of the last loop that was accepted by geometry.
+    last_closed: Option<usize>,
+}
+
+impl LoopFinder {
+    /// Of a session that begins.
+    pub fn new(config: LoopConfig) -> Self {
+        Self {
+            config,
+            jury: Jury::new(config.trust),
+            places: Places::default(),
+            clouds: Vec::new(),
+            levels: Vec::new(),
+            submaps: SubmapCache::new(SUBMAPS_HELD),
+            downsampler: Downsampler::default(),
+            last_closed: None,
+        }
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &LoopConfig {
+        &self.config
+    }
+
+    /// Adds a keyframe; returns the pairs to verify, at most `2 * most` of the policy. Keyframes are numbered from 0 in the
+    /// order of these calls, as a session does.
+    pub fn add_keyframe(&mut self, new: &NewKeyframe) -> Vec<Task> {
+        let newest = self.clouds.len();
+        if let Some(edge) = new.edge {
+            self.jury.add_keyframe(edge);
+        }
+        let level = level_from_base(&new.rotation);
+        self.clouds.push(Arc::new(KeyframeCloud::new(new.xyz, new.sensor, &mut self.downsampler)));
+        self.levels.push(level);
+        self.places.push(Arc::new(Descriptor::new(new.xyz, &level, [0.0; 2])));
+        let candidates = self.candidates(newest, new.xyz);
+        if candidates.is_empty() {
+            return Vec::new();
+        }
+        let newer = self.submap(newest);
+        candidates
+            .into_iter()
+            .map(|candidate| Task {
+                from: keyframe(candidate.keyframe),
+                to: keyframe(newest),
+                source: candidate.source,
+                guesses: vec![candidate.guess],
+                expected: Some(candidate.expected),
+                older: self.submap(candidate.keyframe),
+                newer: newer.clone(),
+            })
+            .collect()
+    }
+
+    /// Decides about a verified pair, and about others that it makes believable. Accepted edges belong into the graph.
+    pub fn judge(&mut self, verified: &Verified) -> Vec<Decision> {
+        let decisions = self.jury.judge(verified);
+        for decision in &decisions {
+            if decision.verdict == Verdict::Accepted {
+                let closed = decision.edge.to.0 as usize;
+                self.last_closed = self.last_closed.max(Some(closed));
+            }
+        }
+        decisions
+    }
+
+    /// A task for a pair that a person points at, with a guess of the newer one's pose in the older one; `None` if there are
+    /// no such keyframes.
+    pub fn propose(&mut self, from: KeyframeId, to: KeyframeId, guess: Isometry) -> Option<Task> {
+        let (older, newer) = (from.0 as usize, to.0 as usize);
+        if older.max(newer) >= self.clouds.len() {
+            return None;
+        }
+        let expected = self.jury.reach(from).get(newer).copied().flatten();
+        let (older, newer) = (self.submap(older), self.submap(newer));
+        Some(Task { from, to, source: Source::Person, guesses: vec![guess], expected, older, newer })
+    }
+
+    /// Takes an edge on a person's word, without judging it.
+    pub fn accept(&mut self, edge: &Edge) {
+        self.jury.accept(edge);
+    }
+
+    /// Points of a keyframe's cloud (base frame, metres) that move, judged by what the keyframes around it saw through.
+    pub fn moving_points(&self, of: KeyframeId, xyz: &[[f32; 3]]) -> Vec<u32> {
+        let own = of.0 as usize;
+        let mut around: Vec<(f64, usize)> = (0..self.clouds.len())
+            .filter(|&other| other != own)
+            .filter_map(|other| Some((self.jury.chain().walked(own, other)?, other)))
+            .filter(|(walked, _)| *walked <= SUBMAP_WALK)
+            .collect();
+        around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let others: Vec<_> = around
+            .iter()
+            .take(dynamics::VOTERS)
+            .filter_map(|&(_, other)| {
+                Some((self.jury.chain().relative(own, other)?.pose, self.clouds.get(other)?.view()))
+            })
+            .collect();
+        dynamics::moving_points(xyz, &others)
+    }
+
+    /// What is known of the graph.
+    pub fn jury(&self) -> &Jury {
+        &self.jury
+    }
+
+    /// Bytes of submaps held ready, which do not grow with the walk.
+    pub fn submap_bytes(&self) -> usize {
+        self.submaps.bytes()
+    }
+
+    fn candidates(&self, newest: usize, xyz: &[[f32; 3]]) -> Vec<Candidate> {
+        let (policy, chain) = (&self.config.candidates, self.jury.chain());
+        let old = candidates::old(chain, newest, policy);
+        if old.is_empty() {
+            return Vec::new();
+        }
+        let reach = self.jury.reach(keyframe(newest));
+        let level = &self.levels[newest];
+        let near = candidates::by_geometry(&reach, chain, level, old.clone(), policy);
+        let sure = near.iter().any(|c| c.expected.place_deviation() <= policy.sure);
+        if sure {
+            let walked = self.last_closed.and_then(|closed| chain.walked(closed, newest));
+            let due = walked.is_none_or(|walked| walked >= policy.spacing);
+            return if due { near } else { Vec::new() };
+        }
+        let origins = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+        let views = origins.map(|origin| Descriptor::new(xyz, level, origin));
+        let found = self.places.search(&views, old);
+        let deviations = self.config.trust.contrary_deviations;
+        let alike =
+            candidates::by_looks(&found, &self.levels, &origins, &reach, chain, (newest, deviations), policy);
+        let mut all = near;
+        for candidate in alike {
+            let known = |c: &Candidate| {
+                chain.walked(c.keyframe, candidate.keyframe).is_some_and(|walked| walked < policy.near)
+                    && near_pose(&c.guess, &candidate.guess)
+            };
+            if !all.iter().any(known) {
+                all.push(candidate);
+            }
+        }
+        all
+    }
+
+    /// A keyframe with what was walked before and after it.
+    fn submap(&mut self, own: usize) -> Arc<Submap> {
+        let (chain, clouds) = (self.jury.chain(), &self.clouds);
+        // A submap made while its keyframe was the newest knows only one side; keyed apart so that it is not kept.
+        let key = if own + 1 == clouds.len() { usize::MAX - own } else { own };
+        self.submaps.get(key, || {
+            let close = |k: &usize| chain.walked(own, *k).is_some_and(|walked| walked <= SUBMAP_WALK);
+            let half = SUBMAP_MEMBERS / 2;
+            let first = (own.saturating_sub(half)..own).find(close).unwrap_or(own);
+            let last = (own..(own + half + 1).min(clouds.len())).rev().find(close).unwrap_or(own);
+            let members =
+                (first..=last).filter_map(|k| Some((chain.relative(own, k)?, clouds[k].clone()))).collect();
+            Submap::new(members, own - first)
+        })
+    }
+}
+
+/// Whether two guesses would lead to the same result.
+fn near_pose(a: &Isometry, b: &Isometry) -> bool {
+    let between = a.inverse() * b;
+    between.translation.vector.norm() < 1.0 && between.rotation.angle() < 0.2
+}
+
+fn keyframe(index: usize) -> KeyframeId {
+    KeyframeId(u32::try_from(index).unwrap_or(u32::MAX))
+}
+
+#[cfg(test)]
+#[path = "loops_tests.rs"]
+mod tests;

@@ -1,0 +1,120 @@
+//! The whole of loop finding, in a ring of corridors about a block.
+
+use super::*;
+use crate::testing::{SENSOR, World, at, edge, scan};
+use crate::verify;
+use std::sync::OnceLock;
+
+/// A ring of corridors, 2.4 m wide, round a block of 12 m by 8 m, with cupboards at irregular places.
+fn ring() -> World {
+    let mut world = crate::testing::room([-8.4, -6.4], [8.4, 6.4]);
+    world.push([[-6.0, -4.0, -0.5], [6.0, 4.0, 2.5]]);
+    for (x, y) in [(-8.4, -3.0), (-8.4, 1.2), (7.9, 2.5), (7.9, -1.0)] {
+        world.push([[x, y, -0.5], [x + 0.5, y + 0.9, 1.8]]);
+    }
+    for (x, y) in [(-4.0, 5.9), (0.7, 5.9), (3.1, -6.4), (-2.2, -6.4), (5.0, 5.9)] {
+        world.push([[x, y, -0.5], [x + 1.1, y + 0.5, 1.4]]);
+    }
+    world
+}
+
+/// Twice round, a keyframe a metre.
+fn poses() -> Vec<Isometry> {
+    let corners = [[-7.2, -5.2], [7.2, -5.2], [7.2, 5.2], [-7.2, 5.2]];
+    let mut poses = Vec::new();
+    for leg in 0..8 {
+        let ([x0, y0], [x1, y1]): ([f64; 2], [f64; 2]) = (corners[leg % 4], corners[(leg + 1) % 4]);
+        let length = (x1 - x0).hypot(y1 - y0);
+        let yaw = (y1 - y0).atan2(x1 - x0);
+        // The second time round a little aside.
+        let aside = if leg < 4 { 0.0 } else { 0.3 };
+        for step in 0..length.round() as usize {
+            let share = step as f64 / length.round();
+            let (x, y) = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
+            poses.push(at(x - aside * yaw.sin(), y + aside * yaw.cos(), yaw));
+        }
+    }
+    poses
+}
+
+struct Walked {
+    decisions: Vec<Decision>,
+    finder: LoopFinder,
+}
+
+/// Walks the ring with odometry that turns too far by `bias` radians a step.
+fn walk(bias: f64) -> Walked {
+    let (world, poses) = (ring(), poses());
+    let mut finder = LoopFinder::new(LoopConfig::default());
+    let mut decisions = Vec::new();
+    for (index, pose) in poses.iter().enumerate() {
+        let step = index.checked_sub(1).map(|last| {
+            let way = poses[last].inverse() * pose * at(0.0, 0.0, bias);
+            edge(last as u32, index as u32, way, (2e-3, 0.01))
+        });
+        let cloud = scan(&world, pose, index as u64);
+        let tasks = finder.add_keyframe(&NewKeyframe {
+            edge: step.as_ref(),
+            rotation: pose.rotation,
+            xyz: &cloud,
+            sensor: SENSOR,
+        });
+        assert!(tasks.len() <= 4, "{} pairs at once", tasks.len());
+        for task in tasks {
+            decisions.extend(finder.judge(&verify(&task, &finder.config().gates)));
+        }
+    }
+    Walked { decisions, finder }
+}
+
+fn walked() -> &'static Walked {
+    static WALKED: OnceLock<Walked> = OnceLock::new();
+    WALKED.get_or_init(|| walk(1e-3))
+}
+
+#[test]
+fn the_second_round_is_closed_onto_the_first_and_nothing_else_is() {
+    let (poses, walked) = (poses(), walked());
+    let mut closed = Vec::new();
+    for decision in walked.decisions.iter().filter(|d| d.verdict == Verdict::Accepted) {
+        let [from, to] = [decision.edge.from, decision.edge.to].map(|k| k.0 as usize);
+        let error = (poses[from].inverse() * poses[to]).inverse() * decision.edge.from_from_to;
+        assert!(
+            error.translation.vector.norm() < 0.05 && error.rotation.angle() < 0.02,
+            "{decision:?} {error}"
+        );
+        closed.push(to);
+    }
+    // From one walk round (50 m) on, every few metres.
+    let open = (50..poses.len()).filter(|newer| !closed.iter().any(|to| to.abs_diff(*newer) <= 4)).count();
+    assert!(open <= 2, "{open} keyframes far from any loop; closed {closed:?}");
+    assert!(closed.iter().all(|to| *to >= 43), "{closed:?}");
+}
+
+#[test]
+fn the_same_walk_gives_the_same_bits() {
+    let (once, again) = (walked(), walk(1e-3));
+    assert_eq!(once.decisions, again.decisions);
+    assert!(walk(2e-3).decisions != again.decisions, "and another walk others");
+}
+
+#[test]
+fn a_persons_pair_is_looked_at_and_unknown_keyframes_are_not() {
+    let mut finder = walked().finder.clone();
+    let poses = poses();
+    let guess = poses[14].inverse() * poses[62];
+    let task = finder.propose(KeyframeId(14), KeyframeId(62), guess);
+    let Some(task) = task else { panic!("both keyframes are there") };
+    let found = verify(&task, &Gates::default());
+    assert_eq!((found.flaw, found.evidence.source), (None, Source::Person));
+    assert!(finder.propose(KeyframeId(14), KeyframeId(4_000), guess).is_none());
+}
+
+#[test]
+fn the_empty_ring_has_nobody_to_drop() {
+    let (world, poses) = (ring(), poses());
+    let cloud = scan(&world, &poses[30], 30);
+    let dropped = walked().finder.moving_points(KeyframeId(30), &cloud);
+    assert!(dropped.len() * 200 < cloud.len(), "{} of {}", dropped.len(), cloud.len());
+    assert!(walked().finder.moving_points(KeyframeId(4_000), &cloud).is_empty());
+}

@@ -1,0 +1,265 @@
+//! Scan Context: what a place looks like from above, as polar pictures that turn by shifting columns.
+//!
+//! Source: Kim and Kim, *Scan Context*, IROS 2018; Kim, Choi, Kim, *Scan Context++*, T-RO 2021 (sector key alignment, shifted
+//! origins against lateral offsets). Ours differs in three ways. Rings widen with range, so that rooms and yards both
+//! fill them. Beside the greatest height of a bin there is a second picture, of the heights at which a bin is
+//! filled: under a ceiling the greatest height is the ceiling's everywhere. And heights count from the base, levelled
+//! by gravity, so that slopes and lying down change nothing.
+
+use geometry::{Isometry, Rotation, Vector3, so3};
+use nalgebra::Translation3;
+
+/// Rings of growing width.
+pub const RINGS: usize = 24;
+/// Sectors of 6 degrees.
+pub const SECTORS: usize = 60;
+/// Numbers of a ring key: fill of each ring, then the mean height of each three.
+pub const KEY: usize = RINGS + RINGS / 3;
+/// Inner and outer radius, metres: nearer points are the robot's surroundings of the moment, farther ones sparse.
+const RADII: (f32, f32) = (1.5, 45.0);
+/// Greatest heights: metres below the base where they begin, and metres a step.
+const HEIGHT: (f32, f32) = (3.0, 0.06);
+/// Slices of the second picture: metres below the base where they begin, and metres each.
+const SLICE: (f32, f32) = (0.9, 0.5);
+/// Alignments of the sector keys that are tried on the pictures.
+const PEAKS: usize = 3;
+
+type Picture = [[u8; RINGS]; SECTORS];
+
+/// A place as seen once. About 3.3 kB.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Descriptor {
+    heights: Box<Picture>,
+    slices: Box<Picture>,
+    ring_key: [f32; KEY],
+    sector_key: [f32; SECTORS],
+}
+
+/// How two descriptors fit best.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment {
+    /// 0 (same) to 1 (nothing in common).
+    pub distance: f32,
+    /// Turn of the second about the vertical as seen from the first, radians.
+    pub yaw: f64,
+}
+
+/// The part of a rotation that is not heading: turns base coordinates so that z points up and x keeps its heading.
+pub fn level_from_base(parent_from_base: &Rotation) -> Rotation {
+    let forward = parent_from_base * Vector3::x();
+    let heading = so3::exp(&(Vector3::z() * forward.y.atan2(forward.x)));
+    heading.inverse() * parent_from_base
+}
+
+impl Descriptor {
+    /// Of a motion-corrected cloud (base frame, metres), levelled, seen from a point `origin` metres ahead of and left
+    /// of the base. Linear in the points; those that are not finite are skipped.
+    pub fn new(xyz: &[[f32; 3]], level_from_base: &Rotation, origin: [f32; 2]) -> Self {
+        let turn = level_from_base.to_rotation_matrix().into_inner().map(|value| value as f32);
+        let rings_per_log = RINGS as f32 / (RADII.1 / RADII.0).ln();
+        let (mut heights, mut slices) = (Box::new([[0; RINGS]; SECTORS]), Box::new([[0; RINGS]; SECTORS]));
+        for point in xyz {
+            let [x, y, z] = [0, 1, 2]
+                .map(|r| turn[(r, 0)] * point[0] + turn[(r, 1)] * point[1] + turn[(r, 2)] * point[2]);
+            let (x, y) = (x - origin[0], y - origin[1]);
+            let radius = (x * x + y * y).sqrt();
+            if !(radius >= RADII.0 && radius < RADII.1 && z.is_finite()) {
+                continue;
+            }
+            let ring = (((radius / RADII.0).ln() * rings_per_log) as usize).min(RINGS - 1);
+            let angle = (y.atan2(x) / std::f32::consts::TAU).rem_euclid(1.0);
+            let sector = ((angle * SECTORS as f32) as usize).min(SECTORS - 1);
+            let height = ((z + HEIGHT.0) / HEIGHT.1).clamp(1.0, 255.0) as u8;
+            heights[sector][ring] = height.max(heights[sector][ring]);
+            let slice = (z + SLICE.0) / SLICE.1;
+            if (0.0..8.0).contains(&slice) {
+                slices[sector][ring] |= 1 << slice as u8;
+            }
+        }
+        Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices }
+    }
+
+    /// Does not change when the robot turns.
+    pub fn ring_key(&self) -> &[f32; KEY] {
+        &self.ring_key
+    }
+
+    /// Share of the bins in which anything stands, 0 to 1.
+    pub fn fill(&self) -> f32 {
+        let filled = self.slices.iter().flatten().filter(|&&bin| bin != 0).count();
+        filled as f32 / (RINGS * SECTORS) as f32
+    }
+
+    /// How `other` fits this: sector keys propose turns, the pictures decide. About 15 us.
+    pub fn align(&self, other: &Self) -> Alignment {
+        let mut fits = [0.0_f32; SECTORS];
+        for (shift, fit) in fits.iter_mut().enumerate() {
+            *fit = (0..SECTORS).map(|s| self.sector_key[(s + shift) % SECTORS] * other.sector_key[s]).sum();
+        }
+        let mut order: [usize; SECTORS] = std::array::from_fn(|shift| shift);
+        order.sort_by(|&a, &b| fits[b].total_cmp(&fits[a]).then(a.cmp(&b)));
+        let mut best = Alignment { distance: f32::INFINITY, yaw: 0.0 };
+        for &peak in &order[..PEAKS] {
+            for shift in [peak + SECTORS - 1, peak, peak + 1].map(|shift| shift % SECTORS) {
+                let distance = self.distance(other, shift);
+                if distance < best.distance {
+                    let turns = shift as f64 / SECTORS as f64;
+                    best = Alignment { distance, yaw: std::f64::consts::TAU * turns };
+                }
+            }
+        }
+        best
+    }
+
+    /// Mean of both pictures' distances with `other` turned by `shift` sectors.
+    fn distance(&self, other: &Self, shift: usize) -> f32 {
+        let (mut both, mut either) = (0_u32, 0_u32);
+        let (mut height, mut columns) = (0.0_f32, 0_u32);
+        for sector in 0..SECTORS {
+            let here = (sector + shift) % SECTORS;
+            let (a, b) = (&self.slices[here], &other.slices[sector]);
+            for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
+                let (a, b) = (word(a), word(b));
+                both += (a & b).count_ones();
+                either += (a | b).count_ones();
+            }
+            if let Some(cosine) = cosine(&self.heights[here], &other.heights[sector]) {
+                height += 1.0 - cosine;
+                columns += 1;
+            }
+        }
+        let slices = 1.0 - both as f32 / either.max(1) as f32;
+        // A column filled on one side only counts as different.
+        let height = (height + (SECTORS as u32 - columns) as f32) / SECTORS as f32;
+        0.5 * (slices + height)
+    }
+}
+
+/// Pose of the second base in the first that an alignment means, `second` having been seen from `origin`.
+pub fn first_from_second(
+    alignment: &Alignment,
+    level_from_first: &Rotation,
+    level_from_second: &Rotation,
+    origin: [f32; 2],
+) -> Isometry {
+    let turn = so3::exp(&(Vector3::z() * alignment.yaw));
+    let shift = turn * Vector3::new(-f64::from(origin[0]), -f64::from(origin[1]), 0.0);
+    let back = level_from_first.inverse();
+    Isometry::from_parts(Translation3::from(back * shift), back * turn * level_from_second)
+}
+
+fn ring_key(heights: &Picture, slices: &Picture) -> [f32; KEY] {
+    let mut key = [0.0; KEY];
+    for ring in 0..RINGS {
+        let filled: u32 = slices.iter().map(|sector| sector[ring].count_ones()).sum();
+        key[ring] = filled as f32 / (8 * SECTORS) as f32;
+    }
+    for (index, value) in key[RINGS..].iter_mut().enumerate() {
+        let sum: u32 = heights.iter().flat_map(|s| &s[3 * index..3 * index + 3]).map(|&h| u32::from(h)).sum();
+        *value = sum as f32 / (255 * 3 * SECTORS) as f32;
+    }
+    key
+}
+
+/// Fill of each sector, less the mean, so that correlation compares shapes.
+fn sector_key(slices: &Picture) -> [f32; SECTORS] {
+    let fill: [f32; SECTORS] =
+        std::array::from_fn(|s| slices[s].iter().map(|bin| bin.count_ones()).sum::<u32>() as f32);
+    let mean = fill.iter().sum::<f32>() / SECTORS as f32;
+    fill.map(|value| value - mean)
+}
+
+fn word(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte))
+}
+
+/// `None` when a column is empty.
+fn cosine(a: &[u8; RINGS], b: &[u8; RINGS]) -> Option<f32> {
+    let (mut aa, mut bb, mut ab) = (0_u32, 0_u32, 0_u32);
+    for ring in 0..RINGS {
+        let (x, y) = (u32::from(a[ring]), u32::from(b[ring]));
+        aa += x * x;
+        bb += y * y;
+        ab += x * y;
+    }
+    (aa > 0 && bb > 0).then(|| ab as f32 / (aa as f32 * bb as f32).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::RngTree;
+
+    /// A hall with things standing in it, as seen from the origin.
+    fn hall(seed: u64) -> Vec<[f32; 3]> {
+        let mut rng = RngTree::new(seed).child("hall").rng();
+        let mut points = Vec::new();
+        for _ in 0..25 {
+            let (x, y) = (rng.range(-14.0, 14.0), rng.range(-9.0, 9.0));
+            let (width, height) = (rng.range(0.3, 1.5), rng.range(0.3, 3.0));
+            for _ in 0..150 {
+                let [dx, dy] = [0; 2].map(|_| rng.range(0.0, width));
+                points.push([(x + dx) as f32, (y + dy) as f32, rng.range(-0.5, height) as f32]);
+            }
+        }
+        points
+    }
+
+    fn moved(points: &[[f32; 3]], by: &Isometry) -> Vec<[f32; 3]> {
+        let move_one = |p: &[f32; 3]| {
+            let q = by * nalgebra::Point3::from(p.map(f64::from));
+            [q.x as f32, q.y as f32, q.z as f32]
+        };
+        points.iter().map(move_one).collect()
+    }
+
+    #[test]
+    fn a_turned_tilted_and_shifted_view_is_recognised_and_placed() {
+        let level = Rotation::identity();
+        let first = Descriptor::new(&hall(1), &level, [0.0; 2]);
+        let truth = Isometry::new(Vector3::new(-1.1, 0.9, 0.0), Vector3::z() * 2.2);
+        let tilt = so3::exp(&Vector3::new(0.1, -0.15, 0.0));
+        // The base leans by `tilt`; its cloud is the hall moved into it.
+        let first_from_base = truth * tilt;
+        let cloud = moved(&hall(1), &first_from_base.inverse());
+        let levelled = level_from_base(&first_from_base.rotation);
+        // That is, the robot stands 1.42 m off; seen from where the first stood, all but the bins' borders agree.
+        let back = truth.rotation.inverse() * -truth.translation.vector;
+        let origin = [back.x as f32, back.y as f32];
+        let second = Descriptor::new(&cloud, &levelled, origin);
+        let alignment = first.align(&second);
+        let plain = first.align(&Descriptor::new(&cloud, &levelled, [0.0; 2]));
+        let other = first.align(&Descriptor::new(&hall(2), &level, [0.0; 2]));
+        assert!(
+            alignment.distance < 0.35 && alignment.distance < 0.6 * other.distance,
+            "{alignment:?} {other:?}"
+        );
+        assert!(plain.distance < other.distance, "{plain:?} {other:?}");
+        let found = first_from_second(&alignment, &level, &levelled, origin);
+        let error = geometry::se3::local(&first_from_base, &found);
+        assert!(error.fixed_rows::<3>(3).norm() < 0.2 && error.norm() < 0.25, "{error}");
+    }
+
+    #[test]
+    fn the_ring_key_does_not_change_when_the_robot_turns() {
+        let level = Rotation::identity();
+        let a = Descriptor::new(&hall(3), &level, [0.0; 2]);
+        let turn =
+            Isometry::new(Vector3::zeros(), Vector3::z() * (std::f64::consts::TAU / SECTORS as f64 * 7.0));
+        let b = Descriptor::new(&moved(&hall(3), &turn), &level, [0.0; 2]);
+        let other = Descriptor::new(&hall(4), &level, [0.0; 2]);
+        let apart = |x: &Descriptor, y: &Descriptor| -> f32 {
+            x.ring_key().iter().zip(y.ring_key()).map(|(x, y)| (x - y).powi(2)).sum()
+        };
+        assert!(apart(&a, &b) < 0.05 * apart(&a, &other), "{} {}", apart(&a, &b), apart(&a, &other));
+    }
+
+    #[test]
+    fn nothing_and_garbage_resemble_nothing() {
+        let level = Rotation::identity();
+        let empty = Descriptor::new(&[], &level, [0.0; 2]);
+        let broken = Descriptor::new(&[[f32::NAN; 3], [f32::INFINITY; 3]], &level, [0.0; 2]);
+        assert_eq!(empty, broken);
+        assert_eq!(empty.align(&Descriptor::new(&hall(1), &level, [0.0; 2])).distance, 1.0);
+    }
+}

@@ -1,0 +1,136 @@
+//! What a sensor saw from one place, as an image of ranges: enough to say of any point whether it stands where a ray went
+//! through.
+
+use std::f32::consts::{PI, TAU};
+
+/// Columns of 2 degrees.
+const COLUMNS: usize = 180;
+/// Rows of 3 degrees from [`BOTTOM`] up: 48 degrees either way, more than a spinning LiDAR for robots sees.
+const ROWS: usize = 32;
+const ROW: f32 = 3.0 * PI / 180.0;
+const BOTTOM: f32 = -48.0 * PI / 180.0;
+/// A ray passed through a point if it ended so much farther: metres, and a share of the range for slanting surfaces.
+const MARGIN: (f32, f32) = (0.3, 0.05);
+
+/// What an image says of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sight {
+    /// All rays near the point's direction ended well behind it: nothing stands there.
+    Through,
+    /// A ray ended near it.
+    Agrees,
+    /// Something stood before it.
+    Hidden,
+    /// No ray went that way.
+    Unseen,
+}
+
+/// Nearest range in each cell of directions about a sensor, in the axes of the base. 11.5 kB.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RangeImage {
+    sensor: [f32; 3],
+    /// Centimetres, rounded down; 0 where nothing returned.
+    cells: Box<[u16]>,
+}
+
+impl RangeImage {
+    /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame). Points that are not finite or
+    /// out of the image are skipped.
+    pub fn new(xyz: &[[f32; 3]], sensor: [f32; 3]) -> Self {
+        let mut cells = vec![0_u16; COLUMNS * ROWS].into_boxed_slice();
+        for point in xyz {
+            let Some((column, row, range)) = direction(point, &sensor) else { continue };
+            let cell = &mut cells[row * COLUMNS + column];
+            let centimetres = (range * 100.0).clamp(1.0, f32::from(u16::MAX)) as u16;
+            if *cell == 0 || centimetres < *cell {
+                *cell = centimetres;
+            }
+        }
+        Self { sensor, cells }
+    }
+
+    /// Where the sensor is, base frame, metres.
+    pub fn sensor(&self) -> [f32; 3] {
+        self.sensor
+    }
+
+    /// What the image says of a point, base frame, metres.
+    pub fn look(&self, point: &[f32; 3]) -> Sight {
+        let Some((column, row, range)) = direction(point, &self.sensor) else { return Sight::Unseen };
+        if self.cells[row * COLUMNS + column] == 0 {
+            return Sight::Unseen;
+        }
+        // The neighbours' nearest too: a thin thing or an edge may lie just beside the cell that the point falls into.
+        let mut nearest = u16::MAX;
+        for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
+            for step in [COLUMNS - 1, 0, 1] {
+                let cell = self.cells[row * COLUMNS + (column + step) % COLUMNS];
+                if cell != 0 {
+                    nearest = nearest.min(cell);
+                }
+            }
+        }
+        let nearest = f32::from(nearest) * 0.01;
+        let margin = MARGIN.0 + MARGIN.1 * range;
+        if range < nearest - margin {
+            Sight::Through
+        } else if range <= nearest + margin {
+            Sight::Agrees
+        } else {
+            Sight::Hidden
+        }
+    }
+}
+
+/// Column, row and range of a point seen from the sensor.
+#[inline]
+fn direction(point: &[f32; 3], sensor: &[f32; 3]) -> Option<(usize, usize, f32)> {
+    let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - sensor[axis]);
+    let level = (x * x + y * y).sqrt();
+    let range = (level * level + z * z).sqrt();
+    // Not finite, or in the sensor itself.
+    if !(range > 0.05 && range < 1e4) {
+        return None;
+    }
+    let row = ((z.atan2(level) - BOTTOM) / ROW).floor();
+    if !(0.0..ROWS as f32).contains(&row) {
+        return None;
+    }
+    let column = ((y.atan2(x) + PI) * (COLUMNS as f32 / TAU)) as usize;
+    Some((column.min(COLUMNS - 1), row as usize, range))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wall 6 m ahead, 8 m wide, with a pole 4 cm thick 3 m ahead.
+    fn seen() -> RangeImage {
+        let mut points = Vec::new();
+        for i in -100..=100 {
+            for j in -15..=15 {
+                points.push([6.0, i as f32 * 0.04, 0.4 + j as f32 * 0.1]);
+            }
+        }
+        points.extend((-15..=15).flat_map(|j| [-0.01, 0.02].map(|y| [3.0, y, 0.4 + j as f32 * 0.05])));
+        RangeImage::new(&points, [0.1, 0.0, 0.4])
+    }
+
+    #[test]
+    fn what_stands_where_rays_went_through_is_told_from_what_was_met_or_hidden() {
+        let image = seen();
+        assert_eq!(image.look(&[4.0, 1.5, 0.5]), Sight::Through);
+        assert_eq!(image.look(&[5.9, 1.5, 0.5]), Sight::Agrees);
+        assert_eq!(image.look(&[9.0, 1.5, 0.5]), Sight::Hidden);
+        assert_eq!(image.look(&[-4.0, 0.0, 0.5]), Sight::Unseen);
+        // The pole protects itself and what is beside it.
+        assert_eq!(image.look(&[3.0, 0.05, 0.5]), Sight::Agrees);
+    }
+
+    #[test]
+    fn broken_points_say_nothing() {
+        let image = RangeImage::new(&[[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.0, 0.0, 50.0]], [0.0; 3]);
+        assert_eq!(image.look(&[1.0, 0.0, 0.0]), Sight::Unseen);
+        assert_eq!(image.look(&[f32::NAN, 0.0, 0.0]), Sight::Unseen);
+    }
+}
