@@ -6,8 +6,10 @@
 use crate::error::SolveError;
 use crate::factor::Linearised;
 use crate::graph::{FactorId, Graph};
-use crate::linear::factorisation::{Factorisation, Plan, System};
+use crate::linear::dense::dot;
+use crate::linear::factorisation::{Factorisation, Plan, System, products};
 use crate::value::{Key, Values};
+use nalgebra::DMatrix;
 
 /// How to step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -213,10 +215,6 @@ fn blend(newton: &[f64], steepest: &[f64], radius: f64) -> Vec<f64> {
     steepest.iter().zip(&difference).map(|(s, d)| s + share * d).collect()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    crate::linear::assembly::dot(a, b)
-}
-
 /// A Gauss-Newton or damped step.
 struct Step {
     /// For every scalar, in the keys' order.
@@ -226,6 +224,7 @@ struct Step {
 }
 
 /// A graph with everything that its iterations share.
+#[derive(Debug)]
 pub(crate) struct Problem<'a> {
     graph: &'a Graph,
     ids: Vec<FactorId>,
@@ -314,9 +313,15 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Covariance of a variable at the last factorisation, column-major.
-    pub(crate) fn covariance(&self, key: Key) -> Vec<f64> {
-        self.factorisation.covariance(&self.plan, &self.system.dimensions, key.0)
+    /// Joint covariance of some variables at the last factorisation.
+    pub(crate) fn covariance(&self, keys: &[Key]) -> DMatrix<f64> {
+        let dimensions = &self.system.dimensions;
+        let columns: Vec<Vec<f64>> = keys
+            .iter()
+            .flat_map(|key| (0..usize::from(dimensions[key.index()])).map(move |scalar| (key.0, scalar)))
+            .map(|(variable, scalar)| self.factorisation.forward(&self.plan, dimensions, variable, scalar))
+            .collect();
+        DMatrix::from_vec(columns.len(), columns.len(), products(&columns))
     }
 
     /// Sets the present system aside, so that the next linearisation does not overwrite it.

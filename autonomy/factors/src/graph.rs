@@ -3,7 +3,7 @@
 use crate::error::{FactorError, SolveError};
 use crate::factor::{Factor, Linearised};
 use crate::kernel::Kernel;
-use crate::value::{Key, Values};
+use crate::value::Values;
 use std::fmt;
 use std::sync::Arc;
 

@@ -10,19 +10,24 @@
 mod batch;
 mod error;
 mod factor;
-pub mod factors;
 mod graph;
+mod incremental;
 mod information;
 mod initialise;
 mod kernel;
 mod linear;
+mod marginals;
+mod measurements;
 mod value;
 
 pub use batch::{Method, Options, Solution, optimise};
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
 pub use graph::{Entry, FactorId, Graph};
+pub use incremental::{Incremental, IncrementalOptions, Updated};
 pub use information::Whitening;
 pub use initialise::chordal;
 pub use kernel::Kernel;
+pub use marginals::Marginals;
+pub use measurements::{Between, Marginal, PlanarBetween, PlanarPrior, Prior, Residual, VectorPrior};
 pub use value::{Key, Kind, Planar, Value, Values};

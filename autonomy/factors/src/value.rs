@@ -1,7 +1,7 @@
 //! Variables: what can be estimated, and how an error vector moves it.
 
 use crate::error::FactorError;
-use geometry::{Isometry, Vector3, Vector6, se3};
+use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use nalgebra::{Isometry2, UnitComplex, Vector2};
 use std::fmt;
 
@@ -116,6 +116,25 @@ impl Value {
             _ => {}
         }
         error
+    }
+
+    /// Derivative of `self.local(other)` with respect to an error that moves `other`, in the first `dimension` rows and columns.
+    pub fn local_jacobian(&self, other: &Self) -> Matrix6 {
+        let mut jacobian = Matrix6::identity();
+        match (self, other) {
+            (Self::Planar(from), Self::Planar(to)) => {
+                let turn = (from.rotation.inverse() * to.rotation).to_rotation_matrix();
+                jacobian.fixed_view_mut::<2, 2>(0, 0).copy_from(turn.matrix());
+            }
+            (Self::Pose(from), Self::Pose(to)) => {
+                let turn = from.rotation.inverse() * to.rotation;
+                let by_turn = so3::right_jacobian_inverse(&so3::log(&turn));
+                jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_turn);
+                jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(turn.to_rotation_matrix().matrix());
+            }
+            _ => {}
+        }
+        jacobian
     }
 
     /// Whether every number is finite.

@@ -19,7 +19,6 @@ pub struct Assembly {
 /// Rows that stay together on the way into a front.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    from: usize,
     to: usize,
     len: usize,
 }
@@ -53,55 +52,30 @@ impl Assembly {
     pub fn add(&mut self, variables: &[u32], dimensions: &[u8], packed: &[f64]) {
         self.segments.clear();
         let mut from = 0;
-        let mut ascending = true;
         for &variable in variables {
             let to = self.offset[variable as usize] as usize;
             let len = usize::from(dimensions[variable as usize]);
             match self.segments.last_mut() {
                 Some(last) if last.to + last.len == to => last.len += len,
-                last => {
-                    ascending &= last.is_none_or(|last| last.to < to);
-                    self.segments.push(Segment { from, to, len });
-                }
+                _ => self.segments.push(Segment { to, len }),
             }
             from += len;
         }
-        let size = self.front.size();
-        let right_hand_side = Segment { from, to: size - self.right_hand_sides, len: self.right_hand_sides };
-        self.segments.push(right_hand_side);
-        if ascending { self.add_ascending(packed) } else { self.add_permuted(packed) }
-    }
-
-    fn add_ascending(&mut self, packed: &[f64]) {
+        debug_assert_eq!(packed.len(), packed_len(from, self.right_hand_sides));
+        let to = self.front.size() - self.right_hand_sides;
+        self.segments.push(Segment { to, len: self.right_hand_sides });
         let mut source = packed;
         for (index, segment) in self.segments[..self.segments.len() - 1].iter().enumerate() {
             for column in 0..segment.len {
-                let target = self.front.column_mut(segment.to + column);
-                let mut part = Segment {
-                    from: segment.from + column,
-                    to: segment.to + column,
-                    len: segment.len - column,
-                };
-                for next in &self.segments[index + 1..] {
-                    source = add_rows(&mut target[part.to..part.to + part.len], source);
-                    part = *next;
-                }
-                source = add_rows(&mut target[part.to..part.to + part.len], source);
-            }
-        }
-    }
-
-    /// The same where the front has some of the variables in another order, so that blocks change sides.
-    fn add_permuted(&mut self, packed: &[f64]) {
-        let mut source = packed.iter();
-        for (index, segment) in self.segments[..self.segments.len() - 1].iter().enumerate() {
-            for column in segment.to..segment.to + segment.len {
-                for (other, rows) in self.segments.iter().enumerate().skip(index) {
-                    let first = if other == index { column } else { rows.to };
-                    for row in first..rows.to + rows.len {
-                        let Some(value) = source.next() else { return };
-                        self.front.column_mut(row.min(column))[row.max(column)] += value;
-                    }
+                let target = segment.to + column;
+                source = self.front.add_down(target, target, segment.len - column, source);
+                for rows in &self.segments[index + 1..] {
+                    // A block of variables that the front has in the other order changes sides.
+                    source = if rows.to > target {
+                        self.front.add_down(target, rows.to, rows.len, source)
+                    } else {
+                        self.front.add_across(target, rows.to, rows.len, source)
+                    };
                 }
             }
         }
@@ -143,38 +117,9 @@ impl Assembly {
     }
 }
 
-fn add_rows<'a>(target: &mut [f64], source: &'a [f64]) -> &'a [f64] {
-    let (rows, rest) = source.split_at(target.len());
-    for (value, row) in target.iter_mut().zip(rows) {
-        *value += row;
-    }
-    rest
-}
-
 /// Entries of a panel of `columns` in a front of `size` rows.
 pub fn panel_len(columns: usize, size: usize) -> usize {
     columns * size - columns * (columns.max(1) - 1) / 2
-}
-
-/// Back-substitution through one panel. `local` holds the cluster's scalars, frontal first; those of the separator are known,
-/// those in front are found. `right_hand_side` counts from 0.
-pub fn substitute_back(
-    panel: &[f64],
-    columns: usize,
-    right_hand_sides: usize,
-    which: usize,
-    local: &mut [f64],
-) {
-    let size = local.len() + right_hand_sides;
-    let mut end = panel_len(columns, size);
-    for column in (0..columns).rev() {
-        let start = end - (size - column);
-        let entries = &panel[start..end];
-        let known = &local[column + 1..];
-        let right = entries[1 + known.len() + which];
-        local[column] = (right - dot(&entries[1..=known.len()], known)) / entries[0];
-        end = start;
-    }
 }
 
 /// Forward substitution through one panel: solves for the frontal scalars of `local` and takes their share off the others.
@@ -191,18 +136,4 @@ pub fn substitute_forward(panel: &[f64], columns: usize, right_hand_sides: usize
         }
         start += size - column;
     }
-}
-
-/// Dot product in four interleaved sums: the order is fixed, and the processor may work on them at once.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let (a_chunks, a_rest) = a.as_chunks::<4>();
-    let (b_chunks, b_rest) = b.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    for (x, y) in a_chunks.iter().zip(b_chunks) {
-        for lane in 0..4 {
-            sums[lane] += x[lane] * y[lane];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }

@@ -61,6 +61,26 @@ impl Front {
         &mut self.data[start..start + self.size]
     }
 
+    /// Adds the first `len` of `values` to `column`, from `row` down, and returns the others.
+    pub fn add_down<'a>(&mut self, column: usize, row: usize, len: usize, values: &'a [f64]) -> &'a [f64] {
+        let (values, rest) = values.split_at(len);
+        let start = column * self.stride + row;
+        for (entry, value) in self.data[start..start + len].iter_mut().zip(values) {
+            *entry += value;
+        }
+        rest
+    }
+
+    /// Adds the first `len` of `values` to `row`, from `column` on, and returns the others.
+    pub fn add_across<'a>(&mut self, row: usize, column: usize, len: usize, values: &'a [f64]) -> &'a [f64] {
+        let (values, rest) = values.split_at(len);
+        let entries = self.data[column * self.stride + row..].iter_mut().step_by(self.stride);
+        for (entry, value) in entries.zip(values) {
+            *entry += value;
+        }
+        rest
+    }
+
     /// Factorises the first `eliminate` columns and leaves the Schur complement in the others.
     ///
     /// Cost: about `e n² - e² n + e³/3` multiply-adds for `e` of `n` columns.
@@ -85,6 +105,88 @@ impl Front {
         }
         eliminate_with::<4, false>(data, packed, shape)
     }
+}
+
+/// Back-substitution through the panel of a cluster: columns one after the other, each from its diagonal entry down, with
+/// `right_hand_sides` last. `local` holds the cluster's scalars, frontal first; those of the separator are known, the first
+/// `columns` are found for the right-hand side `which`.
+pub fn substitute_back(
+    panel: &[f64],
+    columns: usize,
+    right_hand_sides: usize,
+    which: usize,
+    local: &mut [f64],
+) {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+        // SAFETY: the processor has the features that the function was compiled for.
+        #[allow(unsafe_code, reason = "the call of a function compiled for detected features")]
+        return unsafe { substitute_back_avx2(panel, columns, right_hand_sides, which, local) };
+    }
+    substitute_back_with::<false>(panel, columns, right_hand_sides, which, local);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn substitute_back_avx2(
+    panel: &[f64],
+    columns: usize,
+    right_hand_sides: usize,
+    which: usize,
+    local: &mut [f64],
+) {
+    substitute_back_with::<true>(panel, columns, right_hand_sides, which, local);
+}
+
+#[inline(always)]
+fn substitute_back_with<const FMA: bool>(
+    panel: &[f64],
+    columns: usize,
+    right_hand_sides: usize,
+    which: usize,
+    local: &mut [f64],
+) {
+    let size = local.len() + right_hand_sides;
+    let mut end = super::assembly::panel_len(columns, size);
+    for column in (0..columns).rev() {
+        let start = end - (size - column);
+        let entries = &panel[start..end];
+        let known = &local[column + 1..];
+        let right = entries[1 + known.len() + which];
+        local[column] = (right - dot_with::<FMA>(&entries[1..=known.len()], known)) / entries[0];
+        end = start;
+    }
+}
+
+/// Dot product. The order of the sums is fixed.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    dot_with::<false>(a, b)
+}
+
+/// Sixteen interleaved sums, which the processor may work on at once.
+#[inline(always)]
+fn dot_with<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 16;
+    let (a_chunks, a_rest) = a.as_chunks::<LANES>();
+    let (b_chunks, b_rest) = b.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for (x, y) in a_chunks.iter().zip(b_chunks) {
+        for lane in 0..LANES {
+            sums[lane] = multiply_add::<FMA>(x[lane], y[lane], sums[lane]);
+        }
+    }
+    let mut rest = 0.0;
+    for (x, y) in a_rest.iter().zip(b_rest) {
+        rest = multiply_add::<FMA>(*x, *y, rest);
+    }
+    let mut width = LANES / 2;
+    while width > 0 {
+        for lane in 0..width {
+            sums[lane] += sums[lane + width];
+        }
+        width /= 2;
+    }
+    sums[0] + rest
 }
 
 #[derive(Clone, Copy)]

@@ -1,6 +1,7 @@
 //! Sparse Cholesky factorisation of a whole system: the batch solvers' workhorse.
 
-use super::assembly::{Assembly, packed_len, scalars, substitute_back, substitute_forward};
+use super::assembly::{Assembly, packed_len, scalars, substitute_forward};
+use super::dense::{dot, substitute_back};
 use super::ordering::{Adjacency, minimum_degree};
 use super::symbolic::{Forest, analyse};
 
@@ -153,7 +154,7 @@ impl Plan {
     }
 
     fn with_order_of(system: &System, graph: &Adjacency, order: &[u32]) -> Self {
-        let forest = analyse(graph, order, &system.dimensions);
+        let forest = analyse(graph, order, &system.dimensions, &[]);
         let home = |index: usize| {
             let first =
                 system.variables(index).iter().min_by_key(|&&variable| forest.rank[variable as usize]);
@@ -176,25 +177,8 @@ impl Plan {
         Self { forest, contributions, contribution_starts, starts: system.starts() }
     }
 
-    /// First scalar of each variable, and the number of all at the end.
-    pub fn starts(&self) -> &[usize] {
-        &self.starts
-    }
-
     fn of(&self, cluster: usize) -> &[u32] {
         &self.contributions[self.contribution_starts[cluster]..self.contribution_starts[cluster + 1]]
-    }
-
-    /// Multiply-adds of one factorisation and entries of its result, for judging an order.
-    pub fn cost(&self, dimensions: &[u8]) -> (f64, usize) {
-        let (mut work, mut entries) = (0.0, 0);
-        for cluster in &self.forest.clusters {
-            let columns = scalars(&cluster.frontal, dimensions);
-            let size = columns + scalars(&cluster.separator, dimensions);
-            work += (size - columns + 1..=size).map(|rows| (rows * rows) as f64 / 2.0).sum::<f64>();
-            entries += super::assembly::panel_len(columns, size);
-        }
-        (work, entries)
     }
 }
 
@@ -283,40 +267,32 @@ impl Factorisation {
         sum
     }
 
-    /// Covariance of one variable: the block of the inverse of the normal equations, column-major.
+    /// Solution `y` of `L y = e` for the unit vector of one scalar of a variable; zero off the path to the root. Products of such
+    /// vectors are entries of the inverse of the normal equations.
     ///
-    /// Cost: one forward substitution per scalar along the path from the variable's cluster to its root.
-    pub fn covariance(&self, plan: &Plan, dimensions: &[u8], variable: u32) -> Vec<f64> {
-        let size = usize::from(dimensions[variable as usize]);
-        let start = plan.starts[variable as usize];
-        let columns: Vec<Vec<f64>> = (0..size)
-            .map(|scalar| {
-                let mut vector = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
-                vector[start + scalar] = 1.0;
-                let mut half = Vec::new();
-                let mut local = Vec::new();
-                let mut next = Some(plan.forest.cluster_of[variable as usize]);
-                while let Some(index) = next {
-                    let cluster = &plan.forest.clusters[index as usize];
-                    let all = || cluster.frontal.iter().chain(&cluster.separator);
-                    gather(&plan.starts, all(), &vector, &mut local);
-                    let columns = scalars(&cluster.frontal, dimensions);
-                    let panel = &self.panels[self.panel_starts[index as usize]..];
-                    substitute_forward(panel, columns, self.right_hand_sides, &mut local);
-                    scatter(&plan.starts, all(), &local, &mut vector);
-                    half.extend_from_slice(&local[..columns]);
-                    next = cluster.parent;
-                }
-                half
-            })
-            .collect();
-        products(&columns)
+    /// Cost: one forward substitution along the path from the variable's cluster to its root.
+    pub fn forward(&self, plan: &Plan, dimensions: &[u8], variable: u32, scalar: usize) -> Vec<f64> {
+        let mut vector = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
+        vector[plan.starts[variable as usize] + scalar] = 1.0;
+        let mut local = Vec::new();
+        let mut next = Some(plan.forest.cluster_of[variable as usize]);
+        while let Some(index) = next {
+            let cluster = &plan.forest.clusters[index as usize];
+            let all = || cluster.frontal.iter().chain(&cluster.separator);
+            gather(&plan.starts, all(), &vector, &mut local);
+            let columns = scalars(&cluster.frontal, dimensions);
+            let panel = &self.panels[self.panel_starts[index as usize]..];
+            substitute_forward(panel, columns, self.right_hand_sides, &mut local);
+            scatter(&plan.starts, all(), &local, &mut vector);
+            next = cluster.parent;
+        }
+        vector
     }
 }
 
 /// All pairwise dot products, column-major.
 pub fn products(columns: &[Vec<f64>]) -> Vec<f64> {
-    columns.iter().flat_map(|a| columns.iter().map(|b| super::assembly::dot(a, b))).collect()
+    columns.iter().flat_map(|a| columns.iter().map(|b| dot(a, b))).collect()
 }
 
 /// Copies the scalars of some variables into `local`.

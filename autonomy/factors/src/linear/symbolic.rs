@@ -53,21 +53,29 @@ struct Building {
     merged: bool,
 }
 
-/// Clusters for `graph` eliminated in `order`; `dimensions` are the scalars of each variable.
+/// Clusters for `graph` eliminated in `order`; `dimensions` are the scalars of each variable. Variables of different `parts` (empty:
+/// all the same) never share a cluster.
 ///
 /// Cost: proportional to the block entries of the factor.
-pub fn analyse(graph: &Adjacency, order: &[u32], dimensions: &[u8]) -> Forest {
+pub fn analyse(graph: &Adjacency, order: &[u32], dimensions: &[u8], parts: &[u8]) -> Forest {
     let mut rank = vec![0_u32; graph.len()];
     for (place, &variable) in order.iter().enumerate() {
         rank[variable as usize] = place as u32;
     }
-    let mut clusters = eliminate(graph, order, &rank, dimensions);
-    merge_for_size(&mut clusters, &rank);
+    let part = |variable: u32| parts.get(variable as usize).copied().unwrap_or(0);
+    let mut clusters = eliminate(graph, order, &rank, dimensions, part);
+    merge_for_size(&mut clusters, &rank, part);
     finish(clusters, graph.len())
 }
 
 /// One cluster per variable, except that a variable joins the child whose separator is exactly it and its own separator.
-fn eliminate(graph: &Adjacency, order: &[u32], rank: &[u32], dimensions: &[u8]) -> Vec<Building> {
+fn eliminate(
+    graph: &Adjacency,
+    order: &[u32],
+    rank: &[u32],
+    dimensions: &[u8],
+    part: impl Fn(u32) -> u8,
+) -> Vec<Building> {
     let len = order.len();
     let mut clusters: Vec<Building> = Vec::with_capacity(len);
     // Clusters whose first separator variable is this one.
@@ -92,9 +100,10 @@ fn eliminate(graph: &Adjacency, order: &[u32], rank: &[u32], dimensions: &[u8]) 
             clusters[child as usize].separator.iter().for_each(|&other| add(other));
         }
         separator.sort_unstable_by_key(|&other| rank[other as usize]);
-        let heir = children
-            .iter()
-            .position(|&child| clusters[child as usize].separator.len() == separator.len() + 1);
+        let heir = children.iter().position(|&child| {
+            let child = &clusters[child as usize];
+            child.separator.len() == separator.len() + 1 && part(child.frontal[0]) == part(variable)
+        });
         let scalars = usize::from(dimensions[variable as usize]);
         let below = separator.iter().map(|&other| usize::from(dimensions[other as usize])).sum();
         let first = separator.first().copied();
@@ -129,7 +138,7 @@ fn eliminate(graph: &Adjacency, order: &[u32], rank: &[u32], dimensions: &[u8]) 
 }
 
 /// Takes children into their parents where that stores few zeros, from the leaves up.
-fn merge_for_size(clusters: &mut [Building], rank: &[u32]) {
+fn merge_for_size(clusters: &mut [Building], rank: &[u32], part: impl Fn(u32) -> u8) {
     // A cluster's last frontal variable decides when its parent can be complete: children come first in that order.
     let mut sequence: Vec<u32> = (0..clusters.len() as u32).collect();
     let last = |cluster: &Building| cluster.frontal.last().map_or(0, |&variable| rank[variable as usize]);
@@ -146,7 +155,8 @@ fn merge_for_size(clusters: &mut [Building], rank: &[u32]) {
             let zeros = parent.zeros + candidate.zeros + candidate.columns * (height - candidate.rows_below);
             let columns = parent.columns + candidate.columns;
             let entries = columns * (columns + 1) / 2 + columns * parent.rows_below;
-            if (zeros as f64) > zeros_allowed(columns) * entries as f64 {
+            let apart = part(parent.frontal[0]) != part(candidate.frontal[0]);
+            if apart || (zeros as f64) > zeros_allowed(columns) * entries as f64 {
                 kept.push(child);
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Every analytic Jacobian against central differences, at random states.
 
-use factors::factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual, VectorPrior};
+use factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual, VectorPrior};
 use factors::{Factor, Key, Linearised, Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
 use nalgebra::{SMatrix, Vector2};

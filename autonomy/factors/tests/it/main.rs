@@ -5,6 +5,7 @@
     reason = "a test may stop at the first surprise and says what it skips"
 )]
 
+mod incremental;
 mod jacobians;
 mod published;
 mod support;

@@ -1,7 +1,7 @@
 //! Published graphs end at their published optima, whatever the method.
 
 use crate::support::{Published, load, load_with};
-use factors::factors::Residual;
+use factors::Residual;
 use factors::{Method, Options, chordal, optimise};
 
 /// Name and chi-squared at the optimum, with the residual that is the logarithm of the whole motion.

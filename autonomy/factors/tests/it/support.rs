@@ -1,6 +1,6 @@
 //! Published graphs as factor graphs.
 
-use factors::factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual};
+use factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual};
 use factors::{FactorId, Graph, Key, Planar, Value, Values};
 use formats::g2o;
 use geometry::{Isometry, Matrix3, Matrix6, isometry_from_pose};

@@ -4,7 +4,7 @@ use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
 use crate::value::{Key, Kind, Planar, Value, Values};
-use geometry::{Isometry, Matrix3, Matrix6, Vector6, so3};
+use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 /// A pose known beforehand. Residual `[Log(R); t]` of `known⁻¹ · pose`.
@@ -42,15 +42,8 @@ impl Factor for Prior {
     }
 
     fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
-        let delta = self.known.inv_mul(values.pose(self.key[0])?);
-        let angle = so3::log(&delta.rotation);
-        let mut residual = Vector6::zeros();
-        residual.fixed_rows_mut::<3>(0).copy_from(&angle);
-        residual.fixed_rows_mut::<3>(3).copy_from(&delta.translation.vector);
-        let mut jacobian = Matrix6::zeros();
-        jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&so3::right_jacobian_inverse(&angle));
-        let rotation: Matrix3 = delta.rotation.to_rotation_matrix().into_inner();
-        jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&rotation);
+        let (known, pose) = (Value::Pose(self.known), Value::Pose(*values.pose(self.key[0])?));
+        let (residual, jacobian) = (known.local(&pose), known.local_jacobian(&pose));
         out.set_jacobian(0, &(self.whitening.matrix() * jacobian));
         out.set_residual(&(self.whitening.matrix() * residual));
         Ok(())
@@ -96,11 +89,9 @@ impl Factor for PlanarPrior {
     }
 
     fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError> {
-        let delta = self.known.inv_mul(values.planar(self.key[0])?);
-        let mut jacobian = Matrix3::identity();
-        let rotation = delta.rotation.to_rotation_matrix().into_inner();
-        jacobian.fixed_view_mut::<2, 2>(0, 0).copy_from(&rotation);
-        let residual = Vector3::new(delta.translation.x, delta.translation.y, delta.rotation.angle());
+        let (known, pose) = (Value::Planar(self.known), Value::Planar(*values.planar(self.key[0])?));
+        let residual: Vector3<f64> = known.local(&pose).fixed_rows::<3>(0).into_owned();
+        let jacobian: Matrix3 = known.local_jacobian(&pose).fixed_view::<3, 3>(0, 0).into_owned();
         out.set_jacobian(0, &(self.whitening.matrix() * jacobian));
         out.set_residual(&(self.whitening.matrix() * residual));
         Ok(())

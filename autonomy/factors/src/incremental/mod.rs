@@ -1,0 +1,189 @@
+//! A solution that is kept up to date while variables and factors come and go: iSAM2.
+//!
+//! The square root of the information matrix is kept as a *Bayes tree*: cliques of variables, each conditioned on variables of its parent.
+//! A new factor touches only the cliques of its variables and those above them, up to the root. That top is turned back
+//! into factors, ordered anew (variables just measured last, so that they stay near the root) and eliminated again; the
+//! subtrees below are hung on as they are, each represented by the normal equations it once handed to its parent. Variables
+//! that have moved far from where their factors were linearised are treated as if measured anew.
+//!
+//! Source: Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert, *iSAM2: Incremental smoothing and mapping using the Bayes tree*,
+//! IJRR 31, 2012.
+
+mod covariance;
+mod forget;
+mod tree;
+mod update;
+
+use crate::error::{FactorError, SolveError};
+use crate::factor::Factor;
+use crate::graph::{Entry, FactorId, Graph};
+use crate::kernel::Kernel;
+use crate::linear::assembly::Assembly;
+use crate::value::{Key, Value, Values};
+use std::sync::Arc;
+use tree::Tree;
+
+/// When to relinearise, and how far changes travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IncrementalOptions {
+    /// A variable is relinearised once a component of its error that is an angle exceeds this, radians.
+    pub relinearise_angle: f64,
+    /// The same for every other component (metres, metres per second…).
+    pub relinearise_length: f64,
+    /// Changes of the solution smaller than this do not travel down the tree (radians, metres).
+    pub change_min: f64,
+    /// Share of the variables beyond which an update starts afresh with all of them.
+    pub afresh_share: f64,
+}
+
+impl Default for IncrementalOptions {
+    fn default() -> Self {
+        Self { relinearise_angle: 0.05, relinearise_length: 0.2, change_min: 1e-3, afresh_share: 0.7 }
+    }
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Updated {
+    /// Variables whose factors were linearised anew.
+    pub relinearised: usize,
+    /// Variables eliminated again.
+    pub eliminated: usize,
+    /// Variables whose solution was computed again.
+    pub solved: usize,
+    /// Cliques in the tree afterwards.
+    pub cliques: usize,
+}
+
+/// An incremental solver.
+///
+/// Stage changes with [`Self::insert`], [`Self::add`] and [`Self::remove`], then call [`Self::update`], which takes them over as a
+/// whole or, when it fails, drops them as a whole.
+///
+/// Cost of an update: elimination of the variables between the changed ones and the root. Exploration costs the same at
+/// any size; a loop closure costs about what its loop's separators do; memory is that of the factor (see
+/// [`Self::memory`]).
+#[derive(Debug, Default)]
+pub struct Incremental {
+    options: IncrementalOptions,
+    graph: Graph,
+    /// Where factors are linearised.
+    values: Values,
+    /// Solution relative to `values`, all scalars in the keys' order.
+    delta: Vec<f64>,
+    dimensions: Vec<u8>,
+    /// First scalar of each variable, and their number at the end.
+    starts: Vec<usize>,
+    /// Factors of each variable, ascending.
+    factors_of: Vec<Vec<FactorId>>,
+    /// Packed normal equations of each factor at `values`.
+    linear: Vec<Vec<f64>>,
+    tree: Tree,
+    /// Marginalised variables.
+    forgotten: Vec<bool>,
+    assembly: Assembly,
+    staged: Staged,
+}
+
+/// Changes waiting for the next update.
+#[derive(Debug, Default)]
+struct Staged {
+    values: Vec<Value>,
+    entries: Vec<Entry>,
+    removals: Vec<FactorId>,
+}
+
+impl Incremental {
+    /// An empty solver.
+    pub fn new(options: IncrementalOptions) -> Self {
+        Self { options, starts: vec![0], ..Self::default() }
+    }
+
+    /// Stages a new variable with its first estimate. A failed update takes its key back.
+    pub fn insert(&mut self, value: Value) -> Key {
+        self.staged.values.push(value);
+        Key((self.values.len() + self.staged.values.len() - 1) as u32)
+    }
+
+    /// Stages a factor over present and staged variables.
+    ///
+    /// # Errors
+    /// When a variable is missing, of another kind or named twice.
+    pub fn add(&mut self, factor: impl Factor + 'static) -> Result<FactorId, FactorError> {
+        self.add_robust(factor, Kernel::None)
+    }
+
+    /// Stages a factor with a robust kernel; its weight is renewed whenever it is linearised.
+    ///
+    /// # Errors
+    /// As for [`Self::add`], and when the kernel's parameter is not positive.
+    pub fn add_robust(
+        &mut self,
+        factor: impl Factor + 'static,
+        kernel: Kernel,
+    ) -> Result<FactorId, FactorError> {
+        if !kernel.is_valid() {
+            return Err(FactorError::NotFinite { what: "the kernel's parameter" });
+        }
+        let known = self.values.len();
+        for (index, (&key, &needed)) in factor.keys().iter().zip(factor.kinds()).enumerate() {
+            let staged = key.index().checked_sub(known).and_then(|place| self.staged.values.get(place));
+            let value = self.values.get(key).or(staged).ok_or(FactorError::UnknownVariable { key })?;
+            if self.forgotten.get(key.index()) == Some(&true) {
+                return Err(FactorError::UnknownVariable { key });
+            }
+            if value.kind() != needed {
+                return Err(FactorError::Kind { key, found: value.kind(), needed });
+            }
+            if factor.keys()[..index].contains(&key) {
+                return Err(FactorError::Repeated { key });
+            }
+        }
+        self.staged.entries.push(Entry { factor: Arc::new(factor), kernel, weight: 1.0 });
+        Ok(FactorId((self.graph.ids() + self.staged.entries.len() - 1) as u32))
+    }
+
+    /// Stages the removal of a factor.
+    ///
+    /// # Errors
+    /// When it is not there.
+    pub fn remove(&mut self, id: FactorId) -> Result<(), SolveError> {
+        if self.graph.get(id).is_none() || self.staged.removals.contains(&id) {
+            return Err(SolveError::UnknownFactor { factor: id });
+        }
+        self.staged.removals.push(id);
+        Ok(())
+    }
+
+    /// Current estimate of a variable; the first estimate while it is staged.
+    ///
+    /// # Errors
+    /// When there is no such variable, or it was marginalised.
+    pub fn estimate(&self, key: Key) -> Result<Value, SolveError> {
+        let unknown = SolveError::UnknownVariable { key };
+        if let Some(place) = key.index().checked_sub(self.values.len()) {
+            return self.staged.values.get(place).copied().ok_or(unknown);
+        }
+        if self.forgotten[key.index()] {
+            return Err(unknown);
+        }
+        let value = self.values.get(key).ok_or(unknown)?;
+        Ok(value.retract(&self.delta[self.starts[key.index()]..self.starts[key.index() + 1]]))
+    }
+
+    /// Current estimates of all variables; marginalised ones keep their last.
+    pub fn estimates(&self) -> Values {
+        self.values.retract(&self.delta)
+    }
+
+    /// The factors taken over so far.
+    pub fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// Bytes that the tree and the linearised factors take.
+    pub fn memory(&self) -> usize {
+        let linear: usize = self.linear.iter().map(Vec::len).sum();
+        8 * (linear + self.tree.scalars() + self.delta.len())
+    }
+}

@@ -1,0 +1,40 @@
+//! How certain the estimates of a whole graph are.
+
+use crate::batch::Problem;
+use crate::error::SolveError;
+use crate::graph::Graph;
+use crate::value::{Key, Values};
+use nalgebra::DMatrix;
+
+/// Marginal covariances of a graph at some values.
+#[derive(Debug)]
+pub struct Marginals<'a> {
+    problem: Problem<'a>,
+    variables: usize,
+}
+
+impl<'a> Marginals<'a> {
+    /// Linearises and factorises once.
+    ///
+    /// # Errors
+    /// When a variable is not determined, or a factor cannot be evaluated.
+    pub fn new(graph: &'a Graph, values: &Values) -> Result<Self, SolveError> {
+        let mut problem = Problem::new(graph, values);
+        problem.linearise(values)?;
+        problem.factorise(&[])?;
+        Ok(Self { problem, variables: values.len() })
+    }
+
+    /// Joint covariance of some variables, in their order; each block is in the variable's own error.
+    ///
+    /// Cost: one forward substitution along the path to the root for each scalar.
+    ///
+    /// # Errors
+    /// When there is no such variable.
+    pub fn covariance(&self, keys: &[Key]) -> Result<DMatrix<f64>, SolveError> {
+        match keys.iter().find(|key| key.index() >= self.variables) {
+            Some(&key) => Err(SolveError::UnknownVariable { key }),
+            None => Ok(self.problem.covariance(keys)),
+        }
+    }
+}
