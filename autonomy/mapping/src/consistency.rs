@@ -171,6 +171,11 @@ impl Jury {
         self.web.connect(index(edge.from), index(edge.to), &measured);
     }
 
+    /// Takes an accepted loop back, a person having found it wrong. Says whether there was one; a step of the walk is none.
+    pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+        from.0.abs_diff(to.0) > 1 && self.web.disconnect(index(from), index(to))
+    }
+
     /// Accepts those that waited and are now confirmed.
     fn confirm_waiting(&mut self, decisions: &mut Vec<Decision>) {
         let mut place = 0;

@@ -55,6 +55,9 @@ fn a_loop_where_the_graph_expects_it_is_accepted_and_makes_it_surer() {
     let decisions = jury.judge(&verified(right));
     assert_eq!(decisions.iter().map(|d| d.verdict).collect::<Vec<_>>(), [Verdict::Accepted]);
     assert!(deviation(&jury) < 0.3 * before, "{before} {}", deviation(&jury));
+    // A person may take it back, but not the walk.
+    assert!(jury.withdraw(KeyframeId(0), KeyframeId(99)) && !jury.withdraw(KeyframeId(4), KeyframeId(5)));
+    assert!((deviation(&jury) - before).abs() < 1e-12);
 }
 
 #[test]

@@ -96,6 +96,16 @@ impl Web {
         self.links[to].push(Link { to: from, way: back, cost: cost(way) });
     }
 
+    /// Takes the last edge between two keyframes back. Says whether there was one.
+    pub fn disconnect(&mut self, from: usize, to: usize) -> bool {
+        let mut cut = |a: usize, b: usize| {
+            let links = self.links.get_mut(a)?;
+            let index = links.iter().rposition(|link| link.to == b)?;
+            Some(links.remove(index))
+        };
+        cut(from, to).is_some() & cut(to, from).is_some()
+    }
+
     /// The best known pose of every keyframe in `from`: along the way whose edges' variances sum up least. Its
     /// covariance is a bound, since other ways could only add to what is known. `O((n + e) log n)`.
     ///
@@ -206,6 +216,8 @@ mod tests {
         web.connect(2, 100, &Uncertain { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
         let Some(closed) = web.reach(100)[0] else { panic!("not reached") };
         assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
+        assert!(web.disconnect(2, 100) && !web.disconnect(2, 100) && !web.disconnect(7, 4_000));
+        assert_eq!(web.reach(100), before);
         assert!(web.reach(1000).iter().all(Option::is_none));
     }
 }

@@ -142,6 +142,11 @@ impl LoopFinder {
         self.jury.accept(edge);
     }
 
+    /// Takes an accepted loop back, a person having found it wrong. Says whether there was one.
+    pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+        self.jury.withdraw(from, to)
+    }
+
     /// Points of a keyframe's cloud (base frame, metres) that move, judged by what the keyframes around it saw through.
     pub fn moving_points(&self, of: KeyframeId, xyz: &[[f32; 3]]) -> Vec<u32> {
         let own = of.0 as usize;

@@ -85,7 +85,10 @@ pub struct Session {
     map_from_odom: Isometry,
     nodes: Vec<Node>,
     edges: Vec<Edge>,
+    loops: Vec<Edge>,
     trajectory: Vec<(Stamp, Isometry)>,
+    /// For each entry of the trajectory, how many keyframes there were: it moves with the last of them.
+    trajectory_keyframes: Vec<u32>,
     stretches: Vec<Stretch>,
     odometer: Odometer,
     last_covariance: Matrix6,
@@ -103,7 +106,9 @@ impl Session {
             map_from_odom: odom_from_map.inverse(),
             nodes: Vec::new(),
             edges: Vec::new(),
+            loops: Vec::new(),
             trajectory: Vec::new(),
+            trajectory_keyframes: Vec::new(),
             stretches: Vec::new(),
             odometer: Odometer::default(),
             last_covariance: Matrix6::zeros(),
@@ -125,12 +130,56 @@ impl Session {
             .map_or(0.0, |(_, last)| (last.translation.vector - at_scan.translation.vector).norm());
         self.odometer.move_to(&at_scan.translation.vector);
         self.trajectory.push((scan.scan_stamp, at_scan));
+        self.trajectory_keyframes.push(self.nodes.len() as u32);
         if scan.degenerate {
             self.note_degenerate(scan.stamp, step);
         }
         let map_from_base = self.map_from_odom * scan.odom_from_base;
         self.is_new_place(&map_from_base)
             .then(|| self.add_keyframe(scan.stamp, map_from_base, &scan.covariance))
+    }
+
+    /// Adds a loop that was accepted. Moves nothing: that is for whoever optimises, see [`Session::move_keyframes`].
+    pub fn add_loop(&mut self, edge: Edge) {
+        self.loops.push(edge);
+        self.revision += 1;
+    }
+
+    /// Takes a loop back, a person having found it wrong. Says whether it was there.
+    pub fn remove_loop(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+        let before = self.loops.len();
+        self.loops.retain(|edge| (edge.from, edge.to) != (from, to));
+        let removed = self.loops.len() < before;
+        self.revision += u64::from(removed);
+        removed
+    }
+
+    /// Loops that were accepted, in that order.
+    pub fn loops(&self) -> &[Edge] {
+        &self.loops
+    }
+
+    /// Puts keyframes where an optimisation found them: `poses` are those of the first keyframes in the map. Keyframes made
+    /// since it began, the trajectory and the odometry's frame move along rigidly, so that nothing tears at the robot. Poses
+    /// that are not finite are left out. Linear in the trajectory, some 10 ns an entry.
+    pub fn move_keyframes(&mut self, poses: &[Isometry]) {
+        let mut moved = Vec::with_capacity(self.nodes.len());
+        let mut last = Isometry::identity();
+        for (index, node) in self.nodes.iter_mut().enumerate() {
+            let found = poses.get(index).filter(|pose| pose.to_homogeneous().iter().all(|c| c.is_finite()));
+            if let Some(pose) = found {
+                last = pose * node.map_from_keyframe.inverse();
+            }
+            // On a found pose exactly, so that rounding never adds up.
+            node.map_from_keyframe = found.copied().unwrap_or(last * node.map_from_keyframe);
+            moved.push(last);
+        }
+        for ((_, pose), keyframes) in self.trajectory.iter_mut().zip(&self.trajectory_keyframes) {
+            let moves = moved.get((*keyframes as usize).saturating_sub(1)).unwrap_or(&last);
+            *pose = moves * *pose;
+        }
+        self.map_from_odom = last * self.map_from_odom;
+        self.revision += 1;
     }
 
     /// Metres walked.
@@ -261,6 +310,50 @@ mod tests {
         walk(&mut session, (0..=20).map(|i| at(5.0, f64::from(i) * 0.05)));
         assert_eq!(session.nodes().len(), 6, "and one for turning by more than half a radian");
         assert_eq!(session.edges().len(), 5);
+    }
+
+    #[test]
+    fn an_optimisation_moves_all_and_tears_nothing() {
+        let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+        walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
+        let (before, stretch) = (session.nodes().to_vec(), session.trajectory().to_vec());
+        // Found while the last keyframe was made: the others turned about the first and one shifted.
+        let turn = at(0.0, 0.3);
+        let mut poses: Vec<Isometry> = before[..3].iter().map(|n| turn * n.map_from_keyframe).collect();
+        poses[1].translation.vector.z += 0.2;
+        session.move_keyframes(&poses);
+        assert!(session.nodes().iter().zip(&poses).all(|(node, pose)| node.map_from_keyframe == *pose));
+        let near = |a: &Isometry, b: &Isometry| (a.inverse() * b).translation.vector.norm() < 1e-9;
+        // The new one and the robot keep their place beside the last one that was found.
+        assert!(near(&session.nodes()[3].map_from_keyframe, &(turn * before[3].map_from_keyframe)));
+        assert!(near(session.map_from_odom(), &turn));
+        let last = stretch.len() - 1;
+        assert!(near(&session.trajectory()[last].1, &(turn * stretch[last].1)));
+        assert!(
+            (session.trajectory()[15].1.translation.vector.z - 0.2).abs() < 1e-9,
+            "after the second keyframe"
+        );
+        // What is walked next is measured as if nothing had happened.
+        let next = session.add_scan(&scan(Stamp::from_nanos(1), &at(5.0, 0.0), false));
+        assert!(next.is_some_and(|node| near(&node.map_from_keyframe, &(turn * at(5.0, 0.0)))));
+        let edge = session.edges()[3].from_from_to;
+        assert!((edge.translation.vector.x - (5.0 - 3.3)).abs() < 1e-9, "{edge}");
+        // Garbage moves nothing.
+        let held = session.nodes().to_vec();
+        session.move_keyframes(&[at(f64::NAN, 0.0)]);
+        assert_eq!(session.nodes(), held);
+    }
+
+    #[test]
+    fn loops_come_and_go() {
+        let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+        walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
+        let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.edges()[0] };
+        let revision = session.revision();
+        session.add_loop(edge);
+        assert_eq!((session.loops(), session.revision()), (&[edge][..], revision + 1));
+        assert!(session.remove_loop(edge.from, edge.to) && !session.remove_loop(edge.from, edge.to));
+        assert!(session.loops().is_empty());
     }
 
     #[test]

@@ -1,0 +1,159 @@
+//! Loop closure on simulated walks: which true revisits are found, which loops are wrong, what each keyframe costs.
+
+#![allow(clippy::print_stdout, reason = "the table is the point")]
+
+mod find;
+mod parts;
+mod score;
+mod walk;
+
+use anyhow::{Context, Result};
+use clap::Parser;
+use find::Found;
+use mapping::{LoopConfig, Verdict};
+use score::Score;
+use sim::{Site, SiteName};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Loops found on the simulated sites, judged by the truth.
+///
+/// Example: cargo xtask bench mapping --sites b1,twins --seeds 1,2 --drifts 0,1
+#[derive(Parser)]
+struct Arguments {
+    /// Sites, separated by commas.
+    #[arg(long, value_delimiter = ',', default_value = "b1,torus,plant,twins")]
+    sites: Vec<String>,
+    /// Seeds, separated by commas; one walk each.
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    seeds: Vec<u64>,
+    /// Strengths of drift added to the odometry: 0 leaves it as it is, 1 adds some 3 m over 500 m.
+    #[arg(long, value_delimiter = ',', default_value = "0,1")]
+    drifts: Vec<f64>,
+    /// Length of a walk, minutes.
+    #[arg(long, default_value_t = 11.0)]
+    minutes: f64,
+    /// LiDAR columns per sweep; 2000 is full resolution.
+    #[arg(long, default_value_t = 500)]
+    columns: u32,
+    /// People walking about.
+    #[arg(long, default_value_t = 4)]
+    people: u32,
+    /// Folder where walks are kept for the next time.
+    #[arg(long, default_value = "target/bench-mapping")]
+    work: PathBuf,
+    /// One line for each pair that was verified.
+    #[arg(long)]
+    pairs: bool,
+    /// The parts by themselves too: recognition by looks alone, people, cost of each.
+    #[arg(long)]
+    parts: bool,
+}
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    std::fs::create_dir_all(&arguments.work)
+        .with_context(|| format!("{} cannot be made", arguments.work.display()))?;
+    print_header();
+    for name in &arguments.sites {
+        let name: SiteName = name.parse()?;
+        let site = Arc::new(Site::new(name));
+        for &seed in &arguments.seeds {
+            let plan = walk::Plan {
+                seed,
+                columns: arguments.columns,
+                people: arguments.people,
+                seconds: arguments.minutes * 60.0,
+            };
+            let file = format!("{name}-{seed}-{}-{}-{}.walk", plan.columns, plan.people, arguments.minutes);
+            let recorded = walk::keyframes(&site, &plan, &arguments.work.join(file))?;
+            for &drift in &arguments.drifts {
+                let found = find::find(&recorded, drift, seed, LoopConfig::default());
+                if arguments.pairs {
+                    print_pairs(&found, &recorded);
+                }
+                let score = score::score(&site, &recorded, &found.decisions);
+                let case = format!("{name} {seed} {drift}");
+                print(&case, &score, &found);
+                if arguments.parts {
+                    let revisits = score::revisits(&site, &recorded);
+                    parts::parts(&site, &recorded, &revisits, &found.finder).print(&case);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn print_header() {
+    println!(
+        "{:<12} {:>6} {:>9} {:>7} {:>6} {:>9} {:>6} {:>5} {:>8} {:>8} {:>8} {:>7}  ms: take in (p99) verify (p99) judge (p99)",
+        "walk",
+        "frames",
+        "revisits",
+        "closed",
+        "%",
+        "accepted",
+        "WRONG",
+        "held",
+        "rejected",
+        "err mm",
+        "err mrad",
+        "honesty"
+    );
+}
+
+fn print(case: &str, score: &Score, found: &Found) {
+    let times = [&found.take_in, &found.verify, &found.judge].map(|times| {
+        let mut sorted = times.clone();
+        sorted.sort_by(f64::total_cmp);
+        let mean = sorted.iter().sum::<f64>() / sorted.len().max(1) as f64;
+        let high = sorted.get(sorted.len() * 99 / 100).copied().unwrap_or_default();
+        format!("{mean:.1} ({high:.1})")
+    });
+    println!(
+        "{case:<12} {:>6} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>5} {:>8} {:>8.1} {:>8.2} {:>7.1}  {}  {:.0} MB",
+        score.keyframes,
+        score.revisits,
+        score.closed,
+        100.0 * score.closed as f64 / score.revisits.max(1) as f64,
+        score.accepted,
+        score.wrong,
+        score.held,
+        score.rejected,
+        score.place_error * 1e3,
+        score.turn_error * 1e3,
+        score.honesty,
+        times.join(" "),
+        found.submap_bytes as f64 * 1e-6,
+    );
+}
+
+fn print_pairs(found: &Found, recorded: &[walk::Recorded]) {
+    for decision in &found.decisions {
+        let (place, turn) = score::error(decision, recorded);
+        let evidence = &decision.evidence;
+        let truth = if score::is_wrong(decision, recorded) { "wrong" } else { "right" };
+        let verdict = match decision.verdict {
+            Verdict::Rejected(flaw) => format!("{flaw:?}"),
+            other => format!("{other:?}"),
+        };
+        println!(
+            "pair {:>4} {:>4} {truth} {verdict:<12} {:<18} err {place:>7.3} m {turn:>6.3} overlap {:.2} {:.2} residual {:.3} through {:.3} {:.3} rival {:.2} blind {} grip {:.4} score {:.2} surprise {:>8.1} agree {}",
+            decision.edge.from.0,
+            decision.edge.to.0,
+            format!("{:?}", evidence.source),
+            evidence.overlap[0],
+            evidence.overlap[1],
+            evidence.residual,
+            evidence.through[0],
+            evidence.through[1],
+            evidence.rival,
+            evidence.blind,
+            evidence.grip,
+            evidence.score,
+            evidence.surprise.unwrap_or(-1.0),
+            decision.agreeing,
+        );
+    }
+}

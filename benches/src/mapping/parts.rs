@@ -1,0 +1,152 @@
+//! The parts by themselves: does looking alike find places, do people go and the site stay, what does each part cost.
+
+use crate::walk::Recorded;
+use geometry::{Isometry, Vector3};
+use mapping::places::Places;
+use mapping::scan_context::{Descriptor, level_from_base};
+use mapping::submap::KeyframeCloud;
+use mapping::{LoopFinder, dynamics};
+use points::Downsampler;
+use sim::Site;
+use std::sync::Arc;
+use std::time::Instant;
+use vocab::KeyframeId;
+
+/// A place is right if it is this near, metres, and on this floor.
+const RIGHT: f64 = 3.0;
+const LEVEL: f64 = 1.0;
+/// Places in the search whose cost is stated.
+const MANY: usize = 100_000;
+/// A point farther than this from everything built is somebody, metres: arms and legs, not noise.
+const SOMEBODY: f64 = 0.12;
+
+/// Of one walk.
+#[derive(Debug, Default)]
+pub struct Parts {
+    /// Revisits asked about, and those for which a right place came first, and among the first five.
+    pub asked: usize,
+    pub first: usize,
+    pub five: usize,
+    /// Points on people, those of them dropped; points of the site, those of them dropped.
+    pub people: usize,
+    pub people_dropped: usize,
+    pub site: usize,
+    pub site_dropped: usize,
+    /// Means, milliseconds: cloud and image, descriptor, search in this walk, search in [`MANY`], people of a cloud.
+    pub cloud_ms: f64,
+    pub descriptor_ms: f64,
+    pub search_ms: f64,
+    pub search_many_ms: f64,
+    pub people_ms: f64,
+}
+
+/// Looks at every keyframe of `revisits` for recognition and at every eighth for people.
+pub fn parts(site: &Site, recorded: &[Recorded], revisits: &[usize], finder: &LoopFinder) -> Parts {
+    let mut parts = Parts::default();
+    parts.recognise(recorded, revisits);
+    parts.judge_people(site, recorded, finder);
+    parts
+}
+
+impl Parts {
+    fn recognise(&mut self, recorded: &[Recorded], revisits: &[usize]) {
+        let (mut places, mut downsampler) = (Places::default(), Downsampler::default());
+        for keyframe in recorded {
+            let level = level_from_base(&keyframe.odom_from_base.rotation);
+            let began = Instant::now();
+            std::hint::black_box(KeyframeCloud::new(&keyframe.cloud, [0.0; 3], &mut downsampler));
+            self.cloud_ms += milliseconds(began) / recorded.len() as f64;
+            let began = Instant::now();
+            let descriptor = Descriptor::new(&keyframe.cloud, &level, [0.0; 2]);
+            self.descriptor_ms += milliseconds(began) / recorded.len() as f64;
+            places.push(Arc::new(descriptor));
+        }
+        for &newer in revisits {
+            let keyframe = &recorded[newer];
+            let level = level_from_base(&keyframe.odom_from_base.rotation);
+            let views = [0.0, 1.5, -1.5].map(|aside| Descriptor::new(&keyframe.cloud, &level, [0.0, aside]));
+            let began = Instant::now();
+            let found = places.search(&views, 0..newer.saturating_sub(15));
+            self.search_ms += milliseconds(began) / revisits.len() as f64;
+            let right = |place: usize| near(&recorded[place].site_from_base, &keyframe.site_from_base);
+            self.asked += 1;
+            self.first += usize::from(found.first().is_some_and(|first| right(first.place)));
+            self.five += usize::from(found.iter().take(5).any(|one| right(one.place)));
+        }
+        self.search_many(&places, recorded);
+    }
+
+    fn search_many(&mut self, places: &Places, recorded: &[Recorded]) {
+        let (Some(last), Some(keyframe)) = (places.len().checked_sub(1), recorded.last()) else { return };
+        let mut many = Places::default();
+        for place in 0..MANY {
+            if let Some(descriptor) = places.descriptor(place % last.max(1)) {
+                many.push(descriptor.clone());
+            }
+        }
+        let level = level_from_base(&keyframe.odom_from_base.rotation);
+        let view = [Descriptor::new(&keyframe.cloud, &level, [0.0; 2])];
+        let began = Instant::now();
+        for _ in 0..10 {
+            std::hint::black_box(many.search(&view, 0..MANY));
+        }
+        self.search_many_ms = milliseconds(began) / 10.0;
+    }
+
+    fn judge_people(&mut self, site: &Site, recorded: &[Recorded], finder: &LoopFinder) {
+        let mut clouds = 0;
+        for (index, keyframe) in recorded.iter().enumerate().step_by(8) {
+            let began = Instant::now();
+            let dropped = finder.moving_points(KeyframeId(index as u32), &keyframe.cloud);
+            self.people_ms += milliseconds(began);
+            clouds += 1;
+            let mut is_dropped = vec![false; keyframe.cloud.len()];
+            dropped.iter().for_each(|&point| is_dropped[point as usize] = true);
+            for (point, dropped) in keyframe.cloud.iter().zip(is_dropped) {
+                let place = keyframe.site_from_base * nalgebra::Point3::from(point.map(f64::from));
+                let built = site.distance(&place.coords, SOMEBODY).is_some();
+                let (count, gone) = if built {
+                    (&mut self.site, &mut self.site_dropped)
+                } else {
+                    (&mut self.people, &mut self.people_dropped)
+                };
+                *count += 1;
+                *gone += usize::from(dropped);
+            }
+        }
+        self.people_ms /= f64::from(clouds.max(1));
+    }
+
+    /// One line.
+    pub fn print(&self, case: &str) {
+        let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
+        println!(
+            "{case:<12} looks: right place first {:.1} %, among five {:.1} % of {}; people dropped {:.1} % of {}, site {:.3} % of {}",
+            percent(self.first, self.asked),
+            percent(self.five, self.asked),
+            self.asked,
+            percent(self.people_dropped, self.people),
+            self.people,
+            percent(self.site_dropped, self.site),
+            self.site,
+        );
+        println!(
+            "{case:<12} ms: cloud {:.2}, descriptor {:.2}, search of three views {:.2} (one view in {MANY}: {:.2}), people with {} voters {:.2}",
+            self.cloud_ms,
+            self.descriptor_ms,
+            self.search_ms,
+            self.search_many_ms,
+            dynamics::VOTERS,
+            self.people_ms,
+        );
+    }
+}
+
+fn near(a: &Isometry, b: &Isometry) -> bool {
+    let way: Vector3 = a.translation.vector - b.translation.vector;
+    way.xy().norm() < RIGHT && way.z.abs() < LEVEL
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}

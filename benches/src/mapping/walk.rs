@@ -1,0 +1,239 @@
+//! Simulated walks as the mapping sees them: the keyframes of the odometry, with the truth beside them for the score.
+
+use anyhow::{Context, Result, bail};
+use geometry::{Isometry, Matrix6, isometry_from_pose, se3, vec_from_plain};
+use mapping::{KeyframePolicy, ScanPose, Session};
+use messages::Sensor;
+use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
+use points::Downsampler;
+use sim::{RouteWalker, SimConfig, Simulator, Site};
+use std::io::{Read, Write};
+use std::path::Path;
+use std::sync::Arc;
+use vocab::{Span, Stamp};
+
+/// Clouds are averaged in voxels of this edge, as on the robot, metres.
+const VOXEL: f32 = 0.04;
+/// The operator steers this often.
+const STEER: Span = Span::from_millis(50);
+
+/// A keyframe as it was recorded.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    pub stamp: Stamp,
+    pub odom_from_base: Isometry,
+    pub covariance: Matrix6,
+    pub degenerate: bool,
+    /// Where the base really was.
+    pub site_from_base: Isometry,
+    /// Motion-corrected, base frame.
+    pub cloud: Vec<[f32; 3]>,
+}
+
+/// What to walk.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    pub seed: u64,
+    pub columns: u32,
+    pub people: u32,
+    pub seconds: f64,
+}
+
+/// The keyframes of a walk: from `file` if it was walked before, else walked now and kept there.
+pub fn keyframes(site: &Arc<Site>, plan: &Plan, file: &Path) -> Result<Vec<Recorded>> {
+    if file.exists() {
+        return load(file).with_context(|| format!("{} cannot be read; delete it", file.display()));
+    }
+    let walked = walk(site, plan)?;
+    store(&walked, file).with_context(|| format!("{} cannot be written", file.display()))?;
+    Ok(walked)
+}
+
+fn walk(site: &Arc<Site>, plan: &Plan) -> Result<Vec<Recorded>> {
+    let Some(route) = site.route("round").cloned() else { bail!("{} has no round", site.name()) };
+    let mut config = SimConfig {
+        lidar_columns: plan.columns,
+        people: plan.people,
+        ..SimConfig::new(site.name(), plan.seed)
+    };
+    config.start = Some(route.start);
+    let mut simulator = Simulator::on(site.clone(), config);
+    let boot = simulator.boot().mounting;
+    let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
+    let mut recorder = Recorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });
+    let mut walker = RouteWalker::new(route.clone());
+    let mut events = Vec::new();
+    while simulator.elapsed().secs_f64() < plan.seconds {
+        let Some(drive) = walker.drive(&simulator.truth()) else {
+            // Longer walks go round again.
+            walker = RouteWalker::new(route.clone());
+            continue;
+        };
+        simulator.command(drive);
+        let until = simulator.now() + STEER;
+        simulator.advance(until, &mut events);
+        for truth in simulator.take_truths() {
+            let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
+            recorder.truth.push((truth.stamp, pose));
+        }
+        for event in events.drain(..) {
+            recorder.hear(&event.sensor);
+        }
+    }
+    Ok(recorder.keyframes)
+}
+
+/// Odometry, and the choice of keyframes as the stack makes it.
+struct Recorder {
+    odometry: Odometry,
+    pending: Option<Box<PoseEvent>>,
+    session: Option<Session>,
+    downsampler: Downsampler,
+    truth: Vec<(Stamp, Isometry)>,
+    keyframes: Vec<Recorded>,
+    out: Vec<OdometryEvent>,
+}
+
+impl Recorder {
+    fn new(config: OdometryConfig) -> Self {
+        Self {
+            odometry: Odometry::new(config),
+            pending: None,
+            session: None,
+            downsampler: Downsampler::default(),
+            truth: Vec::new(),
+            keyframes: Vec::new(),
+            out: Vec::new(),
+        }
+    }
+
+    fn hear(&mut self, sensor: &Sensor) {
+        let mut out = std::mem::take(&mut self.out);
+        match sensor {
+            Sensor::Imu(imu) => self.odometry.imu(
+                imu.stamp,
+                vec_from_plain(imu.angular_velocity),
+                vec_from_plain(imu.specific_force),
+                &mut out,
+            ),
+            Sensor::Legs(legs) => {
+                self.odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), &mut out);
+            }
+            Sensor::Scan(scan) => {
+                let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
+                let view = ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns };
+                self.odometry.scan(view, &mut out);
+            }
+            Sensor::Odometry(_) | Sensor::Battery(_) => {}
+        }
+        for event in out.drain(..) {
+            match event {
+                OdometryEvent::Pose(pose) => self.pending = Some(pose),
+                OdometryEvent::Scan(scan) => {
+                    if let Some(pose) = self.pending.take() {
+                        self.scan(&pose, &scan.xyz);
+                    }
+                }
+                OdometryEvent::Started(_) | OdometryEvent::Finding(_) => {}
+            }
+        }
+        self.out = out;
+    }
+
+    fn scan(&mut self, pose: &PoseEvent, xyz: &[[f32; 3]]) {
+        let estimate = &pose.estimate;
+        let session = self
+            .session
+            .get_or_insert_with(|| Session::begin(&estimate.odom_from_base, KeyframePolicy::default()));
+        let degenerate = pose.degenerate.iter().any(Option::is_some);
+        let added = session.add_scan(&ScanPose {
+            stamp: estimate.stamp,
+            odom_from_base: estimate.odom_from_base,
+            scan_stamp: pose.scan_stamp,
+            odom_from_base_at_scan: pose.odom_from_base_at_scan,
+            covariance: estimate.covariance,
+            degenerate,
+        });
+        if added.is_none() {
+            return;
+        }
+        let mut centroids = Vec::new();
+        self.downsampler.centroids(xyz, &[], VOXEL, &mut centroids);
+        self.keyframes.push(Recorded {
+            stamp: estimate.stamp,
+            odom_from_base: estimate.odom_from_base,
+            covariance: estimate.covariance,
+            degenerate,
+            site_from_base: self.truth_at(estimate.stamp),
+            cloud: centroids.iter().map(|centroid| centroid.xyz).collect(),
+        });
+    }
+
+    fn truth_at(&self, stamp: Stamp) -> Isometry {
+        let after = self.truth.partition_point(|entry| entry.0 < stamp).clamp(1, self.truth.len() - 1);
+        let (before, after) = (&self.truth[after - 1], &self.truth[after]);
+        let fraction = (stamp - before.0).secs_f64() / (after.0 - before.0).secs_f64();
+        se3::interpolate(&before.1, &after.1, fraction.min(1.0))
+    }
+}
+
+fn store(keyframes: &[Recorded], file: &Path) -> Result<()> {
+    let mut bytes = Vec::new();
+    bytes.extend((keyframes.len() as u64).to_le_bytes());
+    for keyframe in keyframes {
+        bytes.extend(keyframe.stamp.nanos().to_le_bytes());
+        let mut numbers = Vec::new();
+        for pose in [&keyframe.odom_from_base, &keyframe.site_from_base] {
+            numbers.extend(pose.translation.vector.iter());
+            numbers.extend(pose.rotation.coords.iter());
+        }
+        numbers.extend(keyframe.covariance.iter());
+        numbers.push(f64::from(u8::from(keyframe.degenerate)));
+        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        bytes.extend((keyframe.cloud.len() as u64).to_le_bytes());
+        bytes.extend(keyframe.cloud.iter().flatten().flat_map(|c| c.to_le_bytes()));
+    }
+    // Under another name first, so that a walk cut short is not taken for a whole one.
+    let partial = file.with_extension("partial");
+    std::fs::File::create(&partial)?.write_all(&bytes)?;
+    Ok(std::fs::rename(partial, file)?)
+}
+
+fn load(file: &Path) -> Result<Vec<Recorded>> {
+    let mut reader = std::io::BufReader::new(std::fs::File::open(file)?);
+    let count = u64::from_le_bytes(take(&mut reader)?);
+    (0..count)
+        .map(|_| {
+            let stamp = Stamp::from_nanos(i64::from_le_bytes(take(&mut reader)?));
+            let mut number = || -> Result<f64> { Ok(f64::from_le_bytes(take(&mut reader)?)) };
+            let mut pose = || -> Result<Isometry> {
+                let [x, y, z] = [number()?, number()?, number()?];
+                let [i, j, k, w] = [number()?, number()?, number()?, number()?];
+                let rotation =
+                    nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+                Ok(Isometry::from_parts(nalgebra::Translation3::new(x, y, z), rotation))
+            };
+            let (odom_from_base, site_from_base) = (pose()?, pose()?);
+            let mut covariance = Matrix6::zeros();
+            for value in covariance.iter_mut() {
+                *value = number()?;
+            }
+            let degenerate = number()? > 0.5;
+            let points = u64::from_le_bytes(take(&mut reader)?) as usize;
+            let mut bytes = vec![0; points * 12];
+            reader.read_exact(&mut bytes)?;
+            let coordinate = |c: &[u8]| f32::from_le_bytes([c[0], c[1], c[2], c[3]]);
+            let cloud = bytes
+                .chunks_exact(12)
+                .map(|point| [coordinate(&point[..4]), coordinate(&point[4..8]), coordinate(&point[8..])])
+                .collect();
+            Ok(Recorded { stamp, odom_from_base, covariance, degenerate, site_from_base, cloud })
+        })
+        .collect()
+}
+
+fn take(reader: &mut impl Read) -> Result<[u8; 8]> {
+    let mut bytes = [0; 8];
+    reader.read_exact(&mut bytes)?;
+    Ok(bytes)
+}
