@@ -17,6 +17,8 @@ use vocab::KeyframeId;
 const CHI_SQUARED_6: f64 = 22.46;
 /// Loops that wait; beyond it the oldest is dropped.
 const WAITING: usize = 64;
+/// How many of them, newest first, are looked at again after a loop was accepted: each costs a search of the graph.
+const LOOKED_AT_AGAIN: usize = 8;
 
 /// When a loop is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,8 +123,8 @@ impl Jury {
         self.waiting.len()
     }
 
-    /// Judges a verified pair. What it decides may free others that waited. Cost: one search of the graph and at most 64
-    /// pairs.
+    /// Judges a verified pair. What it decides may free others that waited. Cost: at most nine searches of the
+    /// graph for a loop that is accepted at once, and as many as agree (64) for one that frees others.
     pub fn judge(&mut self, verified: &Verified) -> Vec<Decision> {
         let decision = |verdict, agreeing| Decision {
             edge: verified.edge,
@@ -176,24 +178,22 @@ impl Jury {
         from.0.abs_diff(to.0) > 1 && self.web.disconnect(index(from), index(to))
     }
 
-    /// Accepts those that waited and are now confirmed.
+    /// Accepts those that waited and are now confirmed, newest first.
     fn confirm_waiting(&mut self, decisions: &mut Vec<Decision>) {
-        let mut place = 0;
-        while place < self.waiting.len() {
+        let oldest = self.waiting.len().saturating_sub(LOOKED_AT_AGAIN);
+        for place in (oldest..self.waiting.len()).rev() {
             if self.stance(&self.waiting[place].0) == Stance::Confirmed {
                 let (edge, evidence) = self.waiting.remove(place);
                 self.accept(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
-                place = 0;
-            } else {
-                place += 1;
             }
         }
     }
 
     fn stance(&self, edge: &Edge) -> Stance {
-        let expected = self.web.reach(index(edge.from)).get(index(edge.to)).copied().flatten();
-        let Some(expected) = expected else { return Stance::Absurd };
+        let Some(expected) = self.web.between(index(edge.from), index(edge.to)) else {
+            return Stance::Absurd;
+        };
         let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
         let deviation = expected.place_deviation();
         match expected.distance_squared(&measured) {
@@ -240,6 +240,9 @@ impl Jury {
 
     /// Whether a set of waiting loops is enough.
     fn convinces(&self, set: u64) -> bool {
+        if (set.count_ones() as usize) < self.trust.support {
+            return false;
+        }
         let stances: Vec<Stance> = bits(set).map(|i| self.stance(&self.waiting[i].0)).collect();
         if stances.contains(&Stance::Absurd) {
             return false;

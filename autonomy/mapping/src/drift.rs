@@ -111,6 +111,16 @@ impl Web {
     ///
     /// Source of the idea: Olson, *Recognizing places using spectrally clustered local matches*, RAS 2009.
     pub fn reach(&self, from: usize) -> Vec<Option<Uncertain>> {
+        self.spread(from, usize::MAX)
+    }
+
+    /// The best known pose of `to` in `from`, as [`Web::reach`] has it; stops once it is found.
+    pub fn between(&self, from: usize, to: usize) -> Option<Uncertain> {
+        self.spread(from, to).get(to).copied().flatten()
+    }
+
+    /// Reaches keyframes from the surest on, until `last`.
+    fn spread(&self, from: usize, last: usize) -> Vec<Option<Uncertain>> {
         let mut reached: Vec<Option<Uncertain>> = vec![None; self.links.len()];
         let mut heap = BinaryHeap::new();
         let mut least = vec![f64::INFINITY; self.links.len()];
@@ -129,6 +139,9 @@ impl Web {
                 }
                 None => Uncertain::identity(),
             });
+            if keyframe == last {
+                break;
+            }
             for (index, link) in self.links[keyframe].iter().enumerate() {
                 let there = cost + link.cost;
                 if there < least[link.to] {
@@ -215,6 +228,7 @@ mod tests {
         assert!((0.3..0.6).contains(&open.place_deviation()), "{}", open.place_deviation());
         web.connect(2, 100, &Uncertain { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
         let Some(closed) = web.reach(100)[0] else { panic!("not reached") };
+        assert_eq!((web.between(100, 0), web.between(100, 4_000)), (Some(closed), None));
         assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
         assert!(web.disconnect(2, 100) && !web.disconnect(2, 100) && !web.disconnect(7, 4_000));
         assert_eq!(web.reach(100), before);

@@ -21,8 +21,8 @@ const ASIDE: f32 = 1.5;
 /// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
 const SUBMAP_WALK: f64 = 8.0;
 const SUBMAP_MEMBERS: usize = 17;
-/// Submaps held ready: some 3 MB each.
-const SUBMAPS_HELD: usize = 8;
+/// Submaps held ready: 4 to 15 MB each.
+const SUBMAPS_HELD: usize = 4;
 
 /// Settings of a [`LoopFinder`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,7 +49,7 @@ pub struct NewKeyframe<'a> {
 }
 
 /// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, image 11.5, descriptor 3.3,
-/// edges 1.2) and eight submaps.
+/// edges 1.5) and four submaps.
 #[derive(Clone, Debug)]
 pub struct LoopFinder {
     config: LoopConfig,

@@ -15,6 +15,8 @@ const SENSOR: [f32; 3] = [0.07, 0.005, 0.31];
 pub struct Found {
     /// As it was after the last keyframe.
     pub finder: LoopFinder,
+    /// Of the odometry, made worse as told.
+    pub edges: Vec<Edge>,
     pub decisions: Vec<Decision>,
     /// Milliseconds a keyframe: taking it in (cloud, descriptor, search, submaps), and each verification and judgement.
     pub take_in: Vec<f64>,
@@ -32,6 +34,7 @@ const STEADY: f64 = 50.0;
 pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) -> Found {
     let mut found = Found {
         finder: LoopFinder::new(config),
+        edges: edges(recorded, drift, seed),
         decisions: Vec::new(),
         take_in: Vec::new(),
         verify: Vec::new(),
@@ -39,11 +42,10 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
         submap_bytes: 0,
     };
     let finder = &mut found.finder;
-    let edges = edges(recorded, drift, seed);
     for (index, keyframe) in recorded.iter().enumerate() {
         let began = Instant::now();
         let tasks = finder.add_keyframe(&NewKeyframe {
-            edge: index.checked_sub(1).and_then(|last| edges.get(last)),
+            edge: index.checked_sub(1).and_then(|last| found.edges.get(last)),
             rotation: keyframe.odom_from_base.rotation,
             xyz: &keyframe.cloud,
             sensor: SENSOR,

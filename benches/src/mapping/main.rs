@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "the table is the point")]
 
 mod find;
+mod map;
 mod parts;
 mod score;
 mod walk;
@@ -10,6 +11,7 @@ mod walk;
 use anyhow::{Context, Result};
 use clap::Parser;
 use find::Found;
+use map::MapError;
 use mapping::{LoopConfig, Verdict};
 use score::Score;
 use sim::{Site, SiteName};
@@ -74,7 +76,7 @@ fn main() -> Result<()> {
                 }
                 let score = score::score(&site, &recorded, &found.decisions);
                 let case = format!("{name} {seed} {drift}");
-                print(&case, &score, &found);
+                print(&case, &score, &found, &map::error(&recorded, &found)?);
                 if arguments.parts {
                     let revisits = score::revisits(&site, &recorded);
                     parts::parts(&site, &recorded, &revisits, &found.finder).print(&case);
@@ -87,7 +89,7 @@ fn main() -> Result<()> {
 
 fn print_header() {
     println!(
-        "{:<12} {:>6} {:>9} {:>7} {:>6} {:>9} {:>6} {:>5} {:>8} {:>8} {:>8} {:>7}  ms: take in (p99) verify (p99) judge (p99)",
+        "{:<12} {:>6} {:>9} {:>7} {:>6} {:>9} {:>6} {:>5} {:>8} {:>8} {:>8} {:>7} {:>9} {:>9}  ms: take in (p99) verify (p99) judge (p99)",
         "walk",
         "frames",
         "revisits",
@@ -99,11 +101,13 @@ fn print_header() {
         "rejected",
         "err mm",
         "err mrad",
-        "honesty"
+        "honesty",
+        "odom mm",
+        "map mm"
     );
 }
 
-fn print(case: &str, score: &Score, found: &Found) {
+fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
     let times = [&found.take_in, &found.verify, &found.judge].map(|times| {
         let mut sorted = times.clone();
         sorted.sort_by(f64::total_cmp);
@@ -112,7 +116,7 @@ fn print(case: &str, score: &Score, found: &Found) {
         format!("{mean:.1} ({high:.1})")
     });
     println!(
-        "{case:<12} {:>6} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>5} {:>8} {:>8.1} {:>8.2} {:>7.1}  {}  {:.0} MB",
+        "{case:<12} {:>6} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>5} {:>8} {:>8.1} {:>8.2} {:>7.1} {:>9.1} {:>9.1}  {}  {:.0} MB",
         score.keyframes,
         score.revisits,
         score.closed,
@@ -124,6 +128,8 @@ fn print(case: &str, score: &Score, found: &Found) {
         score.place_error * 1e3,
         score.turn_error * 1e3,
         score.honesty,
+        map.odometry * 1e3,
+        map.closed * 1e3,
         times.join(" "),
         found.submap_bytes as f64 * 1e-6,
     );

@@ -1,0 +1,61 @@
+//! The map that comes of the loops: keyframes after optimisation against the truth.
+
+use crate::find::Found;
+use crate::walk::Recorded;
+use anyhow::Result;
+use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
+use geometry::{Isometry, Matrix3, Matrix6, Vector3};
+use mapping::Verdict;
+
+/// Root mean square errors of keyframes after the best rigid alignment, metres.
+#[derive(Clone, Copy, Debug)]
+pub struct MapError {
+    pub odometry: f64,
+    pub closed: f64,
+}
+
+/// Optimises the walk with the accepted loops and compares both with the truth.
+pub fn error(recorded: &[Recorded], found: &Found) -> Result<MapError> {
+    let mut values = Values::default();
+    let mut graph = Graph::default();
+    let mut pose = Isometry::identity();
+    let mut keys: Vec<Key> = vec![values.insert(Value::Pose(pose))];
+    for edge in &found.edges {
+        pose *= edge.from_from_to;
+        keys.push(values.insert(Value::Pose(pose)));
+    }
+    graph.add(Prior::new(keys[0], &Isometry::identity(), &(Matrix6::identity() * 1e8))?, &values)?;
+    let accepted = found.decisions.iter().filter(|decision| decision.verdict == Verdict::Accepted);
+    for edge in found.edges.iter().chain(accepted.map(|decision| &decision.edge)) {
+        let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
+        graph.add(Between::new(from, to, &edge.from_from_to, &edge.information)?, &values)?;
+    }
+    let solved = optimise(&graph, &values, &Options::default())?.values;
+    let places = |values: &Values| -> Result<Vec<Vector3>> {
+        keys.iter().map(|&key| Ok(values.pose(key)?.translation.vector)).collect()
+    };
+    let truth: Vec<Vector3> = recorded.iter().map(|k| k.site_from_base.translation.vector).collect();
+    Ok(MapError {
+        odometry: aligned_error(&places(&values)?, &truth),
+        closed: aligned_error(&places(&solved)?, &truth),
+    })
+}
+
+/// Root mean square distance after the best rigid alignment (Umeyama, PAMI 1991, without scale), metres.
+fn aligned_error(found: &[Vector3], truth: &[Vector3]) -> f64 {
+    let scale = 1.0 / found.len() as f64;
+    let centre = |points: &[Vector3]| points.iter().sum::<Vector3>() * scale;
+    let (found_centre, truth_centre) = (centre(found), centre(truth));
+    let cross: Matrix3 =
+        found.iter().zip(truth).map(|(f, t)| (f - found_centre) * (t - truth_centre).transpose()).sum();
+    let svd = cross.svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return f64::NAN };
+    let mut mirror = Matrix3::identity();
+    mirror[(2, 2)] = (v_t.transpose() * u.transpose()).determinant().signum();
+    let rotation = v_t.transpose() * mirror * u.transpose();
+    let squares = found
+        .iter()
+        .zip(truth)
+        .map(|(f, t)| (rotation * (f - found_centre) + truth_centre - t).norm_squared());
+    (squares.sum::<f64>() * scale).sqrt()
+}
