@@ -315,12 +315,8 @@ impl<'a> Problem<'a> {
 
     /// Joint covariance of some variables at the last factorisation.
     pub(crate) fn covariance(&self, keys: &[Key]) -> DMatrix<f64> {
-        let dimensions = &self.system.dimensions;
-        let columns: Vec<Vec<f64>> = keys
-            .iter()
-            .flat_map(|key| (0..usize::from(dimensions[key.index()])).map(move |scalar| (key.0, scalar)))
-            .map(|(variable, scalar)| self.factorisation.forward(&self.plan, dimensions, variable, scalar))
-            .collect();
+        let variables: Vec<u32> = keys.iter().map(|key| key.0).collect();
+        let columns = self.factorisation.forward(&self.plan, &self.system.dimensions, &variables);
         DMatrix::from_vec(columns.len(), columns.len(), products(&columns))
     }
 

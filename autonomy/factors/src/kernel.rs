@@ -17,7 +17,8 @@ pub enum Kernel {
     Cauchy(f64),
     /// `s / (1 + s / k²)`, which is bounded by `k²`.
     GemanMcClure(f64),
-    /// Dynamic covariance scaling with the parameter `φ`, in squared standard deviations: least squares up to `s = φ`, then bounded.
+    /// Dynamic covariance scaling with the parameter `φ`, in squared standard deviations: least squares up to `s = φ`, then
+    /// bounded by `3 φ`.
     DynamicCovarianceScaling(f64),
 }
 
@@ -43,10 +44,13 @@ impl Kernel {
                 (squared * share, share * share)
             }
             Self::DynamicCovarianceScaling(phi) => {
-                // The switch s* = min(1, 2φ / (φ + s)) minimises s*² s + φ (1 - s*)².
-                let switch = (2.0 * phi / (phi + squared)).min(1.0);
-                let off = 1.0 - switch;
-                (switch * switch * squared + phi * off * off, switch * switch)
+                if squared <= phi {
+                    (squared, 1.0)
+                } else {
+                    // The scale 2φ / (φ + s) of the residual, squared, is the slope; its integral is the cost.
+                    let scale = 2.0 * phi / (phi + squared);
+                    (phi * (3.0 * squared - phi) / (phi + squared), scale * scale)
+                }
             }
         }
     }

@@ -18,6 +18,7 @@ mod kernel;
 mod linear;
 mod marginals;
 mod measurements;
+mod robust;
 mod value;
 
 pub use batch::{Method, Options, Solution, optimise};
@@ -29,5 +30,9 @@ pub use information::Whitening;
 pub use initialise::chordal;
 pub use kernel::Kernel;
 pub use marginals::Marginals;
-pub use measurements::{Between, Marginal, PlanarBetween, PlanarPrior, Prior, Residual, VectorPrior};
+pub use measurements::{
+    BearingRange, Between, BodyVelocity, GravityDirection, Inertial, InertialNoise, Landmark, Marginal,
+    PlanarBetween, PlanarPrior, Preintegrated, Prior, RandomWalk, Residual, VectorPrior,
+};
+pub use robust::{RobustOptions, RobustSolution, optimise_robustly};
 pub use value::{Key, Kind, Planar, Value, Values};

@@ -125,6 +125,15 @@ impl Incremental {
         if !kernel.is_valid() {
             return Err(FactorError::NotFinite { what: "the kernel's parameter" });
         }
+        self.add_shared(&Entry { factor: Arc::new(factor), kernel, weight: 1.0 })
+    }
+
+    /// Stages a factor of another graph over the same keys; the factor itself is shared.
+    ///
+    /// # Errors
+    /// As for [`Self::add`].
+    pub fn add_shared(&mut self, entry: &Entry) -> Result<FactorId, FactorError> {
+        let factor = &entry.factor;
         let known = self.values.len();
         for (index, (&key, &needed)) in factor.keys().iter().zip(factor.kinds()).enumerate() {
             let staged = key.index().checked_sub(known).and_then(|place| self.staged.values.get(place));
@@ -139,7 +148,7 @@ impl Incremental {
                 return Err(FactorError::Repeated { key });
             }
         }
-        self.staged.entries.push(Entry { factor: Arc::new(factor), kernel, weight: 1.0 });
+        self.staged.entries.push(entry.clone());
         Ok(FactorId((self.graph.ids() + self.staged.entries.len() - 1) as u32))
     }
 

@@ -4,6 +4,7 @@ use super::assembly::{Assembly, packed_len, scalars, substitute_forward};
 use super::dense::{dot, substitute_back};
 use super::ordering::{Adjacency, minimum_degree};
 use super::symbolic::{Forest, analyse};
+use std::collections::BTreeMap;
 
 /// Normal equations as a sum of packed contributions, each over a few variables.
 #[derive(Clone, Debug, Default)]
@@ -267,26 +268,61 @@ impl Factorisation {
         sum
     }
 
-    /// Solution `y` of `L y = e` for the unit vector of one scalar of a variable; zero off the path to the root. Products of such
-    /// vectors are entries of the inverse of the normal equations.
+    /// Solutions `y` of `L y = e` for the unit vectors of all scalars of some variables, on the union of the paths from their
+    /// clusters to the roots; they are zero elsewhere. Products of such vectors are entries of the inverse of the normal
+    /// equations.
     ///
-    /// Cost: one forward substitution along the path from the variable's cluster to its root.
-    pub fn forward(&self, plan: &Plan, dimensions: &[u8], variable: u32, scalar: usize) -> Vec<f64> {
-        let mut vector = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
-        vector[plan.starts[variable as usize] + scalar] = 1.0;
-        let mut local = Vec::new();
-        let mut next = Some(plan.forest.cluster_of[variable as usize]);
-        while let Some(index) = next {
-            let cluster = &plan.forest.clusters[index as usize];
-            let all = || cluster.frontal.iter().chain(&cluster.separator);
-            gather(&plan.starts, all(), &vector, &mut local);
-            let columns = scalars(&cluster.frontal, dimensions);
-            let panel = &self.panels[self.panel_starts[index as usize]..];
-            substitute_forward(panel, columns, self.right_hand_sides, &mut local);
-            scatter(&plan.starts, all(), &local, &mut vector);
-            next = cluster.parent;
+    /// Cost: one forward substitution along the paths for each scalar.
+    pub fn forward(&self, plan: &Plan, dimensions: &[u8], variables: &[u32]) -> Vec<Vec<f64>> {
+        let clusters = &plan.forest.clusters;
+        let mut path = Vec::new();
+        for &variable in variables {
+            let mut next = Some(plan.forest.cluster_of[variable as usize]);
+            while let Some(index) = next {
+                path.push(index);
+                next = clusters[index as usize].parent;
+            }
         }
-        vector
+        // Children come before their parents by number.
+        path.sort_unstable();
+        path.dedup();
+        // Scalars of the path, numbered from 0.
+        let mut start_of: BTreeMap<u32, usize> = BTreeMap::new();
+        let mut len = 0;
+        for &variable in path.iter().flat_map(|&index| &clusters[index as usize].frontal) {
+            start_of.insert(variable, len);
+            len += usize::from(dimensions[variable as usize]);
+        }
+        let places: Vec<Vec<usize>> = path
+            .iter()
+            .map(|&index| {
+                let cluster = &clusters[index as usize];
+                let all = cluster.frontal.iter().chain(&cluster.separator);
+                all.filter_map(|variable| {
+                    let start = *start_of.get(variable)?;
+                    Some(start..start + usize::from(dimensions[*variable as usize]))
+                })
+                .flatten()
+                .collect()
+            })
+            .collect();
+        let unit = |scalar: usize| {
+            let mut vector = vec![0.0; len];
+            vector[scalar] = 1.0;
+            for (&index, places) in path.iter().zip(&places) {
+                let mut local: Vec<f64> = places.iter().map(|&place| vector[place]).collect();
+                let columns = scalars(&clusters[index as usize].frontal, dimensions);
+                let panel = &self.panels[self.panel_starts[index as usize]..];
+                substitute_forward(panel, columns, self.right_hand_sides, &mut local);
+                places.iter().zip(local).for_each(|(&place, value)| vector[place] = value);
+            }
+            vector
+        };
+        let starts = variables.iter().filter_map(|variable| Some((*start_of.get(variable)?, variable)));
+        starts
+            .flat_map(|(start, &variable)| start..start + usize::from(dimensions[variable as usize]))
+            .map(unit)
+            .collect()
     }
 }
 

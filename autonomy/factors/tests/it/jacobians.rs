@@ -1,7 +1,10 @@
 //! Every analytic Jacobian against central differences, at random states.
 
-use factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual, VectorPrior};
-use factors::{Factor, Key, Linearised, Planar, Value, Values};
+use factors::{
+    BearingRange, Between, BodyVelocity, Factor, FactorError, GravityDirection, Inertial, InertialNoise, Key,
+    Landmark, Linearised, Planar, PlanarBetween, PlanarPrior, Preintegrated, Prior, RandomWalk, Residual,
+    Value, Values, VectorPrior,
+};
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
 use nalgebra::{SMatrix, Vector2};
 
@@ -135,4 +138,100 @@ fn information_that_is_none_is_refused() {
     assert!(PlanarPrior::new(key, &Planar::identity(), &planar).is_ok());
     let nowhere = Isometry::translation(f64::NAN, 0.0, 0.0);
     assert!(Prior::new(key, &nowhere, &Matrix6::identity()).is_err());
+}
+
+fn random_vector(rng: &mut Rng, scale: f64) -> Vector3 {
+    Vector3::new(rng.normal(), rng.normal(), rng.normal()) * scale
+}
+
+#[test]
+fn landmarks_velocities_and_gravity() {
+    let mut rng = RngTree::new(13).child("others").rng();
+    for _ in 0..40 {
+        let mut values = Values::default();
+        let pose = values.insert(Value::Pose(random_pose(&mut rng, 0.8)));
+        let vector = values.insert(Value::Vector3(random_vector(&mut rng, 3.0)));
+        let seen = random_vector(&mut rng, 3.0);
+        check(&Landmark::new(pose, vector, &seen, &random_information(&mut rng)).unwrap(), &values);
+        check(&BodyVelocity::new(pose, vector, &seen, &random_information(&mut rng)).unwrap(), &values);
+        check(&GravityDirection::new(pose, &Vector3::z(), &seen, 0.1).unwrap(), &values);
+        let planar = values.insert(Value::Planar(random_planar(&mut rng)));
+        let point = values.insert(Value::Vector2(Vector2::new(rng.normal() + 5.0, rng.normal())));
+        let information = random_information(&mut rng);
+        check(&BearingRange::new(planar, point, rng.normal(), 2.0, &information).unwrap(), &values);
+        let [a, b] = [0, 1].map(|_| values.insert(Value::Vector6(Vector6::from_fn(|_, _| rng.normal()))));
+        check(&RandomWalk::new(a, b, &random_information(&mut rng)).unwrap(), &values);
+    }
+}
+
+#[test]
+fn degenerate_measurements_are_named() {
+    let mut values = Values::default();
+    let pose = values.insert(Value::Planar(Planar::new(Vector2::new(1.0, 2.0), 0.3)));
+    let point = values.insert(Value::Vector2(Vector2::new(1.0, 2.0)));
+    let factor = BearingRange::new(pose, point, 0.0, 1.0, &nalgebra::Matrix2::identity()).unwrap();
+    let mut out = Linearised::default();
+    out.reset(&factor);
+    let error = factor.linearise(&values, &mut out);
+    assert!(matches!(error, Err(FactorError::Degenerate { key, .. }) if key == point), "{error:?}");
+    assert!(BearingRange::new(pose, point, 0.0, -1.0, &nalgebra::Matrix2::identity()).is_err());
+    assert!(GravityDirection::new(pose, &Vector3::z(), &Vector3::zeros(), 0.1).is_err());
+    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    let mut sum = Preintegrated::new(&Vector6::zeros(), noise).unwrap();
+    assert!(sum.add(&Vector3::zeros(), &Vector3::zeros(), 0.0).is_err());
+    assert!(sum.add(&Vector3::repeat(f64::NAN), &Vector3::zeros(), 0.1).is_err());
+    let keys = [0, 1, 2, 3, 4].map(Key);
+    assert!(matches!(Inertial::new(keys, sum, &Vector3::zeros()), Err(FactorError::Degenerate { .. })));
+}
+
+/// Readings of a body that turns and accelerates, at 200 Hz.
+fn readings(rng: &mut Rng, bias: &Vector6, noise: InertialNoise) -> Preintegrated {
+    let mut sum = Preintegrated::new(bias, noise).unwrap();
+    let (turn, force) = (random_vector(rng, 0.5), random_vector(rng, 2.0) + Vector3::z() * 9.81);
+    for index in 0..40 {
+        let wobble = (f64::from(index) * 0.2).sin();
+        sum.add(&(turn * (1.0 + wobble)), &(force * (1.0 - 0.3 * wobble)), 0.005).unwrap();
+    }
+    sum
+}
+
+#[test]
+fn inertial_readings() {
+    let mut rng = RngTree::new(14).child("inertial").rng();
+    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    for _ in 0..20 {
+        let bias = Vector6::from_fn(|_, _| rng.normal() * 0.02);
+        let sum = readings(&mut rng, &bias, noise);
+        let mut values = Values::default();
+        let from = random_pose(&mut rng, 0.8);
+        let turned = from.rotation * sum.gained(&bias).0;
+        let from_pose = values.insert(Value::Pose(from));
+        let from_velocity = values.insert(Value::Vector3(random_vector(&mut rng, 1.0)));
+        let to =
+            Isometry::from_parts((from.translation.vector + random_vector(&mut rng, 0.2)).into(), turned);
+        let to_pose = values.insert(Value::Pose(to * random_pose(&mut rng, 0.1)));
+        let to_velocity = values.insert(Value::Vector3(random_vector(&mut rng, 1.0)));
+        let moved = bias + Vector6::from_fn(|_, _| rng.normal() * 0.01);
+        let bias = values.insert(Value::Vector6(moved));
+        let keys = [from_pose, from_velocity, to_pose, to_velocity, bias];
+        check(&Inertial::new(keys, sum, &(Vector3::z() * -9.81)).unwrap(), &values);
+    }
+}
+
+#[test]
+fn a_changed_bias_is_corrected_to_first_order_and_a_steady_turn_is_exact() {
+    let noise = InertialNoise { gyroscope: 1e-3, accelerometer: 1e-2 };
+    let change = Vector6::new(1e-3, -2e-3, 1e-3, 0.01, 0.02, -0.01);
+    let summed = |bias: &Vector6| readings(&mut RngTree::new(15).rng(), bias, noise);
+    let (guessed, exact) = (summed(&Vector6::zeros()).gained(&change), summed(&change).gained(&change));
+    assert!((guessed.0.inverse() * exact.0).angle() < 1e-6);
+    assert!((guessed.1 - exact.1).norm() < 1e-5 && (guessed.2 - exact.2).norm() < 1e-6);
+
+    let mut sum = Preintegrated::new(&Vector6::zeros(), noise).unwrap();
+    for _ in 0..100 {
+        sum.add(&(Vector3::z() * 0.5), &Vector3::zeros(), 0.01).unwrap();
+    }
+    let (rotation, velocity, _) = sum.gained(&Vector6::zeros());
+    assert!((rotation.angle() - 0.5).abs() < 1e-12 && velocity.norm() < 1e-12);
+    assert!((sum.seconds() - 1.0).abs() < 1e-12);
 }

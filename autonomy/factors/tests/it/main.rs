@@ -8,4 +8,5 @@
 mod incremental;
 mod jacobians;
 mod published;
+mod robust;
 mod support;
