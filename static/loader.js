@@ -18,6 +18,8 @@ function fail(message) {
   retry.hidden = false;
 }
 
+/** Says so where the browser cannot draw. Asked only of a client that could not start: the first picture of a page costs
+ * a second where the processor draws, and this would be one more. */
 async function requireGraphics() {
   const context = document.createElement("canvas").getContext("webgl2");
   // Some browsers offer WebGPU and then have no adapter for it.
@@ -28,8 +30,6 @@ async function requireGraphics() {
         "Firefox or Safari.",
     );
   }
-  // Browsers allow few contexts at a time; give this one back before the client asks for its own.
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
 }
 
 async function get(url, options) {
@@ -49,27 +49,19 @@ async function get(url, options) {
   return response;
 }
 
-/** The same response, showing progress as it streams in, so that the browser still compiles while it downloads. */
-function watched(response, bytesTotal) {
+/** Shows how much of a response has come. Reads a copy: the browser keeps compiled code only with a response as it came. */
+async function watch(copy, bytesTotal) {
+  const reader = copy.body.getReader();
   let bytes = 0;
-  const counted = response.body.pipeThrough(
-    new TransformStream({
-      transform(chunk, controller) {
-        bytes += chunk.byteLength;
-        progress.value = Math.min(1, bytes / bytesTotal);
-        text.textContent = `Loading… ${Math.round(100 * progress.value)} %`;
-        controller.enqueue(chunk);
-      },
-      flush() {
-        text.textContent = "Starting…";
-      },
-    }),
-  );
-  return new Response(counted, { headers: { "content-type": "application/wasm" } });
+  for (let part = await reader.read(); !part.done; part = await reader.read()) {
+    bytes += part.value.byteLength;
+    progress.value = Math.min(1, bytes / bytesTotal);
+    text.textContent = `Loading… ${Math.round(100 * progress.value)} %`;
+  }
+  text.textContent = "Starting…";
 }
 
-async function load() {
-  await requireGraphics();
+async function compile() {
   const manifest = await (await get("pkg/manifest.json", { cache: "no-cache" })).json();
   const bundle = {
     js: new URL(`pkg/${manifest.js}`, document.baseURI).href,
@@ -78,8 +70,21 @@ async function load() {
   // The client's workers load the same two files.
   globalThis.autoinspectBundle = bundle;
   const [response, client] = await Promise.all([get(bundle.wasm), import(bundle.js)]);
-  await client.default({ module_or_path: watched(response, manifest.wasm_bytes) });
-  await client.start("scene");
+  // What ends the copy early ends the response as well, which says so.
+  watch(response.clone(), manifest.wasm_bytes).catch(() => {});
+  await client.default({ module_or_path: response });
+  performance.mark("autoinspect: client compiled");
+  return client;
+}
+
+async function load() {
+  const client = await compile();
+  try {
+    await client.start("scene");
+  } catch (error) {
+    await requireGraphics();
+    throw error;
+  }
   loading.setAttribute("aria-busy", "false");
   loading.hidden = true;
 }

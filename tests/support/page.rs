@@ -84,6 +84,13 @@ impl Page {
         answer["result"]["value"].take()
     }
 
+    /// What the page noted in the browser's timeline: moments and seconds since its navigation began.
+    pub fn marks(&mut self) -> Vec<(String, f64)> {
+        let noted =
+            self.evaluate("performance.getEntriesByType('mark').map(m => [m.name, m.startTime * 1e-3])");
+        serde_json::from_value(noted).unwrap_or_default()
+    }
+
     /// The control with this role and exact name, once it is there.
     #[track_caller]
     pub fn control(&mut self, role: &str, name: &str) -> Control {

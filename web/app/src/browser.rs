@@ -28,6 +28,17 @@ pub(crate) fn now_ms() -> f64 {
     window().and_then(|window| window.performance()).map_or(0.0, |performance| performance.now())
 }
 
+/// Lets the page do other things for so many milliseconds.
+pub(crate) async fn pause(ms: i32) {
+    let promise = js_sys::Promise::new(&mut |resolve, _| {
+        let Some(window) = window() else { return };
+        // Without timers the page could not have come this far.
+        let _ = window.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, ms);
+    });
+    // It never fails.
+    let _ = wasm_bindgen_futures::JsFuture::from(promise).await;
+}
+
 /// Random bits, as good as the browser's.
 pub(crate) fn random_u128() -> u128 {
     uuid::Uuid::new_v4().as_u128() ^ uuid::Uuid::new_v4().as_u128().rotate_left(64)
@@ -91,5 +102,13 @@ pub(crate) fn add_font(family: &str, file: &'static [u8]) {
     {
         // Already loaded: the bytes are here.
         let _ = document.fonts().add(&font);
+    }
+}
+
+/// Notes a moment of the page's start in the browser's own timeline, beside its downloads and frames.
+pub(crate) fn mark(moment: &str) {
+    if let Some(performance) = window().and_then(|window| window.performance()) {
+        // A browser that keeps no timeline only loses the note.
+        let _ = performance.mark(moment);
     }
 }

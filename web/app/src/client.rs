@@ -1,7 +1,6 @@
 //! The running client: takes what came in, lets the model decide, draws.
 
 use crate::core::{Core, keep_alive, now};
-use crate::inbox::Inbox;
 use crate::inputs::Inputs;
 use crate::stage::Stage;
 use crate::viewport::Viewport;
@@ -23,6 +22,15 @@ const DRIVE_REPAINT: Duration = Duration::from_millis(50);
 const CLIENT_KEY: &str = "autoinspect.client";
 const VIEW_KEY: &str = "autoinspect.view";
 
+/// Begins to connect. Before there is anything to draw with: the server answers while the browser looks for graphics.
+pub(crate) fn connect() -> Rc<RefCell<Core>> {
+    let ids = Ids::new(browser::random_u128());
+    let model = Model::new(client_id(), ids, kept_view(), now());
+    let core = Rc::new(RefCell::new(Core::new(model)));
+    keep_alive(&core);
+    core
+}
+
 /// The client.
 pub(crate) struct Client {
     core: Rc<RefCell<Core>>,
@@ -32,22 +40,36 @@ pub(crate) struct Client {
     inputs: Inputs,
     commands: Vec<Command>,
     theme: Option<Theme>,
+    start: Start,
+}
+
+/// How far the page has come since it was opened; each step is noted once in the browser's timeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Start {
+    /// Nothing is drawn yet.
+    Opened,
+    /// Frames are drawn, without a map.
+    Framed,
+    /// The frame being made is the first with points of a map in it.
+    Mapping,
+    /// A map was drawn.
+    Mapped,
 }
 
 type CreateError = Box<dyn std::error::Error + Send + Sync>;
 
 impl Client {
-    /// Makes the client and begins to connect.
-    pub(crate) fn create(context: &eframe::CreationContext<'_>) -> Result<Box<dyn eframe::App>, CreateError> {
+    /// Makes the client that draws what `core` knows.
+    pub(crate) fn create(
+        core: Rc<RefCell<Core>>,
+        context: &eframe::CreationContext<'_>,
+    ) -> Result<Box<dyn eframe::App>, CreateError> {
         let device = context.wgpu_render_state.as_ref().ok_or("the browser gave no graphics device")?;
         let ctx = &context.egui_ctx;
         theme::install_fonts(ctx);
         browser::add_font("Inter", theme::INTER_REGULAR);
         aria::install(ctx);
-        let ids = Ids::new(browser::random_u128());
-        let model = Model::new(client_id(), ids, kept_view(), now());
-        let core = Rc::new(RefCell::new(Core::new(model, Inbox::new(ctx.clone()))));
-        keep_alive(&core);
+        core.borrow().wake(ctx);
         let stage = Stage::new(scene::Renderer::new(&device.device, &device.queue, device.target_format));
         device.renderer.write().callback_resources.insert(stage.renderer.clone());
         Ok(Box::new(Self {
@@ -58,6 +80,7 @@ impl Client {
             inputs: Inputs::new(ctx.clone()),
             commands: Vec::new(),
             theme: None,
+            start: Start::Opened,
         }))
     }
 
@@ -81,6 +104,9 @@ impl Client {
                     let map = core.model.shown();
                     if let Some((entry, _)) = map.tiles.get(&hash) {
                         self.stage.add_tile(hash, &chunk, entry, map);
+                        if self.start == Start::Framed {
+                            self.start = Start::Mapping;
+                        }
                     }
                     Event::TileReady { hash, bytes: bytes.len() }
                 }
@@ -113,6 +139,17 @@ impl Client {
         }
     }
 
+    /// Notes in the browser's timeline how far the page has come.
+    fn note_start(&mut self) {
+        let (moment, next) = match self.start {
+            Start::Opened => ("autoinspect: first frame begins", Start::Framed),
+            Start::Mapping => ("autoinspect: first map drawn", Start::Mapped),
+            Start::Framed | Start::Mapped => return,
+        };
+        browser::mark(moment);
+        self.start = next;
+    }
+
     fn dress(&mut self, ctx: &egui::Context, theme: Theme) {
         if self.theme != Some(theme) {
             self.theme = Some(theme);
@@ -125,15 +162,13 @@ impl eframe::App for Client {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let core = Rc::clone(&self.core);
         let mut core = core.borrow_mut();
+        self.note_start();
         core.frame();
         // What was dropped goes before what came: it may be the same tile, fetched again.
         self.carry_out(&mut core);
         self.show_scan(&mut core);
         self.decode_tiles(&mut core);
         self.inputs.read(&mut self.panels);
-        if let Some(eye) = self.viewport.eye() {
-            core.apply(Event::Looked(eye));
-        }
         if core.has_tiles() {
             ctx.request_repaint();
         }
@@ -151,6 +186,9 @@ impl eframe::App for Client {
         let mut commands = std::mem::take(&mut self.commands);
         self.stage.follow(&core.model);
         self.viewport.show(ui, &core.model, &self.stage, &mut commands);
+        if let Some(eye) = self.viewport.eye() {
+            core.apply(Event::Looked(eye));
+        }
         panels::show_labels(ui, &tokens, &self.viewport.labels(&core.model), &mut commands);
         panels::show(&ctx, &core.model, &mut self.panels, &mut commands);
         self.inputs.lay(&self.panels, &tokens);

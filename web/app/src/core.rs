@@ -22,6 +22,10 @@ const LATE_MS: f64 = 150.0;
 /// Without a frame for so long, nobody sees where the robot goes, milliseconds.
 const BLIND_MS: f64 = 2500.0;
 
+/// How long the start waits for the server: a local one is reached in a tenth of this.
+const REACH_MS: f64 = 100.0;
+const REACH_EVERY_MS: i32 = 5;
+
 /// The model with its connections.
 pub(crate) struct Core {
     pub(crate) model: Model,
@@ -43,7 +47,8 @@ pub(crate) struct Scan {
 
 impl Core {
     /// Begins to connect.
-    pub(crate) fn new(mut model: Model, inbox: Inbox) -> Self {
+    pub(crate) fn new(mut model: Model) -> Self {
+        let inbox = Inbox::default();
         let mut effects = Vec::new();
         model.start(&mut effects);
         let (sockets, fetches) = (Sockets::new(inbox.clone()), Fetches::new(inbox.clone()));
@@ -59,6 +64,18 @@ impl Core {
         };
         core.carry_out(effects);
         core
+    }
+
+    /// Whether the server was reached: then what opened the socket is answered.
+    fn reached(&mut self) -> bool {
+        let open = self.sockets.is_open(Socket::Control);
+        self.pump();
+        open
+    }
+
+    /// There are frames from now on, and this makes them.
+    pub(crate) fn wake(&self, ctx: &egui::Context) {
+        self.inbox.wake(ctx);
     }
 
     /// The one place that changes the model.
@@ -152,6 +169,14 @@ impl Core {
                 Effect::Drop(_) | Effect::Move(_) | Effect::Keep(_) => self.for_frame.push_back(effect),
             }
         }
+    }
+}
+
+/// Waits until the server is reached, but not for long: its first answer then comes while the page can do nothing else.
+pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
+    let until = browser::now_ms() + REACH_MS;
+    while !core.borrow_mut().reached() && browser::now_ms() < until {
+        browser::pause(REACH_EVERY_MS).await;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where sockets and downloads leave what they bring until the next frame.
 
 use client_model::Event;
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
@@ -23,22 +23,26 @@ pub(crate) enum Arrival {
     },
 }
 
-/// A queue that wakes the client.
-#[derive(Clone)]
+/// A queue that wakes the client once there is something to wake.
+#[derive(Clone, Default)]
 pub(crate) struct Inbox {
     queue: Rc<RefCell<VecDeque<Arrival>>>,
-    ctx: egui::Context,
+    ctx: Rc<OnceCell<egui::Context>>,
 }
 
 impl Inbox {
-    pub(crate) fn new(ctx: egui::Context) -> Self {
-        Self { queue: Rc::default(), ctx }
+    /// From now on what comes in asks for a frame.
+    pub(crate) fn wake(&self, ctx: &egui::Context) {
+        // Set before only by the same client, to the same context.
+        let _ = self.ctx.set(ctx.clone());
     }
 
     /// Leaves something for the next frame, and sees to it that there is one.
     pub(crate) fn leave(&self, arrival: Arrival) {
         self.queue.borrow_mut().push_back(arrival);
-        self.ctx.request_repaint_after(REPAINT);
+        if let Some(ctx) = self.ctx.get() {
+            ctx.request_repaint_after(REPAINT);
+        }
     }
 
     /// The oldest of what is there.

@@ -31,7 +31,9 @@ pub use web::start;
 
 #[cfg(target_arch = "wasm32")]
 mod web {
-    use crate::{browser, client::Client, gpu};
+    use crate::client::{self, Client};
+    use crate::core::reach_server;
+    use crate::{browser, gpu};
     use eframe::WebRunner;
     use wasm_bindgen::prelude::*;
 
@@ -40,7 +42,11 @@ mod web {
     pub async fn start(canvas_id: String) -> Result<(), JsValue> {
         let canvas = browser::element::<web_sys::HtmlCanvasElement>(&canvas_id)
             .ok_or_else(|| JsValue::from_str("the page has no canvas of that name"))?;
+        let core = client::connect();
+        // Making a graphics context blocks the page for up to a second where the processor draws.
+        reach_server(&core).await;
         let back_end = gpu::choose().await;
-        WebRunner::new().start(canvas, gpu::options(back_end), Box::new(Client::create)).await
+        let create = Box::new(|context: &eframe::CreationContext<'_>| Client::create(core, context));
+        WebRunner::new().start(canvas, gpu::options(back_end), create).await
     }
 }
