@@ -101,11 +101,12 @@ impl Jury {
         Self { trust, chain: Chain::default(), web: Web::default(), waiting: Vec::new() }
     }
 
-    /// Adds the next keyframe, that the odometry's edge leads to.
+    /// Adds the next keyframe, that the odometry's edge leads to from the last one.
     pub fn add_keyframe(&mut self, edge: &Edge) {
         let step = Uncertain::from_information(edge.from_from_to, &edge.information);
+        let next = self.chain.len();
         self.chain.push(&step);
-        self.web.connect(index(edge.from), index(edge.to), &step);
+        self.web.connect(next - 1, next, &step);
     }
 
     /// The walk by odometry.
@@ -167,10 +168,14 @@ impl Jury {
         decisions
     }
 
-    /// Takes an edge without judging it: a person's word.
-    pub fn accept(&mut self, edge: &Edge) {
-        let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
-        self.web.connect(index(edge.from), index(edge.to), &measured);
+    /// Takes an edge without judging it: a person's word. Says whether there are such keyframes.
+    pub fn accept(&mut self, edge: &Edge) -> bool {
+        let known = index(edge.from).max(index(edge.to)) < self.chain.len();
+        if known {
+            let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
+            self.web.connect(index(edge.from), index(edge.to), &measured);
+        }
+        known
     }
 
     /// Takes an accepted loop back, a person having found it wrong. Says whether there was one; a step of the walk is none.

@@ -148,4 +148,5 @@ fn garbage_is_held_and_the_oldest_dropped() {
     assert_eq!((jury.waiting(), dropped), (WAITING, 90 - WAITING));
     let unknown = verified(edge(7, 4_000, Isometry::identity(), LOOP));
     assert_eq!(accepted(&jury.judge(&unknown)), 0, "a keyframe that is not there");
+    assert!(!jury.accept(&unknown.edge) && jury.reach(KeyframeId(0)).len() == 100);
 }

@@ -137,9 +137,9 @@ impl LoopFinder {
         Some(Task { from, to, source: Source::Person, guesses: vec![guess], expected, older, newer })
     }
 
-    /// Takes an edge on a person's word, without judging it.
-    pub fn accept(&mut self, edge: &Edge) {
-        self.jury.accept(edge);
+    /// Takes an edge on a person's word, without judging it. Says whether there are such keyframes.
+    pub fn accept(&mut self, edge: &Edge) -> bool {
+        self.jury.accept(edge)
     }
 
     /// Takes an accepted loop back, a person having found it wrong. Says whether there was one.

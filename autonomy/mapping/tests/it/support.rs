@@ -41,7 +41,7 @@ pub fn walk(site: SiteName, route: Route) -> Walk {
         for event in out.drain(..) {
             recorder.take(event, |stamp: Stamp| {
                 let after = truth.partition_point(|t| t.stamp < stamp).min(truth.len() - 1);
-                isometry_from_pose(&truth[after].site_from_base).unwrap()
+                isometry_from_pose(&truth[after].site_from_base).unwrap_or_default()
             });
         }
     }
