@@ -44,6 +44,7 @@ const OURS: &[(&str, &[&str])] = &[
         "autoinspect",
         &[
             "api",
+            "factors",
             "formats",
             "gateway",
             "geometry",

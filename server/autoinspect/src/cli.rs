@@ -1,7 +1,7 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{info, map, replay, sim_record, trajectory, up};
+use crate::{info, map, optimise, replay, sim_record, trajectory, up};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -29,6 +29,8 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
+    /// Find the best poses for a pose graph.
+    Optimise(optimise::OptimiseArgs),
     /// Say what a recording holds and what is missing, or what a saved map is.
     Info(info::InfoArgs),
     /// Use the simulator without the platform.
@@ -65,6 +67,7 @@ impl Cli {
         match self.command {
             Command::Up(args) => up::run(&args),
             Command::Map(args) => map::run(&args),
+            Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),
             Command::Trajectory(TrajectoryCommand::Compare(args)) => trajectory::run(&args),

@@ -9,6 +9,7 @@ mod failure;
 mod info;
 mod journal;
 mod map;
+mod optimise;
 mod output;
 mod process;
 mod replay;

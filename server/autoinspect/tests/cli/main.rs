@@ -3,6 +3,7 @@
 mod core_process;
 mod fake_gateway;
 mod offline;
+mod optimise;
 mod platform;
 mod program;
 mod refusals;

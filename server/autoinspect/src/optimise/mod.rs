@@ -1,0 +1,219 @@
+//! `autoinspect optimise`: the best poses for a pose graph in a g2o file.
+
+mod problem;
+mod steps;
+
+use crate::failure::Failure;
+use crate::output;
+use crate::process;
+use clap::{Args, ValueEnum};
+use factors::{Method, Options, RobustOptions, SolveError, Values, chordal, optimise, optimise_robustly};
+use formats::g2o;
+use problem::Problem;
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+use steps::StepTimes;
+
+/// Find the best poses for a pose graph.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "GRAPH is a g2o file with SE(2) or SE(3) vertices and edges, and perhaps FIX. Without FIX the first pose is held.
+Without vertices, or with --start chordal, the start is found from the edges.
+
+EXAMPLES:
+  autoinspect optimise m/graph.g2o --out better.g2o
+  autoinspect optimise sphere2500.g2o --out s.g2o --method gauss-newton --json
+  autoinspect optimise sphere2500.g2o --out s.g2o --incremental     one pose after the other, as on a robot
+  autoinspect optimise loops.g2o --out clean.g2o --robust           some edges between distant poses may be wrong"
+)]
+pub struct OptimiseArgs {
+    /// The graph.
+    graph: PathBuf,
+    /// The graph with the best poses; edges that --robust rejects are left out.
+    #[arg(long)]
+    out: PathBuf,
+    /// How to step.
+    #[arg(long, value_enum, default_value_t = MethodName::LevenbergMarquardt)]
+    method: MethodName,
+    /// Where to begin.
+    #[arg(long, value_enum, default_value_t = Start::File)]
+    start: Start,
+    /// Take the poses one after the other in the order of their numbers, each with its edges to earlier ones.
+    #[arg(long, conflicts_with_all = ["robust", "method", "start"])]
+    incremental: bool,
+    /// Believe edges between poses whose numbers do not follow each other only where they agree with the rest.
+    #[arg(long)]
+    robust: bool,
+    /// What the rotational part of SE(3) information matrices is of, here and in OUT.
+    #[arg(long, value_enum, default_value_t = InformationOf::RotationVector)]
+    information: InformationOf,
+    /// Do it this many times and report the median time.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    repeats: u32,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum MethodName {
+    GaussNewton,
+    LevenbergMarquardt,
+    Dogleg,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Start {
+    /// The file's vertices.
+    File,
+    /// Rotations, then positions, each from the edges by one linear solve.
+    Chordal,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum InformationOf {
+    /// As GTSAM and most published graphs mean it.
+    RotationVector,
+    /// The quaternion's vector part, as g2o means it.
+    HalfAngle,
+}
+
+/// What is reported.
+#[derive(Debug, Serialize)]
+struct Report {
+    poses: usize,
+    edges: usize,
+    chi2_initial: f64,
+    chi2: f64,
+    /// Factorisations, or updates with --incremental.
+    iterations: usize,
+    /// Median over the repeats, CPU time of the solver alone.
+    cpu_seconds: f64,
+    /// From and to of the edges not believed.
+    rejected: Vec<[u64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step_ms: Option<StepTimes>,
+    peak_memory_bytes: u64,
+}
+
+/// What a solver found.
+struct Solved {
+    values: Values,
+    iterations: usize,
+    rejected: Vec<usize>,
+    step_ms: Option<StepTimes>,
+}
+
+/// Runs `autoinspect optimise`.
+pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
+    let bytes = fs::read(&args.graph).map_err(|error| Failure::unreadable(&args.graph, error))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let convention = match args.information {
+        InformationOf::RotationVector => g2o::Information::RotationVector,
+        InformationOf::HalfAngle => g2o::Information::HalfAngle,
+    };
+    let file = g2o::read_as(&text, convention).map_err(|error| Failure::unreadable(&args.graph, error))?;
+    drop(bytes);
+    let problem = Problem::new(file).map_err(|reason| {
+        Failure::usage(format!("{} cannot be optimised: {reason}", args.graph.display()))
+    })?;
+    let refuse = |error: SolveError| {
+        Failure::usage(format!("{} cannot be optimised: {}", args.graph.display(), problem.explain(&error)))
+    };
+
+    let mut times = Vec::new();
+    let mut solved = None;
+    for _ in 0..args.repeats {
+        let before = process::thread_cpu_time();
+        solved = Some(solve(args, &problem).map_err(refuse)?);
+        times.push(process::thread_cpu_time() - before);
+    }
+    let Some(solved) = solved else { return Ok(()) };
+    let initial = if problem.has_start {
+        problem.graph.chi_squared(&problem.values).map_err(refuse)?
+    } else {
+        f64::NAN
+    };
+    let report = report(&problem, &solved, initial, &mut times).map_err(refuse)?;
+    write(args, &problem, &solved, convention)?;
+    output::print_human(args.json, &describe(&report));
+    output::print_json(args.json, &report)
+}
+
+fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
+    if args.incremental {
+        return steps::walk(problem);
+    }
+    let start = match args.start {
+        Start::File if problem.has_start => problem.values.clone(),
+        _ if args.robust => chordal(&problem.without_loops(), &problem.values)?,
+        _ => chordal(&problem.graph, &problem.values)?,
+    };
+    if args.robust {
+        let suspect = |id, _: &dyn factors::Factor| problem.is_loop(id);
+        let found = optimise_robustly(&problem.graph, &start, suspect, &RobustOptions::default())?;
+        let rejected = found.rejected.iter().map(|id| id.index()).collect();
+        return Ok(Solved { values: found.values, iterations: found.iterations, rejected, step_ms: None });
+    }
+    let method = match args.method {
+        MethodName::GaussNewton => Method::GaussNewton,
+        MethodName::LevenbergMarquardt => Method::LevenbergMarquardt,
+        MethodName::Dogleg => Method::Dogleg,
+    };
+    let found = optimise(&problem.graph, &start, &Options { method, ..Options::default() })?;
+    Ok(Solved { values: found.values, iterations: found.iterations, rejected: Vec::new(), step_ms: None })
+}
+
+fn report(
+    problem: &Problem,
+    solved: &Solved,
+    chi2_initial: f64,
+    times: &mut [Duration],
+) -> Result<Report, SolveError> {
+    times.sort_unstable();
+    let squares = problem.graph.squared(&solved.values)?;
+    let believed = squares.iter().filter(|(id, _)| !solved.rejected.contains(&id.index()));
+    Ok(Report {
+        poses: problem.ids.len(),
+        edges: problem.edges(),
+        chi2_initial,
+        chi2: believed.map(|(_, square)| square).sum(),
+        iterations: solved.iterations,
+        cpu_seconds: times.get(times.len() / 2).map_or(0.0, Duration::as_secs_f64),
+        rejected: solved.rejected.iter().filter_map(|&edge| problem.ends(edge)).collect(),
+        step_ms: solved.step_ms,
+        peak_memory_bytes: process::peak_memory(),
+    })
+}
+
+fn write(
+    args: &OptimiseArgs,
+    problem: &Problem,
+    solved: &Solved,
+    convention: g2o::Information,
+) -> Result<(), Failure> {
+    let graph = problem.result(&solved.values, &solved.rejected);
+    let cannot = |error| Failure::failed(format!("{} could not be written: {error}", args.out.display()));
+    let mut out = BufWriter::new(File::create(&args.out).map_err(cannot)?);
+    g2o::write_as(&mut out, &graph, convention).and_then(|()| out.flush()).map_err(cannot)
+}
+
+fn describe(report: &Report) -> String {
+    let mut text = format!(
+        "{} poses, {} edges: chi-squared {:.6} after {} iterations, {:.3} s of CPU",
+        report.poses, report.edges, report.chi2, report.iterations, report.cpu_seconds
+    );
+    if let Some(times) = report.step_ms {
+        text += &format!(
+            "\na step: {:.3} ms in the median, {:.2} ms in 99 of 100, {:.2} ms at most",
+            times.median, times.p99, times.max
+        );
+    }
+    for [from, to] in &report.rejected {
+        text += &format!("\nnot believed: {from} to {to}");
+    }
+    text
+}

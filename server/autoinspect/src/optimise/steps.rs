@@ -1,0 +1,75 @@
+//! The graph pose by pose, as a robot would meet it.
+
+use super::Solved;
+use super::problem::Problem;
+use crate::process;
+use factors::{FactorId, Incremental, IncrementalOptions, Key, RelativePose, SolveError, Value};
+use serde::Serialize;
+
+/// CPU time of a step, milliseconds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StepTimes {
+    pub median: f64,
+    pub p99: f64,
+    pub max: f64,
+}
+
+/// Adds pose after pose with its edges to earlier ones.
+pub fn walk(problem: &Problem) -> Result<Solved, SolveError> {
+    let mut factors_of: Vec<Vec<FactorId>> = vec![Vec::new(); problem.values.len()];
+    for (id, entry) in problem.graph.iter() {
+        let newest = entry.factor.keys().iter().map(|key| key.index()).max().unwrap_or(0);
+        factors_of[newest].push(id);
+    }
+    let mut solver = Incremental::new(IncrementalOptions::default());
+    let mut times = Vec::with_capacity(factors_of.len());
+    for (index, factors) in factors_of.iter().enumerate() {
+        let before = process::thread_cpu_time();
+        let start = predict(problem, &solver, Key(index as u32), factors)?;
+        solver.insert(start);
+        for &id in factors {
+            let Some(entry) = problem.graph.get(id) else { continue };
+            solver.add_shared(entry).map_err(|source| SolveError::Factor { factor: id, source })?;
+        }
+        solver.update()?;
+        times.push((process::thread_cpu_time() - before).as_secs_f64() * 1e3);
+    }
+    let values = solver.estimates();
+    let step_ms = step_times(&mut times);
+    Ok(Solved { values, iterations: factors_of.len(), rejected: Vec::new(), step_ms })
+}
+
+/// Where a new pose is, seen from its predecessor or another earlier pose; the file's value for the first.
+fn predict(
+    problem: &Problem,
+    solver: &Incremental,
+    key: Key,
+    factors: &[FactorId],
+) -> Result<Value, SolveError> {
+    let other = |id: &FactorId| {
+        let keys = problem.graph.get(*id)?.factor.keys();
+        keys.iter().find(|other| **other != key).copied()
+    };
+    let previous = factors.iter().find(|id| other(id).is_some_and(|other| other.index() + 1 == key.index()));
+    let chosen = previous.or_else(|| factors.iter().find(|id| other(id).is_some()));
+    let (Some(entry), Some(known)) = (chosen.and_then(|id| problem.graph.get(*id)), chosen.and_then(other))
+    else {
+        return problem.values.get(key).copied().ok_or(SolveError::UnknownVariable { key });
+    };
+    let forwards = entry.factor.keys().first() == Some(&known);
+    Ok(match (solver.estimate(known)?, entry.factor.relative_pose()) {
+        (Value::Pose(pose), Some(RelativePose::Space(measured, _))) => {
+            Value::Pose(pose * if forwards { measured } else { measured.inverse() })
+        }
+        (Value::Planar(pose), Some(RelativePose::Plane(measured, _))) => {
+            Value::Planar(pose * if forwards { measured } else { measured.inverse() })
+        }
+        (value, _) => value,
+    })
+}
+
+fn step_times(times: &mut [f64]) -> Option<StepTimes> {
+    times.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| times.get((times.len() as f64 * share) as usize).copied();
+    Some(StepTimes { median: at(0.5)?, p99: at(0.99)?, max: *times.last()? })
+}
