@@ -9,6 +9,12 @@ use crate::state::{
 use geometry::{Isometry, Matrix3, Vector3, so3};
 use nalgebra::Translation3;
 
+/// Where nothing measures the motion, velocity and turn rate die away with these time constants, seconds. With the walks
+/// of [`Noise`](crate::config::Noise) they then stay near 1.5 m/s and 1 rad/s, as walkers do, and a direction that a scan
+/// cannot see does not run away.
+const VELOCITY_FADES: f64 = 2.0;
+const TURN_FADES: f64 = 0.5;
+
 /// What is known of the motion over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
@@ -26,7 +32,7 @@ pub enum Motion {
         /// Velocity.
         velocity: Vector3,
     },
-    /// Nothing: the body goes on as it went.
+    /// Nothing: the body goes on as it went, more and more slowly.
     Coast,
 }
 
@@ -55,8 +61,10 @@ impl Motion {
                 next.gyro_bias = -turn_rate;
             }
             Self::Coast => {
-                let turned = rotation * so3::exp(&(state.gyro_bias * -dt));
-                next.odom_from_body = place(position + state.velocity * dt, turned);
+                let turned = rotation * so3::exp(&(state.gyro_bias * -fading(dt, TURN_FADES)));
+                next.odom_from_body = place(position + state.velocity * fading(dt, VELOCITY_FADES), turned);
+                next.velocity *= (-dt / VELOCITY_FADES).exp();
+                next.gyro_bias *= (-dt / TURN_FADES).exp();
             }
         }
         next
@@ -112,13 +120,21 @@ impl Motion {
                 set(GYRO_BIAS, GYRO_BIAS, &Matrix3::zeros());
             }
             Self::Coast => {
-                let turn = state.gyro_bias * -dt;
-                set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -dt));
-                set(POSITION, VELOCITY, &(next_from_odom * dt));
+                let (turning, moving) = (fading(dt, TURN_FADES), fading(dt, VELOCITY_FADES));
+                let turn = state.gyro_bias * -turning;
+                set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -turning));
+                set(POSITION, VELOCITY, &(next_from_odom * moving));
+                set(VELOCITY, VELOCITY, &(Matrix3::identity() * (-dt / VELOCITY_FADES).exp()));
+                set(GYRO_BIAS, GYRO_BIAS, &(Matrix3::identity() * (-dt / TURN_FADES).exp()));
             }
         }
         f
     }
+}
+
+/// How long a motion that does not fade takes for what one that fades does in `dt`, seconds.
+fn fading(dt: f64, time_constant: f64) -> f64 {
+    -time_constant * (-dt / time_constant).exp_m1()
 }
 
 #[cfg(test)]

@@ -1,0 +1,70 @@
+//! A long walk: what a scan costs and what the process holds, minute by minute, to see that neither grows.
+//!
+//! Simulator and stack run in one process, faster than time. Time is that of the stack's thread only, spent in
+//! [`stack::Stack::step`] with a sweep that gave an estimate: odometry and mapping. Memory is that of the whole process,
+//! the simulated site included.
+
+mod plot;
+mod walk;
+
+use anyhow::{Result, ensure};
+use clap::Parser;
+use plot::Minute;
+use std::path::PathBuf;
+
+/// Cost per scan and memory over a long walk.
+///
+/// Example: cargo xtask bench endurance --site b1 --minutes 60 --svg hour.svg
+#[derive(Parser)]
+struct Arguments {
+    /// Where: b1, torus or plant.
+    #[arg(long, default_value = "b1")]
+    site: sim::SiteName,
+    /// Minutes of walking; the round is walked again and again.
+    #[arg(long, default_value_t = 60)]
+    minutes: u32,
+    /// Seed of the simulation.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// LiDAR columns per sweep; 2000 is full resolution, 64,000 points.
+    #[arg(long, default_value_t = sim::FULL_COLUMNS)]
+    columns: u32,
+    /// People walking about.
+    #[arg(long, default_value_t = 4)]
+    people: u32,
+    /// Where to draw the plot.
+    #[arg(long)]
+    svg: Option<PathBuf>,
+}
+
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    println!("{:>7}{:>9}{:>10}{:>10}{:>9}{:>12}", "minute", "scans", "mean ms", "p99 ms", "MB", "keyframes");
+    let mut minutes = Vec::new();
+    walk::walk(&arguments, |minute: Minute| {
+        println!(
+            "{:>7}{:>9}{:>10.2}{:>10.2}{:>9.0}{:>12}",
+            minute.number, minute.scans, minute.mean_ms, minute.p99_ms, minute.resident_mb, minute.keyframes
+        );
+        minutes.push(minute);
+    })?;
+    ensure!(
+        minutes.len() >= 2,
+        "a walk of at least two minutes shows growth; this one had {}",
+        minutes.len()
+    );
+    let (early, late) = minutes.split_at(minutes.len() / 2);
+    let mean =
+        |half: &[Minute], value: fn(&Minute) -> f64| half.iter().map(value).sum::<f64>() / half.len() as f64;
+    println!(
+        "second half beside the first: {:.3} times the cost, {:+.1} MB",
+        mean(late, |m| m.mean_ms) / mean(early, |m| m.mean_ms),
+        mean(late, |m| m.resident_mb) - mean(early, |m| m.resident_mb)
+    );
+    if let Some(path) = &arguments.svg {
+        let title = format!("{}, seed {}, {} columns", arguments.site, arguments.seed, arguments.columns);
+        plot::draw(path, &title, &minutes)?;
+    }
+    Ok(())
+}
