@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Example: cargo xtask bench endurance --site b1 --minutes 60 --svg hour.svg
 #[derive(Parser)]
 struct Arguments {
-    /// Where: b1, torus or plant.
+    /// Where: b1, torus, plant or twins.
     #[arg(long, default_value = "b1")]
     site: sim::SiteName,
     /// Minutes of walking; the round is walked again and again.

@@ -31,7 +31,7 @@ FAULTS (seconds from the start):
   blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
 )]
 pub struct RecordArgs {
-    /// Where: b1, torus or plant.
+    /// Where: b1, torus, plant or twins.
     #[arg(long)]
     site: SiteName,
     /// The file to write.
