@@ -6,7 +6,7 @@
 use crate::error::SolveError;
 use crate::factor::Linearised;
 use crate::graph::{FactorId, Graph};
-use crate::linear::dense::dot;
+use crate::linear::dense::{Stored, dot};
 use crate::linear::factorisation::{Factorisation, Plan, System, products};
 use crate::value::{Key, Values};
 use nalgebra::DMatrix;
@@ -58,6 +58,10 @@ pub struct Solution {
 /// Cost that is as good as zero: below rounding of any real measurement.
 const COST_ZERO: f64 = 1e-18;
 
+/// Variables from which on the factor is kept in single precision. It is computed in double precision, and residuals and gradients stay
+/// exact, so that only steps are rounded: the next one finds what is left.
+const SINGLE_PRECISION_MIN: usize = 10_000;
+
 /// Minimises the cost of `graph` from `start`.
 ///
 /// Cost: per iteration one linearisation of every factor and one sparse factorisation, for pose graphs of robots that
@@ -66,7 +70,19 @@ const COST_ZERO: f64 = 1e-18;
 /// # Errors
 /// When a variable is not determined, or a factor cannot be evaluated at an estimate.
 pub fn optimise(graph: &Graph, start: &Values, options: &Options) -> Result<Solution, SolveError> {
-    let mut problem = Problem::new(graph, start);
+    if start.len() < SINGLE_PRECISION_MIN {
+        optimise_with::<f64>(graph, start, options)
+    } else {
+        optimise_with::<f32>(graph, start, options)
+    }
+}
+
+fn optimise_with<T: Stored>(
+    graph: &Graph,
+    start: &Values,
+    options: &Options,
+) -> Result<Solution, SolveError> {
+    let mut problem = Problem::<T>::new(graph, start);
     let initial_cost = problem.linearise(start)?;
     let state =
         State { values: start.clone(), cost: initial_cost, initial_cost, iterations: 0, converged: false };
@@ -82,7 +98,11 @@ pub fn optimise(graph: &Graph, start: &Values, options: &Options) -> Result<Solu
 
 type State = Solution;
 
-fn gauss_newton(problem: &mut Problem, mut state: State, options: &Options) -> Result<Solution, SolveError> {
+fn gauss_newton<T: Stored>(
+    problem: &mut Problem<T>,
+    mut state: State,
+    options: &Options,
+) -> Result<Solution, SolveError> {
     while state.iterations < options.iterations_max {
         let step = problem.step(&[])?;
         state.iterations += 1;
@@ -104,8 +124,8 @@ fn gauss_newton(problem: &mut Problem, mut state: State, options: &Options) -> R
     Ok(state)
 }
 
-fn levenberg_marquardt(
-    problem: &mut Problem,
+fn levenberg_marquardt<T: Stored>(
+    problem: &mut Problem<T>,
     mut state: State,
     options: &Options,
 ) -> Result<Solution, SolveError> {
@@ -156,7 +176,11 @@ fn levenberg_marquardt(
     Ok(state)
 }
 
-fn dogleg(problem: &mut Problem, mut state: State, options: &Options) -> Result<Solution, SolveError> {
+fn dogleg<T: Stored>(
+    problem: &mut Problem<T>,
+    mut state: State,
+    options: &Options,
+) -> Result<Solution, SolveError> {
     let length = |vector: &[f64]| dot(vector, vector).sqrt();
     let mut radius = f64::INFINITY;
     'linearised: while state.iterations < options.iterations_max {
@@ -225,17 +249,17 @@ struct Step {
 
 /// A graph with everything that its iterations share.
 #[derive(Debug)]
-pub(crate) struct Problem<'a> {
+pub(crate) struct Problem<'a, T = f64> {
     graph: &'a Graph,
     ids: Vec<FactorId>,
     system: System,
     other_system: Option<System>,
     plan: Plan,
-    factorisation: Factorisation,
+    factorisation: Factorisation<T>,
     scratch: Linearised,
 }
 
-impl<'a> Problem<'a> {
+impl<'a, T: Stored> Problem<'a, T> {
     pub(crate) fn new(graph: &'a Graph, values: &Values) -> Self {
         let dimensions = values.iter().map(|(_, value)| value.kind().dimension() as u8).collect();
         let mut system = System::new(dimensions, 1);
@@ -254,7 +278,7 @@ impl<'a> Problem<'a> {
             system,
             other_system: None,
             plan,
-            factorisation: Factorisation::default(),
+            factorisation: Factorisation::new(),
             scratch: Linearised::default(),
         }
     }

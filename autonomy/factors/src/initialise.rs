@@ -7,8 +7,8 @@
 use crate::error::SolveError;
 use crate::factor::RelativePose;
 use crate::graph::Graph;
-use crate::linear::factorisation::{Factorisation, Plan, System};
-use crate::linear::ordering::{Adjacency, minimum_degree};
+use crate::linear::factorisation::{Factorisation, Plan, System, fill_reducing};
+use crate::linear::ordering::Adjacency;
 use crate::value::{Key, Kind, Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
@@ -54,10 +54,10 @@ impl Measurements {
         let mut out = Self::default();
         for (_, entry) in graph.iter().filter(|(_, entry)| entry.weight > 0.0) {
             let keys = entry.factor.keys();
-            if let (Some(anchor), &[key]) = (entry.factor.anchor(), keys) {
-                if values.get(key).is_some_and(|value| value.kind() == anchor.kind()) {
-                    out.anchors.push((key.0, anchor));
-                }
+            if let (Some(anchor), &[key]) = (entry.factor.anchor(), keys)
+                && values.get(key).is_some_and(|value| value.kind() == anchor.kind())
+            {
+                out.anchors.push((key.0, anchor));
             }
             let &[Key(from), Key(to)] = keys else { continue };
             let mean = |diagonal: &[f64]| entry.weight * diagonal.iter().sum::<f64>() / diagonal.len() as f64;
@@ -123,21 +123,20 @@ impl Part {
     fn new<P>(values: &Values, kind: Kind, edges: &[Edge<P>]) -> Self {
         let mut number = vec![u32::MAX; values.len()];
         let mut keys = Vec::new();
-        for (key, value) in values.iter().filter(|(_, value)| value.kind() == kind) {
-            debug_assert_eq!(value.kind(), kind);
+        for (key, _) in values.iter().filter(|(_, value)| value.kind() == kind) {
             number[key.index()] = keys.len() as u32;
             keys.push(key);
         }
         let pairs: Vec<[u32; 2]> =
             edges.iter().map(|edge| [number[edge.from as usize], number[edge.to as usize]]).collect();
         let adjacency = Adjacency::from_cliques(keys.len(), pairs.iter().map(|pair| pair.as_slice()));
-        Self { number, order: minimum_degree(&adjacency, &[]), keys }
+        Self { number, order: fill_reducing(&adjacency), keys }
     }
 
     /// Solves a system over this part: each solution holds one right-hand side's unknowns by number.
     fn solve(&self, system: &System, right_hand_sides: usize) -> Result<Vec<Vec<f64>>, SolveError> {
         let plan = Plan::with_order(system, &self.order);
-        let mut factorisation = Factorisation::default();
+        let mut factorisation = Factorisation::<f64>::new();
         factorisation
             .factorise(&plan, system, &[])
             .map_err(|bad| SolveError::Undetermined { key: self.keys[bad.0 as usize] })?;

@@ -19,7 +19,7 @@ impl<'a> Marginals<'a> {
     /// # Errors
     /// When a variable is not determined, or a factor cannot be evaluated.
     pub fn new(graph: &'a Graph, values: &Values) -> Result<Self, SolveError> {
-        let mut problem = Problem::new(graph, values);
+        let mut problem = Problem::<f64>::new(graph, values);
         problem.linearise(values)?;
         problem.factorise(&[])?;
         Ok(Self { problem, variables: values.len() })

@@ -3,7 +3,7 @@
 //! Everything that is gathered, be it a factor's normal equations or the Schur complement of a child, has one form: *packed
 //! normal equations* over a list of variables, the lower triangle column by column with the right-hand sides as last rows.
 
-use super::dense::{BadPivot, Front};
+use super::dense::{BadPivot, Front, Stored};
 
 /// Scratch space for one front at a time.
 #[derive(Default, Debug)]
@@ -97,11 +97,11 @@ impl Assembly {
     }
 
     /// Appends the eliminated columns: each from its diagonal entry down, right-hand sides last.
-    pub fn append_panel(&self, out: &mut Vec<f64>) {
+    pub fn append_panel<T: Stored>(&self, out: &mut Vec<T>) {
         let size = self.front.size();
         out.reserve(panel_len(self.columns, size));
         for column in 0..self.columns {
-            out.extend_from_slice(self.front.column(column));
+            out.extend(self.front.column(column).iter().map(|&entry| T::store(entry)));
         }
     }
 
@@ -123,15 +123,22 @@ pub fn panel_len(columns: usize, size: usize) -> usize {
 }
 
 /// Forward substitution through one panel: solves for the frontal scalars of `local` and takes their share off the others.
-pub fn substitute_forward(panel: &[f64], columns: usize, right_hand_sides: usize, local: &mut [f64]) {
+pub fn substitute_forward<T: Stored>(
+    panel: &[T],
+    columns: usize,
+    right_hand_sides: usize,
+    local: &mut [f64],
+) {
     let size = local.len() + right_hand_sides;
     let mut start = 0;
     for column in 0..columns {
         let entries = &panel[start..start + size - column];
         let (done, below) = local.split_at_mut(column + 1);
-        let solved = done[column] / entries[0];
+        let pivot: f64 = entries[0].into();
+        let solved = done[column] / pivot;
         done[column] = solved;
         for (value, entry) in below.iter_mut().zip(&entries[1..]) {
+            let entry: f64 = (*entry).into();
             *value -= entry * solved;
         }
         start += size - column;

@@ -24,6 +24,25 @@ pub struct Front {
     packed: Vec<f64>,
 }
 
+/// How the entries of a finished factor are kept.
+pub trait Stored: Copy + Into<f64> + std::fmt::Debug {
+    /// Rounded to this precision.
+    fn store(value: f64) -> Self;
+}
+
+impl Stored for f64 {
+    fn store(value: f64) -> Self {
+        value
+    }
+}
+
+/// Half the memory, for factors that only step towards a solution: what rounding leaves over the next step finds.
+impl Stored for f32 {
+    fn store(value: f64) -> Self {
+        value as Self
+    }
+}
+
 /// The column whose pivot was not clearly positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadPivot(pub usize);
@@ -110,8 +129,8 @@ impl Front {
 /// Back-substitution through the panel of a cluster: columns one after the other, each from its diagonal entry down, with
 /// `right_hand_sides` last. `local` holds the cluster's scalars, frontal first; those of the separator are known, the first
 /// `columns` are found for the right-hand side `which`.
-pub fn substitute_back(
-    panel: &[f64],
+pub fn substitute_back<T: Stored>(
+    panel: &[T],
     columns: usize,
     right_hand_sides: usize,
     which: usize,
@@ -123,24 +142,24 @@ pub fn substitute_back(
         #[allow(unsafe_code, reason = "the call of a function compiled for detected features")]
         return unsafe { substitute_back_avx2(panel, columns, right_hand_sides, which, local) };
     }
-    substitute_back_with::<false>(panel, columns, right_hand_sides, which, local);
+    substitute_back_with::<T, false>(panel, columns, right_hand_sides, which, local);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn substitute_back_avx2(
-    panel: &[f64],
+fn substitute_back_avx2<T: Stored>(
+    panel: &[T],
     columns: usize,
     right_hand_sides: usize,
     which: usize,
     local: &mut [f64],
 ) {
-    substitute_back_with::<true>(panel, columns, right_hand_sides, which, local);
+    substitute_back_with::<T, true>(panel, columns, right_hand_sides, which, local);
 }
 
 #[inline(always)]
-fn substitute_back_with<const FMA: bool>(
-    panel: &[f64],
+fn substitute_back_with<T: Stored, const FMA: bool>(
+    panel: &[T],
     columns: usize,
     right_hand_sides: usize,
     which: usize,
@@ -152,32 +171,33 @@ fn substitute_back_with<const FMA: bool>(
         let start = end - (size - column);
         let entries = &panel[start..end];
         let known = &local[column + 1..];
-        let right = entries[1 + known.len() + which];
-        local[column] = (right - dot_with::<FMA>(&entries[1..=known.len()], known)) / entries[0];
+        let right: f64 = entries[1 + known.len() + which].into();
+        let pivot: f64 = entries[0].into();
+        local[column] = (right - dot_with::<T, FMA>(&entries[1..=known.len()], known)) / pivot;
         end = start;
     }
 }
 
 /// Dot product. The order of the sums is fixed.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    dot_with::<false>(a, b)
+    dot_with::<f64, false>(a, b)
 }
 
 /// Sixteen interleaved sums, which the processor may work on at once.
 #[inline(always)]
-fn dot_with<const FMA: bool>(a: &[f64], b: &[f64]) -> f64 {
+fn dot_with<T: Stored, const FMA: bool>(a: &[T], b: &[f64]) -> f64 {
     const LANES: usize = 16;
     let (a_chunks, a_rest) = a.as_chunks::<LANES>();
     let (b_chunks, b_rest) = b.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for (x, y) in a_chunks.iter().zip(b_chunks) {
         for lane in 0..LANES {
-            sums[lane] = multiply_add::<FMA>(x[lane], y[lane], sums[lane]);
+            sums[lane] = multiply_add::<FMA>(x[lane].into(), y[lane], sums[lane]);
         }
     }
     let mut rest = 0.0;
     for (x, y) in a_rest.iter().zip(b_rest) {
-        rest = multiply_add::<FMA>(*x, *y, rest);
+        rest = multiply_add::<FMA>((*x).into(), *y, rest);
     }
     let mut width = LANES / 2;
     while width > 0 {

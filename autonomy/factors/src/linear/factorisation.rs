@@ -1,9 +1,10 @@
 //! Sparse Cholesky factorisation of a whole system: the batch solvers' workhorse.
 
 use super::assembly::{Assembly, packed_len, scalars, substitute_forward};
-use super::dense::{dot, substitute_back};
+use super::dense::{Stored, dot, substitute_back};
+use super::dissection;
 use super::ordering::{Adjacency, minimum_degree};
-use super::symbolic::{Forest, analyse};
+use super::symbolic::{Cluster, Forest, analyse};
 use std::collections::BTreeMap;
 
 /// Normal equations as a sum of packed contributions, each over a few variables.
@@ -129,6 +130,27 @@ impl System {
     }
 }
 
+/// The better of minimum degree and, for large graphs, nested dissection.
+pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
+    let order = minimum_degree(graph, &[]);
+    if graph.len() < DISSECTION_MIN {
+        return order;
+    }
+    let dissected = minimum_degree(graph, &dissection::groups(graph));
+    let work = |order: &[u32]| -> f64 {
+        let of_cluster = |cluster: &Cluster| {
+            let (columns, below) = (cluster.frontal.len() as f64, cluster.separator.len() as f64);
+            // About half the sum of squares from the rows below to all.
+            ((columns + below).powi(3) - below.powi(3)) / 6.0
+        };
+        analyse(graph, order, &vec![1; graph.len()], &[]).clusters.iter().map(of_cluster).sum()
+    };
+    if work(&dissected) < work(&order) { dissected } else { order }
+}
+
+/// Variables from which on nested dissection is tried beside minimum degree.
+const DISSECTION_MIN: usize = 8_000;
+
 /// What depends on the structure of a system only: computed once, used by every iteration.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -144,7 +166,7 @@ impl Plan {
     /// Orders and analyses.
     pub fn new(system: &System) -> Self {
         let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
-        let order = minimum_degree(&graph, &[]);
+        let order = fill_reducing(&graph);
         Self::with_order_of(system, &graph, &order)
     }
 
@@ -188,15 +210,25 @@ impl Plan {
 pub struct Undetermined(pub u32);
 
 /// Cholesky factor of a system.
-#[derive(Debug, Default)]
-pub struct Factorisation {
-    panels: Vec<f64>,
+#[derive(Debug)]
+pub struct Factorisation<T = f64> {
+    panels: Vec<T>,
     panel_starts: Vec<usize>,
     right_hand_sides: usize,
     assembly: Assembly,
 }
 
-impl Factorisation {
+impl<T: Stored> Factorisation<T> {
+    /// Nothing factorised yet.
+    pub fn new() -> Self {
+        Self {
+            panels: Vec::new(),
+            panel_starts: Vec::new(),
+            right_hand_sides: 0,
+            assembly: Assembly::default(),
+        }
+    }
+
     /// Factorises `system`, with `damping` (one entry a scalar, or empty) added to the diagonal; the memory of an earlier
     /// factorisation is reused.
     ///
@@ -261,7 +293,7 @@ impl Factorisation {
             let mut end = start;
             for column in 0..columns {
                 end += size - column;
-                let entry = self.panels[end - self.right_hand_sides];
+                let entry: f64 = self.panels[end - self.right_hand_sides].into();
                 sum += entry * entry;
             }
         }

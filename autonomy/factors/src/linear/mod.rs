@@ -4,6 +4,7 @@ pub mod assembly;
 pub mod dense;
 #[cfg(test)]
 mod dense_tests;
+pub mod dissection;
 pub mod factorisation;
 pub mod ordering;
 #[cfg(test)]

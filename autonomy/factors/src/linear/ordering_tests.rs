@@ -1,5 +1,6 @@
 //! Orders are permutations, obey groups, and fill little where the answer is known.
 
+use super::dissection;
 use super::ordering::{Adjacency, minimum_degree};
 use geometry::RngTree;
 use std::collections::BTreeSet;
@@ -78,4 +79,44 @@ fn lonely_variables_and_empty_graphs() {
     let graph = Adjacency::from_cliques(6, cliques.into_iter());
     assert_eq!(graph.of(4), [3, 5]);
     assert!(is_permutation(&minimum_degree(&graph, &[])));
+}
+
+#[test]
+fn dissection_cuts_into_parts_that_do_not_touch() {
+    // A ring of strands, as a patrol that walks the same round again and again.
+    let (round, strands) = (200, 8);
+    let name = |place: u32, strand: u32| (place % round) + round * strand;
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    for strand in 0..strands {
+        for place in 0..round {
+            edges.push([name(place, strand), name(place + 1, strand)]);
+            if (place + strand) % 3 == 0 {
+                edges.push([name(place, strand), name(place, (strand + 1) % strands)]);
+            }
+        }
+    }
+    let graph = Adjacency::from_cliques((round * strands) as usize, edges.iter().map(|edge| edge.as_slice()));
+    let groups = dissection::groups(&graph);
+    let order = minimum_degree(&graph, &groups);
+    assert!(is_permutation(&order));
+    // The first cut takes two cross-sections of the ring.
+    let last = groups.iter().copied().max().unwrap();
+    let first_cut = groups.iter().filter(|&&group| group == last).count();
+    assert!((2 * strands as usize..=3 * strands as usize).contains(&first_cut), "{first_cut}");
+    // What lies in no separator falls into parts, each smaller than half the ring.
+    let mut seen: Vec<bool> = groups.iter().map(|&group| group > 0).collect();
+    let mut largest = 0;
+    for start in 0..graph.len() {
+        let mut waiting = vec![start as u32];
+        let mut size = 0;
+        while let Some(variable) = waiting.pop() {
+            if !std::mem::replace(&mut seen[variable as usize], true) {
+                size += 1;
+                waiting.extend(graph.of(variable as usize));
+            }
+        }
+        largest = largest.max(size);
+    }
+    assert!(largest < 200, "{largest}");
+    assert!(fill(&graph, &order) < 2 * fill(&graph, &minimum_degree(&graph, &[])));
 }
