@@ -13,6 +13,9 @@ const ITERATIONS: usize = 10;
 const GOOD_ENOUGH: f64 = 0.85;
 /// One that fits less than this share is not followed.
 const POOR: f64 = 0.6;
+/// A turned start must fit so many times as well as the best guess, and as well as [`POOR`] asks, to be followed: through a
+/// door most of what is seen is new and fits nowhere, and something turned fits a little better by chance.
+const CLEARLY_BETTER: f64 = 1.3;
 /// Weight of one scan in the running mean of fits.
 const LEARNING: f64 = 0.1;
 
@@ -52,7 +55,8 @@ impl Recovery {
         if searched {
             let turned =
                 search(map.gaussians(), &self.sample, &guesses[..2], &options, &SearchOptions::default());
-            if let Some(found) = turned.filter(|found| found.score > best.score) {
+            let least = (CLEARLY_BETTER * best.score).max(POOR * self.typical);
+            if let Some(found) = turned.filter(|found| found.score > least) {
                 best = found;
             }
         }
