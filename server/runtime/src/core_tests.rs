@@ -131,7 +131,7 @@ impl FakeGateway {
     }
 
     /// Reads until an event is what the test waits for.
-    fn event<T>(&mut self, wanted: impl Fn(&Option<ClientId>, &Event) -> Option<T>) -> T {
+    fn event<T>(&mut self, mut wanted: impl FnMut(&Option<ClientId>, &Event) -> Option<T>) -> T {
         loop {
             if let CoreMessage::Event { to, event } = self.next().expect("the core goes on")
                 && let Some(found) = wanted(&to, &event)
@@ -191,15 +191,21 @@ fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
     bench.clock(0);
     let mut gateway = bench.gateway();
     gateway.order(1, take_control());
-    let (to, outcome) = gateway.event(|to, event| match event {
-        Event::CommandDone { id, outcome } if id.0.as_u128() == 1 => Some((*to, outcome.clone())),
-        _ => None,
-    });
-    assert_eq!((to, outcome), (Some(CLIENT), CommandOutcome::Accepted));
-    let owner = gateway.event(|_, event| match event {
-        Event::Control(control) => Some(control.owner),
-        _ => None,
-    });
+    // Answers and state come by different threads, in either order.
+    let (mut answer, mut owner) = (None, None);
+    while answer.is_none() || owner.is_none() {
+        gateway.event(|to, event| {
+            match event {
+                Event::CommandDone { id, outcome } if id.0.as_u128() == 1 => {
+                    answer = Some((*to, outcome.clone()))
+                }
+                Event::Control(control) => owner = control.owner,
+                _ => return None,
+            }
+            Some(())
+        });
+    }
+    assert_eq!(answer, Some((Some(CLIENT), CommandOutcome::Accepted)));
     assert_eq!(owner, Some(CLIENT));
     let recorded = loop {
         if let (_, Input::Command(command)) = bench.written() {
