@@ -1,14 +1,16 @@
-//! Rotations, rigid transforms with frames in their types, and seeded randomness.
+//! Rotations, rigid transforms with frames in their types, alignment of point sets, and seeded randomness.
 //!
 //! Conventions, everywhere in the core: metres, radians, seconds; `parent_from_child` transforms; perturbations on
 //! the *right* (`T * exp(error)`), error order `[rotation; translation]`; Hamilton quaternions.
 
+mod alignment;
 mod frames;
 mod plain;
 mod random;
 pub mod se3;
 pub mod so3;
 
+pub use alignment::{Similarity, aligned_rmse, umeyama};
 pub use frames::{Base, Imu, Lidar, Map, Odom, Transform};
 pub use plain::{isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 pub use random::{Rng, RngTree};

@@ -1,7 +1,8 @@
 //! GTSAM, in a Python environment of its own if none is given.
 
-use crate::{Arguments, json, table};
-use anyhow::{Context, Result, bail};
+use crate::{Arguments, table};
+use anyhow::{Context, Result};
+use benches::{json, succeed};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -42,7 +43,7 @@ impl Gtsam {
         let python = self.python.clone().context("it needs a Python with NumPy and SciPy")?;
         let mut command = Command::new(python);
         command.arg(arguments.scripts.join("make_patrol_graph.py")).arg(out);
-        succeed(command.args(["--poses", &arguments.patrol.to_string()]))
+        succeed(command.args(["--poses", &arguments.patrol.to_string()])).map(drop)
     }
 }
 
@@ -55,12 +56,4 @@ fn make_environment(folder: &Path) -> Result<PathBuf> {
         std::fs::write(folder.join("complete"), "")?;
     }
     Ok(python)
-}
-
-fn succeed(command: &mut Command) -> Result<()> {
-    let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
-    if !output.status.success() {
-        bail!("{command:?} failed: {}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    Ok(())
 }

@@ -6,7 +6,8 @@
 mod gtsam;
 mod table;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use benches::json;
 use clap::Parser;
 use gtsam::Gtsam;
 use serde_json::Value;
@@ -135,15 +136,4 @@ fn run_ours(arguments: &Arguments, case: &Case) -> Result<Value> {
         .args(case.ours)
         .arg("--json");
     json(command.arg("--out").arg(arguments.work.join("ours.g2o")))
-}
-
-/// Runs a command and parses the last line of its standard output.
-fn json(command: &mut Command) -> Result<Value> {
-    let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
-    if !output.status.success() {
-        bail!("{command:?} failed: {}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    let text = String::from_utf8_lossy(&output.stdout);
-    let line = text.lines().last().unwrap_or_default();
-    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON but '{line}'"))
 }

@@ -4,7 +4,7 @@ use crate::find::Found;
 use crate::walk::Recorded;
 use anyhow::Result;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
-use geometry::{Isometry, Matrix3, Matrix6, Vector3};
+use geometry::{Isometry, Matrix6, Vector3, aligned_rmse};
 use mapping::Verdict;
 
 /// Root mean square errors of keyframes after the best rigid alignment, metres.
@@ -35,27 +35,11 @@ pub fn error(recorded: &[Recorded], found: &Found) -> Result<MapError> {
         keys.iter().map(|&key| Ok(values.pose(key)?.translation.vector)).collect()
     };
     let truth: Vec<Vector3> = recorded.iter().map(|k| k.site_from_base.translation.vector).collect();
-    Ok(MapError {
-        odometry: aligned_error(&places(&values)?, &truth),
-        closed: aligned_error(&places(&solved)?, &truth),
-    })
+    Ok(MapError { odometry: rmse(&places(&values)?, &truth), closed: rmse(&places(&solved)?, &truth) })
 }
 
-/// Root mean square distance after the best rigid alignment (Umeyama, PAMI 1991, without scale), metres.
-fn aligned_error(found: &[Vector3], truth: &[Vector3]) -> f64 {
-    let scale = 1.0 / found.len() as f64;
-    let centre = |points: &[Vector3]| points.iter().sum::<Vector3>() * scale;
-    let (found_centre, truth_centre) = (centre(found), centre(truth));
-    let cross: Matrix3 =
-        found.iter().zip(truth).map(|(f, t)| (f - found_centre) * (t - truth_centre).transpose()).sum();
-    let svd = cross.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return f64::NAN };
-    let mut mirror = Matrix3::identity();
-    mirror[(2, 2)] = (v_t.transpose() * u.transpose()).determinant().signum();
-    let rotation = v_t.transpose() * mirror * u.transpose();
-    let squares = found
-        .iter()
-        .zip(truth)
-        .map(|(f, t)| (rotation * (f - found_centre) + truth_centre - t).norm_squared());
-    (squares.sum::<f64>() * scale).sqrt()
+/// After the best rigid alignment, metres.
+fn rmse(found: &[Vector3], truth: &[Vector3]) -> f64 {
+    let pairs: Vec<_> = truth.iter().copied().zip(found.iter().copied()).collect();
+    aligned_rmse(&pairs).unwrap_or(f64::NAN)
 }

@@ -2,7 +2,8 @@
 
 use crate::Arguments;
 use crate::table::Row;
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
+use benches::json;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -48,15 +49,4 @@ pub fn map_and_compare(arguments: &Arguments, recording: &Path, out: &Path, sour
 
 fn number(value: &Value, pointer: &str) -> f64 {
     value.pointer(pointer).and_then(Value::as_f64).unwrap_or(f64::NAN)
-}
-
-/// Runs a command and parses the last line of its standard output.
-fn json(command: &mut Command) -> Result<Value> {
-    let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
-    if !output.status.success() {
-        bail!("{command:?} failed: {}", String::from_utf8_lossy(&output.stderr).trim());
-    }
-    let text = String::from_utf8_lossy(&output.stdout);
-    let line = text.lines().last().unwrap_or_default();
-    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON but '{line}'"))
 }

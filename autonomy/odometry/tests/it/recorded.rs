@@ -123,7 +123,7 @@ fn a_fast_turning_sweep_is_corrected() {
 }
 
 /// Poses at eight instants (ends included) such that moving each raw point by the pose at its time meets the corrected
-/// one: Kabsch on the points nearest in time.
+/// one: the best rigid motion of the points nearest in time.
 fn fit_knots(
     raw: &[Vector3],
     corrected: &[Vector3],
@@ -136,24 +136,13 @@ fn fit_knots(
             let at = 0.1 * f64::from(knot) / f64::from(knots - 1);
             let near: Vec<usize> =
                 (0..raw.len()).filter(|&i| (f64::from(times[i]) - at).abs() < 0.003).collect();
-            let from: Vec<Vector3> =
-                near.iter().map(|&i| imu_from_lidar.transform_point(&raw[i].into()).coords).collect();
-            let to: Vec<Vector3> = near.iter().map(|&i| corrected[i]).collect();
-            (Stamp::from_secs_f64(at), kabsch(&from, &to))
+            let pairs: Vec<(Vector3, Vector3)> = near
+                .iter()
+                .map(|&i| (corrected[i], imu_from_lidar.transform_point(&raw[i].into()).coords))
+                .collect();
+            (Stamp::from_secs_f64(at), geometry::umeyama(&pairs, false).unwrap().truth_from_estimate)
         })
         .collect()
-}
-
-fn kabsch(from: &[Vector3], to: &[Vector3]) -> Isometry {
-    let scale = 1.0 / from.len() as f64;
-    let (a, b) = (from.iter().sum::<Vector3>() * scale, to.iter().sum::<Vector3>() * scale);
-    let cross: geometry::Matrix3 = from.iter().zip(to).map(|(f, t)| (f - a) * (t - b).transpose()).sum();
-    let svd = cross.svd(true, true);
-    let (u, v) = (svd.u.unwrap(), svd.v_t.unwrap().transpose());
-    let mut mirror = geometry::Matrix3::identity();
-    mirror[(2, 2)] = (v * u.transpose()).determinant().signum();
-    let rotation = Rotation::from_matrix(&(v * mirror * u.transpose()));
-    Isometry::from_parts((b - rotation * a).into(), rotation)
 }
 
 fn median_error(

@@ -1,6 +1,6 @@
 //! Walks through the simulator kept in memory, and the error of an estimate against the truth.
 
-use geometry::{Isometry, Matrix3, Vector3, se3, vec_from_plain};
+use geometry::{Isometry, Vector3, se3, vec_from_plain};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
 use sim::{RouteWalker, SimConfig, Simulator, Site, SiteName};
@@ -105,19 +105,8 @@ impl Walk {
     }
 }
 
-/// Root mean square distance after the best rigid alignment (Kabsch, Umeyama), metres.
+/// Root mean square distance after the best rigid alignment, metres.
 pub fn aligned_error(found: &[Vector3], truth: &[Vector3]) -> f64 {
-    let scale = 1.0 / found.len() as f64;
-    let centre = |points: &[Vector3]| points.iter().sum::<Vector3>() * scale;
-    let (found_centre, truth_centre) = (centre(found), centre(truth));
-    let cross: Matrix3 =
-        found.iter().zip(truth).map(|(f, t)| (f - found_centre) * (t - truth_centre).transpose()).sum();
-    let svd = cross.svd(true, true);
-    let (u, v) = (svd.u.unwrap(), svd.v_t.unwrap().transpose());
-    let mut mirror = Matrix3::identity();
-    mirror[(2, 2)] = (v * u.transpose()).determinant().signum();
-    let rotation = v * mirror * u.transpose();
-    let square =
-        |(f, t): (&Vector3, &Vector3)| (rotation * (f - found_centre) + truth_centre - t).norm_squared();
-    (found.iter().zip(truth).map(square).sum::<f64>() * scale).sqrt()
+    let pairs: Vec<_> = truth.iter().copied().zip(found.iter().copied()).collect();
+    geometry::aligned_rmse(&pairs).unwrap()
 }

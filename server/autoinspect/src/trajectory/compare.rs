@@ -1,13 +1,13 @@
 //! The command: reads, pairs, aligns, measures, prints.
 
-use super::align::{Alignment, Similarity, umeyama};
+use super::align::Alignment;
 use super::extrinsic::{Extrinsic, parse_frame};
 use super::load::load;
 use super::pairs::{Matching, Pair, pair};
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
-use geometry::Isometry;
+use geometry::{Isometry, Similarity, umeyama};
 use serde::Serialize;
 use std::path::PathBuf;
 use vocab::Span;

@@ -1,0 +1,116 @@
+//! Moving an estimate onto the truth as well as possible.
+//!
+//! Source: S. Umeyama, "Least-Squares Estimation of Transformation Parameters Between Two Point Patterns", IEEE TPAMI
+//! 13(4), 1991.
+
+use crate::{Isometry, Matrix3, Rotation, Vector3};
+use nalgebra::{Point3, Rotation3, Translation3};
+
+/// A rigid motion after a scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Similarity {
+    /// The estimate's lengths are multiplied by this first.
+    pub scale: f64,
+    /// Then it is moved by this.
+    pub truth_from_estimate: Isometry,
+}
+
+impl Similarity {
+    /// Changes nothing.
+    pub fn identity() -> Self {
+        Self { scale: 1.0, truth_from_estimate: Isometry::identity() }
+    }
+
+    /// The pose as the truth's frame sees it.
+    pub fn apply(&self, pose: &Isometry) -> Isometry {
+        let scaled =
+            Isometry::from_parts(Translation3::from(pose.translation.vector * self.scale), pose.rotation);
+        self.truth_from_estimate * scaled
+    }
+}
+
+/// The motion that brings the estimate's positions nearest to the truth's; none for fewer than three points or points on
+/// one line, which leave a rotation open.
+///
+/// - `pairs`: (truth, estimate), metres.
+pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similarity> {
+    if pairs.len() < 3 {
+        return None;
+    }
+    let count = pairs.len() as f64;
+    let mean = |pick: fn(&(Vector3, Vector3)) -> Vector3| pairs.iter().map(pick).sum::<Vector3>() / count;
+    let (truth_mean, estimate_mean) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    // Equations 36 to 38.
+    let mut covariance = Matrix3::zeros();
+    let mut variance = 0.0;
+    for (truth, estimate) in pairs {
+        let centred = estimate - estimate_mean;
+        covariance += (truth - truth_mean) * centred.transpose() / count;
+        variance += centred.norm_squared() / count;
+    }
+    let svd = covariance.svd(true, true);
+    let (u, v_transposed) = (svd.u?, svd.v_t?);
+    if svd.singular_values[1] <= 1e-9 * svd.singular_values[0].max(1e-9) {
+        return None;
+    }
+    // Equation 39: no reflection.
+    let mut sign = Vector3::new(1.0, 1.0, 1.0);
+    if u.determinant() * v_transposed.determinant() < 0.0 {
+        sign.z = -1.0;
+    }
+    // Equations 40 to 42.
+    let rotation = u * Matrix3::from_diagonal(&sign) * v_transposed;
+    let scale = if with_scale { svd.singular_values.dot(&sign) / variance } else { 1.0 };
+    let translation = truth_mean - rotation * estimate_mean * scale;
+    let rotation = Rotation::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+    let truth_from_estimate = Isometry::from_parts(Translation3::from(translation), rotation);
+    Some(Similarity { scale, truth_from_estimate })
+}
+
+/// Root mean square distance that remains after the best rigid motion, metres; none where [`umeyama`] finds no motion.
+///
+/// - `pairs`: (truth, estimate), metres.
+pub fn aligned_rmse(pairs: &[(Vector3, Vector3)]) -> Option<f64> {
+    let motion = umeyama(pairs, false)?.truth_from_estimate;
+    let square = |(truth, estimate): &(Vector3, Vector3)| {
+        (motion.transform_point(&Point3::from(*estimate)).coords - truth).norm_squared()
+    };
+    Some((pairs.iter().map(square).sum::<f64>() / pairs.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_known_motion_and_scale_are_found_again() {
+        let motion = Isometry::from_parts(
+            Translation3::new(3.0, -2.0, 0.5),
+            Rotation::from_euler_angles(0.3, -0.8, 2.5),
+        );
+        let points: Vec<Vector3> =
+            (0..20).map(f64::from).map(|t| Vector3::new(t.sin() * 4.0, t * 0.3, (0.7 * t).cos())).collect();
+        let pairs: Vec<_> = points.iter().map(|p| (motion * Point3::from(p * 1.7), *p)).collect();
+        let pairs: Vec<_> = pairs.into_iter().map(|(truth, estimate)| (truth.coords, estimate)).collect();
+        let Some(found) = umeyama(&pairs, true) else { panic!("enough points") };
+        assert!((found.scale - 1.7).abs() < 1e-9);
+        assert!((found.truth_from_estimate.to_homogeneous() - motion.to_homogeneous()).norm() < 1e-9);
+    }
+
+    #[test]
+    fn points_on_a_line_leave_a_rotation_open() {
+        let pairs: Vec<_> = (0..9).map(|i| Vector3::new(f64::from(i), 0.0, 0.0)).map(|p| (p, p)).collect();
+        assert_eq!(umeyama(&pairs, false), None);
+    }
+
+    #[test]
+    fn what_no_motion_explains_remains() {
+        let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+        // Every corner is a tenth higher or lower than a plane: nothing rigid mends that.
+        let pairs: Vec<_> = corners
+            .map(|[x, y]| (Vector3::new(x, y, 0.1 * x * y), Vector3::new(5.0 - y, x, 2.0)))
+            .into_iter()
+            .collect();
+        assert!(aligned_rmse(&pairs).is_some_and(|rmse| (rmse - 0.1).abs() < 1e-12));
+    }
+}
