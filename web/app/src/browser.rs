@@ -74,6 +74,16 @@ pub(crate) fn reduced_motion() -> bool {
         .is_some_and(|query| query.matches())
 }
 
+/// Size of the page, physical pixels.
+pub(crate) fn window_px() -> [u32; 2] {
+    let Some(window) = window() else { return [1, 1] };
+    let scale = window.device_pixel_ratio();
+    [window.inner_width(), window.inner_height()].map(|side| {
+        let points = side.ok().and_then(|side| side.as_f64()).unwrap_or(0.0);
+        (points * scale).round().max(1.0) as u32
+    })
+}
+
 /// Whether nobody can see the page.
 pub(crate) fn hidden() -> bool {
     document().is_some_and(|document| document.hidden())

@@ -22,8 +22,8 @@ const LATE_MS: f64 = 150.0;
 /// Without a frame for so long, nobody sees where the robot goes, milliseconds.
 const BLIND_MS: f64 = 2500.0;
 
-/// How long the start waits for the server: a local one is reached in a tenth of this.
-const REACH_MS: f64 = 100.0;
+/// How long the start waits for the server: a local one says in a fifth of this what there is to see.
+const REACH_MS: f64 = 200.0;
 const REACH_EVERY_MS: i32 = 5;
 
 /// The model with its connections.
@@ -66,11 +66,14 @@ impl Core {
         core
     }
 
-    /// Whether the server was reached: then what opened the socket is answered.
+    /// Whether what the first picture shows is on its way, or there is nothing to wait for.
     fn reached(&mut self) -> bool {
-        let open = self.sockets.is_open(Socket::Control);
         self.pump();
-        open
+        if let Some(eye) = crate::viewport::first_eye(&self.model) {
+            self.apply(Event::Looked(eye));
+        }
+        let tiles = &self.model.shown().tiles;
+        tiles.loading() > 0 || (tiles.listed() && tiles.is_empty())
     }
 
     /// There are frames from now on, and this makes them.
@@ -172,11 +175,16 @@ impl Core {
     }
 }
 
-/// Waits until the server is reached, but not for long: its first answer then comes while the page can do nothing else.
+/// Waits until the first tiles are asked for, but not for long: they come while the page can do nothing else.
 pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
     let until = browser::now_ms() + REACH_MS;
-    while !core.borrow_mut().reached() && browser::now_ms() < until {
+    loop {
+        let reached = core.borrow_mut().reached();
+        // Also when reached: only a pause lets the requests out.
         browser::pause(REACH_EVERY_MS).await;
+        if reached || browser::now_ms() >= until {
+            return;
+        }
     }
 }
 

@@ -44,15 +44,6 @@ impl Sockets {
         }
     }
 
-    /// Whether a socket is open.
-    pub(crate) fn is_open(&self, which: Socket) -> bool {
-        let slot = match which {
-            Socket::Control => &self.control,
-            Socket::Stream => &self.stream,
-        };
-        slot.as_ref().is_some_and(|connection| connection.socket.ready_state() == WebSocket::OPEN)
-    }
-
     /// Opens a socket, closing the one before.
     pub(crate) fn open(&mut self, which: Socket) {
         let connection = Connection::open(which, &self.inbox);

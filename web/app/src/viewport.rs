@@ -35,26 +35,12 @@ pub(crate) struct Viewport {
 impl Viewport {
     /// `pace` is how much is drawn at first.
     pub(crate) fn new(pace: Pace) -> Self {
-        Self {
-            camera: Camera::new(CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }),
-            placed: false,
-            view: None,
-            pace,
-        }
+        Self { camera: Camera::new(first_pose()), placed: false, view: None, pace }
     }
 
     /// From where the map is looked at, for the choice of tiles.
     pub(crate) fn eye(&self) -> Option<client_model::Eye> {
-        let view = self.view?;
-        let eye = Eye::new(view.camera, view.viewport_px);
-        let [width, height] = view.viewport_px.map(f64::from);
-        let corner_tan = Eye::TAN_HALF_FOV * (width / height).hypot(1.0);
-        Some(client_model::Eye {
-            position: eye.position().to_array(),
-            forward: view.camera.forward().as_vec3().to_array(),
-            focal_px: eye.focal_px() as f32,
-            corner_cos: (1.0 / corner_tan.hypot(1.0)) as f32,
-        })
+        self.view.map(|view| eye_of(view.camera, view.viewport_px))
     }
 
     /// Draws the scene and takes what is done to it.
@@ -311,6 +297,29 @@ fn keyframe_labels(
     }
     seen.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     labels.extend(seen.into_iter().take(KEYFRAME_LABELS_MAX).map(|(_, label)| label));
+}
+
+/// From where the first picture is drawn, once it is known where the robot is: for fetching what it will show while there is
+/// nothing yet to draw it with.
+pub(crate) fn first_eye(model: &Model) -> Option<client_model::Eye> {
+    let camera = CameraPose { target: robot_target(model)?, ..first_pose() };
+    Some(eye_of(camera, browser::window_px()))
+}
+
+fn first_pose() -> CameraPose {
+    CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }
+}
+
+fn eye_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Eye {
+    let eye = Eye::new(camera, viewport_px);
+    let [width, height] = viewport_px.map(f64::from);
+    let corner_tan = Eye::TAN_HALF_FOV * (width / height).hypot(1.0);
+    client_model::Eye {
+        position: eye.position().to_array(),
+        forward: camera.forward().as_vec3().to_array(),
+        focal_px: eye.focal_px() as f32,
+        corner_cos: (1.0 / corner_tan.hypot(1.0)) as f32,
+    }
 }
 
 fn robot_target(model: &Model) -> Option<DVec3> {

@@ -307,7 +307,8 @@ impl Model {
 
     fn plan(&mut self, effects: &mut Vec<Effect>) {
         let Some(eye) = self.eye else { return };
-        if !self.shown().tiles.plan_due(self.now) || self.now.since(self.planned) < PLAN_PERIOD_S {
+        let tiles = &self.shown().tiles;
+        if tiles.is_empty() || !tiles.plan_due(self.now) || self.now.since(self.planned) < PLAN_PERIOD_S {
             return;
         }
         self.planned = self.now;

@@ -65,6 +65,7 @@ pub struct TileSet {
     loading: usize,
     ready: usize,
     dirty: bool,
+    listed: bool,
     /// When the next fetch that failed may be tried again.
     retry_at: Option<ClientTime>,
 }
@@ -83,6 +84,11 @@ impl TileSet {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.tiles.is_empty()
+    }
+
+    /// Whether the server has said which there are, be it none.
+    pub fn listed(&self) -> bool {
+        self.listed
     }
 
     /// Tiles on the screen.
@@ -134,7 +140,7 @@ impl TileSet {
                 Tile { entry: *entry, state: TileState::Absent, failures: 0, retry_at: ClientTime::default() }
             });
         }
-        self.dirty = true;
+        (self.dirty, self.listed) = (true, true);
     }
 
     /// Takes everything off the screen; the list stays unless `forget`.

@@ -23,6 +23,19 @@ fn the_coarsest_tiles_come_first_and_few_at_a_time() {
 }
 
 #[test]
+fn an_eye_that_comes_before_the_tiles_keeps_none_waiting() {
+    let mut bench = Bench::connected();
+    bench.apply(Event::Looked(eye_at(-3.0)));
+    assert!(!bench.model.shown().tiles.listed());
+    bench.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![tile(1, 0, 0.0, 10)] }));
+    assert!(
+        bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))),
+        "at once, not a period later"
+    );
+    assert!(bench.model.shown().tiles.listed());
+}
+
+#[test]
 fn tiles_no_longer_wanted_are_cancelled_and_others_fetched() {
     let mut bench = Bench::connected();
     let near: Vec<TileEntry> = (0..8).map(|i| tile(i + 10, 5, f32::from(i), 1000)).collect();
