@@ -27,6 +27,11 @@ const COAST_PARTS: usize = 4;
 const COAST_WHOLE: usize = 8;
 /// Passes of correction and registration of each part.
 const COAST_PASSES: usize = 2;
+/// A part with a smaller share of its points on their surfaces than this part of the usual is not followed: the whole sweep
+/// is taken at once then. In a door one part sees nothing but what is new, and fits somewhere by chance.
+const COAST_STEADY: f64 = 0.85;
+/// Weight of one sweep in the usual share.
+const COAST_LEARNING: f64 = 0.05;
 /// After so long without a scan, guesses are compared before one is followed.
 const LONG_AGO: Span = Span::from_millis(150);
 
@@ -41,6 +46,8 @@ pub struct Tracker {
     /// Scans taken in.
     scans: usize,
     recovery: Recovery,
+    /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
+    usual_share: f64,
     thinned: Thinned,
     corrected: Vec<[f32; 3]>,
 }
@@ -51,6 +58,26 @@ struct Outcome {
     report: RegistrationReport,
     /// Of what was used.
     information: Matrix6,
+}
+
+/// Where a scan may lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Whence {
+    /// Where it is expected, to centimetres.
+    Near,
+    /// Perhaps elsewhere.
+    Anywhere,
+}
+
+/// A thinned scan and where it was found to lie.
+#[derive(Clone, Debug)]
+struct Placed {
+    thinned: Thinned,
+    odom_from_body: Isometry,
+    /// Whether it was fitted to the map.
+    fitted: bool,
+    /// Whether it may enter the map.
+    worth: bool,
 }
 
 impl Tracker {
@@ -109,6 +136,7 @@ impl Tracker {
             last_middle: None,
             scans: 0,
             recovery: Recovery::default(),
+            usual_share: 0.0,
             thinned: Thinned::default(),
             corrected: Vec::new(),
         }
@@ -151,9 +179,7 @@ impl Tracker {
         let outcome = if self.carrier.inertial || !sweep.timed || self.scans < COAST_WHOLE {
             self.take_part(&sweep, self.config.points_wanted, queues)
         } else {
-            let outcome = self.take_parts(&sweep, queues);
-            self.correct(&sweep);
-            outcome
+            self.take_coasting(&sweep, queues)
         };
         if self.carrier.inertial && !outcome.report.rejected {
             findings.extend(self.compare_turns(&sweep));
@@ -163,13 +189,38 @@ impl Tracker {
         self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
     }
 
-    /// Takes a sweep part by part, each a small scan of its own.
-    fn take_parts(&mut self, sweep: &Sweep, queues: &mut Queues) -> Outcome {
+    /// Takes a sweep without an IMU: part by part, and where a part does not fit as parts usually do, as a whole.
+    fn take_coasting(&mut self, sweep: &Sweep, queues: &mut Queues) -> Outcome {
+        let before = (self.carrier.clone(), self.last_scan, queues.clone());
+        let mut parts = Vec::with_capacity(COAST_PARTS);
+        let outcome = match self.take_parts(sweep, queues, &mut parts) {
+            Some(outcome) => {
+                for part in &parts {
+                    self.enter(part);
+                }
+                outcome
+            }
+            None => {
+                (self.carrier, self.last_scan, *queues) = before;
+                self.take_part(sweep, self.config.points_wanted, queues)
+            }
+        };
+        self.correct(sweep);
+        outcome
+    }
+
+    /// Takes a sweep part by part, each a small scan of its own; `None` as soon as one does not fit. What shall enter the map
+    /// is left in `parts`.
+    fn take_parts(&mut self, sweep: &Sweep, queues: &mut Queues, parts: &mut Vec<Placed>) -> Option<Outcome> {
         let wanted = self.config.points_wanted / COAST_PARTS;
         let mut whole = Outcome::default();
         for index in 0..COAST_PARTS {
-            let Outcome { report, information } =
-                self.take_part(&sweep.part(index, COAST_PARTS), wanted, queues);
+            let (Outcome { report, information }, placed) =
+                self.place(&sweep.part(index, COAST_PARTS), wanted, queues, Whence::Near);
+            if report.rejected || report.inlier_share < COAST_STEADY * self.usual_share {
+                return None;
+            }
+            parts.push(placed);
             whole.information += information;
             let before = whole.report;
             whole.report = RegistrationReport {
@@ -178,16 +229,41 @@ impl Tracker {
                 inlier_share: before.inlier_share + report.inlier_share / COAST_PARTS as f64,
                 iterations: before.iterations + report.iterations,
                 searched: before.searched || report.searched,
-                rejected: before.rejected || report.rejected,
                 ..report
             };
         }
-        whole
+        let learning = if self.usual_share > 0.0 { COAST_LEARNING } else { 1.0 };
+        self.usual_share += (whole.report.inlier_share - self.usual_share) * learning;
+        Some(whole)
     }
 
-    /// Carries the estimate to the end of a sweep, or part of one, and corrects it by what the points
-    /// say, of which about `wanted` enter.
+    /// Carries the estimate to the end of a sweep, corrects it by what the points say, of which about `wanted` enter, and adds
+    /// them to the map.
     fn take_part(&mut self, sweep: &Sweep, wanted: usize, queues: &mut Queues) -> Outcome {
+        let (outcome, placed) = self.place(sweep, wanted, queues, Whence::Anywhere);
+        self.enter(&placed);
+        outcome
+    }
+
+    /// Adds points to the map, if they are worth it.
+    fn enter(&mut self, placed: &Placed) {
+        let Placed { thinned, odom_from_body, fitted, worth } = placed;
+        if *fitted {
+            self.recovery.learn(&self.map, thinned, odom_from_body);
+        }
+        if *worth {
+            self.map.insert(thinned, odom_from_body);
+        }
+    }
+
+    /// Carries the estimate to the end of a sweep, or part of one, and corrects it by what the points say.
+    fn place(
+        &mut self,
+        sweep: &Sweep,
+        wanted: usize,
+        queues: &mut Queues,
+        whence: Whence,
+    ) -> (Outcome, Placed) {
         self.carrier.advance(sweep.end, queues);
         let prior = self.carrier.filter.state.odom_from_body;
         let passes = if self.carrier.inertial || !sweep.timed { 1 } else { COAST_PASSES };
@@ -195,7 +271,7 @@ impl Tracker {
         for pass in 0..passes {
             self.correct(sweep);
             self.map.thin(&self.corrected, wanted, &self.carrier.body_from_base, &mut self.thinned);
-            fitted = self.fit(sweep, fitted);
+            fitted = self.fit(sweep, fitted, whence);
             let Some(Fitted { state, .. }) = fitted else { break };
             if pass + 1 < passes {
                 self.follow_scan(sweep, &state);
@@ -213,15 +289,16 @@ impl Tracker {
         } else {
             self.carrier.table.shift(&(posterior * prior.inverse()));
         }
-        if accepted.is_some() {
-            self.recovery.learn(&self.map, &self.thinned, &posterior);
-        }
-        if self.thinned.fine.len() >= MIN_POINTS && !report.rejected {
-            self.map.insert(&self.thinned, &posterior);
-        }
         self.last_scan = Some(Timed { stamp: sweep.end, value: posterior });
         self.carrier.rough = false;
-        Outcome { report, information: accepted.map_or_else(Matrix6::zeros, |fitted| fitted.information) }
+        let placed = Placed {
+            worth: self.thinned.fine.len() >= MIN_POINTS && !report.rejected,
+            thinned: self.thinned.clone(),
+            odom_from_body: posterior,
+            fitted: accepted.is_some(),
+        };
+        let information = accepted.map_or_else(Matrix6::zeros, |fitted| fitted.information);
+        (Outcome { report, information }, placed)
     }
 
     /// Frees a sweep of the motion during it.
@@ -237,13 +314,13 @@ impl Tracker {
 
     /// Fits the thinned scan; `None` when it has too few points or there is no map yet. `previous` is the result of the
     /// last pass.
-    fn fit(&mut self, sweep: &Sweep, previous: Option<Fitted>) -> Option<Fitted> {
+    fn fit(&mut self, sweep: &Sweep, previous: Option<Fitted>, whence: Whence) -> Option<Fitted> {
         if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
             return None;
         }
         let filter = &self.carrier.filter;
         let mut start = previous.map_or(filter.state, |fitted| fitted.state);
-        if self.carrier.inertial && !self.carrier.rough {
+        if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough) {
             return Some(judged(self.map.fit(filter, start, &self.thinned, Prediction::Close)));
         }
         let long_ago = self.last_scan.is_some_and(|last| sweep.end - last.stamp > LONG_AGO);

@@ -1,6 +1,6 @@
 //! Half a minute of walking through the test hall, with every combination of sources that makes sense.
 
-use crate::support::{b1, config, poses, run};
+use crate::support::{b1, config, narrow_doors, poses, run};
 use geometry::Vector3;
 use messages::Sensor;
 use odometry::OdometryEvent;
@@ -51,6 +51,14 @@ fn lidar_alone_lidar_with_imu_and_lidar_with_legs_work() {
         let error = walk.error(&found);
         assert!(error < limit, "{sources:?}: {error}");
     }
+}
+
+#[test]
+fn the_lidar_alone_keeps_its_way_where_half_of_what_it_sees_is_new() {
+    let walk = narrow_doors();
+    let found = poses(&run(config(walk, &["lidar"]), walk.messages.iter().cloned()));
+    let error = walk.error(&found);
+    assert!(error < 0.1, "{error}");
 }
 
 #[test]

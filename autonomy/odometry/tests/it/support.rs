@@ -3,7 +3,7 @@
 use geometry::{Isometry, Vector3, se3, vec_from_plain};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
-use sim::{RouteWalker, SimConfig, Simulator, Site, SiteName};
+use sim::{Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
 use vocab::{Span, Stamp};
 
@@ -20,12 +20,29 @@ pub fn b1() -> &'static Walk {
     WALK.get_or_init(|| walk(SiteName::B1, 30.0))
 }
 
+/// Through a narrow door into a room of b1 and out again, with turns in the door; made once.
+pub fn narrow_doors() -> &'static Walk {
+    static WALK: OnceLock<Walk> = OnceLock::new();
+    WALK.get_or_init(|| {
+        let site = Arc::new(Site::new(SiteName::B1));
+        let start = Start { position: vocab::Vec3 { x: 18.0, y: 37.0, z: 0.0 }, yaw: -2.0 };
+        let waypoints =
+            vec![[17.0, 35.0], [12.5, 35.0], [12.5, 36.0], [8.0, 36.0], [12.5, 36.0], [12.5, 28.0]];
+        walk_route(&site, Route { start, waypoints, ..site.routes()[0].clone() }, 60.0)
+    })
+}
+
 fn walk(name: SiteName, seconds: f64) -> Walk {
     let site = Arc::new(Site::new(name));
     let route = site.routes()[0].clone();
+    walk_route(&site, route, seconds)
+}
+
+fn walk_route(site: &Arc<Site>, route: Route, seconds: f64) -> Walk {
+    let name = site.name();
     let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(name, 3) };
     config.start = Some(route.start);
-    let mut sim = Simulator::on(site, config);
+    let mut sim = Simulator::on(Arc::clone(site), config);
     let boot = sim.boot().mounting;
     let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
     let mut walker = RouteWalker::new(route);
