@@ -9,7 +9,7 @@ use crate::motion::Motion;
 use crate::pose_table::PoseTable;
 use crate::state::{ErrorVector, State};
 use crate::velocity::VelocityMeasurement;
-use geometry::{Isometry, Matrix6, Rotation, Vector3, se3, so3};
+use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, se3, so3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
@@ -54,6 +54,8 @@ pub struct Carrier {
     pub agreement: Agreement,
     /// Base in the body, which is the IMU; the base itself where there is none.
     pub body_from_base: Isometry,
+    /// What stretches on which nothing was followed add to the covariance of every later pose, base frame.
+    guessed: Matrix6,
     time: Stamp,
     /// The gyroscope's bias while the IMU is silent.
     bias_kept: Option<Vector3>,
@@ -86,6 +88,7 @@ impl Carrier {
             rough: false,
             agreement: Agreement::default(),
             body_from_base,
+            guessed: Matrix6::zeros(),
             time: begin,
             bias_kept: None,
             gyro: Vector3::zeros(),
@@ -97,6 +100,16 @@ impl Carrier {
     /// The present.
     pub fn time(&self) -> Stamp {
         self.time
+    }
+
+    /// Books the present uncertainty of the pose as that of a guess: scans that fit each other from here on take it off the
+    /// filter, and say nothing of the way before. Alike in all directions, so that later turns do not seem to change it.
+    pub fn book_guess(&mut self) {
+        let pose = self.estimate().covariance;
+        let widest = |first: usize| (first..first + 3).map(|i| pose[(i, i)]).fold(0.0, f64::max);
+        let (rotation, position) = (widest(0), widest(3));
+        self.guessed =
+            Matrix6::from_diagonal(&Vector6::from_fn(|i, _| if i < 3 { rotation } else { position }));
     }
 
     /// Newest leg velocity taken in.
@@ -285,7 +298,7 @@ impl Carrier {
             odom_from_base,
             velocity: self.body_from_base.rotation.inverse() * at_base,
             turn_rate,
-            covariance: adjoint * pose * adjoint.transpose(),
+            covariance: adjoint * pose * adjoint.transpose() + self.guessed,
         }
     }
 }

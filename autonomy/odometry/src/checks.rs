@@ -89,6 +89,18 @@ pub fn silent(source: &str, remedy: &str) -> Finding {
     }
 }
 
+/// Nothing fitted for long, and the local map was begun anew.
+pub fn lost_way() -> Finding {
+    Finding {
+        kind: FindingKind::LostWay,
+        severity: Severity::Warning,
+        what: "The scans did not fit what was seen before, so the odometry began a new local map: how far the robot \
+               went meanwhile is a guess."
+            .into(),
+        remedy: "Use the IMU and the legs as well, or walk more slowly through doors and turns.".into(),
+    }
+}
+
 /// The scans do not say when each point was measured.
 pub fn missing_times() -> Finding {
     Finding {

@@ -131,6 +131,8 @@ pub enum FindingKind {
     SourceSilent,
     /// Stamps of a source went backwards; such messages are ignored.
     StampsBackwards,
+    /// Scans did not fit what was seen before for so long that the odometry began anew.
+    LostWay,
 }
 
 /// Something wrong with a sensor or its setup, with what to do about it.

@@ -1,6 +1,7 @@
 //! The running estimate: starts it, and takes scans in.
 
 use crate::carrier::{Carrier, Queues, Timed};
+use crate::checks;
 use crate::config::OdometryConfig;
 use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
 use crate::local_map::{Fitted, LocalMap, MIN_POINTS, Prediction, Thinned};
@@ -32,6 +33,8 @@ const COAST_PASSES: usize = 2;
 const COAST_STEADY: f64 = 0.85;
 /// Weight of one sweep in the usual share.
 const COAST_LEARNING: f64 = 0.05;
+/// After so long in which no scan fitted, the local map is begun anew.
+const LOST: Span = Span::from_millis(3_000);
 /// After so long without a scan, guesses are compared before one is followed.
 const LONG_AGO: Span = Span::from_millis(150);
 
@@ -46,6 +49,8 @@ pub struct Tracker {
     /// Scans taken in.
     scans: usize,
     recovery: Recovery,
+    /// Start of the first of the scans, all to the last, that had enough points and did not fit.
+    lost_since: Option<Stamp>,
     /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
     usual_share: f64,
     thinned: Thinned,
@@ -136,6 +141,7 @@ impl Tracker {
             last_middle: None,
             scans: 0,
             recovery: Recovery::default(),
+            lost_since: None,
             usual_share: 0.0,
             thinned: Thinned::default(),
             corrected: Vec::new(),
@@ -185,8 +191,27 @@ impl Tracker {
             findings.extend(self.compare_turns(&sweep));
         }
         self.scans += 1;
+        findings.extend(self.begin_anew_if_lost(&sweep, &outcome.report));
         self.tell(&mut sweep, &outcome, out);
         self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
+    }
+
+    /// Gives the local map up when no scan has fitted for long, so that the way from here on is followed at least. A blind LiDAR is none of this:
+    /// the map is as good as before when it sees again.
+    fn begin_anew_if_lost(&mut self, sweep: &Sweep, report: &RegistrationReport) -> Option<Finding> {
+        let unlike = report.rejected && self.thinned.coarse.len() >= MIN_POINTS;
+        if !unlike {
+            self.lost_since = None;
+            return None;
+        }
+        let since = *self.lost_since.get_or_insert(sweep.start);
+        if sweep.end - since < LOST {
+            return None;
+        }
+        self.carrier.book_guess();
+        self.map = LocalMap::new(&self.config);
+        (self.recovery, self.usual_share, self.scans, self.lost_since) = (Recovery::default(), 0.0, 0, None);
+        Some(checks::lost_way())
     }
 
     /// Takes a sweep without an IMU: part by part, and where a part does not fit as parts usually do, as a whole.

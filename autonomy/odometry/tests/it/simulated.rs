@@ -3,7 +3,7 @@
 use crate::support::{b1, config, narrow_doors, poses, run};
 use geometry::Vector3;
 use messages::Sensor;
-use odometry::OdometryEvent;
+use odometry::{FindingKind, OdometryEvent};
 use std::sync::Arc;
 use vocab::Span;
 
@@ -59,6 +59,39 @@ fn the_lidar_alone_keeps_its_way_where_half_of_what_it_sees_is_new() {
     let found = poses(&run(config(walk, &["lidar"]), walk.messages.iter().cloned()));
     let error = walk.error(&found);
     assert!(error < 0.1, "{error}");
+}
+
+#[test]
+fn lost_for_good_it_begins_anew_and_says_so() {
+    // Carried with covered eyes: the first half minute here, then at once somewhere else.
+    let (here, there) = (b1(), narrow_doors());
+    let lidar = |message: &&Sensor| matches!(message, Sensor::Scan(_));
+    let before = here.messages.iter().filter(lidar).take(100);
+    let last = before.clone().last().unwrap().stamp();
+    let first = there.messages.iter().find(lidar).unwrap().stamp();
+    let later = (last + Span::from_millis(100)) - first;
+    let after = there.messages.iter().filter(lidar).filter_map(|message| match message {
+        Sensor::Scan(scan) => Some(Sensor::Scan(Arc::new(messages::Scan {
+            stamp: scan.stamp + later,
+            ..scan.as_ref().clone()
+        }))),
+        _ => None,
+    });
+    let events = run(config(here, &["lidar"]), before.cloned().chain(after.take(300)));
+    let lost =
+        |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::LostWay);
+    assert!(events.iter().any(lost));
+    let found = poses(&events);
+    // From well after the beginning on, the way is followed again.
+    let (a, b) = (&found[found.len() - 150], found.last().unwrap());
+    assert!(!b.registration.rejected);
+    let moved = a.estimate.odom_from_base.inverse() * b.estimate.odom_from_base;
+    let at = |stamp: vocab::Stamp| there.truth_at(stamp - later);
+    let truth = at(a.estimate.stamp).inverse() * at(b.estimate.stamp);
+    let error = (moved.translation.vector - truth.translation.vector).norm();
+    assert!(error < 0.1, "{error} of {}", truth.translation.vector.norm());
+    // And how far it was carried is no certainty.
+    assert!(b.estimate.covariance[(3, 3)].sqrt() > 0.3, "{}", b.estimate.covariance);
 }
 
 #[test]
