@@ -28,7 +28,17 @@ const OURS: &[(&str, &[&str])] = &[
     ("navigation", &["geometry", "points", "vocab"]),
     (
         "stack",
-        &["geometry", "mapping", "messages", "navigation", "odometry", "points", "registration", "vocab"],
+        &[
+            "factors",
+            "geometry",
+            "mapping",
+            "messages",
+            "navigation",
+            "odometry",
+            "points",
+            "registration",
+            "vocab",
+        ],
     ),
     ("sim", &["geometry", "messages", "vocab"]),
     ("lockstep", &["geometry", "messages", "sim", "stack", "vocab"]),

@@ -4,7 +4,9 @@ mod digest;
 mod walk;
 
 pub use digest::{Digest, Stepper, replay};
-pub use walk::Lockstep;
+pub use walk::{JobPace, Lockstep};
 
+#[cfg(test)]
+mod loops_tests;
 #[cfg(test)]
 mod tests;

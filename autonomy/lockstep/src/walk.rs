@@ -3,12 +3,21 @@
 use crate::Digest;
 use messages::{Effect, Input, Job, JobDone, JobResult};
 use sim::{SimConfig, SimEvent, Simulator};
-use stack::Stack;
+use stack::{Stack, Work};
 use std::collections::VecDeque;
 use vocab::{SessionId, Span, Stamp};
 
 /// Ticks come at 20 Hz, and commands reach the body with them.
 const TICK: Span = Span::from_millis(50);
+
+/// When the results of jobs come back.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct JobPace {
+    /// Ticks that a job takes; its result comes with the next one after that.
+    pub ticks: u32,
+    /// Whether of several results the newest comes first.
+    pub newest_first: bool,
+}
 
 /// Both in one thread. Saving a map always succeeds and writes nothing.
 pub struct Lockstep {
@@ -17,6 +26,9 @@ pub struct Lockstep {
     digest: Digest,
     log: Option<Vec<(Stamp, Input)>>,
     waiting: VecDeque<Input>,
+    pace: JobPace,
+    /// Results, with the ticks that are left.
+    working: Vec<(u32, JobDone)>,
     events: Vec<SimEvent>,
     effects: Vec<Effect>,
 }
@@ -34,6 +46,8 @@ impl Lockstep {
             digest: Digest::default(),
             log: keep_log.then(Vec::new),
             waiting: VecDeque::new(),
+            pace: JobPace::default(),
+            working: Vec::new(),
             events: Vec::new(),
             effects: Vec::new(),
         };
@@ -57,6 +71,11 @@ impl Lockstep {
         self.waiting.push_back(input);
     }
 
+    /// Makes jobs take longer, or come back in another order, from now on.
+    pub fn pace_jobs(&mut self, pace: JobPace) {
+        self.pace = pace;
+    }
+
     /// Runs until `until`, showing every effect.
     pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &Effect)) {
         while self.now() < until {
@@ -69,6 +88,9 @@ impl Lockstep {
             self.events = events;
             while let Some(input) = self.waiting.pop_front() {
                 self.step(next, input, watch);
+            }
+            for done in self.finished() {
+                self.step(next, Input::JobDone(done), watch);
             }
             self.step(next, Input::Tick, watch);
         }
@@ -84,6 +106,18 @@ impl Lockstep {
         self.log.as_deref().unwrap_or_default()
     }
 
+    /// Results that are due, in their order.
+    fn finished(&mut self) -> Vec<JobDone> {
+        let (due, later): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.working).into_iter().partition(|(ticks, _)| *ticks == 0);
+        self.working = later.into_iter().map(|(ticks, done)| (ticks - 1, done)).collect();
+        let mut due: Vec<JobDone> = due.into_iter().map(|(_, done)| done).collect();
+        if self.pace.newest_first {
+            due.reverse();
+        }
+        due
+    }
+
     fn step(&mut self, at: Stamp, input: Input, watch: &mut dyn FnMut(Stamp, &Effect)) {
         if let Some(log) = &mut self.log {
             log.push((at, input.clone()));
@@ -97,7 +131,11 @@ impl Lockstep {
                 Effect::Drive(drive) => self.simulator.command(drive),
                 Effect::StartJob { job, work: Job::SaveMap(finished) } => {
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
-                    self.waiting.push_back(Input::JobDone(JobDone { job, result }));
+                    self.working.push((self.pace.ticks, JobDone { job, result }));
+                }
+                Effect::StartJob { job, work: Job::VerifyLoop(_) } => {
+                    let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+                    self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
                 Effect::Publish(_) | Effect::Answer { .. } => {}
             }

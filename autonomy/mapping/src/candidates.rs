@@ -107,6 +107,26 @@ pub fn by_geometry(
     chosen
 }
 
+/// Whether any old keyframe could be a candidate by looks, seen from up to `aside` metres beside the base: where the estimates rule
+/// all of them out, nobody has to look. `newest` and its greatest deviation as for [`by_looks`]. Linear in the old
+/// keyframes, 30 ns each where they are far.
+pub fn looks_matter(
+    reach: &[Option<Uncertain>],
+    level_from_newest: &Rotation,
+    old: Range<usize>,
+    (aside, deviations): (f64, f64),
+    policy: &CandidatePolicy,
+) -> bool {
+    reach.get(old).unwrap_or_default().iter().flatten().any(|seen| {
+        let apart = (level_from_newest * seen.pose.translation.vector).xy().norm();
+        let within = |deviation: f64| apart <= policy.near + aside + deviations * deviation;
+        // First a bound that costs little: the whole of the variance, and rotation's at the lever.
+        let variance = |first: usize| (first..first + 3).map(|i| seen.covariance[(i, i)]).sum::<f64>();
+        let bound = variance(3).max(0.0).sqrt() + apart * variance(0).max(0.0).sqrt();
+        within(bound) && within(seen.inverse().place_deviation())
+    })
+}
+
 /// Candidates by looks, most alike first, each from another stretch of the walk and none that the estimates rule out by
 /// `deviations`. `origins` are the points from which the views of the search were taken.
 pub fn by_looks(
@@ -202,6 +222,20 @@ mod tests {
         assert!(by_geometry(&reach, &chain, &level, 0..40, &policy).is_empty());
         let (chain, reach) = walk(0.0, 1e-3);
         assert_eq!(by_geometry(&reach, &chain, &level, 0..40, &policy).len(), 1);
+    }
+
+    #[test]
+    fn nobody_looks_where_the_estimates_rule_all_out() {
+        let (level, policy) = (Rotation::identity(), CandidatePolicy::default());
+        let matter = |old, variance, aside| {
+            let (_, reach) = walk(0.0, variance);
+            looks_matter(&reach, &level, old, (aside, 10.0), &policy)
+        };
+        // The walk ends beside keyframe 0.
+        assert!(matter(0..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 1.5));
+        assert!(matter(8..30, 1e-8, 6.0), "seen from farther aside");
+        assert!(matter(8..30, 1e-3, 0.0), "known vaguely");
+        assert!(!matter(8..4_000, 1e-3, 9.0), "no such keyframes");
     }
 
     #[test]

@@ -137,7 +137,7 @@ impl Jury {
             return vec![decision(Verdict::Rejected(flaw), 0)];
         }
         if self.stance(&verified.edge) == Stance::Confirmed {
-            self.accept(&verified.edge);
+            self.connect(&verified.edge);
             let mut decisions = vec![decision(Verdict::Accepted, 1)];
             self.confirm_waiting(&mut decisions);
             return decisions;
@@ -153,7 +153,7 @@ impl Jury {
             let agreeing = set.count_ones() as usize;
             for i in bits(set) {
                 let (edge, evidence) = self.waiting[i];
-                self.accept(&edge);
+                self.connect(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing });
             }
             let mut place = 0;
@@ -168,8 +168,13 @@ impl Jury {
         decisions
     }
 
-    /// Takes an edge without judging it: a person's word. Says whether there are such keyframes.
+    /// Takes an edge without judging it: a person's word. It waits no longer then. Says whether there are such keyframes.
     pub fn accept(&mut self, edge: &Edge) -> bool {
+        self.forget_waiting(edge.from, edge.to);
+        self.connect(edge)
+    }
+
+    fn connect(&mut self, edge: &Edge) -> bool {
         let known = index(edge.from).max(index(edge.to)) < self.chain.len();
         if known {
             let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
@@ -178,9 +183,18 @@ impl Jury {
         known
     }
 
-    /// Takes an accepted loop back, a person having found it wrong. Says whether there was one; a step of the walk is none.
+    /// Takes a loop back that was accepted or waits, a person having found it wrong. Says whether there was one; a step of
+    /// the walk is none.
     pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        from.0.abs_diff(to.0) > 1 && self.web.disconnect(index(from), index(to))
+        let waited = self.forget_waiting(from, to);
+        let closed = from.0.abs_diff(to.0) > 1 && self.web.disconnect(index(from), index(to));
+        waited || closed
+    }
+
+    fn forget_waiting(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+        let before = self.waiting.len();
+        self.waiting.retain(|(edge, _)| (edge.from, edge.to) != (from, to));
+        self.waiting.len() < before
     }
 
     /// Accepts those that waited and are now confirmed, newest first.
@@ -189,7 +203,7 @@ impl Jury {
         for place in (oldest..self.waiting.len()).rev() {
             if self.stance(&self.waiting[place].0) == Stance::Confirmed {
                 let (edge, evidence) = self.waiting.remove(place);
-                self.accept(&edge);
+                self.connect(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
             }
         }

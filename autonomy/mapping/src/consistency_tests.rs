@@ -84,6 +84,14 @@ fn rooms_built_alike_stay_apart_however_many_loops_agree() {
         }
         assert_eq!(accepted(&decisions), 0, "{step:?}");
         assert_eq!(jury.reach(KeyframeId(5))[35], before, "the graph is as it was");
+        // A person says no to one and yes to another: neither waits on.
+        let waiting = jury.waiting();
+        assert!(
+            jury.withdraw(KeyframeId(5), KeyframeId(35)) && !jury.withdraw(KeyframeId(5), KeyframeId(35))
+        );
+        assert!(jury.accept(&edge(6, 36, Isometry::identity(), LOOP)));
+        assert_eq!(jury.waiting(), waiting - 2);
+        assert_ne!(jury.reach(KeyframeId(5))[35], before);
     }
 }
 

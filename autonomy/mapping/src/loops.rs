@@ -8,7 +8,7 @@ use crate::candidates::{self, Candidate, CandidatePolicy};
 use crate::consistency::{Decision, Jury, Trust, Verdict};
 use crate::places::Places;
 use crate::scan_context::{Descriptor, level_from_base};
-use crate::submap::{KeyframeCloud, Submap, SubmapCache};
+use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
 use crate::verify::{Gates, Source, Task, Verified};
 use crate::{Edge, dynamics};
 use geometry::{Isometry, Rotation};
@@ -142,7 +142,7 @@ impl LoopFinder {
         self.jury.accept(edge)
     }
 
-    /// Takes an accepted loop back, a person having found it wrong. Says whether there was one.
+    /// Takes a loop back that was accepted or waits for others, a person having found it wrong. Says whether there was one.
     pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
         self.jury.withdraw(from, to)
     }
@@ -191,10 +191,16 @@ impl LoopFinder {
             let due = walked.is_none_or(|walked| walked >= policy.spacing);
             return if due { near } else { Vec::new() };
         }
-        let origins = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
-        let views = origins.map(|origin| Descriptor::new(xyz, level, origin));
-        let found = self.places.search(&views, old);
         let deviations = self.config.trust.contrary_deviations;
+        if !candidates::looks_matter(&reach, level, old.clone(), (f64::from(ASIDE), deviations), policy) {
+            return near;
+        }
+        let origins = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+        let views = origins.map(|origin| match self.places.descriptor(newest) {
+            Some(own) if origin == [0.0; 2] => Arc::clone(own),
+            _ => Arc::new(Descriptor::new(xyz, level, origin)),
+        });
+        let found = self.places.search(&views, old);
         let alike =
             candidates::by_looks(&found, &self.levels, &origins, &reach, chain, (newest, deviations), policy);
         let mut all = near;
@@ -211,7 +217,7 @@ impl LoopFinder {
     }
 
     /// A keyframe with what was walked before and after it.
-    fn submap(&mut self, own: usize) -> Arc<Submap> {
+    fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
         let (chain, clouds) = (self.jury.chain(), &self.clouds);
         // A submap made while its keyframe was the newest knows only one side; keyed apart so that it is not kept.
         let key = if own + 1 == clouds.len() { usize::MAX - own } else { own };
@@ -222,7 +228,7 @@ impl LoopFinder {
             let last = (own..(own + half + 1).min(clouds.len())).rev().find(close).unwrap_or(own);
             let members =
                 (first..=last).filter_map(|k| Some((chain.relative(own, k)?, clouds[k].clone()))).collect();
-            Submap::new(members, own - first)
+            LazySubmap::new(members, own - first)
         })
     }
 }

@@ -49,7 +49,7 @@ impl Places {
     }
 
     /// Places within `among` that look like the query (the same place seen in several ways), best first, each once.
-    pub fn search(&self, views: &[Descriptor], among: Range<usize>) -> Vec<Resemblance> {
+    pub fn search(&self, views: &[Arc<Descriptor>], among: Range<usize>) -> Vec<Resemblance> {
         let among = among.start.min(self.len())..among.end.min(self.len());
         let mut best: Vec<Resemblance> = Vec::new();
         for (view, query) in views.iter().enumerate() {
@@ -126,7 +126,7 @@ mod tests {
         let turn = geometry::so3::exp(&(geometry::Vector3::z() * 1.3));
         let again: Vec<[f32; 3]> =
             place(123).into_iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, p)| p).collect();
-        let query = [Descriptor::new(&again, &turn, [0.0; 2])];
+        let query = [Arc::new(Descriptor::new(&again, &turn, [0.0; 2]))];
         let found = places.search(&query, 0..300);
         assert_eq!(found[0].place, 123);
         assert!(found[0].alignment.distance < 0.7 * found[1].alignment.distance, "{found:?}");

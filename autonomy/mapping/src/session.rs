@@ -7,6 +7,10 @@ use vocab::{KeyframeId, Span, Stamp};
 /// Floor of the standard deviation of an odometry edge: rotation (rad) and translation (m). What a cell size of some
 /// centimetres and unmodelled vibration leave even where the filter believes itself perfect.
 const EDGE_FLOOR: (f64, f64) = (1e-3, 5e-3);
+/// Scans farther apart than this leave a stretch between them that the LiDAR did not see.
+const UNSEEN_AFTER: Span = Span::from_millis(1_000);
+/// Standard deviation of a way that only legs and IMU followed, as a share of its length: feet slip in ways that no filter knows of.
+const UNSEEN_SHARE: f64 = 0.03;
 /// Degenerate scans closer together than this belong to one stretch.
 const STRETCH_GAP: Span = Span::from_millis(500);
 
@@ -91,6 +95,9 @@ pub struct Session {
     trajectory_keyframes: Vec<u32>,
     stretches: Vec<Stretch>,
     odometer: Odometer,
+    /// When the last scan was, and metres walked without one since the last keyframe.
+    last_scan: Option<Stamp>,
+    unseen: f64,
     last_covariance: Matrix6,
     revision: u64,
 }
@@ -111,6 +118,8 @@ impl Session {
             trajectory_keyframes: Vec::new(),
             stretches: Vec::new(),
             odometer: Odometer::default(),
+            last_scan: None,
+            unseen: 0.0,
             last_covariance: Matrix6::zeros(),
             revision: 0,
         }
@@ -128,6 +137,10 @@ impl Session {
             .trajectory
             .last()
             .map_or(0.0, |(_, last)| (last.translation.vector - at_scan.translation.vector).norm());
+        if self.last_scan.is_some_and(|last| scan.stamp - last > UNSEEN_AFTER) {
+            self.unseen += step;
+        }
+        self.last_scan = Some(scan.stamp);
         self.odometer.move_to(&at_scan.translation.vector);
         self.trajectory.push((scan.scan_stamp, at_scan));
         self.trajectory_keyframes.push(self.nodes.len() as u32);
@@ -223,7 +236,8 @@ impl Session {
         let id = KeyframeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
         if let Some(last) = self.nodes.last() {
             let from_from_to = last.map_from_keyframe.inverse() * map_from_keyframe;
-            let information = edge_information(&self.last_covariance, covariance, &from_from_to);
+            let unseen = UNSEEN_SHARE * std::mem::take(&mut self.unseen);
+            let information = edge_information(&self.last_covariance, covariance, &from_from_to, unseen);
             self.edges.push(Edge { from: last.id, to: id, from_from_to, information });
         }
         let node = Node { id, stamp, map_from_keyframe };
@@ -247,8 +261,9 @@ impl Session {
 /// Information of the relative pose between two moments of one odometry.
 ///
 /// What the absolute covariance grew by, after moving the old one into the new frame; only the diagonal of that
-/// difference is kept and floored, because the difference of two estimates of a filter need not be positive definite.
-fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry) -> Matrix6 {
+/// difference is kept and floored, because the difference of two estimates of a filter need not be positive definite. Where it
+/// shrank, the pose was corrected by about as much. `unseen` is a deviation in metres that comes on top.
+fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry, unseen: f64) -> Matrix6 {
     let ad = se3::adjoint(&from_from_to.inverse());
     let growth = after - ad * before * ad.transpose();
     Matrix6::from_fn(|row, column| {
@@ -256,7 +271,8 @@ fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry) 
             return 0.0;
         }
         let floor = if row < 3 { EDGE_FLOOR.0 } else { EDGE_FLOOR.1 };
-        let variance = growth[(row, row)].max(floor * floor);
+        let on_top = if row < 3 { 0.0 } else { unseen * unseen };
+        let variance = growth[(row, row)].abs().max(floor * floor) + on_top;
         if variance.is_finite() { 1.0 / variance } else { 0.0 }
     })
 }
@@ -360,9 +376,29 @@ mod tests {
     fn edges_lose_information_where_the_filter_lost_certainty() {
         let mut grown = Matrix6::zeros();
         grown[(3, 3)] = 0.25;
-        let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0));
+        let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0), 0.0);
         assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
         assert!((information[(4, 4)] - 1.0 / (EDGE_FLOOR.1 * EDGE_FLOOR.1)).abs() < 1e-3);
+        // And where it regained certainty, having found its place again.
+        let information = edge_information(&grown, &Matrix6::zeros(), &at(1.0, 0.0), 0.0);
+        assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_way_without_scans_is_known_worse() {
+        let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+        for (index, seconds) in [(0, 0), (1, 1), (2, 2), (3, 10), (4, 11)] {
+            let pose = at(4.0 * f64::from(index), 0.0);
+            session.add_scan(&scan(Stamp::from_parts(seconds, 0), &pose, false));
+        }
+        let deviations: Vec<f64> = session.edges().iter().map(|e| e.information[(4, 4)].powf(-0.5)).collect();
+        let expected = [EDGE_FLOOR.1, EDGE_FLOOR.1, EDGE_FLOOR.1.hypot(0.12), EDGE_FLOOR.1];
+        assert!(deviations.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{deviations:?}");
+        assert_eq!(
+            session.edges()[2].information[(0, 0)],
+            EDGE_FLOOR.0.powi(-2),
+            "the IMU holds the heading"
+        );
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::Uncertain;
 use crate::view::RangeImage;
 use geometry::{Isometry, Matrix6};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Points kept of a keyframe at most.
 pub const POINTS: usize = 3_000;
@@ -97,11 +97,44 @@ impl Submap {
     }
 }
 
+/// A submap that is made when it is first looked at: whoever proposes a pair only says of what, in microseconds, and the
+/// one who verifies it pays, wherever that is. What comes out depends on the members alone.
+#[derive(Clone, Debug)]
+pub struct LazySubmap {
+    members: Vec<(Uncertain, Arc<KeyframeCloud>)>,
+    own: usize,
+    made: OnceLock<Submap>,
+}
+
+impl LazySubmap {
+    /// As [`Submap::new`], later.
+    pub fn new(members: Vec<(Uncertain, Arc<KeyframeCloud>)>, own: usize) -> Self {
+        Self { members, own, made: OnceLock::new() }
+    }
+
+    /// The submap; the first call makes it. Calls from several threads make it once.
+    pub fn get(&self) -> &Submap {
+        self.made.get_or_init(|| Submap::new(self.members.clone(), self.own))
+    }
+
+    /// Bytes held, without the members' clouds, which others hold too.
+    pub fn bytes(&self) -> usize {
+        self.made.get().map_or(0, Submap::bytes) + size_of_val(self.members.as_slice())
+    }
+}
+
+impl From<Submap> for LazySubmap {
+    /// One that is made already.
+    fn from(submap: Submap) -> Self {
+        Self { members: Vec::new(), own: 0, made: OnceLock::from(submap) }
+    }
+}
+
 /// The last few submaps, so that neighbouring revisits do not make the same one again.
 #[derive(Clone, Debug)]
 pub struct SubmapCache {
     /// Last used last.
-    held: Vec<(usize, Arc<Submap>)>,
+    held: Vec<(usize, Arc<LazySubmap>)>,
     room: usize,
 }
 
@@ -111,8 +144,8 @@ impl SubmapCache {
         Self { held: Vec::new(), room }
     }
 
-    /// The submap of a keyframe, made if it is not held.
-    pub fn get(&mut self, keyframe: usize, make: impl FnOnce() -> Submap) -> Arc<Submap> {
+    /// The submap of a keyframe, described by `make` if it is not held.
+    pub fn get(&mut self, keyframe: usize, make: impl FnOnce() -> LazySubmap) -> Arc<LazySubmap> {
         if let Some(index) = self.held.iter().position(|(held, _)| *held == keyframe) {
             let entry = self.held.remove(index);
             let submap = entry.1.clone();
@@ -166,10 +199,12 @@ mod tests {
         for keyframe in [1, 2, 1, 3, 1, 2] {
             cache.get(keyframe, || {
                 made.push(keyframe);
-                Submap::new(vec![member()], 0)
+                LazySubmap::new(vec![member()], 0)
             });
         }
         assert_eq!(made, [1, 2, 3, 2]);
-        assert!(cache.bytes() > 0);
+        let unmade = cache.bytes();
+        cache.get(2, || LazySubmap::new(Vec::new(), 0)).get();
+        assert!(cache.bytes() > unmade, "made when it was looked at");
     }
 }

@@ -4,7 +4,7 @@
 //! registered to the first submap from several starts; what comes out has to pass gates on fit, overlap, sight and rivals.
 //! A gate passed proves nothing about places built alike: that is for `consistency`.
 
-use crate::submap::Submap;
+use crate::submap::{LazySubmap, Submap};
 use crate::view::Sight;
 use crate::{Edge, Uncertain};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
@@ -89,9 +89,9 @@ pub struct Task {
     /// What the graph says of it, if it says anything.
     pub expected: Option<Uncertain>,
     /// The older one's submap.
-    pub older: Arc<Submap>,
+    pub older: Arc<LazySubmap>,
     /// The newer one's.
-    pub newer: Arc<Submap>,
+    pub newer: Arc<LazySubmap>,
 }
 
 /// Why a pair is no loop.
@@ -150,7 +150,7 @@ pub struct Verified {
 
 /// Looks at a pair. Total: a task without points or guesses gives [`Flaw::NoFit`].
 pub fn verify(task: &Task, gates: &Gates) -> Verified {
-    let (older, newer) = (&*task.older, &*task.newer);
+    let (older, newer) = (task.older.get(), task.newer.get());
     let fits = try_starts(older, newer, &task.guesses);
     let Some((best, rivals)) = choose(&fits, task.expected.as_ref(), gates) else { return no_fit(task) };
     let (pose, information, grip) = settle(&older.map, &newer.points, &best.map_from_body);

@@ -14,8 +14,8 @@ fn task(older: &World, newer: &World, guess: Isometry, source: Source) -> Task {
         source,
         guesses: vec![guess],
         expected: Some(expected),
-        older: Arc::new(submap(older, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(-1.0, 0.0, 0.0)], 1)),
-        newer: Arc::new(submap(newer, &[at(0.8, 0.5, 2.0), at(1.2, -0.4, 2.1)], 11)),
+        older: Arc::new(submap(older, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(-1.0, 0.0, 0.0)], 1).into()),
+        newer: Arc::new(submap(newer, &[at(0.8, 0.5, 2.0), at(1.2, -0.4, 2.1)], 11).into()),
     }
 }
 
@@ -112,7 +112,7 @@ fn nothing_and_garbage_do_not_fit() {
     broken.guesses.clear();
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
     broken.guesses.push(truth());
-    broken.newer = Arc::new(Submap::new(Vec::new(), 0));
+    broken.newer = Arc::new(LazySubmap::new(Vec::new(), 0));
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
     std::mem::swap(&mut broken.older, &mut broken.newer);
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));

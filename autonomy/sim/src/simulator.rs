@@ -154,6 +154,7 @@ impl Simulator {
             },
             sources: Sources::default(),
             start_mapping: None,
+            leave_loops_open: false,
         }
     }
 

@@ -7,20 +7,26 @@
 mod control;
 mod health;
 mod localising;
+mod loops;
 mod mapping_phase;
 mod motion;
+mod optimiser;
+mod work;
+
+pub use work::Work;
 
 use control::{Admission, Control};
 use geometry::{Isometry, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
 use localising::{Localiser, Located, Said};
+use loops::News;
 use mapping::Odometer;
 use mapping_phase::{MappingPhase, rows};
 use messages::{
     BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
     Order, Publication, Sensor, Severity,
 };
-use motion::Motion;
+use motion::{Frames, Motion};
 use std::sync::Arc;
 use vocab::{Covariance6, Span, Stamp};
 
@@ -75,11 +81,17 @@ impl Stack {
             (None, _) => {}
         }
     }
+
+    /// What a job takes that a step has just started; none if nothing but its description is needed, or it was fetched
+    /// before. Changes nothing that a later step depends on: a replay never calls this.
+    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+        self.running.as_mut()?.mapping.take_work(job)
+    }
 }
 
 impl Running {
     fn boot(record: &BootRecord) -> Self {
-        let mut mapping = MappingPhase::default();
+        let mut mapping = MappingPhase::new(record);
         if let Some(session) = record.start_mapping {
             // A fresh phase is idle, so this cannot be refused.
             let _ = mapping.start(session);
@@ -143,7 +155,7 @@ impl Running {
         self.points_used = located.points_used;
         if self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
             self.observed = Some(located.stamp);
-            self.motion.observe(&map_from_base, &located.cloud.xyz);
+            self.motion.observe(&located.odom_from_base, &located.cloud.xyz);
         }
         publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
         publish(
@@ -157,10 +169,25 @@ impl Running {
         if let Some(grown) = grown {
             publish(effects, Publication::Keyframe(grown.keyframe));
             publish(effects, Publication::Graph(grown.graph));
+            self.tell_loops(at, News { changed: false, ..grown.loops }, effects);
         }
         self.last = Some(located);
         self.publish_changes(effects);
         self.report(at, effects);
+    }
+
+    /// Says what became of loops, and looks at the next pairs.
+    fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<Effect>) {
+        for decision in news.decisions {
+            publish(effects, Publication::LoopDecided(decision));
+        }
+        if let Some(graph) = self.mapping.graph().filter(|_| news.changed) {
+            publish(effects, Publication::Graph(graph));
+        }
+        if let Some(text) = news.trouble {
+            effects.push(notice(at, Severity::Warning, text));
+        }
+        self.mapping.start_jobs(&mut self.jobs, effects);
     }
 
     fn estimate(&self, located: &Located, map_from_base: &Isometry) -> Estimate {
@@ -175,15 +202,13 @@ impl Running {
     }
 
     fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
-        let map_from_odom = self.mapping.map_from_odom();
         let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
-        let map_from_base = map_from_odom
-            * predicted.as_ref().map_or_else(Isometry::identity, |located| located.odom_from_base);
-        if let Some(drive) = self.motion.tick(at, &map_from_base) {
+        let frames = self.frames(predicted.as_deref());
+        if let Some(drive) = self.motion.tick(at, &frames) {
             effects.push(Effect::Drive(drive));
         }
         if let Some(located) = predicted {
-            publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
+            publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
         self.publish_changes(effects);
         self.report(at, effects);
@@ -199,15 +224,18 @@ impl Running {
         if let Some(state) = self.mapping.changed() {
             publish(effects, Publication::Mapping(state));
         }
-        let map_from_base = self.map_from_base();
-        if let Some(state) = self.motion.changed(&map_from_base) {
+        let frames = self.frames(self.last.as_deref());
+        if let Some(state) = self.motion.changed(&frames) {
             publish(effects, Publication::Motion(state));
         }
     }
 
-    fn map_from_base(&self) -> Isometry {
-        let odom_from_base = self.last.as_ref().map_or_else(Isometry::identity, |last| last.odom_from_base);
-        self.mapping.map_from_odom() * odom_from_base
+    /// With the base at its last place; at the origin before the first.
+    fn frames(&self, last: Option<&Located>) -> Frames {
+        Frames {
+            map_from_odom: self.mapping.map_from_odom(),
+            odom_from_base: last.map_or_else(Isometry::identity, |last| last.odom_from_base),
+        }
     }
 
     fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) {
@@ -245,17 +273,22 @@ impl Running {
             }
             Order::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
             Order::WalkTo(goal) => {
-                let map_from_base = self.map_from_base();
-                self.motion.walk_to(at, &map_from_base, vec_from_plain(*goal))
+                let frames = self.frames(self.last.as_deref());
+                self.motion.walk_to(at, &frames, vec_from_plain(*goal))
             }
             Order::StopMotion => {
                 self.motion.stop(Some(command.by));
                 // At once, not at the next tick.
-                effects.extend(self.motion.tick(at, &self.map_from_base()).map(Effect::Drive));
+                effects.extend(self.motion.tick(at, &self.frames(self.last.as_deref())).map(Effect::Drive));
                 Ok(())
             }
             Order::AllowMotion => {
                 self.motion.allow();
+                Ok(())
+            }
+            Order::AcceptLoop { .. } | Order::RejectLoop { .. } | Order::ProposeLoop { .. } => {
+                let news = self.mapping.order_loop(&command.order)?;
+                self.tell_loops(at, news, effects);
                 Ok(())
             }
         }
@@ -263,6 +296,10 @@ impl Running {
 
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
+            JobResult::LoopVerified(_) | JobResult::LoopNotVerified => {
+                let news = self.mapping.looked_at(&done);
+                self.tell_loops(at, news, effects);
+            }
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);
                 effects.push(notice(at, Severity::Info, "The map is saved.".to_owned()));

@@ -1,10 +1,13 @@
 //! The mapping session's life: idle, starting, running, saving.
 
 use crate::localising::Located;
-use geometry::{Isometry, Matrix6, pose_from_isometry};
-use mapping::{KeyframePolicy, ScanPose, Session};
+use crate::loops::{Loops, News};
+use crate::work::Work;
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
+use mapping::{Edge, KeyframePolicy, ScanPose, Session};
 use messages::{
-    Cloud, DegenerateStretch, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, MappingState, PoseGraph,
+    BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, JobDone,
+    JobResult, Keyframe, MappingState, Order, PoseGraph,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -18,9 +21,13 @@ const KEYFRAME_VOXEL: f32 = 0.04;
 #[derive(Debug, Default)]
 pub(crate) struct MappingPhase {
     phase: Phase,
+    /// Of the last session that has ended.
     map_from_odom: Option<Isometry>,
     downsampler: Downsampler,
     published: Option<MappingState>,
+    /// Where the LiDAR is, base frame, metres.
+    sensor: [f32; 3],
+    leave_loops_open: bool,
 }
 
 #[derive(Debug, Default)]
@@ -41,18 +48,34 @@ struct Running {
     id: SessionId,
     since: Stamp,
     session: Box<Session>,
+    /// None where they are to be left open.
+    loops: Option<Box<Loops>>,
 }
 
 /// What a scan did to the map.
 pub(crate) struct Grown {
     pub keyframe: Keyframe,
     pub graph: Arc<PoseGraph>,
+    pub loops: News,
 }
 
 impl MappingPhase {
-    /// Where the odometry's frame is in the map of the last session; the same frame before the first.
+    /// For the robot of a boot record.
+    pub fn new(record: &BootRecord) -> Self {
+        let base_from_lidar = record.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
+        let sensor = base_from_lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32);
+        Self { sensor: sensor.into(), leave_loops_open: record.leave_loops_open, ..Self::default() }
+    }
+
+    /// Where the odometry's frame is in the map of the last session; the same frame before the first. A loop closure moves
+    /// it.
     pub fn map_from_odom(&self) -> Isometry {
-        self.map_from_odom.unwrap_or_else(Isometry::identity)
+        let running = match &self.phase {
+            Phase::Running(running) | Phase::Saving { unsaved: running, .. } => Some(running),
+            Phase::Idle | Phase::Starting(_) => None,
+        };
+        let of_running = running.map(|running| *running.session.map_from_odom());
+        of_running.or(self.map_from_odom).unwrap_or_else(Isometry::identity)
     }
 
     /// Begins a session at the next scan.
@@ -78,7 +101,7 @@ impl MappingPhase {
     pub fn discard(&mut self) -> Result<(), String> {
         match self.phase {
             Phase::Starting(_) | Phase::Running(_) => {
-                self.phase = Phase::Idle;
+                self.end();
                 Ok(())
             }
             Phase::Saving { .. } => Err("The map is being saved; it can be deleted afterwards.".to_owned()),
@@ -88,7 +111,7 @@ impl MappingPhase {
 
     /// Ends the session; what comes back has to be saved.
     pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<FinishedMap, String> {
-        let Phase::Running(Running { id, session, .. }) = &self.phase else {
+        let Phase::Running(Running { id, session, loops, .. }) = &mut self.phase else {
             return Err("No map is being made. Start mapping first.".to_owned());
         };
         if session.nodes().is_empty() {
@@ -97,6 +120,10 @@ impl MappingPhase {
         let name = name.trim();
         if name.is_empty() {
             return Err("The map needs a name.".to_owned());
+        }
+        if let Some(loops) = loops {
+            // Trouble at the very end leaves the poses as they were; they are saved like that.
+            loops.finish(session);
         }
         let finished = FinishedMap {
             map,
@@ -111,6 +138,8 @@ impl MappingPhase {
                 .iter()
                 .map(|s| DegenerateStretch { from: s.from, until: s.until, distance: s.distance })
                 .collect(),
+            decisions: loops.as_ref().map_or_else(Vec::new, |loops| loops.decisions().to_vec()),
+            unverified: loops.as_ref().map_or(0, |loops| loops.left_out()),
         };
         if let Phase::Running(unsaved) = std::mem::take(&mut self.phase) {
             self.phase = Phase::Saving { map, unsaved };
@@ -123,10 +152,73 @@ impl MappingPhase {
         if !matches!(&self.phase, Phase::Saving { map: saving, .. } if *saving == map) {
             return;
         }
-        if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase)
-            && !written
-        {
+        if written {
+            self.end();
+        } else if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Running(unsaved);
+        }
+    }
+
+    /// No session any more; the map's frame stays until the next one begins.
+    fn end(&mut self) {
+        self.map_from_odom = Some(self.map_from_odom());
+        self.phase = Phase::Idle;
+    }
+
+    /// Starts looking at pairs of keyframes. `jobs` counts all jobs of the stack.
+    pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+        if let Some((_, loops)) = self.closing() {
+            loops.start(jobs, effects);
+        }
+    }
+
+    /// What a job takes; once.
+    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+        self.closing()?.1.take_work(job)
+    }
+
+    /// A pair of keyframes was looked at, or was not. What belongs to a session that has ended is ignored.
+    pub fn looked_at(&mut self, done: &JobDone) -> News {
+        match (self.closing(), &done.result) {
+            (Some((session, loops)), JobResult::LoopVerified(found)) => {
+                loops.verified(done.job, found, session)
+            }
+            (Some((_, loops)), JobResult::LoopNotVerified) => {
+                loops.not_verified(done.job);
+                News::default()
+            }
+            _ => News::default(),
+        }
+    }
+
+    /// Carries out an order about loops.
+    pub fn order_loop(&mut self, order: &Order) -> Result<News, String> {
+        let Some((session, loops)) = self.closing() else {
+            return Err("No map with loops is being made. Start mapping first.".to_owned());
+        };
+        match order {
+            Order::AcceptLoop { from, to } => loops.accept(*from, *to, session),
+            Order::RejectLoop { from, to } => loops.reject(*from, *to, session),
+            Order::ProposeLoop { from, to, guess } => {
+                loops.propose(*from, *to, guess).map(|()| News::default())
+            }
+            _ => Ok(News::default()),
+        }
+    }
+
+    /// The graph of the running session.
+    pub fn graph(&self) -> Option<Arc<PoseGraph>> {
+        match &self.phase {
+            Phase::Running(Running { session, .. }) => Some(Arc::new(graph_of(session))),
+            _ => None,
+        }
+    }
+
+    /// The running session, if its loops are closed.
+    fn closing(&mut self) -> Option<(&mut Session, &mut Loops)> {
+        match &mut self.phase {
+            Phase::Running(Running { session, loops: Some(loops), .. }) => Some((session, loops)),
+            _ => None,
         }
     }
 
@@ -139,10 +231,10 @@ impl MappingPhase {
     pub fn add(&mut self, located: &Located) -> Option<Grown> {
         if let Phase::Starting(id) = self.phase {
             let session = Box::new(Session::begin(&located.odom_from_base, KeyframePolicy::default()));
-            self.map_from_odom = Some(*session.map_from_odom());
-            self.phase = Phase::Running(Running { id, since: located.stamp, session });
+            let loops = (!self.leave_loops_open).then(|| Box::new(Loops::new(id, self.sensor)));
+            self.phase = Phase::Running(Running { id, since: located.stamp, session, loops });
         }
-        let Phase::Running(Running { id, session, .. }) = &mut self.phase else { return None };
+        let Phase::Running(Running { id, session, loops, .. }) = &mut self.phase else { return None };
         let node = session.add_scan(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
@@ -158,7 +250,9 @@ impl MappingPhase {
             map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
             cloud: Arc::new(thinned(&mut self.downsampler, &located.cloud)),
         };
-        Some(Grown { keyframe, graph: Arc::new(graph_of(session)) })
+        let edge = session.edges().last().filter(|edge| edge.to == node.id);
+        let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge, &keyframe.cloud.xyz));
+        Some(Grown { keyframe, graph: Arc::new(graph_of(session)), loops: loops.unwrap_or_default() })
     }
 
     /// The state, if it changed since it was last said.
@@ -166,7 +260,7 @@ impl MappingPhase {
         let state = match &self.phase {
             Phase::Idle => MappingState::Idle,
             Phase::Starting(session) => MappingState::Starting { session: *session },
-            Phase::Running(Running { id, since, session }) => MappingState::Mapping {
+            Phase::Running(Running { id, since, session, .. }) => MappingState::Mapping {
                 session: *id,
                 since: *since,
                 distance: (session.distance() * 10.0).round() / 10.0,
@@ -208,18 +302,20 @@ fn graph_of(session: &Session) -> PoseGraph {
                 map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
             })
             .collect(),
-        edges: session
-            .edges()
-            .iter()
-            .map(|edge| GraphEdge {
-                from: edge.from,
-                to: edge.to,
-                kind: EdgeKind::Odometry,
-                from_from_to: pose_from_isometry(&edge.from_from_to),
-                information: rows(&edge.information),
-            })
+        edges: edges_of(session.edges(), EdgeKind::Odometry)
+            .chain(edges_of(session.loops(), EdgeKind::Loop))
             .collect(),
     }
+}
+
+fn edges_of(edges: &[Edge], kind: EdgeKind) -> impl Iterator<Item = GraphEdge> {
+    edges.iter().map(move |edge| GraphEdge {
+        from: edge.from,
+        to: edge.to,
+        kind,
+        from_from_to: pose_from_isometry(&edge.from_from_to),
+        information: rows(&edge.information),
+    })
 }
 
 /// Row-major rows of a matrix.

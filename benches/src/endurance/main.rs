@@ -1,7 +1,8 @@
 //! A long walk: what a scan costs and what the process holds, minute by minute, to see that neither grows.
 //!
 //! Simulator and stack run in one process, faster than time. Time is that of the stack's thread only, spent in
-//! [`stack::Stack::step`] with a sweep that gave an estimate: odometry and mapping. Memory is that of the whole process,
+//! [`stack::Stack::step`] with a sweep that gave an estimate: odometry and mapping; of those, steps that made a keyframe are
+//! listed apart, and so are steps that took the result of a loop's verification in, which itself is not counted. Memory is that of the whole process,
 //! the simulated site included.
 
 mod plot;
@@ -40,12 +41,24 @@ struct Arguments {
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    println!("{:>7}{:>9}{:>10}{:>10}{:>9}{:>12}", "minute", "scans", "mean ms", "p99 ms", "MB", "keyframes");
+    println!(
+        "{:>7}{:>9}{:>10}{:>10}{:>9}{:>12}{:>18}{:>8}{:>18}",
+        "minute", "scans", "mean ms", "p99 ms", "MB", "keyframes", "each ms (max)", "loops", "each ms (max)"
+    );
     let mut minutes = Vec::new();
     walk::walk(&arguments, |minute: Minute| {
+        let span = |(median, max): (f64, f64)| format!("{median:.2} ({max:.1})");
         println!(
-            "{:>7}{:>9}{:>10.2}{:>10.2}{:>9.0}{:>12}",
-            minute.number, minute.scans, minute.mean_ms, minute.p99_ms, minute.resident_mb, minute.keyframes
+            "{:>7}{:>9}{:>10.2}{:>10.2}{:>9.0}{:>12}{:>18}{:>8}{:>18}",
+            minute.number,
+            minute.scans,
+            minute.mean_ms,
+            minute.p99_ms,
+            minute.resident_mb,
+            minute.keyframes,
+            span(minute.keyframe_ms),
+            minute.loops,
+            span(minute.loop_ms)
         );
         minutes.push(minute);
     })?;

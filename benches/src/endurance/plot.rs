@@ -19,6 +19,12 @@ pub struct Minute {
     pub resident_mb: f64,
     /// Keyframes so far.
     pub keyframes: u64,
+    /// CPU time of steps that made one, median and greatest, milliseconds.
+    pub keyframe_ms: (f64, f64),
+    /// The same of steps that took the result of a loop's verification in.
+    pub loop_ms: (f64, f64),
+    /// Loops closed so far.
+    pub loops: usize,
 }
 
 /// One line of a chart.

@@ -3,10 +3,11 @@
 use crate::Arguments;
 use crate::plot::Minute;
 use anyhow::{Context, Result};
-use messages::{Effect, Input, Publication, Sensor};
+use messages::{EdgeKind, Effect, Input, Job, JobDone, JobResult, Publication, Sensor};
 use rustix::time::{ClockId, clock_gettime};
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
-use stack::Stack;
+use stack::{Stack, Work};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use vocab::{SessionId, Span, Stamp};
 
@@ -54,51 +55,83 @@ fn command(walker: &mut RouteWalker, route: &Route, simulator: &Simulator) -> me
     })
 }
 
+/// What a step gave, and its CPU time.
+#[derive(Default)]
+struct Said {
+    located: bool,
+    keyframe: bool,
+    ms: f64,
+}
+
 /// A stack and what its steps cost.
+#[derive(Default)]
 struct Measured {
     stack: Stack,
     effects: Vec<Effect>,
     scan_ms: Vec<f64>,
+    /// Of steps that made a keyframe, and of those that took a loop in.
+    keyframe_ms: Vec<f64>,
+    loop_ms: Vec<f64>,
+    jobs: VecDeque<u64>,
     keyframes: u64,
+    loops: usize,
 }
 
 impl Measured {
     fn new(simulator: &Simulator) -> Self {
         let mut boot = simulator.boot();
         boot.start_mapping = Some(SessionId(uuid::Uuid::from_u128(1)));
-        let mut measured =
-            Self { stack: Stack::new(), effects: Vec::new(), scan_ms: Vec::new(), keyframes: 0 };
+        let mut measured = Self::default();
         measured.step(simulator.now(), Input::Boot(Box::new(boot)));
         measured
     }
 
     /// A sweep is worked on when the IMU has passed its end, so any sensor's step may be the dear one.
     fn sensor(&mut self, at: Stamp, sensor: Sensor) {
-        let before = thread_ms();
-        let located = self.step(at, Input::Sensor(sensor));
-        if located {
-            self.scan_ms.push(thread_ms() - before);
+        let said = self.step(at, Input::Sensor(sensor));
+        if said.located {
+            self.scan_ms.push(said.ms);
+        }
+        if said.keyframe {
+            self.keyframes += 1;
+            self.keyframe_ms.push(said.ms);
+        }
+        while let Some(job) = self.jobs.pop_front() {
+            let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+            let said = self.step(at, Input::JobDone(JobDone { job, result }));
+            self.loop_ms.push(said.ms);
         }
     }
 
-    /// Whether the step gave an estimate.
-    fn step(&mut self, at: Stamp, input: Input) -> bool {
+    fn step(&mut self, at: Stamp, input: Input) -> Said {
+        let before = thread_ms();
         self.stack.step(at, input, &mut self.effects);
-        let mut located = false;
+        let mut said = Said { ms: thread_ms() - before, ..Said::default() };
         for effect in self.effects.drain(..) {
             match effect {
-                Effect::Publish(Publication::Estimate(_)) => located = true,
-                Effect::Publish(Publication::Keyframe(_)) => self.keyframes += 1,
+                Effect::Publish(Publication::Estimate(_)) => said.located = true,
+                Effect::Publish(Publication::Keyframe(_)) => said.keyframe = true,
+                Effect::Publish(Publication::Graph(graph)) => {
+                    self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
+                }
+                Effect::StartJob { job, work: Job::VerifyLoop(_) } => self.jobs.push_back(job),
                 _ => {}
             }
         }
-        located
+        said
     }
 
     fn minute(&mut self, number: u32) -> Result<Minute> {
         let mut times = std::mem::take(&mut self.scan_ms);
         times.sort_by(f64::total_cmp);
         let last = times.len().checked_sub(1).context("no scan was used for a whole minute")?;
+        let median = |mut times: Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            (
+                times.get(times.len() / 2).copied().unwrap_or_default(),
+                times.last().copied().unwrap_or_default(),
+            )
+        };
         Ok(Minute {
             number,
             scans: times.len(),
@@ -106,6 +139,9 @@ impl Measured {
             p99_ms: times[(times.len() * 99 / 100).min(last)],
             resident_mb: resident_mb()?,
             keyframes: self.keyframes,
+            keyframe_ms: median(std::mem::take(&mut self.keyframe_ms)),
+            loop_ms: median(std::mem::take(&mut self.loop_ms)),
+            loops: self.loops,
         })
     }
 }

@@ -64,7 +64,8 @@ impl Parts {
         for &newer in revisits {
             let keyframe = &recorded[newer];
             let level = level_from_base(&keyframe.odom_from_base.rotation);
-            let views = [0.0, 1.5, -1.5].map(|aside| Descriptor::new(&keyframe.cloud, &level, [0.0, aside]));
+            let view = |aside| Arc::new(Descriptor::new(&keyframe.cloud, &level, [0.0, aside]));
+            let views = [0.0, 1.5, -1.5].map(view);
             let began = Instant::now();
             let found = places.search(&views, 0..newer.saturating_sub(15));
             self.search_ms += milliseconds(began) / revisits.len() as f64;
@@ -85,7 +86,7 @@ impl Parts {
             }
         }
         let level = level_from_base(&keyframe.odom_from_base.rotation);
-        let view = [Descriptor::new(&keyframe.cloud, &level, [0.0; 2])];
+        let view = [Arc::new(Descriptor::new(&keyframe.cloud, &level, [0.0; 2]))];
         let began = Instant::now();
         for _ in 0..10 {
             std::hint::black_box(many.search(&view, 0..MANY));

@@ -109,6 +109,7 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
         mounting: recording.mounting(),
         sources,
         start_mapping: None,
+        leave_loops_open: false,
     }
 }
 

@@ -52,6 +52,8 @@ pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
 pub(crate) const MAX_NOTICES: usize = 50;
 /// Tiles in one event: some 50 kB, so that a pose never waits long behind a big map.
 pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
+/// Decisions on loops in one event: some 40 kB.
+pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
 
 /// A token bucket.
 pub(crate) struct RateLimit {

@@ -50,7 +50,8 @@ fn schemas_say_what_the_types_become() {
         GraphNode { id: KeyframeId(1), stamp: Stamp::from_nanos(2), map_from_keyframe: Pose::IDENTITY };
     let id = uuid::Uuid::from_u128(5);
     let edges = vec![(KeyframeId(0), KeyframeId(1))];
-    let graph = Graph { session: Some(SessionId(id)), nodes: vec![node], edges };
+    let loops = vec![(KeyframeId(0), KeyframeId(9))];
+    let graph = Graph { session: Some(SessionId(id)), nodes: vec![node], edges, loops };
     let summary = MapSummary {
         id: MapId(id),
         name: "hall".into(),

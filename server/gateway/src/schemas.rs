@@ -107,8 +107,10 @@ pub(crate) struct GraphDocument {
     session: Option<String>,
     /// Keyframes in the map, in the order of their ids.
     nodes: Vec<GraphNodeDocument>,
-    /// Pairs of keyframes.
+    /// Edges of the odometry as pairs of keyframes.
     edges: Vec<[u32; 2]>,
+    /// Closed loops as pairs of keyframes, the older first.
+    loops: Vec<[u32; 2]>,
 }
 
 /// One keyframe.

@@ -3,15 +3,16 @@
 //! Nothing is queued per client. A [`Cursor`] remembers which revision of each kind its client was sent; whatever is
 //! newer is owed. A client that reads slowly is owed fewer, newer values, in the memory of one cursor.
 
-use crate::limits::{MAX_NOTICES, MAX_TILES_PER_EVENT};
-use api::{Event, Notice, Platform, TileEntry, TilesChanged};
+use crate::limits::{MAX_LOOPS_PER_EVENT, MAX_NOTICES, MAX_TILES_PER_EVENT};
+use api::{Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry, TilesChanged};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 const LATEST_KINDS: usize = 9;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
-const SOURCES: usize = LATEST_KINDS + 2;
+const LOOPS: usize = LATEST_KINDS + 2;
+const SOURCES: usize = LATEST_KINDS + 3;
 
 /// Everything a client that connects now must be told.
 pub(crate) struct Snapshot {
@@ -19,6 +20,7 @@ pub(crate) struct Snapshot {
     revision: u64,
     latest: [Option<(u64, Arc<Event>)>; LATEST_KINDS],
     tiles: Tiles,
+    loops: Loops,
     notices: VecDeque<(u64, Notice)>,
     platform: Platform,
 }
@@ -31,6 +33,17 @@ struct Tiles {
     entries: Vec<TileEntry>,
 }
 
+/// The last decisions on loops.
+#[derive(Default)]
+struct Loops {
+    /// Counts resets; 0 while loops were never mentioned.
+    epoch: u64,
+    revision: u64,
+    /// Decisions of this epoch that are not kept any more.
+    gone: usize,
+    kept: VecDeque<LoopDecision>,
+}
+
 /// What one client has been told.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cursor {
@@ -41,6 +54,9 @@ pub(crate) struct Cursor {
     turn: u64,
     tiles_epoch: u64,
     tiles_sent: usize,
+    loops_epoch: u64,
+    /// Of the epoch, those included that are gone.
+    loops_sent: usize,
 }
 
 impl Snapshot {
@@ -50,6 +66,7 @@ impl Snapshot {
             revision: 0,
             latest: Default::default(),
             tiles: Tiles::default(),
+            loops: Loops::default(),
             notices: VecDeque::new(),
             platform: Platform::default(),
         };
@@ -61,6 +78,7 @@ impl Snapshot {
     pub(crate) fn apply(&mut self, event: Event) {
         match event {
             Event::Tiles(change) => self.change_tiles(change),
+            Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
             Event::Platform(said) => self.change_platform(|platform| {
                 // These two the gateway knows better than the core.
@@ -107,6 +125,7 @@ impl Snapshot {
         cursor.served[source] = cursor.turn;
         match source {
             TILES => Some(self.next_tiles(cursor)),
+            LOOPS => Some(self.next_loops(cursor)),
             NOTICES => self.next_notice(cursor),
             kind => {
                 let (revision, event) = self.latest[kind].as_ref()?;
@@ -123,6 +142,11 @@ impl Snapshot {
                 let complete =
                     cursor.tiles_epoch == self.tiles.epoch && cursor.tiles_sent == self.tiles.entries.len();
                 (!complete).then_some(self.tiles.revision)
+            }
+            LOOPS => {
+                let told = cursor.loops_epoch == self.loops.epoch
+                    && cursor.loops_sent == self.loops.gone + self.loops.kept.len();
+                (!told).then_some(self.loops.revision)
             }
             NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
             kind => {
@@ -143,6 +167,18 @@ impl Snapshot {
         Arc::new(Event::Tiles(TilesChanged { reset, added }))
     }
 
+    fn next_loops(&self, cursor: &mut Cursor) -> Arc<Event> {
+        let reset = cursor.loops_epoch != self.loops.epoch;
+        if reset {
+            cursor.loops_epoch = self.loops.epoch;
+            cursor.loops_sent = 0;
+        }
+        let first = cursor.loops_sent.saturating_sub(self.loops.gone);
+        let added: Vec<_> = self.loops.kept.iter().skip(first).take(MAX_LOOPS_PER_EVENT).cloned().collect();
+        cursor.loops_sent = self.loops.gone + first + added.len();
+        Arc::new(Event::Loops(LoopsChanged { reset, added }))
+    }
+
     fn next_notice(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
         let (revision, notice) =
             self.notices.iter().find(|(revision, _)| *revision > cursor.seen[NOTICES])?;
@@ -158,6 +194,18 @@ impl Snapshot {
             self.tiles.entries.clear();
         }
         self.tiles.entries.extend(change.added);
+    }
+
+    fn change_loops(&mut self, change: LoopsChanged) {
+        self.revision += 1;
+        self.loops.revision = self.revision;
+        if change.reset || self.loops.epoch == 0 {
+            self.loops = Loops { epoch: self.loops.epoch + 1, revision: self.revision, ..Loops::default() };
+        }
+        self.loops.kept.extend(change.added);
+        let over = self.loops.kept.len().saturating_sub(MAX_LOOP_DECISIONS);
+        self.loops.kept.drain(..over);
+        self.loops.gone += over;
     }
 
     fn add_notice(&mut self, notice: Notice) {
@@ -187,7 +235,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Battery(_) => Some(6),
         Event::Maps(_) => Some(MAPS),
         Event::Platform(_) => Some(8),
-        Event::Tiles(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
+        Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
     }
 }
 

@@ -143,7 +143,8 @@ fn any_input() -> impl Strategy<Value = Input> {
         }),
         1 => (any::<String>(), any::<bool>()).prop_map(|(robot, imu)| {
             let sources = Sources { imu, ..Sources::default() };
-            Input::Boot(Box::new(BootRecord { robot, mounting: mounting(), sources, start_mapping: None }))
+            let mounting = mounting();
+            Input::Boot(Box::new(BootRecord { robot, mounting, sources, ..BootRecord::default() }))
         }),
     ]
 }

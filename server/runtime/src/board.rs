@@ -1,11 +1,11 @@
 //! The latest state for clients, and what still has to go to the gateway.
 //!
 //! The queue to the gateway is bounded by what it holds, not by how fast the gateway is: of every kind of event that
-//! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices and tiles
+//! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices, loops and tiles
 //! add up; when more than [`QUEUE_MAX`] wait, the gateway is stuck and the connection is dropped. It connects again and
 //! gets a snapshot.
 
-use api::{CommandOutcome, CoreMessage, Event, TilesChanged};
+use api::{CommandOutcome, CoreMessage, Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, TilesChanged};
 use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -41,6 +41,7 @@ struct Snapshot {
     latest: Vec<Event>,
     notices: VecDeque<Event>,
     tiles: Vec<api::TileEntry>,
+    loops: VecDeque<LoopDecision>,
 }
 
 impl Board {
@@ -155,7 +156,7 @@ fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
 }
 
 fn replaces(event: &Event) -> bool {
-    !matches!(event, Event::Tiles(_) | Event::Notice(_) | Event::CommandDone { .. })
+    !matches!(event, Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. })
 }
 
 impl Snapshot {
@@ -174,6 +175,13 @@ impl Snapshot {
                 }
                 self.tiles.extend(&changed.added);
             }
+            Event::Loops(changed) => {
+                if changed.reset {
+                    self.loops.clear();
+                }
+                self.loops.extend(changed.added.iter().cloned());
+                self.loops.drain(..self.loops.len().saturating_sub(MAX_LOOP_DECISIONS));
+            }
             _ => match self.latest.iter_mut().find(|kept| discriminant(*kept) == discriminant(event)) {
                 Some(kept) => *kept = event.clone(),
                 None => self.latest.push(event.clone()),
@@ -183,7 +191,9 @@ impl Snapshot {
 
     fn messages(&self) -> impl Iterator<Item = CoreMessage> {
         let tiles = Event::Tiles(TilesChanged { reset: true, added: self.tiles.clone() });
-        let events = self.latest.iter().cloned().chain([tiles]).chain(self.notices.iter().cloned());
+        let added = self.loops.iter().cloned().collect();
+        let loops = Event::Loops(LoopsChanged { reset: true, added });
+        let events = self.latest.iter().cloned().chain([loops, tiles]).chain(self.notices.iter().cloned());
         events.map(|event| CoreMessage::Event { to: None, event })
     }
 }

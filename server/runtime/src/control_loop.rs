@@ -133,10 +133,10 @@ impl Running {
 }
 
 impl ControlLoop {
-    fn obey(&self, effect: Effect) {
+    fn obey(&mut self, effect: Effect) {
         match effect {
             Effect::Drive(drive) => self.link.drive(drive),
-            Effect::StartJob { job, work } => self.jobs.start(Work::Job { job, work }),
+            Effect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
             Effect::Publish(publication) => {
                 if let Publication::Keyframe(keyframe) = &publication {
                     self.jobs.start(Work::KeepCloud(keyframe.clone()));

@@ -1,7 +1,7 @@
 //! Between the log schema and the contract with clients. They are alike today and need not stay so.
 
-use api::{Event, Order};
-use messages::{MappingState, MotionState, Publication};
+use api::{Event, LoopsChanged, Order};
+use messages::{EdgeKind, MappingState, MotionState, Publication};
 
 /// A client's order for the stack.
 pub fn order(order: Order) -> messages::Order {
@@ -15,6 +15,9 @@ pub fn order(order: Order) -> messages::Order {
         Order::WalkTo(goal) => messages::Order::WalkTo(goal),
         Order::StopMotion => messages::Order::StopMotion,
         Order::AllowMotion => messages::Order::AllowMotion,
+        Order::AcceptLoop { from, to } => messages::Order::AcceptLoop { from, to },
+        Order::RejectLoop { from, to } => messages::Order::RejectLoop { from, to },
+        Order::ProposeLoop { from, to, guess } => messages::Order::ProposeLoop { from, to, guess },
     }
 }
 
@@ -52,10 +55,44 @@ pub fn graph(graph: &messages::PoseGraph, session: Option<vocab::SessionId>) -> 
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     };
+    let of_kind = |kind| {
+        let edges = graph.edges.iter().filter(move |edge| edge.kind == kind);
+        edges.map(|edge| (edge.from, edge.to)).collect()
+    };
     api::Graph {
         session,
         nodes: graph.nodes.iter().map(node).collect(),
-        edges: graph.edges.iter().map(|edge| (edge.from, edge.to)).collect(),
+        edges: of_kind(EdgeKind::Odometry),
+        loops: of_kind(EdgeKind::Loop),
+    }
+}
+
+/// A decision on a pair of keyframes.
+pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
+    let evidence = decision.evidence;
+    let pair = |shares: [f64; 2]| shares.map(|share| share as f32);
+    api::LoopDecision {
+        from: decision.task.from,
+        to: decision.task.to,
+        source: match decision.task.source {
+            messages::LoopSource::Geometry => api::LoopSource::Geometry,
+            messages::LoopSource::Appearance(distance) => api::LoopSource::Appearance(distance),
+            messages::LoopSource::Person => api::LoopSource::Person,
+        },
+        verdict: match decision.verdict {
+            messages::LoopVerdict::Accepted => api::LoopVerdict::Accepted,
+            messages::LoopVerdict::Held => api::LoopVerdict::Held,
+            messages::LoopVerdict::Rejected => api::LoopVerdict::Rejected,
+            messages::LoopVerdict::Dropped => api::LoopVerdict::Dropped,
+        },
+        by_hand: decision.by_hand,
+        reason: decision.reason,
+        overlap: pair(evidence.overlap),
+        residual: evidence.residual as f32,
+        through: pair(evidence.through),
+        rival: evidence.rival as f32,
+        guess: decision.task.guess,
+        from_from_to: decision.from_from_to,
     }
 }
 
@@ -65,6 +102,9 @@ pub fn event(publication: Publication) -> Option<Event> {
         Publication::Motion(state) => Event::Motion(motion(state)),
         Publication::Control(state) => Event::Control(api::Control { owner: state.owner, name: state.name }),
         Publication::Health(state) => Event::Health(health(state)),
+        Publication::LoopDecided(decision) => {
+            Event::Loops(LoopsChanged { reset: false, added: vec![loop_decision(decision)] })
+        }
         Publication::Notice(notice) => Event::Notice(api::Notice {
             at: notice.at,
             severity: severity(notice.severity),

@@ -10,6 +10,7 @@ use crate::recording::sentence;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, Severity};
+use stack::Stack;
 use std::sync::Arc;
 use store::Store;
 use vocab::SessionId;
@@ -19,12 +20,19 @@ const QUEUE_MAX: usize = 256;
 
 /// Something to do.
 pub enum Work {
-    /// What the stack asked for.
-    Job {
+    /// Save a map for the stack.
+    Save {
         /// The stack's number.
         job: u64,
-        /// What it asked for.
-        work: Job,
+        /// The map.
+        map: Arc<FinishedMap>,
+    },
+    /// Look for the stack whether two keyframes saw the same place. Some 20 ms; the stack starts four at a time.
+    Look {
+        /// The stack's number.
+        job: u64,
+        /// What it takes.
+        work: stack::Work,
     },
     /// Keep the cloud of a keyframe.
     KeepCloud(Keyframe),
@@ -67,14 +75,30 @@ impl Jobs {
         }
     }
 
+    /// Hands in what the stack wants done, with what that takes.
+    pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
+        match work {
+            Job::SaveMap(map) => self.start(Work::Save { job, map }),
+            Job::VerifyLoop(_) => match stack.take_work(job) {
+                Some(work) => self.start(Work::Look { job, work }),
+                None => self.answer(job, JobResult::LoopNotVerified),
+            },
+        }
+    }
+
+    fn answer(&self, job: u64, result: JobResult) {
+        // The receiver lives as long as the control loop, which is the caller.
+        let _ = self.finished.send(JobDone { job, result });
+    }
+
     fn refuse(&self, work: Work) {
         match work {
-            Work::Job { job, work: Job::SaveMap(map) } => {
+            Work::Save { job, map } => {
                 let reason = "the disk is too slow; wait a minute and save again".to_owned();
                 let result = JobResult::MapNotSaved { map: map.map, reason };
-                // The receiver lives as long as the control loop, which is the caller.
-                let _ = self.finished.send(JobDone { job, result });
+                self.answer(job, result);
             }
+            Work::Look { job, .. } => self.answer(job, JobResult::LoopNotVerified),
             Work::KeepCloud(keyframe) => {
                 let text = format!(
                     "The disk is too slow: the cloud of keyframe {} will be missing from the saved map.",
@@ -103,15 +127,17 @@ impl Worker {
     pub fn run(self) {
         for work in &self.work {
             match work {
-                Work::Job { job, work: Job::SaveMap(map) } => {
-                    let done = JobDone { job, result: self.save(&map) };
-                    // The control loop may have ended already; the map is saved all the same.
-                    let _ = self.finished.send(done);
-                }
+                Work::Save { job, map } => self.done(job, self.save(&map)),
+                Work::Look { job, work } => self.done(job, work.run()),
                 Work::KeepCloud(keyframe) => self.keep_cloud(&keyframe),
                 Work::Forget { session, tiles } => self.forget(session, &tiles),
             }
         }
+    }
+
+    fn done(&self, job: u64, result: JobResult) {
+        // The control loop may have ended already; a map is saved all the same.
+        let _ = self.finished.send(JobDone { job, result });
     }
 
     fn save(&self, map: &FinishedMap) -> JobResult {

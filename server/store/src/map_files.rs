@@ -4,6 +4,7 @@
 //! trajectory.tum     base in the map after every scan
 //! graph.g2o          pose graph for other people's tools
 //! graph.json         pose graph for the client, an api::Graph
+//! loops.json         what was decided on loops, with the evidence, a list of messages::LoopDecision
 //! clouds/NNNNNN.pcd  one motion-corrected cloud per keyframe, in its frame (there already)
 //! tiles.json         tiles of the whole map, an api::TileList; the tiles lie in a directory of their own
 //! map.ply            all points in the map frame, if asked for
@@ -15,7 +16,7 @@ use crate::{MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeOptions;
-use messages::{FinishedMap, PoseGraph};
+use messages::{EdgeKind, FinishedMap, PoseGraph};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -61,6 +62,7 @@ pub fn write_map_files(
 
     files::write_json(&dir.join("tiles.json"), &list)?;
     files::write_json(&dir.join("graph.json"), &api_graph(&finished.graph))?;
+    files::write_json(&dir.join("loops.json"), &finished.decisions)?;
     files::write_durably(&dir.join("trajectory.tum"), |out| formats::tum::write(out, &finished.trajectory))?;
     files::write_durably(&dir.join("graph.g2o"), |out| write_g2o(out, &finished.graph))?;
     if wanted.ply {
@@ -124,6 +126,10 @@ fn write_g2o(out: &mut impl Write, graph: &PoseGraph) -> io::Result<()> {
 
 /// The graph as clients see it.
 fn api_graph(graph: &PoseGraph) -> Graph {
+    let of_kind = |kind| {
+        let edges = graph.edges.iter().filter(move |edge| edge.kind == kind);
+        edges.map(|edge| (edge.from, edge.to)).collect()
+    };
     Graph {
         session: None,
         nodes: graph
@@ -135,6 +141,7 @@ fn api_graph(graph: &PoseGraph) -> Graph {
                 map_from_keyframe: node.map_from_keyframe,
             })
             .collect(),
-        edges: graph.edges.iter().map(|edge| (edge.from, edge.to)).collect(),
+        edges: of_kind(EdgeKind::Odometry),
+        loops: of_kind(EdgeKind::Loop),
     }
 }

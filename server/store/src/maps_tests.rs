@@ -34,6 +34,8 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
         graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
         degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
+        decisions: Vec::new(),
+        unverified: 0,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What clients may ask.
 
 use serde::{Deserialize, Serialize};
-use vocab::{MapId, SessionId, Twist, Vec3};
+use vocab::{KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
 
 /// An order from a person at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,29 @@ pub enum Order {
     StopMotion,
     /// Allow motion again.
     AllowMotion,
+    /// Close a loop that was held or rejected, on a person's word.
+    AcceptLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Open a closed loop again, or drop a held one, on a person's word.
+    RejectLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Look whether two keyframes saw the same place.
+    ProposeLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+        /// Guess of `to` in `from`, right to a metre or two.
+        guess: Pose,
+    },
 }
 
 /// What became of a command.

@@ -1,6 +1,6 @@
 //! What the server tells clients. Every event replaces the last of its kind unless it says otherwise.
 
-use crate::{CommandOutcome, MapSummary, TileEntry};
+use crate::{CommandOutcome, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
 
@@ -25,6 +25,8 @@ pub enum Event {
     Battery(Battery),
     /// Saved maps, newest first.
     Maps(Vec<MapSummary>),
+    /// Pairs of keyframes decided on in the current mapping session: adds to what was sent, unless `reset`.
+    Loops(LoopsChanged),
     /// Something to read; adds to those before.
     Notice(Notice),
     /// Answer to a command, to its maker only.
@@ -62,8 +64,11 @@ pub struct Graph {
     pub session: Option<SessionId>,
     /// Keyframes in the map, in the order of their ids.
     pub nodes: Vec<GraphNode>,
-    /// Edges as pairs of keyframes.
+    /// Edges of the odometry as pairs of keyframes.
     pub edges: Vec<(KeyframeId, KeyframeId)>,
+    /// Closed loops as pairs of keyframes, the older first.
+    #[serde(default)]
+    pub loops: Vec<(KeyframeId, KeyframeId)>,
 }
 
 /// One keyframe.

@@ -15,6 +15,7 @@ mod codec;
 mod command;
 mod core_link;
 mod event;
+mod loops;
 mod map;
 pub mod paths;
 mod socket;
@@ -23,9 +24,10 @@ pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode};
 pub use command::{CommandOutcome, Order};
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;
+pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
 pub use map::{Anchor, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;

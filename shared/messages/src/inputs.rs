@@ -1,8 +1,8 @@
 //! What enters the stack.
 
-use crate::Sensor;
+use crate::{Sensor, VerifiedLoop};
 use serde::{Deserialize, Serialize};
-use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +30,8 @@ pub struct BootRecord {
     pub sources: Sources,
     /// Whether to begin a mapping session at once (offline use).
     pub start_mapping: Option<SessionId>,
+    /// Whether loops are left open, so that the map is what the odometry alone makes of it.
+    pub leave_loops_open: bool,
 }
 
 /// Static transforms of the sensors. The base frame has x forward, y left, z up, its origin in the body.
@@ -101,6 +103,29 @@ pub enum Order {
     StopMotion,
     /// Allow motion again after [`Order::StopMotion`].
     AllowMotion,
+    /// Make an edge of a pair that was held or rejected, on a person's word.
+    AcceptLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Take an accepted loop back, or a held one away, on a person's word.
+    RejectLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Look at a pair that a person points at. What comes of it is decided as for any other.
+    ProposeLoop {
+        /// Keyframe of the running session.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+        /// Guess of `to` in `from`.
+        guess: Pose,
+    },
 }
 
 /// The result of a job, with its number.
@@ -122,6 +147,10 @@ pub enum JobResult {
         /// Bytes on disk.
         bytes: u64,
     },
+    /// A pair of keyframes was looked at.
+    LoopVerified(Box<VerifiedLoop>),
+    /// There was no time to look at the pair of keyframes.
+    LoopNotVerified,
     /// The map could not be saved; the sentence says why and what to do.
     MapNotSaved {
         /// Which version.

@@ -4,9 +4,11 @@
 //! data, so a log of inputs replays the stack bit for bit. Metres, radians, seconds and SI throughout.
 
 mod inputs;
+mod loops;
 mod outputs;
 mod sensors;
 
 pub use inputs::*;
+pub use loops::*;
 pub use outputs::*;
 pub use sensors::*;

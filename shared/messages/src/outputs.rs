@@ -1,6 +1,6 @@
 //! What leaves the stack.
 
-use crate::BatteryState;
+use crate::{BatteryState, LoopDecision, LoopTask};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -37,11 +37,14 @@ pub struct Drive {
     pub velocity: Twist,
 }
 
-/// Work too long for a step. Owns all it needs.
+/// Work too long for a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Job {
     /// Write a finished map as an immutable version.
     SaveMap(Arc<FinishedMap>),
+    /// Look whether two keyframes saw the same place. The stack keeps what that takes until it is fetched with
+    /// `Stack::take_work`; a replay never fetches it, because the result is in the log.
+    VerifyLoop(LoopTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.
@@ -64,6 +67,8 @@ pub enum Publication {
     Keyframe(Keyframe),
     /// The pose graph changed: poses moved or edges were added.
     Graph(Arc<PoseGraph>),
+    /// A pair of keyframes was decided on.
+    LoopDecided(LoopDecision),
     /// State of mapping.
     Mapping(MappingState),
     /// State of motion.
@@ -128,7 +133,7 @@ pub struct PoseGraph {
     pub revision: u64,
     /// Every keyframe's pose in the map, in the order of their ids.
     pub nodes: Vec<GraphNode>,
-    /// Every edge, in the order of creation.
+    /// Every edge: those of the odometry, then loops, each in the order of creation.
     pub edges: Vec<GraphEdge>,
 }
 
@@ -163,6 +168,8 @@ pub struct GraphEdge {
 pub enum EdgeKind {
     /// Consecutive keyframes.
     Odometry,
+    /// The walk came back to a place.
+    Loop,
 }
 
 /// State of mapping.
@@ -309,6 +316,10 @@ pub struct FinishedMap {
     pub trajectory: Vec<(Stamp, Pose)>,
     /// Stretches in which the LiDAR alone could not tell the motion in some direction.
     pub degenerate: Vec<DegenerateStretch>,
+    /// Every pair of keyframes that was decided on, in that order.
+    pub decisions: Vec<LoopDecision>,
+    /// Pairs that there was no time to look at.
+    pub unverified: u64,
 }
 
 /// A stretch of the walk in which the LiDAR did not see some direction.

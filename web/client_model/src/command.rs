@@ -1,7 +1,7 @@
 //! What people ask for, as views emit it.
 
 use crate::{CameraMove, NoteId, Screen, Selection, ViewSettings};
-use vocab::{MapId, Twist, Vec3};
+use vocab::{KeyframeId, MapId, Pose, Twist, Vec3};
 
 /// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,29 @@ pub enum Command {
     },
     /// End mapping and keep nothing.
     DiscardMapping,
+    /// Close a loop that was held or rejected.
+    AcceptLoop {
+        /// Keyframe of the map being made.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Open a closed loop again, or drop a held one.
+    RejectLoop {
+        /// Keyframe of the map being made.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+    },
+    /// Look whether two keyframes saw the same place.
+    ProposeLoop {
+        /// Keyframe of the map being made.
+        from: KeyframeId,
+        /// Another one.
+        to: KeyframeId,
+        /// Guess of `to` in `from`.
+        guess: Pose,
+    },
     /// Velocity wanted by the hand on the stick or the keys; `None` when it lets go.
     Drive(Option<Twist>),
     /// Walk to this point of the map, metres.

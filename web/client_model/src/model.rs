@@ -9,9 +9,10 @@ use crate::{
     Throughput, Track, Undo, ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform,
-    Severity, StreamRequest,
+    Battery, ClientMessage, Control, Estimate, Health, LoopDecision, MapSummary, Mapping, Motion, Order,
+    Platform, Severity, StreamRequest,
 };
+use std::collections::VecDeque;
 use vocab::{ClientId, KeyframeId, MapId, Stamp};
 
 /// Something selected in the scene.
@@ -63,6 +64,9 @@ pub struct Model {
     pub platform: Option<Aged<Platform>>,
     /// The map being made.
     pub live: MapView,
+    /// What was decided on loops of the map being made, oldest first; a pair's last decision counts. The last
+    /// [`api::MAX_LOOP_DECISIONS`] are kept.
+    pub loops: VecDeque<LoopDecision>,
     /// The saved map being looked at.
     pub saved: Option<(MapId, MapView)>,
     /// Where the robot walked.
@@ -118,6 +122,7 @@ impl Model {
             mapping: Mapping::Idle,
             platform: None,
             live: MapView::live(),
+            loops: VecDeque::new(),
             saved: None,
             track: Track::default(),
             maps: None,

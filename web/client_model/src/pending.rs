@@ -40,6 +40,9 @@ impl Pending {
             Order::WalkTo(_) => "Walking there",
             Order::StopMotion => "Stop motion",
             Order::AllowMotion => "Allowing motion",
+            Order::AcceptLoop { .. } => "Accepting the loop",
+            Order::RejectLoop { .. } => "Rejecting the loop",
+            Order::ProposeLoop { .. } => "Looking for the loop",
         }
     }
 }

@@ -33,7 +33,7 @@ const SESSION: SessionId = SessionId(Uuid::from_u128(1));
 #[derive(Args, Debug)]
 #[command(
     after_help = "INPUT is a recording (MCAP, ROS 1 bag, rosbag2) or a folder of scans (PCD, PLY, KITTI .bin) in
-name order. OUT gets trajectory.tum, graph.g2o, clouds/, map.ply, tiles/, tiles.json and summary.json.
+name order. OUT gets trajectory.tum, graph.g2o, loops.json, clouds/, map.ply, tiles/, tiles.json and summary.json.
 
 EXAMPLES:
   autoinspect map recording.mcap --out m
@@ -58,6 +58,9 @@ pub struct MapArgs {
     /// each with translation_m and quaternion_xyzw, and standing_height_m.
     #[arg(long)]
     calibration: Option<PathBuf>,
+    /// Leave loops open: the map is what the odometry alone makes of it.
+    #[arg(long)]
+    no_loops: bool,
     /// Name of the map.
     #[arg(long, default_value = "Map")]
     name: String,
@@ -109,6 +112,7 @@ fn boot(recordings: &[Recording], args: &MapArgs) -> Result<BootRecord, Failure>
         Calibration::read(path)?.apply(&mut boot.mounting)?;
     }
     boot.start_mapping = Some(SESSION);
+    boot.leave_loops_open = args.no_loops;
     Ok(boot)
 }
 
@@ -151,6 +155,7 @@ fn stages(mapped: &Mapped, files: &MapFilesReport, mapping_memory: u64, saving_m
     vec![
         stage("read", mapped.read_time, mapping_memory),
         stage("map", mapped.step_time, mapping_memory),
+        stage("loops", mapped.loop_time, mapping_memory),
         stage("clouds", mapped.cloud_time, mapping_memory),
         stage("merge", files.merge_time, saving_memory),
         stage("tiles", files.tile_time, saving_memory),

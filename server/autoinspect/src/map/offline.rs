@@ -6,9 +6,13 @@ use crate::failure::Failure;
 use crate::output;
 use crate::process::thread_cpu_time;
 use lockstep::Digest;
-use messages::{BootRecord, Command, Effect, FinishedMap, Input, Job, Order, Publication, Sensor, Severity};
+use messages::{
+    BootRecord, Command, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication, Sensor,
+    Severity,
+};
 use ports::Journal;
-use stack::Stack;
+use stack::{Stack, Work};
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -33,6 +37,8 @@ pub struct Mapped {
     pub scan_seconds: Vec<f64>,
     pub read_time: Duration,
     pub step_time: Duration,
+    /// Looking whether keyframes saw the same place.
+    pub loop_time: Duration,
     pub cloud_time: Duration,
     /// What the stack had to say, in order.
     pub notices: Vec<String>,
@@ -51,6 +57,8 @@ pub struct Offline {
     now: Option<Stamp>,
     next_tick: Stamp,
     effects: Vec<Effect>,
+    /// Started and not done.
+    jobs: VecDeque<u64>,
     mapped: Tally,
 }
 
@@ -67,6 +75,7 @@ struct Tally {
     /// which is after it.
     since_scan: Duration,
     step_time: Duration,
+    loop_time: Duration,
     cloud_time: Duration,
     notices: Vec<String>,
     first: Option<Stamp>,
@@ -83,6 +92,7 @@ impl Offline {
             now: None,
             next_tick: Stamp::EPOCH,
             effects: Vec::new(),
+            jobs: VecDeque::new(),
             mapped: Tally::default(),
         }
     }
@@ -132,6 +142,7 @@ impl Offline {
             scan_seconds: self.mapped.scan_seconds,
             read_time: read.time,
             step_time: self.mapped.step_time,
+            loop_time: self.mapped.loop_time,
             cloud_time: self.mapped.cloud_time,
             notices: self.mapped.notices,
             fingerprint: (self.digest.effects() > 0).then(|| self.digest.hex()),
@@ -184,8 +195,21 @@ impl Offline {
         Ok(())
     }
 
-    /// Journals, steps, and deals with the effects.
+    /// Steps, and then does the jobs that the stack has started: their results come before the next input, always in the same
+    /// place.
     fn feed(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
+        self.step(at, input)?;
+        while let Some(job) = self.jobs.pop_front() {
+            let start = thread_cpu_time();
+            let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+            self.mapped.loop_time += thread_cpu_time() - start;
+            self.step(at, Input::JobDone(JobDone { job, result }))?;
+        }
+        Ok(())
+    }
+
+    /// Journals, steps, and deals with the effects.
+    fn step(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
         // The clock never goes back, also where two recordings overlap.
         let at = self.now.map_or(at, |now| now.max(at));
         self.now = Some(at);
@@ -206,6 +230,7 @@ impl Offline {
     fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
         match effect {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
+            Effect::StartJob { job, work: Job::VerifyLoop(_) } => self.jobs.push_back(job),
             Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             Effect::Publish(Publication::Scan(_)) => {
                 self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());

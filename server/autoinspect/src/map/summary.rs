@@ -3,7 +3,9 @@
 use super::MapArgs;
 use super::offline::Mapped;
 use crate::failure::Failure;
+use messages::{EdgeKind, FinishedMap, LoopVerdict};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 use store::MapFilesReport;
@@ -43,8 +45,15 @@ pub struct Summary {
 /// Loop closures.
 #[derive(Debug, Default, Serialize)]
 pub struct Loops {
+    /// Pairs of keyframes that something spoke for.
     pub proposed: u64,
+    /// Edges of the graph.
     pub accepted: u64,
+    pub rejected: u64,
+    /// They fit, but too few others agreed with them.
+    pub held: u64,
+    /// There was no time to look at them.
+    pub unverified: u64,
 }
 
 /// A stretch that the LiDAR alone could not tell.
@@ -99,8 +108,7 @@ impl Summary {
             distance_m: mapped.finished.distance,
             keyframes: mapped.finished.graph.nodes.len(),
             map_points: files.summary.points,
-            // Odometry edges only, until loops are closed.
-            loops: Loops::default(),
+            loops: loops(&mapped.finished),
             degenerate: degenerate.collect(),
             notices: mapped.notices.clone(),
             peak_memory_bytes: stages.iter().map(|stage| stage.peak_memory_bytes).max().unwrap_or(0),
@@ -141,6 +149,9 @@ impl Summary {
                 self.peak_memory_bytes / 1_000_000
             ),
         ];
+        if self.loops.proposed > 0 {
+            lines.push(format!("{} loops closed of {} looked at", self.loops.accepted, self.loops.proposed));
+        }
         if !self.degenerate.is_empty() {
             let metres: f64 = self.degenerate.iter().map(|stretch| stretch.distance_m).sum();
             lines.push(format!("{} degenerate stretches, {metres:.1} m in all", self.degenerate.len()));
@@ -149,6 +160,20 @@ impl Summary {
             lines.push(format!("{} messages could not be read", self.unreadable_messages));
         }
         lines.join("\n")
+    }
+}
+
+/// Counts pairs by the last decision on each.
+fn loops(finished: &FinishedMap) -> Loops {
+    let decisions = finished.decisions.iter();
+    let last: BTreeMap<_, _> = decisions.map(|d| ((d.task.from, d.task.to), d.verdict)).collect();
+    let count = |verdict| last.values().filter(|&&v| v == verdict).count() as u64;
+    Loops {
+        proposed: last.len() as u64 + finished.unverified,
+        accepted: finished.graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count() as u64,
+        rejected: count(LoopVerdict::Rejected),
+        held: count(LoopVerdict::Held) + count(LoopVerdict::Dropped),
+        unverified: finished.unverified,
     }
 }
 

@@ -84,6 +84,13 @@ impl Model {
                 }
                 self.live.tiles.add(&changed.added);
             }
+            api::Event::Loops(changed) => {
+                if changed.reset {
+                    self.loops.clear();
+                }
+                self.loops.extend(changed.added);
+                self.loops.drain(..self.loops.len().saturating_sub(api::MAX_LOOP_DECISIONS));
+            }
             api::Event::Mapping(mapping) => self.learn_mapping(mapping, effects),
             api::Event::Motion(value) => {
                 if !matches!(value, Motion::Idle | Motion::Teleoperated) {

@@ -23,6 +23,15 @@ impl Model {
                 self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);
             }
             Command::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
+            Command::AcceptLoop { from, to } => {
+                self.order_in_control(Order::AcceptLoop { from, to }, effects)
+            }
+            Command::RejectLoop { from, to } => {
+                self.order_in_control(Order::RejectLoop { from, to }, effects)
+            }
+            Command::ProposeLoop { from, to, guess } => {
+                self.order_in_control(Order::ProposeLoop { from, to, guess }, effects);
+            }
             Command::Drive(wanted) => {
                 if let Some(twist) = self.drive.hold(self.now, wanted) {
                     self.teleoperate(twist, effects);

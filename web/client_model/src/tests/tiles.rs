@@ -78,7 +78,7 @@ fn tiles_of_keyframes_wait_for_their_pose() {
     assert!(!bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))));
     let node = GraphNode { id: KeyframeId(4), ..GraphNode::default() };
     bench.now = bench.now.after(1.0);
-    bench.event(api::Event::Graph(Graph { session: None, nodes: vec![node], edges: Vec::new() }));
+    bench.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
     assert!(bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))));
 }
 

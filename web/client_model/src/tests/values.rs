@@ -59,7 +59,7 @@ fn the_way_follows_corrections_of_the_graph() {
     }
     let moved = Pose { position: Vec3::new(19.0, 5.0, 0.0), ..Pose::IDENTITY };
     let node = GraphNode { id: KeyframeId(0), stamp: Stamp::from_secs_f64(19.5), map_from_keyframe: moved };
-    bench.event(api::Event::Graph(Graph { session: None, nodes: vec![node], edges: Vec::new() }));
+    bench.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
     let way: Vec<Vec3> = bench.model.track.positions(&bench.model.live.graph).collect();
     assert_eq!(way.len(), 11, "the keyframe, then what was seen since");
     assert_eq!((way[0].y, way[1].x), (5.0, 20.0));

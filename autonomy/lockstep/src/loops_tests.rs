@@ -1,0 +1,344 @@
+//! Loop closure of the whole stack: a walk that comes home with an odometry that was led astray.
+
+use crate::{Digest, JobPace, Lockstep, replay};
+use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
+use messages::{
+    Command, EdgeKind, Effect, Input, Job, JobDone, JobResult, LoopDecision, LoopSource, LoopVerdict, Order,
+    PoseGraph, Publication,
+};
+use sim::{Fault, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
+use stack::{Stack, Work};
+use std::collections::VecDeque;
+use std::sync::{Arc, OnceLock};
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, KeyframeId, Pose, SessionId, Span, Stamp, Vec3};
+
+const SESSION: SessionId = SessionId(Uuid::from_u128(1));
+const ME: ClientId = ClientId(Uuid::from_u128(1));
+
+/// What the stack was told on a walk, but for the results of jobs, and where the robot really was.
+struct Walk {
+    inputs: Vec<(Stamp, Input)>,
+    truths: Vec<Truth>,
+}
+
+/// Once round a hall and home. For 20 s the LiDAR is silent and the feet slip to the side.
+fn walk() -> &'static Walk {
+    static WALK: OnceLock<Walk> = OnceLock::new();
+    WALK.get_or_init(|| {
+        let site = Arc::new(Site::new(SiteName::B1));
+        let Some(route) = site.route("short").cloned() else { panic!("no such route") };
+        let (from, until) = (Span::from_secs_f64(14.0), Span::from_secs_f64(34.0));
+        let velocity = Vec3::new(0.0, 0.05, 0.0);
+        let faults = vec![Fault::SilentLidar { from, until }, Fault::LegSlip { from, until, velocity }];
+        let config = SimConfig {
+            lidar_columns: 200,
+            people: 0,
+            start: Some(route.start),
+            faults,
+            ..SimConfig::new(SiteName::B1, 3)
+        };
+        let mut simulator = Simulator::on(site, config);
+        let mut boot = simulator.boot();
+        boot.start_mapping = Some(SESSION);
+        let mut walk =
+            Walk { inputs: vec![(simulator.now(), Input::Boot(Box::new(boot)))], truths: Vec::new() };
+        let (mut walker, mut events) = (RouteWalker::new(route), Vec::new());
+        while let Some(drive) = walker.drive(&simulator.truth()) {
+            simulator.command(drive);
+            simulator.advance(simulator.now() + Span::from_millis(50), &mut events);
+            walk.inputs.extend(events.drain(..).map(|event| (event.at, Input::Sensor(event.sensor))));
+            walk.inputs.push((simulator.now(), Input::Tick));
+            walk.truths.extend(simulator.take_truths());
+        }
+        walk
+    })
+}
+
+/// A stack on that walk, and what it has said.
+struct Told {
+    stack: Stack,
+    log: Vec<(Stamp, Input)>,
+    digest: Digest,
+    at: Stamp,
+    graph: Arc<PoseGraph>,
+    decisions: Vec<LoopDecision>,
+    answers: Vec<Option<String>>,
+    /// Results of jobs that have not been handed in.
+    done: VecDeque<JobDone>,
+    commands: u128,
+}
+
+impl Told {
+    fn nothing() -> Self {
+        Self {
+            stack: Stack::new(),
+            log: Vec::new(),
+            digest: Digest::default(),
+            at: Stamp::EPOCH,
+            graph: Arc::default(),
+            decisions: Vec::new(),
+            answers: Vec::new(),
+            done: VecDeque::new(),
+            commands: 0,
+        }
+    }
+
+    /// Tells it the whole walk. `hand_in` decides, before each tick, which of the waiting results come now.
+    fn walking(leave_open: bool, mut hand_in: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+        let mut told = Self::nothing();
+        for (at, input) in &walk().inputs {
+            let mut input = input.clone();
+            if let Input::Boot(boot) = &mut input {
+                boot.leave_loops_open = leave_open;
+            }
+            if input == Input::Tick {
+                for done in hand_in(&mut told.done) {
+                    told.step(*at, Input::JobDone(done));
+                }
+            }
+            told.step(*at, input);
+        }
+        told
+    }
+
+    /// The same, and all results are handed in at the end.
+    fn walked(leave_open: bool, hand_in: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+        let mut told = Self::walking(leave_open, hand_in);
+        told.finish_jobs();
+        told
+    }
+
+    fn finish_jobs(&mut self) {
+        while let Some(done) = self.done.pop_front() {
+            self.step(self.at, Input::JobDone(done));
+        }
+    }
+
+    fn step(&mut self, at: Stamp, input: Input) {
+        self.at = at;
+        self.log.push((at, input.clone()));
+        let mut effects = Vec::new();
+        self.stack.step(at, input, &mut effects);
+        self.digest.add(at, &effects);
+        for effect in effects {
+            match effect {
+                Effect::StartJob { job, work: Job::VerifyLoop(_) } => {
+                    let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+                    assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
+                    self.done.push_back(JobDone { job, result });
+                }
+                Effect::Publish(Publication::Graph(graph)) => self.graph = graph,
+                Effect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
+                Effect::Answer { refused, .. } => self.answers.push(refused),
+                _ => {}
+            }
+        }
+    }
+
+    fn order(&mut self, order: Order) -> Option<String> {
+        self.commands += 1;
+        let id = CommandId(Uuid::from_u128(self.commands));
+        self.step(self.at, Input::Command(Command { id, by: ME, order }));
+        self.answers.last().cloned().flatten()
+    }
+
+    fn loops(&self) -> Vec<(KeyframeId, KeyframeId)> {
+        let edges = self.graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop);
+        edges.map(|edge| (edge.from, edge.to)).collect()
+    }
+
+    /// Root mean square error of the keyframes, metres.
+    fn error(&self) -> f64 {
+        let pairs: Vec<(Vector3, Vector3)> = self
+            .graph
+            .nodes
+            .iter()
+            .map(|node| (true_place(node.stamp), vec_from_plain(node.map_from_keyframe.position)))
+            .collect();
+        aligned_rmse(&pairs).unwrap_or(f64::NAN)
+    }
+
+    /// Greatest distance of a keyframe from its place in another graph, metres.
+    fn apart(&self, other: &PoseGraph) -> f64 {
+        assert_eq!(self.graph.nodes.len(), other.nodes.len());
+        let pairs = self.graph.nodes.iter().zip(&other.nodes);
+        pairs
+            .map(|(a, b)| (a.map_from_keyframe.position, b.map_from_keyframe.position))
+            .map(|(a, b)| (vec_from_plain(a) - vec_from_plain(b)).norm())
+            .fold(0.0, f64::max)
+    }
+}
+
+fn true_place(stamp: Stamp) -> Vector3 {
+    let truths = &walk().truths;
+    let next = truths.partition_point(|truth| truth.stamp < stamp).clamp(1, truths.len() - 1);
+    let (a, b) = (&truths[next - 1], &truths[next]);
+    let share = (stamp - a.stamp).secs_f64() / (b.stamp - a.stamp).secs_f64();
+    let [a, b] = [a, b].map(|truth| vec_from_plain(truth.site_from_base.position));
+    a + (b - a) * share
+}
+
+/// Results come with the next tick.
+fn promptly(done: &mut VecDeque<JobDone>) -> Vec<JobDone> {
+    done.drain(..).collect()
+}
+
+fn prompt() -> &'static Told {
+    static TOLD: OnceLock<Told> = OnceLock::new();
+    TOLD.get_or_init(|| Told::walked(false, promptly))
+}
+
+/// By odometry alone.
+fn open() -> &'static Told {
+    static TOLD: OnceLock<Told> = OnceLock::new();
+    TOLD.get_or_init(|| Told::walked(true, promptly))
+}
+
+#[test]
+fn coming_home_closes_loops_and_the_map_is_better() {
+    let (open, closed) = (open(), prompt());
+    assert!(open.decisions.is_empty() && open.loops().is_empty());
+    assert!(open.error() > 0.05, "the odometry should be led astray: {} m", open.error());
+    assert!(!closed.loops().is_empty(), "{:?}", closed.decisions);
+    assert!(closed.error() < 0.4 * open.error(), "{} m, and {} m without", closed.error(), open.error());
+    for (from, to) in closed.loops() {
+        let decision = closed.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
+        let Some(decision) = decision else { panic!("{from:?} {to:?} was never decided on") };
+        assert_eq!((decision.verdict, decision.by_hand), (LoopVerdict::Accepted, false));
+        assert!(decision.reason.ends_with('.') && decision.evidence.overlap[0] > 0.2, "{decision:?}");
+    }
+}
+
+#[test]
+fn a_log_with_loops_repeats_bit_for_bit_without_their_work() {
+    let told = prompt();
+    let again = replay(told.log.iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), told.digest.hex());
+    // Another result of a job is another run.
+    let mut changed = told.log.clone();
+    let result = changed.iter_mut().rev().find_map(|(_, input)| match input {
+        Input::JobDone(JobDone { result: JobResult::LoopVerified(found), .. }) => Some(found),
+        _ => None,
+    });
+    let Some(result) = result else { panic!("no loop was looked at") };
+    result.evidence.residual += 1e-15;
+    assert_ne!(replay(changed, &mut Stack::new()).hex(), told.digest.hex());
+}
+
+#[test]
+fn late_results_in_another_order_close_the_walk_all_the_same() {
+    let mut ticks = 0;
+    let told = Told::walked(false, |done| {
+        // Two seconds late or more, the newest first.
+        ticks += 1;
+        if ticks % 40 == 0 { done.drain(..).rev().collect() } else { Vec::new() }
+    });
+    assert!(told.error() < 0.4 * open().error(), "{} m, and {} m without", told.error(), open().error());
+    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+}
+
+#[test]
+fn results_of_a_session_that_has_ended_are_ignored() {
+    let mut told = Told::walking(false, |_| Vec::new());
+    let late: Vec<JobDone> = told.done.drain(..).collect();
+    assert!((1..=4).contains(&late.len()), "{} jobs at a time", late.len());
+    assert_eq!(told.order(Order::DiscardMapping), None);
+    assert_eq!(told.order(Order::StartMapping(SessionId(Uuid::from_u128(2)))), None);
+    for done in late {
+        told.step(told.at, Input::JobDone(done));
+    }
+    assert!(told.decisions.is_empty() && told.done.is_empty(), "neither decided nor followed by others");
+    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+}
+
+#[test]
+fn a_person_takes_loops_back_and_closes_them_again() {
+    let mut told = Told::walked(false, promptly);
+    let loops = told.loops();
+    let (closed, by_odometry) = (told.graph.clone(), open().graph.clone());
+    for &(from, to) in &loops {
+        // Which is named first does not matter.
+        assert_eq!(told.order(Order::RejectLoop { from: to, to: from }), None);
+        let Some(last) = told.decisions.last() else { panic!("not said") };
+        assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
+    }
+    assert!(told.loops().is_empty());
+    assert!(told.apart(&by_odometry) < 1e-3, "{} m from the odometry", told.apart(&by_odometry));
+    for &(from, to) in &loops {
+        assert_eq!(told.order(Order::AcceptLoop { from, to }), None);
+    }
+    assert_eq!(told.loops(), loops);
+    assert!(told.apart(&closed) < 1e-3, "{} m from before", told.apart(&closed));
+    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+}
+
+#[test]
+fn a_pair_that_a_person_proposes_is_looked_at() {
+    let mut told = Told::walked(false, promptly);
+    let Some(&(from, to)) = told.loops().last() else { panic!("no loop") };
+    let refused = told.order(Order::ProposeLoop { from, to, guess: Pose::IDENTITY });
+    assert!(refused.is_some_and(|reason| reason.contains("already")));
+    assert_eq!(told.order(Order::RejectLoop { from, to }), None);
+    let edge = told.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
+    let Some(pose) = edge.and_then(|d| isometry_from_pose(&d.from_from_to)) else { panic!("no edge") };
+    // Half a metre off, and seen from the newer one.
+    let mut guess = geometry::pose_from_isometry(&pose.inverse());
+    guess.position.x += 0.5;
+    assert_eq!(told.order(Order::ProposeLoop { from: to, to: from, guess }), None);
+    told.finish_jobs();
+    let Some(last) = told.decisions.last() else { panic!("not decided") };
+    assert_eq!((last.task.from, last.task.to, last.task.source), (from, to, LoopSource::Person));
+    assert_ne!(last.verdict, LoopVerdict::Rejected, "{}", last.reason);
+    let found =
+        isometry_from_pose(&last.from_from_to).map(|found| (found.inverse() * pose).translation.vector);
+    assert!(found.is_some_and(|error| error.norm() < 0.03), "{found:?}");
+}
+
+#[test]
+fn orders_about_loops_that_cannot_be_done_are_refused_with_a_reason() {
+    let mut told = Told::nothing();
+    let (id, no) = (KeyframeId, Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..Pose::IDENTITY });
+    told.step(Stamp::EPOCH, walk().inputs[0].1.clone());
+    told.order(Order::DiscardMapping);
+    let refused = told.order(Order::AcceptLoop { from: id(0), to: id(9) });
+    assert!(refused.is_some_and(|reason| reason.contains("Start mapping")));
+
+    let mut told = Told::walked(false, promptly);
+    for (order, reason) in [
+        (Order::AcceptLoop { from: id(0), to: id(5) }, "Propose them"),
+        (Order::RejectLoop { from: id(0), to: id(5) }, "nothing to reject"),
+        (Order::ProposeLoop { from: id(0), to: id(1), guess: Pose::IDENTITY }, "follow each other"),
+        (Order::ProposeLoop { from: id(0), to: id(4_000), guess: Pose::IDENTITY }, "not both on this map"),
+        (Order::ProposeLoop { from: id(0), to: id(9), guess: no }, "not a pose"),
+    ] {
+        let refused = told.order(order.clone());
+        assert!(refused.as_ref().is_some_and(|said| said.contains(reason)), "{order:?}: {refused:?}");
+    }
+}
+
+#[test]
+fn the_simulated_robot_closes_loops_while_it_walks() {
+    let site = Arc::new(Site::new(SiteName::B1));
+    let Some(route) = site.route("short").cloned() else { panic!("no such route") };
+    let config = SimConfig {
+        lidar_columns: 100,
+        people: 0,
+        start: Some(route.start),
+        ..SimConfig::new(SiteName::B1, 5)
+    };
+    let mut lockstep = Lockstep::new(config, Some(SESSION), true);
+    lockstep.pace_jobs(JobPace { ticks: 3, newest_first: true });
+    let (mut walker, mut accepted) = (RouteWalker::new(route), 0);
+    while let Some(drive) = walker.drive(&lockstep.simulator().truth()) {
+        lockstep.simulator().command(drive);
+        let until = lockstep.now() + Span::from_millis(50);
+        lockstep.advance(until, &mut |_, effect| {
+            let Effect::Publish(Publication::LoopDecided(decision)) = effect else { return };
+            accepted += u32::from(decision.verdict == LoopVerdict::Accepted);
+        });
+    }
+    assert!(accepted > 0);
+    let log = lockstep.log().to_vec();
+    assert_eq!(replay(log, &mut Stack::new()).hex(), lockstep.digest().hex());
+}

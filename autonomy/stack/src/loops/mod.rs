@@ -1,0 +1,289 @@
+//! Loop closure of one session: from keyframes to pairs worth a look, from what came of the look to edges and better poses.
+//!
+//! Looking is work for a job (see [`crate::Work`]); results are taken in the order in which they arrive, which the log
+//! records, so that a replay repeats them.
+
+pub(crate) mod plain;
+mod queue;
+mod words;
+
+use crate::optimiser::{GraphError, Optimiser, Pair};
+use crate::work::Work;
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
+use mapping::{Edge, LoopConfig, LoopFinder, NewKeyframe, Node, Session, Task, Verdict};
+use messages::{Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, VerifiedLoop};
+use queue::Queue;
+use std::collections::BTreeMap;
+use vocab::{KeyframeId, Pose, SessionId};
+
+/// What a session knows of its loops.
+#[derive(Debug)]
+pub(crate) struct Loops {
+    session: SessionId,
+    /// Where the LiDAR is, base frame, metres.
+    sensor: [f32; 3],
+    finder: LoopFinder,
+    optimiser: Optimiser,
+    queue: Queue,
+    /// In the order of deciding.
+    decisions: Vec<LoopDecision>,
+    /// Of each pair that was looked at, the last look.
+    known: BTreeMap<Pair, Known>,
+    /// Why no more loops are closed.
+    broken: Option<String>,
+}
+
+#[derive(Debug)]
+struct Known {
+    asked: LoopTask,
+    edge: Edge,
+    evidence: LoopEvidence,
+    /// None while nothing was decided.
+    verdict: Option<LoopVerdict>,
+}
+
+/// What came of something.
+#[derive(Debug, Default)]
+pub(crate) struct News {
+    pub decisions: Vec<LoopDecision>,
+    /// Whether edges or poses of the session changed.
+    pub changed: bool,
+    /// Why loops are no longer closed, said once.
+    pub trouble: Option<String>,
+}
+
+impl Loops {
+    /// Of a session that begins. `sensor`: the LiDAR's place, base frame, metres.
+    pub fn new(session: SessionId, sensor: [f32; 3]) -> Self {
+        Self {
+            session,
+            sensor,
+            finder: LoopFinder::new(LoopConfig::default()),
+            optimiser: Optimiser::default(),
+            queue: Queue::default(),
+            decisions: Vec::new(),
+            known: BTreeMap::new(),
+            broken: None,
+        }
+    }
+
+    /// Takes the session's newest keyframe in, with its cloud (base frame, metres); pairs worth a look wait for
+    /// [`Self::start`].
+    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>, xyz: &[[f32; 3]]) -> News {
+        if self.broken.is_some() {
+            return News::default();
+        }
+        if let Err(error) = self.optimiser.add_keyframe(node, edge) {
+            return self.give_up(&error);
+        }
+        // Of the map, whose z axis points up as well as the odometry's does.
+        let rotation = node.map_from_keyframe.rotation;
+        let new = NewKeyframe { edge, rotation, xyz, sensor: self.sensor };
+        for task in self.finder.add_keyframe(&new) {
+            self.queue.push(task);
+        }
+        News::default()
+    }
+
+    /// Starts jobs, as many as may run. `jobs` counts all jobs of the stack.
+    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+        self.queue.start(self.session, jobs, effects);
+    }
+
+    /// What a job takes; once.
+    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+        self.queue.take(job, &self.finder.config().gates)
+    }
+
+    /// A job has ended without a result.
+    pub fn not_verified(&mut self, job: u64) {
+        if self.queue.end(job).is_some() {
+            self.queue.leave_out();
+        }
+    }
+
+    /// A job has ended: its pair is judged, and what is accepted moves the map. Jobs of other sessions are ignored.
+    pub fn verified(&mut self, job: u64, found: &VerifiedLoop, session: &mut Session) -> News {
+        let (Some(asked), Some(verified)) = (self.queue.end(job), plain::verified_from_plain(found)) else {
+            return News::default();
+        };
+        let pair = (asked.from, asked.to);
+        // A second look at what is an edge already, or at what was asked of another build, changes nothing.
+        if self.broken.is_some() || pair != (found.task.from, found.task.to) || self.optimiser.has(pair) {
+            return News::default();
+        }
+        self.known
+            .insert(pair, Known { asked, edge: verified.edge, evidence: found.evidence, verdict: None });
+        let mut news = News::default();
+        for decision in self.finder.judge(&verified) {
+            let pair = (decision.edge.from, decision.edge.to);
+            if self.optimiser.has(pair) {
+                continue;
+            }
+            if decision.verdict == Verdict::Accepted {
+                if let Err(error) = self.optimiser.add_loop(&decision.edge) {
+                    return self.give_up(&error);
+                }
+                session.add_loop(decision.edge);
+                news.changed = true;
+            }
+            let reason = words::reason(&decision, &self.finder.config().gates);
+            self.decide(pair, plain::verdict_to_plain(decision.verdict), false, reason, &mut news);
+        }
+        self.move_map(session, news)
+    }
+
+    /// A person says that a pair is a loop.
+    pub fn accept(
+        &mut self,
+        from: KeyframeId,
+        to: KeyframeId,
+        session: &mut Session,
+    ) -> Result<News, String> {
+        let pair = ordered(from, to);
+        let named = names(pair);
+        if let Some(reason) = &self.broken {
+            return Err(reason.clone());
+        }
+        if self.optimiser.has(pair) {
+            return Err(format!("{named} are a loop already."));
+        }
+        let edge = match self.known.get(&pair) {
+            None => {
+                return Err(format!("{named} have not been compared yet. Propose them as a loop first."));
+            }
+            Some(known) if known.edge.information == Matrix6::zeros() => {
+                let text = "could not be fitted together. Propose them again with a better guess";
+                return Err(format!("{named} {text}."));
+            }
+            Some(known) => known.edge,
+        };
+        if !self.finder.accept(&edge) {
+            return Err(unknown(pair));
+        }
+        if let Err(error) = self.optimiser.add_loop(&edge) {
+            return Ok(self.give_up(&error));
+        }
+        session.add_loop(edge);
+        let mut news = News { changed: true, ..News::default() };
+        self.decide(pair, LoopVerdict::Accepted, true, "A person accepted it.".to_owned(), &mut news);
+        Ok(self.move_map(session, news))
+    }
+
+    /// A person says that a pair is no loop.
+    pub fn reject(
+        &mut self,
+        from: KeyframeId,
+        to: KeyframeId,
+        session: &mut Session,
+    ) -> Result<News, String> {
+        let pair = ordered(from, to);
+        let held = self.known.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Held));
+        let closed = self.optimiser.remove_loop(pair);
+        if !closed && !held {
+            return Err(format!("{} are no loop, so there is nothing to reject.", names(pair)));
+        }
+        while self.finder.withdraw(pair.0, pair.1) {}
+        let mut news = News { changed: session.remove_loop(pair.0, pair.1), ..News::default() };
+        self.decide(pair, LoopVerdict::Rejected, true, "A person rejected it.".to_owned(), &mut news);
+        Ok(self.move_map(session, news))
+    }
+
+    /// A person points at a pair, with a guess of `to` in `from`: it is looked at before all others.
+    pub fn propose(&mut self, from: KeyframeId, to: KeyframeId, guess: &Pose) -> Result<(), String> {
+        let pair = ordered(from, to);
+        if let Some(reason) = &self.broken {
+            return Err(reason.clone());
+        }
+        if self.optimiser.has(pair) {
+            return Err(format!("{} are a loop already. Reject it first.", names(pair)));
+        }
+        if from.0.abs_diff(to.0) <= 1 {
+            return Err("Choose two keyframes that do not follow each other on the walk.".to_owned());
+        }
+        let Some(guess) = isometry_from_pose(guess) else {
+            return Err("That guess is not a pose. Place the keyframe again.".to_owned());
+        };
+        let guess = if pair == (from, to) { guess } else { guess.inverse() };
+        let task: Task = self.finder.propose(pair.0, pair.1, guess).ok_or_else(|| unknown(pair))?;
+        self.queue.push(task);
+        Ok(())
+    }
+
+    /// The session ends: nothing more is looked at, and the poses are made as good as the graph allows.
+    pub fn finish(&mut self, session: &mut Session) -> News {
+        self.queue.clear();
+        if session.loops().is_empty() || self.broken.is_some() {
+            return News::default();
+        }
+        let settled = self.optimiser.settle();
+        self.put(settled, session, News::default())
+    }
+
+    /// Everything decided, in order.
+    pub fn decisions(&self) -> &[LoopDecision] {
+        &self.decisions
+    }
+
+    /// Pairs that there was no time to look at.
+    pub fn left_out(&self) -> u64 {
+        self.queue.left_out()
+    }
+
+    /// Brings the poses up to date if edges changed.
+    fn move_map(&mut self, session: &mut Session, news: News) -> News {
+        if !news.changed {
+            return news;
+        }
+        let solved = self.optimiser.solve();
+        self.put(solved, session, news)
+    }
+
+    fn put(&mut self, solved: Result<Vec<Isometry>, GraphError>, session: &mut Session, news: News) -> News {
+        match solved {
+            Ok(poses) => {
+                session.move_keyframes(&poses);
+                news
+            }
+            Err(error) => News { trouble: self.give_up(&error).trouble, ..news },
+        }
+    }
+
+    fn decide(&mut self, pair: Pair, verdict: LoopVerdict, by_hand: bool, reason: String, news: &mut News) {
+        let Some(known) = self.known.get_mut(&pair) else { return };
+        known.verdict = Some(verdict);
+        let decision = LoopDecision {
+            task: known.asked,
+            from_from_to: pose_from_isometry(&known.edge.from_from_to),
+            evidence: known.evidence,
+            verdict,
+            by_hand,
+            reason,
+        };
+        self.decisions.push(decision.clone());
+        news.decisions.push(decision);
+    }
+
+    /// The map stays as it is, and is not corrected any more.
+    fn give_up(&mut self, error: &GraphError) -> News {
+        let text = format!(
+            "Loops of this map are not closed any more, because its graph cannot be solved: {error}. Save it and begin another."
+        );
+        self.queue.clear();
+        self.broken = Some(text.clone());
+        News { trouble: Some(text), changed: true, ..News::default() }
+    }
+}
+
+/// Older keyframe first.
+fn ordered(a: KeyframeId, b: KeyframeId) -> Pair {
+    if a.0 <= b.0 { (a, b) } else { (b, a) }
+}
+
+fn names((from, to): Pair) -> String {
+    format!("Keyframes {} and {}", from.0, to.0)
+}
+
+fn unknown(pair: Pair) -> String {
+    format!("{} are not both on this map. Choose two that are.", names(pair))
+}
