@@ -82,6 +82,8 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     // Another look at a robot that is mapping already: how long until its map is seen?
     // From an empty page: a reload would count the old page's end as well.
     page.go("about:blank");
+    let drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
+    assert_eq!(page.evaluate(drawn), true, "the old page's pictures are done with");
     page.go(&url);
     wait_for("the first map in the page's timeline", DRAW_LIMIT, || {
         let marks = page.marks();

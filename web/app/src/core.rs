@@ -22,7 +22,7 @@ const LATE_MS: f64 = 150.0;
 /// Without a frame for so long, nobody sees where the robot goes, milliseconds.
 const BLIND_MS: f64 = 2500.0;
 
-/// How long the start waits for the server: a local one says in a fifth of this what there is to see.
+/// How long the start waits for the server: a local one has sent a tile in half of this.
 const REACH_MS: f64 = 200.0;
 const REACH_EVERY_MS: i32 = 5;
 
@@ -66,14 +66,14 @@ impl Core {
         core
     }
 
-    /// Whether what the first picture shows is on its way, or there is nothing to wait for.
+    /// Whether something of what the first picture shows is here, or there is nothing to wait for.
     fn reached(&mut self) -> bool {
         self.pump();
         if let Some(eye) = crate::viewport::first_eye(&self.model) {
             self.apply(Event::Looked(eye));
         }
         let tiles = &self.model.shown().tiles;
-        tiles.loading() > 0 || (tiles.listed() && tiles.is_empty())
+        self.has_tiles() || (tiles.listed() && tiles.is_empty())
     }
 
     /// There are frames from now on, and this makes them.
@@ -175,7 +175,8 @@ impl Core {
     }
 }
 
-/// Waits until the first tiles are asked for, but not for long: they come while the page can do nothing else.
+/// Waits for the first tile, so that the first picture shows a map, but not for long: others come while the page can do
+/// nothing else.
 pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
     let until = browser::now_ms() + REACH_MS;
     loop {
