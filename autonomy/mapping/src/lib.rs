@@ -26,6 +26,6 @@ pub mod view;
 pub use consistency::{Decision, Jury, Trust, Verdict};
 pub use loops::{LoopConfig, LoopFinder, NewKeyframe};
 pub use odometer::Odometer;
-pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Stretch};
+pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Stretch, unit};
 pub use uncertain::Uncertain;
 pub use verify::{Evidence, Flaw, Gates, Source, Task, Verified, verify};

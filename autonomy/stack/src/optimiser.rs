@@ -4,7 +4,7 @@ use factors::{
     Between, FactorError, FactorId, Incremental, IncrementalOptions, Key, Prior, SolveError, Value,
 };
 use geometry::{Isometry, Matrix6};
-use mapping::{Edge, Node};
+use mapping::{Edge, Node, unit};
 use std::collections::BTreeMap;
 use std::fmt;
 use vocab::KeyframeId;
@@ -82,7 +82,7 @@ impl Optimiser {
                 let from = key_of(edge.from);
                 let held = edge.information + Matrix6::identity() * LEAST;
                 let factor = Between::new(from, key, &edge.from_from_to, &held)?;
-                self.solver.insert(Value::Pose(self.pose(from)? * edge.from_from_to));
+                self.solver.insert(Value::Pose(unit(&(self.pose(from)? * edge.from_from_to))));
                 self.solver.add(factor)?;
             }
             None => {

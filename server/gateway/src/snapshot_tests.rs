@@ -25,6 +25,24 @@ fn tiles(reset: bool, numbers: std::ops::Range<u32>) -> Event {
     Event::Tiles(TilesChanged { reset, added: numbers.map(tile).collect() })
 }
 
+fn loops(reset: bool, numbers: std::ops::Range<u32>) -> Event {
+    let decision = |number| LoopDecision {
+        from: vocab::KeyframeId(0),
+        to: vocab::KeyframeId(number),
+        source: api::LoopSource::Geometry,
+        verdict: api::LoopVerdict::Held,
+        by_hand: false,
+        reason: String::new(),
+        overlap: [0.5; 2],
+        residual: 0.01,
+        through: [0.0; 2],
+        rival: 0.0,
+        guess: vocab::Pose::IDENTITY,
+        from_from_to: vocab::Pose::IDENTITY,
+    };
+    Event::Loops(LoopsChanged { reset, added: numbers.map(decision).collect() })
+}
+
 fn notice(at: i64) -> Event {
     Event::Notice(Notice { at: Stamp::from_nanos(at), severity: Severity::Info, text: String::new() })
 }
@@ -101,6 +119,28 @@ fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
         }
     }
     assert_eq!(received, pieces as usize * MAX_TILES_PER_EVENT, "each gets every second turn");
+}
+
+#[test]
+fn loops_add_up_come_in_pieces_and_the_oldest_go() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.apply(loops(true, 0..0));
+    snapshot.apply(loops(false, 0..3));
+    assert_eq!(drain(&snapshot, &mut cursor), [loops(true, 0..3)]);
+    snapshot.apply(loops(false, 3..4));
+    snapshot.apply(loops(false, 4..6));
+    assert_eq!(drain(&snapshot, &mut cursor), [loops(false, 3..6)]);
+    // More than are kept: who was slow misses some, and gets the last in pieces.
+    let (most, piece) = (MAX_LOOP_DECISIONS as u32, MAX_LOOPS_PER_EVENT as u32);
+    snapshot.apply(loops(false, 6..106 + most));
+    let pieces = |first_resets: bool| -> Vec<Event> {
+        let starts = (106..106 + most).step_by(piece as usize);
+        starts.map(|start| loops(first_resets && start == 106, start..start + piece)).collect()
+    };
+    assert_eq!(drain(&snapshot, &mut cursor), pieces(false));
+    assert_eq!(drain(&snapshot, &mut Cursor::default())[1..], pieces(true));
+    snapshot.apply(loops(true, 0..0));
+    assert_eq!(drain(&snapshot, &mut cursor), [loops(true, 0..0)], "another session");
 }
 
 #[test]

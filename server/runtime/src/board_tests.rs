@@ -49,8 +49,48 @@ fn a_gateway_that_connects_gets_the_latest_of_each_kind_and_every_tile() {
     };
     assert!(changed.reset);
     assert_eq!(changed.added.iter().map(|tile| tile.hash.0[0]).collect::<Vec<_>>(), [1, 2]);
-    assert_eq!(events.len(), 4);
+    assert_eq!(events.len(), 5, "no loops, which is said too");
     assert!(events.contains(&battery(0.8)) && events.contains(&notice(1)) && events.contains(&notice(2)));
+}
+
+#[test]
+fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
+    let board = Board::default();
+    let decided = |to: u32| {
+        let task = messages::LoopTask {
+            session: vocab::SessionId(uuid::Uuid::nil()),
+            from: vocab::KeyframeId(0),
+            to: vocab::KeyframeId(to),
+            source: messages::LoopSource::Person,
+            guess: vocab::Pose::IDENTITY,
+        };
+        let decision = messages::LoopDecision {
+            task,
+            from_from_to: vocab::Pose::IDENTITY,
+            evidence: messages::LoopEvidence { residual: 0.25, ..messages::LoopEvidence::default() },
+            verdict: messages::LoopVerdict::Held,
+            by_hand: false,
+            reason: "Why not.".to_owned(),
+        };
+        crate::convert::event(messages::Publication::LoopDecided(decision)).expect("told to clients")
+    };
+    board.set(decided(7));
+    board.set(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
+    for to in 0..MAX_LOOP_DECISIONS as u32 + 20 {
+        board.set(decided(to));
+    }
+    let connection = board.connect();
+    let events = drain(&board, connection);
+    let Some(Event::Loops(changed)) = events.iter().find(|event| matches!(event, Event::Loops(_))) else {
+        panic!("no loops in {events:?}");
+    };
+    assert_eq!((changed.reset, changed.added.len()), (true, MAX_LOOP_DECISIONS));
+    let first = &changed.added[0];
+    assert_eq!((first.to.0, first.residual, first.source), (20, 0.25, api::LoopSource::Person));
+    // Decisions add up while they wait.
+    board.set(decided(1));
+    board.set(decided(2));
+    assert_eq!(drain(&board, connection), [decided(1), decided(2)]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use super::*;
-use messages::{Cloud, DegenerateStretch, GraphNode, PoseGraph};
+use api::Graph;
+use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, PoseGraph};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
@@ -62,6 +63,34 @@ fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
     for name in ["trajectory.tum", "graph.g2o", "graph.json", "clouds/000009.pcd"] {
         assert!(store.dir().map(maps[0].id).join(name).exists(), "{name}");
     }
+}
+
+#[test]
+fn a_map_holds_its_loops_and_its_points_where_the_keyframes_came_to_lie() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let mut finished = session(&store, 1, 100);
+    let graph = Arc::make_mut(&mut finished.graph);
+    let edge = |from, to, kind| GraphEdge {
+        from: KeyframeId(from),
+        to: KeyframeId(to),
+        kind,
+        from_from_to: pose(1.0),
+        information: [[0.0; 6]; 6],
+    };
+    graph.edges = vec![edge(0, 1, EdgeKind::Odometry), edge(0, 9, EdgeKind::Loop)];
+    // The last keyframe was moved by the loop after its cloud had been kept.
+    graph.nodes[9].map_from_keyframe = pose(40.0);
+    store.save_map(&finished).expect("saved");
+    let folder = store.dir().map(finished.map);
+    let api_graph: Graph = files::read_json(&folder.join("graph.json")).expect("graph");
+    assert_eq!(api_graph.edges, [(KeyframeId(0), KeyframeId(1))]);
+    assert_eq!(api_graph.loops, [(KeyframeId(0), KeyframeId(9))]);
+    let g2o = fs::read_to_string(folder.join("graph.g2o")).expect("graph");
+    assert_eq!(g2o.lines().filter(|line| line.starts_with("EDGE_SE3:QUAT")).count(), 2, "{g2o}");
+    let list: api::TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
+    assert!((list.bounds.max[0] - 40.0).abs() < 0.1, "{:?}", list.bounds);
+    assert_eq!(fs::read_to_string(folder.join("loops.json")).expect("loops").trim(), "[]");
 }
 
 #[test]

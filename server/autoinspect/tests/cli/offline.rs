@@ -79,6 +79,43 @@ fn a_simulated_walk_is_recorded_mapped_compared_and_repeats_bit_for_bit() {
     assert_ne!(json(&["replay", text(&other_log)])["fingerprint"], fingerprint.as_str());
 }
 
+/// The way home of a short round: loops are closed, said in the summary, saved, and repeated without their work.
+#[test]
+fn a_round_is_closed_unless_loops_are_left_open() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = |name: &str| dir.path().join(name);
+    let (walked, out, log) = (path("round.mcap"), path("m"), path("journal.mcap"));
+    json(&[
+        "sim",
+        "record",
+        "--site",
+        "b1",
+        "--route",
+        "short",
+        "--people",
+        "0",
+        "--columns",
+        "100",
+        "--out",
+        text(&walked),
+    ]);
+    let summary = json(&["map", text(&walked), "--out", text(&out), "--journal", text(&log)]);
+    let accepted = summary["loops"]["accepted"].as_u64().expect("a number");
+    assert!(accepted > 0 && summary["loops"]["proposed"].as_u64() >= Some(accepted), "{summary}");
+    let stages = summary["stages"].as_array().expect("stages");
+    let took = stages.iter().find(|stage| stage["name"] == "loops").map(|stage| stage["seconds"].as_f64());
+    assert!(took.flatten() > Some(0.0), "{summary}");
+    let graph: api::Graph =
+        serde_json::from_slice(&fs::read(out.join("graph.json")).expect("readable")).expect("a graph");
+    assert_eq!(graph.loops.len() as u64, accepted);
+    let decisions = fs::read_to_string(out.join("loops.json")).expect("readable");
+    assert!(decisions.contains("\"Accepted\"") && decisions.contains("\"reason\""), "{decisions}");
+    assert_eq!(json(&["replay", text(&log)])["fingerprint"], summary["fingerprint"]);
+
+    let open = json(&["map", text(&walked), "--out", text(&path("o")), "--no-loops"]);
+    assert_eq!(open["loops"]["proposed"], 0, "{open}");
+}
+
 #[test]
 fn the_same_seed_records_the_same_bytes() {
     let dir = tempfile::tempdir().expect("temporary directory");

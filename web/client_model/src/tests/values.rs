@@ -66,6 +66,35 @@ fn the_way_follows_corrections_of_the_graph() {
 }
 
 #[test]
+fn decisions_on_loops_add_up_until_another_session_and_the_oldest_go() {
+    let mut bench = Bench::connected();
+    let decided = |to| api::LoopDecision {
+        from: KeyframeId(0),
+        to: KeyframeId(to),
+        source: api::LoopSource::Appearance(0.2),
+        verdict: api::LoopVerdict::Accepted,
+        by_hand: false,
+        reason: "It fits.".into(),
+        overlap: [0.9; 2],
+        residual: 0.01,
+        through: [0.0; 2],
+        rival: 0.0,
+        guess: Pose::IDENTITY,
+        from_from_to: Pose::IDENTITY,
+    };
+    let mut tell = |reset, added: std::ops::Range<u32>| {
+        bench.event(api::Event::Loops(api::LoopsChanged { reset, added: added.map(decided).collect() }));
+        let loops = &bench.model.loops;
+        (loops.front().map(|decision| decision.to.0), loops.len())
+    };
+    assert_eq!(tell(true, 0..2), (Some(0), 2));
+    assert_eq!(tell(false, 2..3), (Some(0), 3));
+    let most = api::MAX_LOOP_DECISIONS;
+    assert_eq!(tell(false, 3..most as u32 + 5), (Some(5), most));
+    assert_eq!(tell(true, 0..0), (None, 0));
+}
+
+#[test]
 fn edits_of_the_view_are_kept_undone_and_merged_while_a_slider_is_dragged() {
     let mut bench = Bench::connected();
     bench.now = bench.now.after(10.0);

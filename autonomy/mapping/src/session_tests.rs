@@ -1,0 +1,157 @@
+//! Sessions: what becomes a keyframe, what edges know, and how the whole moves.
+
+use super::*;
+use geometry::Vector3;
+use nalgebra::Translation3;
+
+fn at(x: f64, yaw: f64) -> Isometry {
+    Isometry::from_parts(Translation3::new(x, 0.0, 0.0), so3::exp(&(Vector3::z() * yaw)))
+}
+
+fn scan(stamp: Stamp, pose: &Isometry, degenerate: bool) -> ScanPose {
+    ScanPose {
+        stamp,
+        odom_from_base: *pose,
+        scan_stamp: stamp,
+        odom_from_base_at_scan: *pose,
+        covariance: Matrix6::zeros(),
+        degenerate,
+    }
+}
+
+fn walk(session: &mut Session, poses: impl Iterator<Item = Isometry>) {
+    for (index, pose) in poses.enumerate() {
+        session.add_scan(&scan(Stamp::from_nanos(index as i64 * 100_000_000), &pose, false));
+    }
+}
+
+#[test]
+fn map_begins_at_the_base_level_and_facing_x() {
+    let tilted = Isometry::from_parts(
+        Translation3::new(3.0, -2.0, 0.5),
+        so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
+    );
+    let mut session = Session::begin(&tilted, KeyframePolicy::default());
+    let node = session.add_scan(&scan(Stamp::EPOCH, &tilted, false)).expect("first keyframe");
+    assert!(node.map_from_keyframe.translation.vector.norm() < 1e-12);
+    let rotation = node.map_from_keyframe.rotation;
+    assert!((rotation.inverse() * so3::exp(&(Vector3::x() * 0.2))).angle() < 1e-12);
+}
+
+#[test]
+fn keyframes_follow_distance_and_rotation() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy { distance: 1.0, rotation: 0.5 });
+    walk(&mut session, (0..=50).map(|i| at(f64::from(i) * 0.1, 0.0)));
+    assert_eq!(session.nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
+    assert!((session.distance() - 5.0).abs() < 1e-9);
+    walk(&mut session, (0..=20).map(|i| at(5.0, f64::from(i) * 0.05)));
+    assert_eq!(session.nodes().len(), 6, "and one for turning by more than half a radian");
+    assert_eq!(session.edges().len(), 5);
+}
+
+#[test]
+fn an_optimisation_moves_all_and_tears_nothing() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
+    let (before, stretch) = (session.nodes().to_vec(), session.trajectory().to_vec());
+    // Found while the last keyframe was made: the others turned about the first and one shifted.
+    let turn = at(0.0, 0.3);
+    let mut poses: Vec<Isometry> = before[..3].iter().map(|n| turn * n.map_from_keyframe).collect();
+    poses[1].translation.vector.z += 0.2;
+    session.move_keyframes(&poses);
+    assert!(session.nodes().iter().zip(&poses).all(|(node, pose)| node.map_from_keyframe == *pose));
+    let near = |a: &Isometry, b: &Isometry| (a.inverse() * b).translation.vector.norm() < 1e-9;
+    // The new one and the robot keep their place beside the last one that was found.
+    assert!(near(&session.nodes()[3].map_from_keyframe, &(turn * before[3].map_from_keyframe)));
+    assert!(near(session.map_from_odom(), &turn));
+    let last = stretch.len() - 1;
+    assert!(near(&session.trajectory()[last].1, &(turn * stretch[last].1)));
+    assert!(
+        (session.trajectory()[15].1.translation.vector.z - 0.2).abs() < 1e-9,
+        "after the second keyframe"
+    );
+    // What is walked next is measured as if nothing had happened.
+    let next = session.add_scan(&scan(Stamp::from_nanos(1), &at(5.0, 0.0), false));
+    assert!(next.is_some_and(|node| near(&node.map_from_keyframe, &(turn * at(5.0, 0.0)))));
+    let edge = session.edges()[3].from_from_to;
+    assert!((edge.translation.vector.x - (5.0 - 3.3)).abs() < 1e-9, "{edge}");
+    // Garbage moves nothing.
+    let held = session.nodes().to_vec();
+    session.move_keyframes(&[at(f64::NAN, 0.0)]);
+    assert_eq!(session.nodes(), held);
+}
+
+/// As often as loops are closed on a long walk: poses chained over the session's own edges come back into the session.
+#[test]
+fn rounding_does_not_add_up_over_hundreds_of_closed_loops() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    let step =
+        Isometry::from_parts(Translation3::new(1.2, 0.1, 0.03), so3::exp(&Vector3::new(0.01, -0.02, 0.3)));
+    let (mut odom, mut found) = (Isometry::identity(), Vec::new());
+    for index in 0..300 {
+        session.add_scan(&scan(Stamp::from_nanos(index), &odom, false));
+        odom *= step;
+        let pose = match (found.last(), session.edges().last()) {
+            (Some(last), Some(edge)) => last * edge.from_from_to,
+            _ => at(0.0, 0.0),
+        };
+        found.push(pose);
+        session.move_keyframes(&found);
+    }
+    assert_eq!(session.edges().len(), 299);
+    for edge in session.edges() {
+        let error = edge.from_from_to.inverse() * step;
+        assert!((edge.from_from_to.rotation.norm() - 1.0).abs() < 1e-14, "{edge:?}");
+        assert!(error.translation.vector.norm() < 1e-9 && error.rotation.angle() < 1e-7, "{edge:?}");
+    }
+}
+
+#[test]
+fn loops_come_and_go() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
+    let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.edges()[0] };
+    let revision = session.revision();
+    session.add_loop(edge);
+    assert_eq!((session.loops(), session.revision()), (&[edge][..], revision + 1));
+    assert!(session.remove_loop(edge.from, edge.to) && !session.remove_loop(edge.from, edge.to));
+    assert!(session.loops().is_empty());
+}
+
+#[test]
+fn edges_lose_information_where_the_filter_lost_certainty() {
+    let mut grown = Matrix6::zeros();
+    grown[(3, 3)] = 0.25;
+    let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0), 0.0);
+    assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
+    assert!((information[(4, 4)] - 1.0 / (EDGE_FLOOR.1 * EDGE_FLOOR.1)).abs() < 1e-3);
+    // And where it regained certainty, having found its place again.
+    let information = edge_information(&grown, &Matrix6::zeros(), &at(1.0, 0.0), 0.0);
+    assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_way_without_scans_is_known_worse() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    for (index, seconds) in [(0, 0), (1, 1), (2, 2), (3, 10), (4, 11)] {
+        let pose = at(4.0 * f64::from(index), 0.0);
+        session.add_scan(&scan(Stamp::from_parts(seconds, 0), &pose, false));
+    }
+    let deviations: Vec<f64> = session.edges().iter().map(|e| e.information[(4, 4)].powf(-0.5)).collect();
+    let expected = [EDGE_FLOOR.1, EDGE_FLOOR.1, EDGE_FLOOR.1.hypot(0.12), EDGE_FLOOR.1];
+    assert!(deviations.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{deviations:?}");
+    assert_eq!(session.edges()[2].information[(0, 0)], EDGE_FLOOR.0.powi(-2), "the IMU holds the heading");
+}
+
+#[test]
+fn degenerate_scans_join_into_stretches() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    for index in 0..60_i64 {
+        let degenerate = (10..20).contains(&index) || (40..45).contains(&index);
+        let pose = at(index as f64 * 0.1, 0.0);
+        session.add_scan(&scan(Stamp::from_nanos(index * 100_000_000), &pose, degenerate));
+    }
+    let lengths: Vec<f64> = session.degenerate_stretches().iter().map(|s| s.distance).collect();
+    assert_eq!(lengths.len(), 2);
+    assert!((lengths[0] - 0.9).abs() < 1e-9 && (lengths[1] - 0.4).abs() < 1e-9, "{lengths:?}");
+}
