@@ -2,6 +2,15 @@
 
 use std::io;
 
+/// Text from a file, fit for a sentence: at most `most` characters, and on one line whatever bytes they were made of.
+pub fn legible(text: &str, most: usize) -> String {
+    let mut shown: String = text.chars().take(most).flat_map(char::escape_debug).collect();
+    if text.chars().nth(most).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
 /// Why bytes could not be understood.
 #[derive(Debug, thiserror::Error)]
 pub enum FormatError {
@@ -60,5 +69,17 @@ impl FormatError {
     /// A contradiction in a line of text, counted from 1.
     pub(crate) fn at_line(what: &'static str, line: usize, problem: impl Into<String>) -> Self {
         Self::Malformed { what, place: format!("line {line}"), problem: problem.into() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::legible;
+
+    #[test]
+    fn text_from_files_fits_into_a_sentence() {
+        assert_eq!(legible("/points", 10), "/points");
+        assert_eq!(legible("a\nb\u{0}", 10), "a\\nb\\0");
+        assert_eq!(legible(&"x".repeat(1000), 3), "xxx…");
     }
 }

@@ -19,5 +19,5 @@ pub mod rosbag2;
 pub mod scan_file;
 pub mod tum;
 
-pub use error::FormatError;
+pub use error::{FormatError, legible};
 pub use point_table::{Dropped, PointField, PointTable, ScalarType, ScanReport};

@@ -243,7 +243,10 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
         }
         other => {
             return Err(FormatError::Unsupported {
-                what: format!("a chunk packed with '{}'", other.unwrap_or("nothing it names")),
+                what: format!(
+                    "a chunk packed with '{}'",
+                    crate::legible(other.unwrap_or("nothing it names"), 40)
+                ),
                 remedy: "unpack the bag with 'rosbag decompress'",
             });
         }

@@ -290,6 +290,21 @@ fn a_recording_cut_at_any_byte_gives_what_it_holds() {
     assert_eq!(best, all.len(), "without its summary nothing is lost");
 }
 
+#[test]
+fn a_name_made_of_rubbish_is_shown_short_and_on_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = small_recording(folder.path());
+    let mut bytes = fs::read(&path).unwrap();
+    let name = bytes.windows(8).position(|window| window == b"\x04\0\0\0zstd").unwrap();
+    // As if the packing's name went on into the packed data.
+    bytes[name] = 120;
+    bytes[name + 9] = b'\n';
+    fs::write(&path, bytes).unwrap();
+    let outcome = drain(&path);
+    assert!(outcome.sentences.iter().any(|s| s.contains("is packed with")), "{:?}", outcome.sentences);
+    outcome.sentences.iter().for_each(|sentence| assert_clear(sentence));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 

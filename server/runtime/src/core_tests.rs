@@ -275,7 +275,8 @@ fn a_gateway_that_never_reads_delays_nothing() {
             break millis;
         }
     };
-    assert_eq!(last, 999_000);
+    // The very tick may be missing: a recorder that falls behind leaves inputs out, rather than hold the loop up.
+    assert!((999_000..1_002_000).contains(&last), "{last}");
 }
 
 #[test]

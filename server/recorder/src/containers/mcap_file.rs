@@ -22,6 +22,9 @@ use std::sync::Arc;
 use survey::Survey;
 use vocab::Stamp;
 
+/// Characters of a topic's or type's name that are kept.
+const NAME_MAX: usize = 200;
+
 /// Opcode and length before every record.
 const RECORD_HEAD: u64 = 9;
 /// Largest chunk, packed or not, that is read.
@@ -198,11 +201,13 @@ impl Directory {
             (topics::INPUT_ENCODING, _) => MessageEncoding::Postcard,
             (other, _) => MessageEncoding::Other(other.to_owned()),
         };
-        let type_name = formats::ros::plain_type_name(schema);
+        // Both end up in sentences.
+        let name = formats::legible(name, NAME_MAX);
+        let type_name = formats::legible(&formats::ros::plain_type_name(schema), NAME_MAX);
         let same =
             |topic: &Topic| topic.name == name && topic.type_name == type_name && topic.encoding == encoding;
         let topic = self.topics.iter().position(same).unwrap_or_else(|| {
-            self.topics.push(Topic { name: name.to_owned(), type_name, encoding, count: 0 });
+            self.topics.push(Topic { name, type_name, encoding, count: 0 });
             self.topics.len() - 1
         });
         self.channels.insert(id, topic);

@@ -4,8 +4,8 @@ use super::{Block, BlockKind, Index, LARGEST_CHUNK, RECORD_HEAD, stamp};
 use crate::containers::merge::Blocks;
 use crate::containers::{Order, RawMessage};
 use crate::error::ReadError;
-use formats::FormatError;
 use formats::cdr::{Encoding, Reader};
+use formats::{FormatError, legible};
 use mcap::records::op;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -158,7 +158,9 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
         "zstd" => zstd::stream::read::Decoder::with_buffer(data)
             .and_then(|decoder| decoder.take(unpacked).read_to_end(&mut out)),
         "lz4" => lz4_flex::frame::FrameDecoder::new(data).take(unpacked).read_to_end(&mut out),
-        other => return Err(format!("a chunk is packed with '{other}', which is not known")),
+        other => {
+            return Err(format!("a chunk is packed with '{}', which is not known", legible(other, 40)));
+        }
     };
     let complaint = match result {
         Err(error) => Some(format!("a chunk does not unpack ({error}), the rest of it is lost")),
