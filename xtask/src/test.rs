@@ -150,12 +150,12 @@ fn tests(selection: &Selection<'_>) -> Result<Report> {
 /// Adds to `report` what one line of output says: a runner's summary, or a test's note that it did not run, which is
 /// `skipped: ` and the reason, once a test.
 fn count(line: &str, report: &mut Report) {
-    let line = line.trim();
-    let summary = if let Some((_, counts)) = line.split_once(" tests run: ") {
-        Some(counts)
-    } else {
-        line.strip_prefix("test result: ")
+    // nextest shows each test's own summary as well, indented: those are in its own already.
+    let summary = match line.split_once(" tests run: ") {
+        Some((_, counts)) => Some(counts),
+        None => line.strip_prefix("test result: "),
     };
+    let line = line.trim();
     if let Some(counts) = summary {
         let counted = Tests::parse(counts);
         report.tests.passed += counted.passed;
@@ -211,6 +211,7 @@ mod tests {
             2,
             3,
         );
+        check("    test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out", 0, 0, 0);
         check("    skipped: no recordings beside this clone", 0, 0, 1);
         check("running 12 tests", 0, 0, 0);
     }
