@@ -1,7 +1,7 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{info, map, optimise, replay, sim_record, trajectory, up};
+use crate::{export, info, map, optimise, replay, sim_record, trajectory, up};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -29,6 +29,8 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
+    /// Write a saved map as one file for other programs, or as a picture from above.
+    Export(export::ExportArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
     /// Say what a recording holds and what is missing, or what a saved map is.
@@ -67,6 +69,7 @@ impl Cli {
         match self.command {
             Command::Up(args) => up::run(&args),
             Command::Map(args) => map::run(&args),
+            Command::Export(args) => export::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),

@@ -5,6 +5,7 @@
 
 mod calibration;
 mod cli;
+mod export;
 mod failure;
 mod info;
 mod journal;

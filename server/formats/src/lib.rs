@@ -5,9 +5,11 @@
 //! [`PointTable`], which [`PointTable::to_scan`] turns into the one scan type of the stack.
 
 pub mod cdr;
+pub mod e57;
 mod error;
 pub mod g2o;
 pub mod kitti;
+pub mod las;
 mod lzf;
 pub mod natural;
 pub mod pcd;

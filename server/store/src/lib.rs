@@ -6,6 +6,7 @@
 
 mod error;
 mod files;
+mod map_clouds;
 mod map_files;
 mod map_points;
 mod maps;
@@ -14,6 +15,7 @@ mod sessions;
 mod tiles;
 
 pub use error::StoreError;
+pub use map_clouds::{MapCloud, MapClouds, map_clouds};
 pub use map_files::{MapFiles, MapFilesReport, write_map_files};
 pub use map_points::MapPoints;
 pub use recordings::{Recordings, Room};

@@ -11,8 +11,9 @@
 //! map.json           an api::MapSummary, written last
 //! ```
 
+use crate::map_clouds::Place;
 use crate::tiles::Durability;
-use crate::{MapPoints, StoreError, TileFiles, files};
+use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeOptions;
@@ -55,7 +56,13 @@ pub fn write_map_files(
 ) -> Result<MapFilesReport, StoreError> {
     let start = Instant::now();
     let options = BakeOptions::default();
-    let points = MapPoints::read(&dir.join("clouds"), &finished.graph, options.finest_spacing)?;
+    let places = finished.graph.nodes.iter().map(|node| Place {
+        id: node.id,
+        stamp: node.stamp,
+        map_from_keyframe: node.map_from_keyframe,
+    });
+    let clouds = MapClouds::new(dir.join("clouds"), places.collect(), options.finest_spacing);
+    let points = MapPoints::read(clouds)?;
     let merged = Instant::now();
     let list = write_tiles(tiles, &points, &options)?;
     let tiled = Instant::now();

@@ -8,10 +8,10 @@ pub(crate) const COORDINATE_END: u32 = 1 << COORDINATE_BITS;
 const SLOTS_MIN: usize = 1024;
 const EMPTY: u64 = 0;
 
-/// Which cells are taken. Grows to at most 32 bytes a cell, 48 while it grows.
+/// Which cells are taken. Grows to at most 22 bytes a cell, 32 while it grows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellSet {
-    /// A power of two of slots, or none yet; at most half of them taken.
+    /// A power of two of slots, or none yet; at most three quarters of them taken.
     slots: Vec<u64>,
     taken: usize,
 }
@@ -30,7 +30,7 @@ impl CellSet {
 
     /// Takes a cell; false when it was taken before. Only the lowest 21 bits of each coordinate count.
     pub(crate) fn insert(&mut self, cell: [u32; 3]) -> bool {
-        if self.taken * 2 >= self.slots.len() {
+        if self.taken * 4 >= self.slots.len() * 3 {
             self.grow();
         }
         let inserted = place(&mut self.slots, key_of(cell));

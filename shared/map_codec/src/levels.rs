@@ -59,7 +59,7 @@ impl LevelPoints {
 
 /// Cuts keyframe clouds into additive levels.
 ///
-/// One pass over each cloud, no work left over for later. Memory: at most 32 bytes for each of
+/// One pass over each cloud, no work left over for later. Memory: at most 22 bytes for each of
 /// `submap_cells_max` cells plus those of one keyframe, however long the map grows.
 #[derive(Clone, Debug)]
 pub struct LevelSplitter {

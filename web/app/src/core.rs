@@ -22,8 +22,11 @@ const LATE_MS: f64 = 150.0;
 /// Without a frame for so long, nobody sees where the robot goes, milliseconds.
 const BLIND_MS: f64 = 2500.0;
 
-/// How long the start waits for the server: a local one has sent a tile in half of this.
+/// How long the start waits for word of the map: a local server has given it in half of this.
 const REACH_MS: f64 = 200.0;
+/// How long it waits for the first tile of a map that it knows of. Without it the first picture shows no map, and where
+/// the processor draws, a picture more costs longer than this.
+const REACH_TILE_MS: f64 = 600.0;
 const REACH_EVERY_MS: i32 = 5;
 
 /// The model with its connections.
@@ -178,12 +181,16 @@ impl Core {
 /// Waits for the first tile, so that the first picture shows a map, but not for long: others come while the page can do
 /// nothing else.
 pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
-    let until = browser::now_ms() + REACH_MS;
+    let begun = browser::now_ms();
     loop {
-        let reached = core.borrow_mut().reached();
+        let (reached, listed) = {
+            let mut core = core.borrow_mut();
+            (core.reached(), core.model.shown().tiles.listed())
+        };
         // Also when reached: only a pause lets the requests out.
         browser::pause(REACH_EVERY_MS).await;
-        if reached || browser::now_ms() >= until {
+        let longest = if listed { REACH_TILE_MS } else { REACH_MS };
+        if reached || browser::now_ms() - begun >= longest {
             return;
         }
     }

@@ -79,6 +79,34 @@ fn a_simulated_walk_is_recorded_mapped_compared_and_repeats_bit_for_bit() {
     assert_ne!(json(&["replay", text(&other_log)])["fingerprint"], fingerprint.as_str());
 }
 
+#[test]
+fn a_map_is_exported_in_every_format() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = |name: &str| dir.path().join(name);
+    let (walked, out) = (path("walk.mcap"), path("m"));
+    walk(&walked, "3");
+    json(&["map", text(&walked), "--out", text(&out)]);
+
+    let points = |name: &str, more: &[&str]| {
+        let file = path(name);
+        let report = json(&[&["export", text(&out), "--out", text(&file)], more].concat());
+        assert_eq!(report["bytes"].as_u64(), Some(fs::metadata(&file).expect("a file").len()), "{name}");
+        report["points"].as_u64().expect("points")
+    };
+    let all = ["a.ply", "a.pcd", "a.las", "a.laz", "a.e57"].map(|name| points(name, &[]));
+    assert!(all[0] > 1000 && all.iter().all(|count| *count == all[0]), "{all:?}");
+    assert!(points("every.e57", &["--spacing", "0"]) > all[0]);
+    assert!(points("coarse.laz", &["--spacing", "0.5"]) < all[0] / 4);
+    let size = |name: &str| fs::metadata(path(name)).expect("a file").len();
+    assert!(size("a.laz") < size("a.las"));
+
+    let drawn = points("a.png", &["--pixel", "0.1"]);
+    assert!(drawn > all[0] / 4, "{drawn} of {}", all[0]);
+    assert!(fs::read_to_string(path("a.pgw")).expect("a world file").starts_with("0.1\n"));
+    assert!(points("floor.png", &["--heights", "-1,0.3"]) < drawn);
+    assert!(!path(".a.png.unfinished").exists());
+}
+
 /// The way home of a short round: loops are closed, said in the summary, saved, and repeated without their work.
 #[test]
 fn a_round_is_closed_unless_loops_are_left_open() {

@@ -1,0 +1,212 @@
+//! A map seen from above: the highest point in each pixel, coloured by its height.
+
+use png::{BitDepth, ColorType, Encoder};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use store::{MapCloud, MapClouds, StoreError};
+
+/// Pixels of a picture at most; a larger map gets larger pixels.
+const PIXELS_MAX: f64 = 64e6;
+/// Lines this far apart show the scale, metres.
+const GRID: f64 = 10.0;
+const PAPER: [u8; 3] = [250, 250, 248];
+const GRID_LINE: [u8; 3] = [226, 228, 230];
+/// The part of the heights at each end that shares the last colour, so that a single mast does not take them all.
+const TAIL: f64 = 0.02;
+/// Low to high: distinct also for eyes that confuse red and green, and in grey.
+const RAMP: [[u8; 3]; 6] =
+    [[48, 40, 110], [45, 92, 150], [34, 140, 141], [70, 178, 104], [170, 204, 60], [240, 196, 48]];
+
+/// Heights in the map, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Heights {
+    pub from: f64,
+    pub to: f64,
+}
+
+/// What the picture shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Edge of a pixel, metres.
+    pub pixel: f64,
+    /// What lies higher above the keyframe that saw it is left out, metres.
+    pub above_robot: f64,
+    /// All heights where none are given.
+    pub heights: Option<Heights>,
+}
+
+/// Heights on a grid.
+pub struct Picture {
+    /// Of a pixel, metres; larger than asked for where the map is very large.
+    pixel: f64,
+    /// Number of the leftmost column and of the lowest row, counted from the map's origin.
+    first: [i64; 2],
+    size: [usize; 2],
+    /// Row by row from the top; NaN where nothing is seen.
+    heights: Vec<f32>,
+    points: u64,
+}
+
+impl Picture {
+    /// Draws `clouds`; none when nothing is within the wanted heights. Memory: some 50 bytes a pixel that is not empty.
+    pub fn of(clouds: MapClouds, settings: Settings) -> Result<Option<Self>, StoreError> {
+        let mut cells = BTreeMap::new();
+        let mut points = 0;
+        for cloud in clouds {
+            points += add(&mut cells, &cloud?, &settings);
+        }
+        Ok(Self::from_cells(cells, settings.pixel, points))
+    }
+
+    fn from_cells(cells: BTreeMap<[i64; 2], f32>, pixel: f64, points: u64) -> Option<Self> {
+        let mut low = *cells.keys().next()?;
+        let mut high = low;
+        for cell in cells.keys() {
+            low = [low[0].min(cell[0]), low[1].min(cell[1])];
+            high = [high[0].max(cell[0]), high[1].max(cell[1])];
+        }
+        let spans = [high[0] - low[0] + 1, high[1] - low[1] + 1];
+        // So many of the wanted pixels to one, each way.
+        let bin = ((spans[0] as f64 * spans[1] as f64 / PIXELS_MAX).sqrt().ceil() as i64).max(1);
+        let first = low.map(|c| c.div_euclid(bin));
+        let size = [0, 1].map(|axis| (high[axis].div_euclid(bin) - first[axis] + 1) as usize);
+        let mut heights = vec![f32::NAN; size[0] * size[1]];
+        for (cell, height) in cells {
+            let [column, row] = [0, 1].map(|axis| (cell[axis].div_euclid(bin) - first[axis]) as usize);
+            let at = (size[1] - 1 - row) * size[0] + column;
+            // Of nothing and a height, the height.
+            heights[at] = heights[at].max(height);
+        }
+        Some(Self { pixel: pixel * bin as f64, first, size, heights, points })
+    }
+
+    /// How many points were within the wanted heights.
+    pub fn points(&self) -> u64 {
+        self.points
+    }
+
+    /// Writes the picture.
+    pub fn write_png(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut encoder = Encoder::new(out, self.size[0] as u32, self.size[1] as u32);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Eight);
+        let mut writer = encoder.write_header().map_err(io::Error::other)?;
+        let (low, high) = self.colour_range();
+        let colours: Vec<u8> = (0..self.heights.len())
+            .flat_map(|at| {
+                let height = self.heights[at];
+                if height.is_nan() { self.ground(at) } else { ramp((height - low) / (high - low).max(0.1)) }
+            })
+            .collect();
+        writer.write_image_data(&colours).map_err(io::Error::other)?;
+        writer.finish().map_err(io::Error::other)
+    }
+
+    /// Six lines: size of a pixel and the map coordinates of the middle of the first one, metres.
+    pub fn world_file(&self) -> String {
+        let middle = |cell: i64| (cell as f64 + 0.5) * self.pixel;
+        let (x, y) = (middle(self.first[0]), middle(self.first[1] + self.size[1] as i64 - 1));
+        format!("{0}\n0\n0\n-{0}\n{x}\n{y}\n", self.pixel)
+    }
+
+    /// Heights of the first and last colour, metres.
+    fn colour_range(&self) -> (f32, f32) {
+        let mut seen: Vec<f32> = self.heights.iter().copied().filter(|height| !height.is_nan()).collect();
+        seen.sort_by(f32::total_cmp);
+        let at = |part: f64| seen.get((part * (seen.len() - 1) as f64) as usize).copied().unwrap_or(0.0);
+        (at(TAIL), at(1.0 - TAIL))
+    }
+
+    /// What is under the map at a pixel: paper, or a line of the grid.
+    fn ground(&self, at: usize) -> [u8; 3] {
+        let cell = [at % self.size[0], self.size[1] - 1 - at / self.size[0]];
+        let on_line = (0..2).any(|axis| {
+            let from = (self.first[axis] + cell[axis] as i64) as f64 * self.pixel;
+            (from / GRID).ceil() * GRID < from + self.pixel
+        });
+        if on_line { GRID_LINE } else { PAPER }
+    }
+}
+
+/// Enters a keyframe's points that are to be seen; how many they were.
+fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Settings) -> u64 {
+    let Some(map_from_keyframe) = geometry::isometry_from_pose(&cloud.map_from_keyframe) else {
+        return 0;
+    };
+    let robot = map_from_keyframe.translation.vector.z;
+    let mut entered = 0;
+    for point in &cloud.xyz {
+        let in_map = map_from_keyframe * nalgebra::Point3::from(point.map(f64::from));
+        let wanted = settings.heights.is_none_or(|wanted| (wanted.from..=wanted.to).contains(&in_map.z));
+        // Fails for what is not a number as well.
+        if wanted && in_map.z - robot <= settings.above_robot && in_map.x.is_finite() && in_map.y.is_finite()
+        {
+            let cell = [in_map.x, in_map.y].map(|c| (c / settings.pixel).floor() as i64);
+            let height = cells.entry(cell).or_insert(f32::NEG_INFINITY);
+            *height = height.max(in_map.z as f32);
+            entered += 1;
+        }
+    }
+    entered
+}
+
+/// The colour of a part of the range, 0 to 1.
+fn ramp(part: f32) -> [u8; 3] {
+    let place = part.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
+    let below = (place as usize).min(RAMP.len() - 2);
+    let share = place - below as f32;
+    std::array::from_fn(|i| {
+        let (low, high) = (f32::from(RAMP[below][i]), f32::from(RAMP[below + 1][i]));
+        (low + share * (high - low)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decoded(picture: &Picture) -> (u32, u32, Vec<u8>) {
+        let mut file = Vec::new();
+        picture.write_png(&mut file).unwrap();
+        let mut reader = png::Decoder::new(io::Cursor::new(file)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        (info.width, info.height, pixels)
+    }
+
+    #[test]
+    fn north_is_up_and_high_is_bright() {
+        let cells = BTreeMap::from([([3, 4], 0.0), ([5, 7], 2.0)]);
+        let picture = Picture::from_cells(cells, 0.5, 2).unwrap();
+        let (width, height, pixels) = decoded(&picture);
+        assert_eq!((width, height), (3, 4));
+        assert_eq!(pixels[6..9], RAMP[5], "the high point is at the top right");
+        assert_eq!(pixels[27..30], RAMP[0], "the low point is at the bottom left");
+        assert_eq!(pixels[..3], PAPER);
+        assert_eq!(picture.world_file(), "0.5\n0\n0\n-0.5\n1.75\n3.75\n");
+    }
+
+    #[test]
+    fn lines_lie_on_tens_of_metres() {
+        let cells = BTreeMap::from([([-3, -1], 0.0), ([25, 0], 0.0)]);
+        let picture = Picture::from_cells(cells, 1.0, 2).unwrap();
+        let (width, _, pixels) = decoded(&picture);
+        let top: Vec<bool> = pixels.chunks(3).take(width as usize).map(|pixel| pixel == GRID_LINE).collect();
+        // The upper row holds y = 0, a line itself; the lower one shows where lines cross it.
+        assert!(top[..28].iter().all(|line| *line));
+        let lower: Vec<i64> = (0..29)
+            .filter(|column| pixels[(29 + *column as usize) * 3..][..3] == GRID_LINE)
+            .map(|column| column - 3)
+            .collect();
+        assert_eq!(lower, [0, 10, 20]);
+    }
+
+    #[test]
+    fn an_enormous_map_gets_larger_pixels() {
+        let cells = BTreeMap::from([([0, 0], 0.0), ([100_000_000, 99_999], 1.0)]);
+        let picture = Picture::from_cells(cells, 0.05, 2).unwrap();
+        assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * PIXELS_MAX);
+        assert!(picture.pixel > 0.05);
+        assert!(Picture::from_cells(BTreeMap::new(), 0.05, 0).is_none());
+    }
+}
