@@ -47,7 +47,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("formats", &["messages", "vocab"]),
     ("links", &["geometry", "messages", "ports", "sim", "vocab"]),
     ("recorder", &["formats", "geometry", "messages", "ports", "vocab"]),
-    ("store", &["api", "formats", "geometry", "map_codec", "messages", "ports", "vocab"]),
+    ("store", &["api", "formats", "geometry", "map_codec", "mapping", "messages", "ports", "vocab"]),
     ("runtime", &["api", "geometry", "map_codec", "messages", "ports", "stack", "store", "vocab"]),
     ("gateway", &["api", "ports", "vocab"]),
     (

@@ -249,6 +249,7 @@ impl MappingPhase {
             stamp: node.stamp,
             map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
             cloud: Arc::new(thinned(&mut self.downsampler, &located.cloud)),
+            lidar: self.sensor,
         };
         let edge = session.edges().last().filter(|edge| edge.to == node.id);
         let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge, &keyframe.cloud.xyz));

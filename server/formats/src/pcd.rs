@@ -239,18 +239,33 @@ pub(crate) fn push_ascii(out: &mut Vec<u8>, scalar: ScalarType, word: &str) -> O
     Some(())
 }
 
-/// Writes points (metres) as binary PCD with `x y z` and, where given for every point, `intensity`.
+/// Where the sensor was that saw the points, in their frame, metres; none where the file does not say it.
+pub fn viewpoint(bytes: &[u8]) -> Option<[f32; 3]> {
+    let header = &bytes[..read_header(bytes).ok()?.end];
+    let text = String::from_utf8_lossy(header);
+    let mut words = text.lines().find_map(|line| line.strip_prefix("VIEWPOINT"))?.split_whitespace();
+    let mut coordinate = || words.next()?.parse().ok().filter(|c: &f32| c.is_finite());
+    Some([coordinate()?, coordinate()?, coordinate()?])
+}
+
+/// Writes points (metres) seen from `viewpoint` as binary PCD with `x y z` and, where given for every point, `intensity`.
 ///
 /// # Errors
 /// When `out` fails.
-pub fn write(out: &mut impl Write, xyz: &[[f32; 3]], intensity: &[f32]) -> io::Result<()> {
+pub fn write(
+    out: &mut impl Write,
+    viewpoint: [f32; 3],
+    xyz: &[[f32; 3]],
+    intensity: &[f32],
+) -> io::Result<()> {
     let with_intensity = intensity.len() == xyz.len() && !xyz.is_empty();
     let (names, columns) = if with_intensity { ("x y z intensity", 4) } else { ("x y z", 3) };
     let repeat = |word: &str| vec![word; columns].join(" ");
+    let [x, y, z] = viewpoint;
     write!(
         out,
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {names}\nSIZE {}\nTYPE {}\nCOUNT {}\n\
-         WIDTH {count}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {count}\nDATA binary\n",
+         WIDTH {count}\nHEIGHT 1\nVIEWPOINT {x} {y} {z} 1 0 0 0\nPOINTS {count}\nDATA binary\n",
         repeat("4"),
         repeat("F"),
         repeat("1"),
@@ -312,7 +327,12 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let mut file = Vec::new();
-        write(&mut file, &[[1.0, 2.0, 3.0]], &[0.5]).unwrap();
+        write(&mut file, [0.1, -0.2, 0.3], &[[1.0, 2.0, 3.0]], &[0.5]).unwrap();
+        assert_eq!(viewpoint(&file), Some([0.1, -0.2, 0.3]));
+        assert_eq!(
+            viewpoint(header("1", "ascii").replace("VIEWPOINT 0 0 0", "VIEWPOINT 0 nan").as_bytes()),
+            None
+        );
         let (scan, _) = read(&file).unwrap().to_scan(None).unwrap();
         assert_eq!((scan.xyz, scan.intensity), (vec![[1.0, 2.0, 3.0]], vec![0.5]));
     }

@@ -53,7 +53,7 @@ fn scan() -> Scan {
 fn valid() -> Vec<Vec<u8>> {
     let scan = scan();
     let mut files = vec![Vec::new(); 5];
-    pcd::write(&mut files[0], &scan.xyz, &scan.intensity).unwrap();
+    pcd::write(&mut files[0], [0.0; 3], &scan.xyz, &scan.intensity).unwrap();
     ply::write(&mut files[1], &scan.xyz, &scan.intensity).unwrap();
     write_scan(&scan, "lidar", Encoding::Cdr, &mut files[2]);
     write_scan(&scan, "lidar", Encoding::Ros1, &mut files[3]);

@@ -245,7 +245,7 @@ fn other_recordings_and_other_versions_are_no_journals() {
 
     let scan_only = folder.path().join("scan.pcd");
     let mut out = Vec::new();
-    formats::pcd::write(&mut out, &[[1.0, 2.0, 3.0]], &[]).unwrap();
+    formats::pcd::write(&mut out, [0.0; 3], &[[1.0, 2.0, 3.0]], &[]).unwrap();
     std::fs::write(&scan_only, out).unwrap();
     assert!(matches!(open(&scan_only).journal().err(), Some(ReadError::NotAJournal)));
 }

@@ -161,7 +161,7 @@ impl Worker {
     }
 
     fn keep_cloud(&self, keyframe: &Keyframe) {
-        if let Err(error) = self.store.keep_cloud(keyframe.session, keyframe.id, &keyframe.cloud) {
+        if let Err(error) = self.store.keep_cloud(keyframe) {
             let text = format!(
                 "The cloud of keyframe {} will be missing from the saved map: {}.",
                 keyframe.id.0,

@@ -10,12 +10,13 @@ mod map_clouds;
 mod map_files;
 mod map_points;
 mod maps;
+mod people;
 mod recordings;
 mod sessions;
 mod tiles;
 
 pub use error::StoreError;
-pub use map_clouds::{MapCloud, MapClouds, map_clouds};
+pub use map_clouds::{MapCloud, MapClouds, Wanted, map_clouds};
 pub use map_files::{MapFiles, MapFilesReport, write_map_files};
 pub use map_points::MapPoints;
 pub use recordings::{Recordings, Room};

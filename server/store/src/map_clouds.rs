@@ -1,9 +1,11 @@
-//! The keyframe clouds of a map, one at a time and thinned while they are read: memory holds one keyframe, and 22 bytes
-//! for each point kept.
+//! The keyframe clouds of a map, one at a time, thinned and without people: memory holds a few keyframes, and 22 bytes for
+//! each point kept.
 
+use crate::people::Passage;
 use crate::sessions::cloud_name;
 use crate::{StoreError, files};
 use map_codec::{LevelSplitter, SplitOptions};
+use mapping::view::RangeImage;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -32,41 +34,66 @@ pub struct MapCloud {
     pub intensity: Vec<f32>,
 }
 
-/// Reads a map's clouds in the order of its graph. A keyframe without a file is passed over.
+impl MapCloud {
+    /// Drops the points with these numbers, which ascend.
+    pub(crate) fn drop_points(&mut self, numbers: &[u32]) {
+        let keep = |len: usize| {
+            let mut dropped = numbers.iter().peekable();
+            (0..len as u32).map(move |number| dropped.next_if_eq(&&number).is_none())
+        };
+        let mut kept = keep(self.xyz.len());
+        self.xyz.retain(|_| kept.next().unwrap_or(true));
+        let mut kept = keep(self.intensity.len());
+        self.intensity.retain(|_| kept.next().unwrap_or(true));
+    }
+}
+
+/// What of a map's clouds is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// One point in each cell of this size, the one that was seen first, metres; every point where it is 0.
+    pub spacing: f32,
+    /// Also points of people and whatever else the keyframes around looked through.
+    pub moving: bool,
+}
+
+/// Reads a map's clouds in the order of its graph. A keyframe without a file, or whose pose is none, is passed over.
 #[derive(Debug)]
 pub struct MapClouds {
     clouds: PathBuf,
     places: std::vec::IntoIter<Place>,
     /// None where every point is wanted.
     splitter: Option<LevelSplitter>,
+    /// None where also what moves is wanted.
+    passage: Option<Passage>,
 }
 
-/// The clouds of the map in the folder `dir`, as `autoinspect map --out` and a data directory's `maps/` have them: one
-/// point in each cell of `spacing` metres, the one that was seen first, or every point where `spacing` is 0.
+/// The clouds of the map in the folder `dir`, as `autoinspect map --out` and a data directory's `maps/` have them.
 ///
 /// # Errors
 /// When `dir` holds no graph or one that cannot be understood.
-pub fn map_clouds(dir: &Path, spacing: f32) -> Result<MapClouds, StoreError> {
+pub fn map_clouds(dir: &Path, wanted: Wanted) -> Result<MapClouds, StoreError> {
     let graph: api::Graph = files::read_json(&dir.join("graph.json"))?;
     let places = graph.nodes.iter().map(|node| Place {
         id: node.id,
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     });
-    Ok(MapClouds::new(dir.join("clouds"), places.collect(), spacing))
+    Ok(MapClouds::new(dir.join("clouds"), places.collect(), wanted))
 }
 
 impl MapClouds {
-    pub(crate) fn new(clouds: PathBuf, places: Vec<Place>, spacing: f32) -> Self {
+    pub(crate) fn new(clouds: PathBuf, places: Vec<Place>, wanted: Wanted) -> Self {
         // One level and one submap: a cell is taken once, wherever it is seen from.
-        let splitter = (spacing > 0.0).then(|| {
+        let splitter = (wanted.spacing > 0.0).then(|| {
             LevelSplitter::new(SplitOptions {
-                spacings: vec![spacing],
+                spacings: vec![wanted.spacing],
                 submap_keyframes_max: u32::MAX,
                 submap_cells_max: usize::MAX,
             })
         });
-        Self { clouds, places: places.into_iter(), splitter }
+        let passage = (!wanted.moving).then(Passage::default);
+        Self { clouds, places: places.into_iter(), splitter, passage }
     }
 
     /// How many keyframes have not been read yet.
@@ -74,8 +101,8 @@ impl MapClouds {
         self.places.len()
     }
 
-    /// The next keyframe's cloud as its file has it; none when there is no file.
-    fn read(&self, place: &Place) -> Result<Option<MapCloud>, StoreError> {
+    /// A keyframe's cloud as its file has it, and where its LiDAR was; none when there is no file.
+    fn read(&self, place: &Place) -> Result<Option<(MapCloud, [f32; 3])>, StoreError> {
         let path = self.clouds.join(cloud_name(place.id));
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -86,13 +113,14 @@ impl MapClouds {
             .map_err(|source| StoreError::Cloud { path, source })?;
         let mut intensity = scan.intensity;
         intensity.resize(scan.xyz.len(), 0.0);
-        Ok(Some(MapCloud {
+        let cloud = MapCloud {
             keyframe: place.id,
             stamp: place.stamp,
             map_from_keyframe: place.map_from_keyframe,
             xyz: scan.xyz,
             intensity,
-        }))
+        };
+        Ok(Some((cloud, formats::pcd::viewpoint(&bytes).unwrap_or_default())))
     }
 
     fn thin(&mut self, cloud: MapCloud) -> MapCloud {
@@ -109,13 +137,23 @@ impl Iterator for MapClouds {
     type Item = Result<MapCloud, StoreError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let place = self.places.next()?;
-            match self.read(&place) {
-                Ok(None) => {}
-                Ok(Some(cloud)) => return Some(Ok(self.thin(cloud))),
+        while !self.passage.as_ref().is_some_and(Passage::is_ready) {
+            let Some(place) = self.places.next() else {
+                break;
+            };
+            let (cloud, lidar) = match self.read(&place) {
+                Ok(None) => continue,
+                Ok(Some(read)) => read,
                 Err(error) => return Some(Err(error)),
+            };
+            if self.passage.is_none() {
+                return Some(Ok(self.thin(cloud)));
             }
+            // A witness with all it saw, although the map needs little of it.
+            let view = RangeImage::new(&cloud.xyz, lidar);
+            let cloud = self.thin(cloud);
+            self.passage.as_mut()?.enter(cloud, view);
         }
+        self.passage.as_mut()?.leave().map(Ok)
     }
 }

@@ -13,7 +13,7 @@
 
 use crate::map_clouds::Place;
 use crate::tiles::Durability;
-use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
+use crate::{MapClouds, MapPoints, StoreError, TileFiles, Wanted, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeOptions;
@@ -61,7 +61,8 @@ pub fn write_map_files(
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     });
-    let clouds = MapClouds::new(dir.join("clouds"), places.collect(), options.finest_spacing);
+    let settled = Wanted { spacing: options.finest_spacing, moving: false };
+    let clouds = MapClouds::new(dir.join("clouds"), places.collect(), settled);
     let points = MapPoints::read(clouds)?;
     let merged = Instant::now();
     let list = write_tiles(tiles, &points, &options)?;

@@ -1,6 +1,6 @@
 use super::*;
 use api::Graph;
-use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, PoseGraph};
+use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
@@ -24,7 +24,12 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         let xyz: Vec<[f32; 3]> =
             (0..400_u16).map(|i| [0.0, f32::from(i % 20) * 0.1, f32::from(i / 20) * 0.1 + 0.05]).collect();
         let intensity = vec![10.0; xyz.len()];
-        store.keep_cloud(SESSION, node.id, &Cloud { xyz, intensity }).expect("kept");
+        let (stamp, map_from_keyframe) = (node.stamp, node.map_from_keyframe);
+        let cloud = Arc::new(Cloud { xyz, intensity });
+        let lidar = [0.0; 3];
+        store
+            .keep_cloud(&Keyframe { session: SESSION, id: node.id, stamp, map_from_keyframe, cloud, lidar })
+            .expect("kept");
     }
     FinishedMap {
         map: MapId(Uuid::from_u128(map)),

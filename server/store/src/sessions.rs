@@ -4,7 +4,7 @@
 //! saving moves the directory. They are worthless once the process that ran the session is gone.
 
 use crate::{Store, StoreError, files};
-use messages::Cloud;
+use messages::Keyframe;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -15,15 +15,17 @@ pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
     format!("{:06}.pcd", keyframe.0)
 }
 
-/// Writes a keyframe's cloud (keyframe frame, metres) into `directory`, as saved maps have it.
+/// Writes a keyframe's cloud (keyframe frame, metres) into `directory`, as saved maps have it, with the LiDAR's place as its
+/// viewpoint.
 ///
 /// # Errors
 /// When the disk does.
-pub fn write_cloud(directory: &Path, keyframe: KeyframeId, cloud: &Cloud) -> Result<(), StoreError> {
-    let path = directory.join(cloud_name(keyframe));
+pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreError> {
+    let path = directory.join(cloud_name(keyframe.id));
+    let cloud = &keyframe.cloud;
     let write = || {
         let mut file = BufWriter::new(File::create(&path)?);
-        formats::pcd::write(&mut file, &cloud.xyz, &cloud.intensity)?;
+        formats::pcd::write(&mut file, keyframe.lidar, &cloud.xyz, &cloud.intensity)?;
         file.flush()
     };
     write().map_err(|source| StoreError::io("write", &path, source))
@@ -34,15 +36,10 @@ impl Store {
     ///
     /// # Errors
     /// When the disk does.
-    pub fn keep_cloud(
-        &self,
-        session: SessionId,
-        keyframe: KeyframeId,
-        cloud: &Cloud,
-    ) -> Result<(), StoreError> {
-        let directory = self.session(session);
+    pub fn keep_cloud(&self, keyframe: &Keyframe) -> Result<(), StoreError> {
+        let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
-        write_cloud(&directory, keyframe, cloud)
+        write_cloud(&directory, keyframe)
     }
 
     /// Removes the clouds of a session.

@@ -124,6 +124,8 @@ pub struct Keyframe {
     pub map_from_keyframe: Pose,
     /// Motion-corrected points in the keyframe's frame.
     pub cloud: Arc<Cloud>,
+    /// Where the LiDAR was that saw them, keyframe's frame, metres.
+    pub lidar: [f32; 3],
 }
 
 /// Poses and edges of the map under construction.

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use store::{MapClouds, MapPoints, map_clouds};
+use store::{MapClouds, MapPoints, Wanted, map_clouds};
 use vocab::MapId;
 
 /// Write a saved map as one file for other programs, or as a picture from above.
@@ -25,7 +25,7 @@ use vocab::MapId;
 
 EXAMPLES:
   autoinspect export m --out hall.laz
-  autoinspect export m --out hall.e57 --spacing 0                     every point of every keyframe
+  autoinspect export m --out hall.e57 --spacing 0 --moving            every point of every keyframe
   autoinspect export m --out upper.png --heights 3.0,5.5              one floor
   autoinspect export m --out hall.png --pixel 0.02 --above-robot 4    finer, and more of what hangs above")]
 pub struct ExportArgs {
@@ -40,6 +40,9 @@ pub struct ExportArgs {
     /// One point in each cell of this size, metres; 0 keeps all.
     #[arg(long, default_value_t = 0.03, value_parser = not_negative)]
     spacing: f32,
+    /// Also what moved: points of people and trolleys that the robot looked through before or after.
+    #[arg(long)]
+    moving: bool,
     /// Edge of a pixel of the picture, metres.
     #[arg(long, default_value_t = 0.05, value_parser = pixel_size)]
     pixel: f64,
@@ -84,7 +87,8 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         ))
     })?;
     let map = summary(&args.map)?;
-    let clouds = map_clouds(&args.map, args.spacing).map_err(Failure::usage)?;
+    let clouds = map_clouds(&args.map, Wanted { spacing: args.spacing, moving: args.moving })
+        .map_err(Failure::usage)?;
     // Under another name first: what carries the wanted name is complete.
     let unfinished = unfinished(&args.out);
     let written = write(args, format, map.id, clouds, &unfinished).and_then(|points| {
@@ -140,7 +144,7 @@ fn write(
     let (xyz, intensity) = (&points.xyz, &points.intensity);
     match format {
         Format::Ply => save(path, |file| ply::write(file, xyz, intensity)),
-        Format::Pcd => save(path, |file| pcd::write(file, xyz, intensity)),
+        Format::Pcd => save(path, |file| pcd::write(file, [0.0; 3], xyz, intensity)),
         _ => File::create(path)
             .and_then(|file| las::write(BufWriter::new(file), xyz, intensity, format == Format::Laz)),
     }

@@ -237,7 +237,7 @@ impl Offline {
             }
             Effect::Publish(Publication::Keyframe(keyframe)) if keyframe.session == SESSION => {
                 let start = thread_cpu_time();
-                store::write_cloud(&self.clouds, keyframe.id, &keyframe.cloud).map_err(Failure::failed)?;
+                store::write_cloud(&self.clouds, &keyframe).map_err(Failure::failed)?;
                 self.mapped.cloud_time += thread_cpu_time() - start;
             }
             Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
