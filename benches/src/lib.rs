@@ -1,4 +1,6 @@
-//! What the benchmarks share: running programs and reading what they print.
+//! What the benchmarks share: running programs and reading what they print, and the stack on a simulated walk.
+
+pub mod stack_walk;
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;

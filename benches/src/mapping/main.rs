@@ -7,20 +7,26 @@ mod map;
 mod parts;
 mod score;
 mod walk;
+mod whole;
 
 use anyhow::{Context, Result};
+use benches::stack_walk::Plan;
 use clap::Parser;
 use find::Found;
+use geometry::Isometry;
 use map::MapError;
 use mapping::{LoopConfig, Verdict};
-use score::Score;
+use score::{Judged, Score};
 use sim::{Site, SiteName};
 use std::path::PathBuf;
 use std::sync::Arc;
+use vocab::Span;
+use whole::Whole;
 
 /// Loops found on the simulated sites, judged by the truth.
 ///
-/// Example: cargo xtask bench mapping --sites b1,twins --seeds 1,2 --drifts 0,1
+/// Examples: cargo xtask bench mapping --sites b1,twins --seeds 1,2 --drifts 0,1
+///           cargo xtask bench mapping --whole --minutes 30
 #[derive(Parser)]
 struct Arguments {
     /// Sites, separated by commas.
@@ -50,10 +56,16 @@ struct Arguments {
     /// The parts by themselves too: recognition by looks alone, people, cost of each.
     #[arg(long)]
     parts: bool,
+    /// The whole stack instead of its loop finder: the map that it hands over, with the odometry as it is.
+    #[arg(long, conflicts_with_all = ["pairs", "parts", "drifts"])]
+    whole: bool,
 }
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    if arguments.whole {
+        return whole_walks(&arguments);
+    }
     std::fs::create_dir_all(&arguments.work)
         .with_context(|| format!("{} cannot be made", arguments.work.display()))?;
     print_header();
@@ -61,30 +73,88 @@ fn main() -> Result<()> {
         let name: SiteName = name.parse()?;
         let site = Arc::new(Site::new(name));
         for &seed in &arguments.seeds {
-            let plan = walk::Plan {
-                seed,
-                columns: arguments.columns,
-                people: arguments.people,
-                seconds: arguments.minutes * 60.0,
-            };
+            let plan = Plan { seed, columns: arguments.columns, people: arguments.people };
+            let seconds = arguments.minutes * 60.0;
             let file = format!("{name}-{seed}-{}-{}-{}.walk", plan.columns, plan.people, arguments.minutes);
-            let recorded = walk::keyframes(&site, &plan, &arguments.work.join(file))?;
+            let recorded = walk::keyframes(&site, &plan, seconds, &arguments.work.join(file))?;
             for &drift in &arguments.drifts {
                 let found = find::find(&recorded, drift, seed, LoopConfig::default());
+                let truth: Vec<_> = recorded.iter().map(|keyframe| keyframe.site_from_base).collect();
                 if arguments.pairs {
-                    print_pairs(&found, &recorded);
+                    print_pairs(&found, &truth);
                 }
-                let score = score::score(&site, &recorded, &found.decisions);
+                let judged: Vec<Judged> = found.decisions.iter().map(Judged::from).collect();
+                let score = score::score(&site, &truth, &judged);
                 let case = format!("{name} {seed} {drift}");
                 print(&case, &score, &found, &map::error(&recorded, &found)?);
                 if arguments.parts {
-                    let revisits = score::revisits(&site, &recorded);
+                    let revisits = score::revisits(&site, &truth);
                     parts::parts(&site, &recorded, &revisits, &found.finder).print(&case);
                 }
             }
         }
     }
     Ok(())
+}
+
+/// Walks with the whole stack, one line each.
+fn whole_walks(arguments: &Arguments) -> Result<()> {
+    println!(
+        "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>9} {:>7} {:>6} {:>9} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
+        "site",
+        "seed",
+        "path m",
+        "frames",
+        "map mm",
+        "height mm",
+        "revisits",
+        "closed",
+        "%",
+        "accepted",
+        "WRONG",
+        "rejected",
+        "unverified"
+    );
+    for name in &arguments.sites {
+        let name: SiteName = name.parse()?;
+        let site = Arc::new(Site::new(name));
+        for &seed in &arguments.seeds {
+            let plan = Plan { seed, columns: arguments.columns, people: arguments.people };
+            let walked = whole::walk(&site, &plan, Span::from_secs_f64(arguments.minutes * 60.0))?;
+            print_whole(name, seed, &walked);
+        }
+    }
+    Ok(())
+}
+
+fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
+    let score = &walked.score;
+    let sorted = |times: &[f64]| {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted
+    };
+    let at = |sorted: &[f64], part: f64| {
+        sorted.get(((sorted.len() as f64 * part) as usize).min(sorted.len().saturating_sub(1))).copied()
+    };
+    let (keyframes, loops) = (sorted(&walked.keyframe_ms), sorted(&walked.loop_ms));
+    let [median, p99, most] = [0.5, 0.99, 1.0].map(|part| at(&keyframes, part).unwrap_or_default());
+    let [loop_median, loop_most] = [0.5, 1.0].map(|part| at(&loops, part).unwrap_or_default());
+    println!(
+        "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
+        name.to_string(),
+        walked.distance,
+        score.keyframes,
+        walked.error * 1e3,
+        walked.height_error * 1e3,
+        score.revisits,
+        score.closed,
+        100.0 * score.closed as f64 / score.revisits.max(1) as f64,
+        score.accepted,
+        score.wrong,
+        score.rejected,
+        walked.unverified,
+    );
 }
 
 fn print_header() {
@@ -135,11 +205,12 @@ fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
     );
 }
 
-fn print_pairs(found: &Found, recorded: &[walk::Recorded]) {
+fn print_pairs(found: &Found, truth: &[Isometry]) {
     for decision in &found.decisions {
-        let (place, turn) = score::error(decision, recorded);
+        let judged = Judged::from(decision);
+        let (place, turn) = score::error(&judged, truth);
         let evidence = &decision.evidence;
-        let truth = if score::is_wrong(decision, recorded) { "wrong" } else { "right" };
+        let truth = if score::is_wrong(&judged, truth) { "wrong" } else { "right" };
         let verdict = match decision.verdict {
             Verdict::Rejected(flaw) => format!("{flaw:?}"),
             other => format!("{other:?}"),

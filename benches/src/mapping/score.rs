@@ -1,8 +1,8 @@
 //! Loops judged by the truth.
 
-use crate::walk::Recorded;
-use geometry::{Isometry, Vector3, so3};
+use geometry::{Isometry, Matrix6, Vector3, so3};
 use mapping::{Decision, Uncertain, Verdict};
+use messages::{EdgeKind, GraphEdge, LoopDecision, LoopVerdict};
 use nalgebra::SymmetricEigen;
 use sim::Site;
 
@@ -14,6 +14,69 @@ const REVISIT_WALKED: f64 = 15.0;
 const CLOSED_WITHIN: f64 = 3.0;
 /// A loop is wrong beyond this error, metres and radians.
 const WRONG: (f64, f64) = (0.3, 0.052);
+
+/// What became of a pair of keyframes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    Accepted,
+    Held,
+    Rejected,
+    Dropped,
+}
+
+/// A pair of keyframes that was decided on.
+#[derive(Clone, Copy, Debug)]
+pub struct Judged {
+    pub from: usize,
+    pub to: usize,
+    pub from_from_to: Isometry,
+    pub information: Matrix6,
+    pub outcome: Outcome,
+}
+
+impl From<&Decision> for Judged {
+    fn from(decision: &Decision) -> Self {
+        Self {
+            from: decision.edge.from.0 as usize,
+            to: decision.edge.to.0 as usize,
+            from_from_to: decision.edge.from_from_to,
+            information: decision.edge.information,
+            outcome: match decision.verdict {
+                Verdict::Accepted => Outcome::Accepted,
+                Verdict::Held => Outcome::Held,
+                Verdict::Rejected(_) => Outcome::Rejected,
+                Verdict::Dropped => Outcome::Dropped,
+            },
+        }
+    }
+}
+
+impl Judged {
+    /// As the stack tells it, `edges` being those of its graph: what is not among them says nothing about its certainty.
+    /// None where the pose is none.
+    pub fn told(decision: &LoopDecision, edges: &[GraphEdge]) -> Option<Self> {
+        let pair = (decision.task.from, decision.task.to);
+        let edge = edges.iter().find(|edge| edge.kind == EdgeKind::Loop && (edge.from, edge.to) == pair);
+        let information = edge.map_or([[0.0; 6]; 6], |edge| edge.information);
+        Some(Self {
+            from: decision.task.from.0 as usize,
+            to: decision.task.to.0 as usize,
+            from_from_to: geometry::isometry_from_pose(&decision.from_from_to)?,
+            information: Matrix6::from_fn(|row, column| information[row][column]),
+            outcome: match decision.verdict {
+                LoopVerdict::Accepted => Outcome::Accepted,
+                LoopVerdict::Held => Outcome::Held,
+                LoopVerdict::Rejected => Outcome::Rejected,
+                LoopVerdict::Dropped => Outcome::Dropped,
+            },
+        })
+    }
+
+    /// How far the loop is from the truth.
+    fn off(&self, truth: &[Isometry]) -> Isometry {
+        (truth[self.from].inverse() * truth[self.to]).inverse() * self.from_from_to
+    }
+}
 
 /// One walk's score.
 #[derive(Clone, Debug, Default)]
@@ -35,12 +98,11 @@ pub struct Score {
 }
 
 /// Error of a loop: metres, in the directions that it claims to know better than a metre, and radians.
-pub fn error(decision: &Decision, recorded: &[Recorded]) -> (f64, f64) {
-    let [from, to] = [decision.edge.from, decision.edge.to].map(|k| recorded[k.0 as usize].site_from_base);
-    let off = (from.inverse() * to).inverse() * decision.edge.from_from_to;
+pub fn error(judged: &Judged, truth: &[Isometry]) -> (f64, f64) {
+    let off = judged.off(truth);
     // In the frame of the newer base, as the covariance.
     let shift = off.rotation.inverse() * off.translation.vector;
-    let measured = Uncertain::from_information(decision.edge.from_from_to, &decision.edge.information);
+    let measured = Uncertain::from_information(judged.from_from_to, &judged.information);
     let eigen = SymmetricEigen::new(measured.covariance.fixed_view::<3, 3>(3, 3).into_owned());
     let known = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     let claimed = known.filter(|(variance, _)| **variance < 1.0).map(|(_, axis)| axis.dot(&shift).powi(2));
@@ -48,37 +110,39 @@ pub fn error(decision: &Decision, recorded: &[Recorded]) -> (f64, f64) {
 }
 
 /// Whether a loop is wrong.
-pub fn is_wrong(decision: &Decision, recorded: &[Recorded]) -> bool {
-    let (place, turn) = error(decision, recorded);
+pub fn is_wrong(judged: &Judged, truth: &[Isometry]) -> bool {
+    let (place, turn) = error(judged, truth);
     place > WRONG.0 || turn > WRONG.1
 }
 
 /// Judges what was decided on a walk.
-pub fn score(site: &Site, recorded: &[Recorded], decisions: &[Decision]) -> Score {
-    let walked = walked(recorded);
-    let mut score = Score { keyframes: recorded.len(), ..Score::default() };
+///
+/// - `truth`: the base in the site at every keyframe.
+pub fn score(site: &Site, truth: &[Isometry], decisions: &[Judged]) -> Score {
+    let walked = walked(truth);
+    let mut score = Score { keyframes: truth.len(), ..Score::default() };
     let mut closed_at = Vec::new();
-    for decision in decisions {
-        match decision.verdict {
-            Verdict::Accepted => {
+    for judged in decisions {
+        match judged.outcome {
+            Outcome::Accepted => {
                 score.accepted += 1;
-                if is_wrong(decision, recorded) {
+                if is_wrong(judged, truth) {
                     score.wrong += 1;
                 } else {
-                    closed_at.push(walked[decision.edge.to.0 as usize]);
-                    score.add_error(decision, recorded);
+                    closed_at.push(walked[judged.to]);
+                    score.add_error(judged, truth);
                 }
             }
-            Verdict::Held => score.held += 1,
-            Verdict::Rejected(_) => score.rejected += 1,
-            Verdict::Dropped => {}
+            Outcome::Held => score.held += 1,
+            Outcome::Rejected => score.rejected += 1,
+            Outcome::Dropped => {}
         }
     }
     let right = closed_at.len().max(1) as f64;
     score.place_error = (score.place_error / right).sqrt();
     score.turn_error = (score.turn_error / right).sqrt();
     score.honesty /= right;
-    for newer in revisits(site, recorded) {
+    for newer in revisits(site, truth) {
         score.revisits += 1;
         let near = |at: &f64| (at - walked[newer]).abs() <= CLOSED_WITHIN;
         score.closed += usize::from(closed_at.iter().any(near));
@@ -87,25 +151,24 @@ pub fn score(site: &Site, recorded: &[Recorded], decisions: &[Decision]) -> Scor
 }
 
 impl Score {
-    fn add_error(&mut self, decision: &Decision, recorded: &[Recorded]) {
-        let (place, turn) = error(decision, recorded);
+    fn add_error(&mut self, judged: &Judged, truth: &[Isometry]) {
+        let (place, turn) = error(judged, truth);
         self.place_error += place * place;
         self.turn_error += turn * turn;
-        let [from, to] =
-            [decision.edge.from, decision.edge.to].map(|k| recorded[k.0 as usize].site_from_base);
-        let off = geometry::se3::local(&decision.edge.from_from_to, &(from.inverse() * to));
-        self.honesty += off.dot(&(decision.edge.information * off));
+        let relative = truth[judged.from].inverse() * truth[judged.to];
+        let off = geometry::se3::local(&judged.from_from_to, &relative);
+        self.honesty += off.dot(&(judged.information * off));
     }
 }
 
 /// Metres walked to each keyframe, truly.
-fn walked(recorded: &[Recorded]) -> Vec<f64> {
+fn walked(truth: &[Isometry]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut last: Option<Vector3> = None;
-    recorded
+    truth
         .iter()
-        .map(|keyframe| {
-            let place = keyframe.site_from_base.translation.vector;
+        .map(|site_from_base| {
+            let place = site_from_base.translation.vector;
             sum += last.map_or(0.0, |last| (place - last).norm());
             last = Some(place);
             sum
@@ -114,13 +177,13 @@ fn walked(recorded: &[Recorded]) -> Vec<f64> {
 }
 
 /// Keyframes that are truly back: near an old one, on its floor and in its sight.
-pub fn revisits(site: &Site, recorded: &[Recorded]) -> Vec<usize> {
-    let walked = walked(recorded);
+pub fn revisits(site: &Site, truth: &[Isometry]) -> Vec<usize> {
+    let walked = walked(truth);
     let eye = |pose: &Isometry| pose.translation.vector + Vector3::z() * 0.3;
-    (0..recorded.len())
+    (0..truth.len())
         .filter(|&newer| {
             (0..newer).any(|older| {
-                let (a, b) = (eye(&recorded[older].site_from_base), eye(&recorded[newer].site_from_base));
+                let (a, b) = (eye(&truth[older]), eye(&truth[newer]));
                 let (way, far) = (b - a, (b - a).norm());
                 walked[newer] - walked[older] > REVISIT_WALKED
                     && way.xy().norm() < REVISIT_NEAR

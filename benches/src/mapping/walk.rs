@@ -1,6 +1,7 @@
 //! Simulated walks as the mapping sees them: the keyframes of the odometry, with the truth beside them for the score.
 
 use anyhow::{Context, Result, bail};
+use benches::stack_walk::Plan;
 use geometry::{Isometry, Matrix6, isometry_from_pose, se3, vec_from_plain};
 use mapping::{KeyframePolicy, ScanPose, Session};
 use messages::Sensor;
@@ -30,26 +31,17 @@ pub struct Recorded {
     pub cloud: Vec<[f32; 3]>,
 }
 
-/// What to walk.
-#[derive(Clone, Copy, Debug)]
-pub struct Plan {
-    pub seed: u64,
-    pub columns: u32,
-    pub people: u32,
-    pub seconds: f64,
-}
-
 /// The keyframes of a walk: from `file` if it was walked before, else walked now and kept there.
-pub fn keyframes(site: &Arc<Site>, plan: &Plan, file: &Path) -> Result<Vec<Recorded>> {
+pub fn keyframes(site: &Arc<Site>, plan: &Plan, seconds: f64, file: &Path) -> Result<Vec<Recorded>> {
     if file.exists() {
         return load(file).with_context(|| format!("{} cannot be read; delete it", file.display()));
     }
-    let walked = walk(site, plan)?;
+    let walked = walk(site, plan, seconds)?;
     store(&walked, file).with_context(|| format!("{} cannot be written", file.display()))?;
     Ok(walked)
 }
 
-fn walk(site: &Arc<Site>, plan: &Plan) -> Result<Vec<Recorded>> {
+fn walk(site: &Arc<Site>, plan: &Plan, seconds: f64) -> Result<Vec<Recorded>> {
     let Some(route) = site.route("round").cloned() else { bail!("{} has no round", site.name()) };
     let mut config = SimConfig {
         lidar_columns: plan.columns,
@@ -63,7 +55,7 @@ fn walk(site: &Arc<Site>, plan: &Plan) -> Result<Vec<Recorded>> {
     let mut recorder = Recorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });
     let mut walker = RouteWalker::new(route.clone());
     let mut events = Vec::new();
-    while simulator.elapsed().secs_f64() < plan.seconds {
+    while simulator.elapsed().secs_f64() < seconds {
         let Some(drive) = walker.drive(&simulator.truth()) else {
             // Longer walks go round again.
             walker = RouteWalker::new(route.clone());

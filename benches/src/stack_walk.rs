@@ -1,0 +1,185 @@
+//! The whole stack on a simulated walk, faster than time, in one thread: sensors in, loops verified as soon as they are asked for.
+
+use anyhow::{Context, Result, bail};
+use geometry::{Isometry, isometry_from_pose, se3};
+use messages::{
+    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication,
+};
+use rustix::time::{ClockId, clock_gettime};
+use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
+use stack::{Stack, Work};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, MapId, SessionId, Span, Stamp};
+
+/// The stack ticks at 20 Hz, and the robot is commanded as often.
+const TICK: Span = Span::from_millis(50);
+
+/// Where to walk, and who walks about.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Seed of the simulation.
+    pub seed: u64,
+    /// LiDAR columns per sweep.
+    pub columns: u32,
+    /// People walking about.
+    pub people: u32,
+}
+
+/// What a step was for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepOf {
+    /// Passing time, a command, or the boot record.
+    Other,
+    /// Anything a sensor said.
+    Sensor,
+    /// The result of looking at a pair of keyframes.
+    Verified,
+}
+
+/// One step: what it was for, the CPU time it took (milliseconds), and what it said.
+pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[Effect]);
+
+/// A robot that walks the round of its site again and again while it maps.
+pub struct StackWalk {
+    simulator: Simulator,
+    route: Route,
+    walker: RouteWalker,
+    stack: Stack,
+    effects: Vec<Effect>,
+    jobs: VecDeque<u64>,
+    finished: Option<Arc<FinishedMap>>,
+    truth: Vec<(Stamp, Isometry)>,
+}
+
+impl StackWalk {
+    /// Ready to walk `site`.
+    ///
+    /// # Errors
+    /// When the site has no round.
+    pub fn new(site: &Arc<Site>, plan: &Plan, heard: Heard<'_>) -> Result<Self> {
+        let route = site.route("round").cloned().context("the site has no round")?;
+        let config = SimConfig {
+            lidar_columns: plan.columns,
+            people: plan.people,
+            start: Some(route.start),
+            ..SimConfig::new(site.name(), plan.seed)
+        };
+        let mut walk = Self {
+            simulator: Simulator::on(Arc::clone(site), config),
+            walker: RouteWalker::new(route.clone()),
+            route,
+            stack: Stack::new(),
+            effects: Vec::new(),
+            jobs: VecDeque::new(),
+            finished: None,
+            truth: Vec::new(),
+        };
+        let boot = BootRecord { start_mapping: Some(SessionId(Uuid::from_u128(1))), ..walk.simulator.boot() };
+        walk.step(walk.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
+        Ok(walk)
+    }
+
+    /// Walks until so long after the start.
+    ///
+    /// # Errors
+    /// When the simulator's truth is no pose.
+    pub fn walk(&mut self, until: Span, heard: Heard<'_>) -> Result<()> {
+        let mut events = Vec::new();
+        while self.simulator.elapsed() < until {
+            let drive = self.drive();
+            self.simulator.command(drive);
+            self.simulator.advance(self.simulator.now() + TICK, &mut events);
+            for truth in self.simulator.take_truths() {
+                let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
+                self.truth.push((truth.stamp, pose));
+            }
+            for event in events.drain(..) {
+                self.step(event.at, StepOf::Sensor, Input::Sensor(event.sensor), heard);
+                self.work(event.at, heard);
+            }
+            self.step(self.simulator.now(), StepOf::Other, Input::Tick, heard);
+        }
+        Ok(())
+    }
+
+    /// Ends the walk and hands the map over.
+    ///
+    /// # Errors
+    /// When the stack makes none.
+    pub fn finish(mut self, heard: Heard<'_>) -> Result<(Arc<FinishedMap>, Truth)> {
+        let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
+        let map = MapId(Uuid::from_u128(1));
+        let orders = [
+            Order::TakeControl { name: "bench".to_owned() },
+            Order::FinishMapping { map, name: "bench".to_owned() },
+        ];
+        for (number, order) in (1..).zip(orders) {
+            let command = Command { id: CommandId(Uuid::from_u128(number)), by, order };
+            self.step(now, StepOf::Other, Input::Command(command), heard);
+        }
+        let Some(finished) = self.finished else { bail!("the stack made no map") };
+        Ok((finished, Truth(self.truth)))
+    }
+
+    /// The next command; the round begins again where it ended.
+    fn drive(&mut self) -> Drive {
+        let truth = self.simulator.truth();
+        self.walker.drive(&truth).unwrap_or_else(|| {
+            self.walker = RouteWalker::new(self.route.clone());
+            self.walker.drive(&truth).unwrap_or_default()
+        })
+    }
+
+    fn work(&mut self, at: Stamp, heard: Heard<'_>) {
+        while let Some(job) = self.jobs.pop_front() {
+            let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+            self.step(at, StepOf::Verified, Input::JobDone(JobDone { job, result }), heard);
+        }
+    }
+
+    fn step(&mut self, at: Stamp, of: StepOf, input: Input, heard: Heard<'_>) {
+        let before = thread_ms();
+        self.stack.step(at, input, &mut self.effects);
+        heard(of, thread_ms() - before, &self.effects);
+        for effect in self.effects.drain(..) {
+            match effect {
+                Effect::StartJob { job, work: Job::VerifyLoop(_) } => self.jobs.push_back(job),
+                Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Where the robot really was, for the score.
+pub struct Truth(Vec<(Stamp, Isometry)>);
+
+impl Truth {
+    /// The base in the site at a moment of the walk; at its ends before and after.
+    pub fn at(&self, stamp: Stamp) -> Option<Isometry> {
+        let last = self.0.len().checked_sub(1)?;
+        let after = self.0.partition_point(|entry| entry.0 < stamp).clamp(1.min(last), last);
+        let (before, after) = (&self.0[after.saturating_sub(1)], &self.0[after]);
+        let between = (after.0 - before.0).secs_f64();
+        let fraction = if between > 0.0 { (stamp - before.0).secs_f64() / between } else { 0.0 };
+        Some(se3::interpolate(&before.1, &after.1, fraction.clamp(0.0, 1.0)))
+    }
+}
+
+/// Whether a step gave an estimate from a sweep.
+pub fn located(effects: &[Effect]) -> bool {
+    effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Estimate(_))))
+}
+
+/// Whether a step made a keyframe.
+pub fn made_keyframe(effects: &[Effect]) -> bool {
+    effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Keyframe(_))))
+}
+
+/// CPU time of this thread, milliseconds.
+fn thread_ms() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
+}
