@@ -63,27 +63,25 @@ fn main() -> Result<()> {
     table::print_header();
     for site in &arguments.sites {
         for &seed in &arguments.seeds {
-            for row in walk(&arguments, site, seed)? {
-                table::print(&row);
-            }
+            walk(&arguments, site, seed)?;
         }
     }
     Ok(())
 }
 
-fn walk(arguments: &Arguments, site: &str, seed: u64) -> Result<Vec<Row>> {
+/// One recording and a row for everybody who tries it, each printed when it is known: a walk takes an hour with all peers.
+fn walk(arguments: &Arguments, site: &str, seed: u64) -> Result<()> {
     let case = format!("{site}-{seed}");
     let recording = arguments.work.join(format!("{case}.mcap"));
     commands::record(arguments, site, seed, None, &recording)?;
-    let mut rows = Vec::new();
     for variant in &arguments.variants {
-        rows.push(ours(arguments, site, seed, variant, &recording)?);
+        table::print(&ours(arguments, site, seed, variant, &recording)?);
     }
     if !arguments.peers.is_empty() {
         let sequence = arguments.work.join(format!("{case}.npz"));
         sequence::convert(&recording, &sequence)?;
         for peer in &arguments.peers {
-            rows.push(peers::run(arguments, site, seed, peer, &sequence));
+            table::print(&peers::run(arguments, site, seed, peer, &sequence));
         }
         if !arguments.keep {
             std::fs::remove_file(&sequence)?;
@@ -92,7 +90,7 @@ fn walk(arguments: &Arguments, site: &str, seed: u64) -> Result<Vec<Row>> {
     if !arguments.keep {
         std::fs::remove_file(&recording)?;
     }
-    Ok(rows)
+    Ok(())
 }
 
 fn ours(
