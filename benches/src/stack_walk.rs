@@ -118,6 +118,7 @@ impl StackWalk {
         for (number, order) in (1..).zip(orders) {
             let command = Command { id: CommandId(Uuid::from_u128(number)), by, order };
             self.step(now, StepOf::Other, Input::Command(command), heard);
+            self.work(now, heard);
         }
         let Some(finished) = self.finished else { bail!("the stack made no map") };
         Ok((finished, Truth(self.truth)))

@@ -3,15 +3,15 @@
 use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
 use messages::{
-    Command, EdgeKind, Effect, Input, Job, JobDone, JobResult, LoopDecision, LoopSource, LoopVerdict, Order,
-    PoseGraph, Publication,
+    Command, EdgeKind, Effect, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
+    LoopVerdict, Order, PoseGraph, Publication,
 };
 use sim::{Fault, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
 use stack::{Stack, Work};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, KeyframeId, Pose, SessionId, Span, Stamp, Vec3};
+use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Vec3};
 
 const SESSION: SessionId = SessionId(Uuid::from_u128(1));
 const ME: ClientId = ClientId(Uuid::from_u128(1));
@@ -64,6 +64,8 @@ struct Told {
     graph: Arc<PoseGraph>,
     decisions: Vec<LoopDecision>,
     answers: Vec<Option<String>>,
+    /// What it wanted to have saved.
+    finished: Option<Arc<FinishedMap>>,
     /// Results of jobs that have not been handed in.
     done: VecDeque<JobDone>,
     commands: u128,
@@ -79,6 +81,7 @@ impl Told {
             graph: Arc::default(),
             decisions: Vec::new(),
             answers: Vec::new(),
+            finished: None,
             done: VecDeque::new(),
             commands: 0,
         }
@@ -128,6 +131,7 @@ impl Told {
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
                     self.done.push_back(JobDone { job, result });
                 }
+                Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 Effect::Publish(Publication::Graph(graph)) => self.graph = graph,
                 Effect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
                 Effect::Answer { refused, .. } => self.answers.push(refused),
@@ -250,6 +254,37 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     }
     assert!(told.decisions.is_empty() && told.done.is_empty(), "neither decided nor followed by others");
     assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+}
+
+fn finish() -> Order {
+    Order::FinishMapping { map: MapId(Uuid::from_u128(5)), name: " Hall ".to_owned() }
+}
+
+#[test]
+fn a_finished_map_waits_for_its_last_loops() {
+    let mut told = Told::walking(false, |_| Vec::new());
+    let running = told.done.len() as u64;
+    assert_eq!(told.order(finish()), None);
+    assert!(told.finished.is_none(), "pairs are still being looked at");
+    for order in [finish(), Order::DiscardMapping, Order::StartMapping(SESSION)] {
+        assert!(told.order(order.clone()).is_some(), "{order:?}");
+    }
+    let nodes = told.graph.nodes.len();
+    told.finish_jobs();
+    let Some(map) = told.finished.clone() else { panic!("the map is not saved") };
+    assert_eq!((map.name.as_str(), map.graph.nodes.len()), ("Hall", nodes));
+    assert!(map.graph.edges.iter().any(|edge| edge.kind == EdgeKind::Loop) && !map.decisions.is_empty());
+    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+
+    // Whoever looks at pairs may have died; the map is saved all the same.
+    let mut told = Told::walking(false, |_| Vec::new());
+    assert_eq!(told.order(finish()), None);
+    let asked = told.at;
+    while told.at - asked < Span::from_millis(10_000) {
+        assert!(told.finished.is_none());
+        told.step(told.at + Span::from_millis(50), Input::Tick);
+    }
+    assert!(told.finished.is_some_and(|map| map.unverified >= running && map.at == asked));
 }
 
 #[test]

@@ -210,6 +210,7 @@ impl Running {
         if let Some(located) = predicted {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
+        self.save_closed_map(at, effects);
         self.publish_changes(effects);
         self.report(at, effects);
     }
@@ -266,9 +267,8 @@ impl Running {
                 let mut said = Vec::new();
                 self.localiser.flush(&mut said);
                 self.digest(at, said, effects);
-                let finished = self.mapping.finish(at, *map, name)?;
-                effects.push(Effect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
-                self.jobs += 1;
+                self.mapping.finish(at, *map, name)?;
+                self.save_closed_map(at, effects);
                 Ok(())
             }
             Order::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
@@ -294,11 +294,20 @@ impl Running {
         }
     }
 
+    /// Starts saving the map of a session that has been ended, when it is ready for it.
+    fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+        if let Some(finished) = self.mapping.closed(at) {
+            effects.push(Effect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
+            self.jobs += 1;
+        }
+    }
+
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
             JobResult::LoopVerified(_) | JobResult::LoopNotVerified => {
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
+                self.save_closed_map(at, effects);
             }
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);

@@ -1,4 +1,4 @@
-//! The mapping session's life: idle, starting, running, saving.
+//! The mapping session's life: idle, starting, running, closing its last loops, saving.
 
 use crate::localising::Located;
 use crate::loops::{Loops, News};
@@ -11,11 +11,13 @@ use messages::{
 };
 use points::Downsampler;
 use std::sync::Arc;
-use vocab::{MapId, SessionId, Stamp};
+use vocab::{MapId, SessionId, Span, Stamp};
 
 /// Clouds of keyframes are averaged in voxels of this edge, metres: well below what a person can tell apart on the
 /// map, and a tenth of the points of a full-resolution sweep near the robot.
 const KEYFRAME_VOXEL: f32 = 0.04;
+/// The end of a walk, where it comes back to its beginning, is waited for so long: far longer than all that may wait takes.
+const LAST_LOOPS: Span = Span::from_millis(10_000);
 
 /// The phase and what it needs.
 #[derive(Debug, Default)]
@@ -36,6 +38,13 @@ enum Phase {
     Idle,
     Starting(SessionId),
     Running(Running),
+    /// Nothing is added any more; the last pairs are being looked at.
+    Closing {
+        map: MapId,
+        name: String,
+        since: Stamp,
+        running: Running,
+    },
     Saving {
         map: MapId,
         /// Kept until the map is on disk.
@@ -71,7 +80,9 @@ impl MappingPhase {
     /// it.
     pub fn map_from_odom(&self) -> Isometry {
         let running = match &self.phase {
-            Phase::Running(running) | Phase::Saving { unsaved: running, .. } => Some(running),
+            Phase::Running(running)
+            | Phase::Closing { running, .. }
+            | Phase::Saving { unsaved: running, .. } => Some(running),
             Phase::Idle | Phase::Starting(_) => None,
         };
         let of_running = running.map(|running| *running.session.map_from_odom());
@@ -91,7 +102,7 @@ impl MappingPhase {
             Phase::Starting(_) | Phase::Running(_) => {
                 Err("A map is being made already. Finish or discard it first.".to_owned())
             }
-            Phase::Saving { .. } => {
+            Phase::Closing { .. } | Phase::Saving { .. } => {
                 Err("The last map is still being saved. Try again in a moment.".to_owned())
             }
         }
@@ -104,14 +115,16 @@ impl MappingPhase {
                 self.end();
                 Ok(())
             }
-            Phase::Saving { .. } => Err("The map is being saved; it can be deleted afterwards.".to_owned()),
+            Phase::Closing { .. } | Phase::Saving { .. } => {
+                Err("The map is being saved; it can be deleted afterwards.".to_owned())
+            }
             Phase::Idle => Err("No map is being made.".to_owned()),
         }
     }
 
-    /// Ends the session; what comes back has to be saved.
-    pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<FinishedMap, String> {
-        let Phase::Running(Running { id, session, loops, .. }) = &mut self.phase else {
+    /// Ends the session; [`Self::closed`] hands its map over.
+    pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<(), String> {
+        let Phase::Running(Running { session, .. }) = &self.phase else {
             return Err("No map is being made. Start mapping first.".to_owned());
         };
         if session.nodes().is_empty() {
@@ -121,15 +134,31 @@ impl MappingPhase {
         if name.is_empty() {
             return Err("The map needs a name.".to_owned());
         }
+        let name = name.chars().take(120).collect();
+        if let Phase::Running(running) = std::mem::take(&mut self.phase) {
+            self.phase = Phase::Closing { map, name, since: at, running };
+        }
+        Ok(())
+    }
+
+    /// The map of a session that was ended, once its last pairs of keyframes have been looked at or it is too long ago; it has
+    /// to be saved.
+    pub fn closed(&mut self, at: Stamp) -> Option<FinishedMap> {
+        let Phase::Closing { map, name, since, running } = &mut self.phase else { return None };
+        let Running { id, session, loops, .. } = running;
+        if loops.as_ref().is_some_and(|loops| loops.is_looking()) && at - *since < LAST_LOOPS {
+            return None;
+        }
         if let Some(loops) = loops {
             // Trouble at the very end leaves the poses as they were; they are saved like that.
             loops.finish(session);
         }
+        let map = *map;
         let finished = FinishedMap {
             map,
-            name: name.chars().take(120).collect(),
+            name: std::mem::take(name),
             session: *id,
-            at,
+            at: *since,
             distance: session.distance(),
             graph: Arc::new(graph_of(session)),
             trajectory: session.trajectory().iter().map(|(s, p)| (*s, pose_from_isometry(p))).collect(),
@@ -141,10 +170,10 @@ impl MappingPhase {
             decisions: loops.as_ref().map_or_else(Vec::new, |loops| loops.decisions().to_vec()),
             unverified: loops.as_ref().map_or(0, |loops| loops.left_out()),
         };
-        if let Phase::Running(unsaved) = std::mem::take(&mut self.phase) {
+        if let Phase::Closing { running: unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Saving { map, unsaved };
         }
-        Ok(finished)
+        Some(finished)
     }
 
     /// The save has ended: the session is over, or goes on if its map could not be written.
@@ -209,7 +238,8 @@ impl MappingPhase {
     /// The graph of the running session.
     pub fn graph(&self) -> Option<Arc<PoseGraph>> {
         match &self.phase {
-            Phase::Running(Running { session, .. }) => Some(Arc::new(graph_of(session))),
+            Phase::Running(Running { session, .. })
+            | Phase::Closing { running: Running { session, .. }, .. } => Some(Arc::new(graph_of(session))),
             _ => None,
         }
     }
@@ -217,7 +247,10 @@ impl MappingPhase {
     /// The running session, if its loops are closed.
     fn closing(&mut self) -> Option<(&mut Session, &mut Loops)> {
         match &mut self.phase {
-            Phase::Running(Running { session, loops: Some(loops), .. }) => Some((session, loops)),
+            Phase::Running(Running { session, loops: Some(loops), .. })
+            | Phase::Closing { running: Running { session, loops: Some(loops), .. }, .. } => {
+                Some((session, loops))
+            }
             _ => None,
         }
     }
@@ -267,6 +300,7 @@ impl MappingPhase {
                 distance: (session.distance() * 10.0).round() / 10.0,
                 keyframes: session.nodes().len() as u32,
             },
+            Phase::Closing { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
             Phase::Saving { map, unsaved } => MappingState::Saving { session: unsaved.id, map: *map },
         };
         if self.published.as_ref() == Some(&state) {

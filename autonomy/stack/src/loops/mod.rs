@@ -210,6 +210,11 @@ impl Loops {
         Ok(())
     }
 
+    /// Whether pairs are being looked at or wait for it.
+    pub fn is_looking(&self) -> bool {
+        self.broken.is_none() && !self.queue.is_empty()
+    }
+
     /// The session ends: nothing more is looked at, and the poses are made as good as the graph allows.
     pub fn finish(&mut self, session: &mut Session) -> News {
         self.queue.clear();

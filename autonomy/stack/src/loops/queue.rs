@@ -69,6 +69,11 @@ impl Queue {
         self.left_out += 1;
     }
 
+    /// Whether nothing waits and nothing runs.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty() && self.running.is_empty()
+    }
+
     /// Forgets all: results of what runs are not wanted any more.
     pub fn clear(&mut self) {
         self.left_out += (self.waiting.len() + self.running.len()) as u64;
