@@ -63,6 +63,27 @@ fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
     for name in ["trajectory.tum", "graph.g2o", "graph.json", "clouds/000009.pcd"] {
         assert!(store.dir().map(maps[0].id).join(name).exists(), "{name}");
     }
+    assert!(!store.dir().map(maps[0].id).join("clouds/000009.scan").exists(), "it was for clients only");
+}
+
+#[test]
+fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let xyz: Vec<[f32; 3]> = (0..500_u16).map(|i| [0.01 * f32::from(i), 2.0, -1.0]).collect();
+    let cloud = Cloud { xyz: xyz.clone(), intensity: vec![7.0; 500] };
+    store.keep_cloud(SESSION, KeyframeId(12), &cloud).expect("kept");
+    let path = store.session(SESSION).join("000012.scan");
+    let chunk = map_codec::decode(&fs::read(&path).expect("written")).expect("decodes");
+    let mut found: Vec<[f32; 3]> = chunk.points.iter().map(|point| chunk.position(point)).collect();
+    found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    assert_eq!(found.len(), xyz.len());
+    for (found, told) in found.iter().zip(&xyz) {
+        assert!((0..3).all(|axis| (found[axis] - told[axis]).abs() < 0.011), "{found:?} for {told:?}");
+    }
+    assert!(!path.with_extension("part").exists());
+    store.discard_session(SESSION).expect("discarded");
+    assert!(!path.exists());
 }
 
 #[test]
