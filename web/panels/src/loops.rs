@@ -139,17 +139,17 @@ fn list(
     }
     ui.spacing_mut().item_spacing.y = 4.0;
     let mut area = egui::ScrollArea::vertical().id_salt("loops").auto_shrink([false, false]);
-    // What was selected in the scene comes into sight.
+    // What gets selected comes into sight.
     if selected != state.listed_loop {
         state.listed_loop = selected;
         let row = model.loops.latest().position(|decision| Some(LoopPair::decided(decision)) == selected);
         if let Some(row) = row {
-            area = area.vertical_scroll_offset((row as f32 - 1.0).max(0.0) * (ROW + 4.0));
+            area = area.vertical_scroll_offset((row as f32 - 0.5).max(0.0) * (ROW + 4.0));
         }
     }
     area.show_rows(ui, ROW, model.loops.len(), |ui, rows| {
         for decision in rows.filter_map(|n| model.loops.nth_latest(n)) {
-            row(ui, tokens, state, decision, selected, out);
+            row(ui, tokens, decision, selected, out);
         }
     });
 }
@@ -157,7 +157,6 @@ fn list(
 fn row(
     ui: &mut Ui,
     tokens: &Tokens,
-    state: &mut PanelState,
     decision: &LoopDecision,
     selected: Option<LoopPair>,
     out: &mut Vec<Command>,
@@ -176,7 +175,6 @@ fn row(
     let name = format!("Loop {}: {}. {}", words::pair(pair), verdict.to_lowercase(), decision.reason);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, &name));
     if response.clicked() {
-        state.listed_loop = (!on).then_some(pair);
         out.push(Command::Select((!on).then_some(Selection::Loop(pair))));
         if !on {
             out.push(Command::Move(CameraMove::Loop(pair)));

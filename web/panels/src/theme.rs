@@ -134,8 +134,8 @@ const SUNLIGHT: Tokens = Tokens {
     stop: rgb(0xc9_371f),
     robot: rgb(0x7a_4f00),
     closed: rgb(0x4c_1d95),
-    older: rgb(0x00_4a52),
-    newer: rgb(0x7a_2600),
+    older: rgb(0x00_3f47),
+    newer: rgb(0x6a_2000),
     line_width: 2.0,
     dark: false,
 };

@@ -104,7 +104,12 @@ impl Overlay {
         let number = |n: u32| self.nodes.iter().find(|(number, p)| *number == n && p.is_finite()).copied();
         let pair = self.pair.and_then(|[older, newer]| Some([number(older)?, number(newer)?]));
         push_loops(segments, &self.loops, pair, palette);
-        for (number, position) in self.nodes.iter().filter(|(_, p)| p.is_finite()) {
+        // What stands out is drawn last, over its neighbours.
+        let stands_out = |number: u32| self.pair.is_some_and(|pair| pair.contains(&number));
+        let finite = || self.nodes.iter().filter(|(_, p)| p.is_finite());
+        let (others, pair_nodes) =
+            (finite().filter(|node| !stands_out(node.0)), finite().filter(|node| stands_out(node.0)));
+        for (number, position) in others.chain(pair_nodes) {
             let of_pair = pair.and_then(|pair| pair.iter().position(|(own, _)| own == number));
             let selected = self.selected_node == Some(*number) || of_pair.is_some();
             let chosen = of_pair.map_or(palette.accent, |newer| palette.pair[newer]);
