@@ -44,6 +44,7 @@ fn a_hall_is_mapped_saved_and_found_again() {
     wait_for_drawn_map(&mut page);
     page.screenshot().keep("mapping-1024x768");
     page.resize(1440, 900);
+    begin_to_add_a_loop(&mut page);
 
     page.click("textbox", "Map name");
     page.type_text("Test hall");
@@ -99,6 +100,19 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     complaints.retain(|complaint| !complaint.contains("Cross-Origin-Opener-Policy header has been ignored"));
     assert_eq!(complaints, Vec::<String>::new());
     server.stop();
+}
+
+/// Looks at the loops, begins to add one by hand, and goes back.
+#[track_caller]
+fn begin_to_add_a_loop(page: &mut Page) {
+    page.click("button", "Loops");
+    wait_for("the number of loops", DRAW_LIMIT, || number(page, "Accepted loops"));
+    page.click("button", "Add a loop");
+    wait_for("the first step", DRAW_LIMIT, || {
+        page.status("Message")?.starts_with("Step 1 of 3").then_some(())
+    });
+    page.click("button", "Cancel adding");
+    page.click("button", "Session");
 }
 
 /// Holds W until the robot has walked `metres` more, and turns a little.

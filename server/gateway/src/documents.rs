@@ -11,9 +11,10 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
-use vocab::MapId;
+use vocab::{KeyframeId, MapId, SessionId};
 
 type AnyPath = Result<Path<String>, PathRejection>;
+type TwoParts = Result<Path<(String, String)>, PathRejection>;
 type Answer = Result<Response, ProblemResponse>;
 
 /// Saved maps, newest first.
@@ -85,6 +86,37 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
         Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&name) };
     let missing =
         || ProblemResponse::not_found(format!("There is no tile {name}. Ask for the list of tiles anew."));
+    respond(&file, &headers, serving).await?.ok_or_else(missing)
+}
+
+/// The whole scan of a keyframe, in its own frame.
+#[utoipa::path(get, path = api::paths::CLOUD_PATH, tag = "maps", operation_id = "getCloud",
+    params(
+        ("session" = String, Path, format = Uuid, description = "The mapping session's id, as its graph names it"),
+        ("keyframe" = u32, Path, description = "The keyframe's number"),
+    ),
+    responses(
+    (status = 200, content_type = "application/octet-stream", description = "Its points, encoded as a tile is; the same for ever"),
+    (status = 304, description = "As the client has it"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of name"),
+    (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such scan, or not any more"),
+))]
+pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers: HeaderMap) -> Answer {
+    let malformed =
+        || ProblemResponse::malformed("A session is named by a UUID, a keyframe by its number from 0.");
+    let Path((session, keyframe)) = names.map_err(|_| malformed())?;
+    let session: SessionId = session.parse().map_err(|_| malformed())?;
+    let keyframe = KeyframeId(keyframe.parse().map_err(|_| malformed())?);
+    // From the parsed names, so that the path holds hexadecimal digits and hyphens only.
+    let file =
+        app.data_dir.join("sessions").join(session.to_string()).join(format!("{:06}.scan", keyframe.0));
+    let etag = format!("{session}-{}", keyframe.0);
+    let serving =
+        Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&etag) };
+    let missing = || {
+        let text = "is not kept: scans of keyframes are there while their map is being made";
+        ProblemResponse::not_found(format!("The scan of keyframe {} {text}.", keyframe.0))
+    };
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }
 

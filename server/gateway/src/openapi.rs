@@ -15,7 +15,14 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         description = "Documents of one robot. Live state, commands and scans go over the WebSockets /api/v1/control and \
                        /api/v1/stream, in the messages of crate `api`.",
     ),
-    paths(documents::maps, documents::map_tiles, documents::map_graph, documents::tile, documents::health)
+    paths(
+        documents::maps,
+        documents::map_tiles,
+        documents::map_graph,
+        documents::tile,
+        documents::cloud,
+        documents::health
+    )
 )]
 struct Description;
 

@@ -26,8 +26,8 @@ fn the_committed_description_is_the_served_one() {
 #[test]
 fn every_document_of_the_contract_is_described() {
     let paths = parsed()["paths"].clone();
-    use api::paths::{HEALTH_PATH, MAP_GRAPH_PATH, MAP_TILES_PATH, MAPS_PATH, TILE_PATH};
-    for path in [MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH, TILE_PATH, HEALTH_PATH] {
+    use api::paths::{CLOUD_PATH, HEALTH_PATH, MAP_GRAPH_PATH, MAP_TILES_PATH, MAPS_PATH, TILE_PATH};
+    for path in [MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH, TILE_PATH, CLOUD_PATH, HEALTH_PATH] {
         assert!(paths[path]["get"].is_object(), "{path}");
     }
 }

@@ -26,6 +26,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
         .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
         .route(api::paths::TILE_PATH, get(documents::tile))
+        .route(api::paths::CLOUD_PATH, get(documents::cloud))
         .route(api::paths::HEALTH_PATH, get(documents::health))
         .route(openapi::PATH, get(openapi::serve))
         .fallback(static_files::serve)

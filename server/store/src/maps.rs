@@ -1,5 +1,6 @@
 //! Map versions: immutable directories that appear whole or not at all.
 
+use crate::sessions::remove_encoded;
 use crate::{MapFiles, MapFilesReport, Store, StoreError, files, write_map_files};
 use api::MapSummary;
 use messages::FinishedMap;
@@ -42,7 +43,9 @@ impl Store {
         files::remove_directory(&temporary)?;
         files::make_directory(&temporary)?;
         rename(&session, &temporary.join("clouds"))?;
-        let written = write_map_files(&temporary, &self.tiles(), finished, MapFiles::default())
+        let clouds = temporary.join("clouds");
+        let written = remove_encoded(&clouds)
+            .and_then(|()| write_map_files(&temporary, &self.tiles(), finished, MapFiles::default()))
             .and_then(|report| rename(&temporary, &place).map(|()| report));
         match written {
             Ok(report) => {

@@ -11,6 +11,11 @@ fn pose(x: f64) -> Pose {
     Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY }
 }
 
+fn keyframe(id: KeyframeId, (stamp, map_from_keyframe): (Stamp, Pose), cloud: Cloud) -> Keyframe {
+    let (cloud, lidar) = (Arc::new(cloud), [0.0; 3]);
+    Keyframe { session: SESSION, id, stamp, map_from_keyframe, cloud, lidar }
+}
+
 /// Ten keyframes a metre apart, each seeing a wall of its own.
 fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
     let nodes: Vec<GraphNode> = (0..10)
@@ -24,12 +29,8 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         let xyz: Vec<[f32; 3]> =
             (0..400_u16).map(|i| [0.0, f32::from(i % 20) * 0.1, f32::from(i / 20) * 0.1 + 0.05]).collect();
         let intensity = vec![10.0; xyz.len()];
-        let (stamp, map_from_keyframe) = (node.stamp, node.map_from_keyframe);
-        let cloud = Arc::new(Cloud { xyz, intensity });
-        let lidar = [0.0; 3];
-        store
-            .keep_cloud(&Keyframe { session: SESSION, id: node.id, stamp, map_from_keyframe, cloud, lidar })
-            .expect("kept");
+        let at = (node.stamp, node.map_from_keyframe);
+        store.keep_cloud(&keyframe(node.id, at, Cloud { xyz, intensity })).expect("kept");
     }
     FinishedMap {
         map: MapId(Uuid::from_u128(map)),
@@ -68,6 +69,28 @@ fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
     for name in ["trajectory.tum", "graph.g2o", "graph.json", "clouds/000009.pcd"] {
         assert!(store.dir().map(maps[0].id).join(name).exists(), "{name}");
     }
+    assert!(!store.dir().map(maps[0].id).join("clouds/000009.scan").exists(), "it was for clients only");
+}
+
+#[test]
+fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let xyz: Vec<[f32; 3]> = (0..500_u16).map(|i| [0.01 * f32::from(i), 2.0, -1.0]).collect();
+    let cloud = Cloud { xyz: xyz.clone(), intensity: vec![7.0; 500] };
+    let at = (Stamp::EPOCH, Pose::IDENTITY);
+    store.keep_cloud(&keyframe(KeyframeId(12), at, cloud.clone())).expect("kept");
+    let path = store.session(SESSION).join("000012.scan");
+    let chunk = map_codec::decode(&fs::read(&path).expect("written")).expect("decodes");
+    let mut found: Vec<[f32; 3]> = chunk.points.iter().map(|point| chunk.position(point)).collect();
+    found.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    assert_eq!(found.len(), xyz.len());
+    for (found, told) in found.iter().zip(&xyz) {
+        assert!((0..3).all(|axis| (found[axis] - told[axis]).abs() < 0.011), "{found:?} for {told:?}");
+    }
+    assert!(!path.with_extension("part").exists());
+    store.discard_session(SESSION).expect("discarded");
+    assert!(!path.exists());
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Keyframe clouds of the running mapping session, on disk so that memory does not grow with the walk.
 //!
 //! They lie as `sessions/<session>/NNNNNN.pcd` in their keyframe's own frame, which is how a saved map keeps them too:
-//! saving moves the directory. They are worthless once the process that ran the session is gone.
+//! saving moves the directory. Beside each lies `NNNNNN.scan`, the same encoded for clients, a fifth of its size, which goes
+//! when the map is saved. They are worthless once the process that ran the session is gone.
 
 use crate::{Store, StoreError, files};
 use messages::Keyframe;
@@ -14,6 +15,11 @@ use vocab::{KeyframeId, SessionId};
 pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
     format!("{:06}.pcd", keyframe.0)
 }
+
+/// Ending of the names of clouds that are encoded for clients.
+const ENCODED: &str = "scan";
+/// Greatest step of their lattice, metres: as fine as the live map's.
+const ENCODED_RESOLUTION: f32 = 0.01;
 
 /// Writes a keyframe's cloud (keyframe frame, metres) into `directory`, as saved maps have it, with the LiDAR's place as its
 /// viewpoint.
@@ -31,6 +37,12 @@ pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreErr
     write().map_err(|source| StoreError::io("write", &path, source))
 }
 
+/// Removes what was held for clients from a session's directory.
+pub(crate) fn remove_encoded(session: &Path) -> Result<(), StoreError> {
+    let encoded = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == ENCODED);
+    files::entries(session)?.iter().filter(encoded).try_for_each(|path| files::remove_file(path))
+}
+
 impl Store {
     /// Keeps the cloud of a keyframe until its session is saved or discarded.
     ///
@@ -39,7 +51,10 @@ impl Store {
     pub fn keep_cloud(&self, keyframe: &Keyframe) -> Result<(), StoreError> {
         let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
-        write_cloud(&directory, keyframe)
+        write_cloud(&directory, keyframe)?;
+        let cloud = &keyframe.cloud;
+        let bytes = map_codec::encode_scan(&cloud.xyz, &cloud.intensity, ENCODED_RESOLUTION);
+        files::replace(&directory.join(cloud_name(keyframe.id)).with_extension(ENCODED), &bytes)
     }
 
     /// Removes the clouds of a session.

@@ -65,13 +65,7 @@ impl TileFiles {
 
     /// Removes a tile; being gone already is fine.
     fn remove(&self, hash: TileHash) -> Result<(), StoreError> {
-        let path = self.path(hash);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(StoreError::io("remove", &path, error))
-            }
-            _ => Ok(()),
-        }
+        files::remove_file(&self.path(hash))
     }
 }
 

@@ -12,5 +12,8 @@ pub const MAP_TILES_PATH: &str = "/api/v1/maps/{id}/tiles";
 pub const MAP_GRAPH_PATH: &str = "/api/v1/maps/{id}/graph";
 /// GET with the hash in place of `{hash}`: the bytes of a tile, immutable.
 pub const TILE_PATH: &str = "/api/v1/tiles/{hash}";
+/// GET with a mapping session's id in place of `{session}` and a keyframe's number in place of `{keyframe}`: the whole scan of that
+/// keyframe in its own frame, encoded as a tile is, immutable; there while the session lasts.
+pub const CLOUD_PATH: &str = "/api/v1/sessions/{session}/clouds/{keyframe}";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

@@ -1,6 +1,6 @@
 //! The running client: takes what came in, lets the model decide, draws.
 
-use crate::core::{Core, keep_alive, now};
+use crate::core::{Cloud, Core, keep_alive, now};
 use crate::inputs::Inputs;
 use crate::stage::Stage;
 use crate::viewport::Viewport;
@@ -122,6 +122,26 @@ impl Client {
         }
     }
 
+    /// Decodes scans of keyframes: two at a time at most, and quick.
+    fn decode_clouds(&mut self, core: &mut Core) {
+        while let Some(Cloud { session, keyframe, bytes }) = core.next_cloud() {
+            let result = match map_codec::decode(&bytes) {
+                Ok(chunk) => {
+                    self.stage.keep_cloud(keyframe, chunk);
+                    Ok(())
+                }
+                Err(error) => {
+                    browser::complain(&format!(
+                        "the scan of keyframe {} could not be decoded: {error}",
+                        keyframe.0
+                    ));
+                    Err(format!("The scan of keyframe {} cannot be read. Reload the page.", keyframe.0))
+                }
+            };
+            core.apply(Event::Cloud { session, keyframe, result });
+        }
+    }
+
     /// What the model left for the frame to do.
     fn carry_out(&mut self, core: &mut Core) {
         while let Some(effect) = core.next_effect() {
@@ -168,6 +188,7 @@ impl eframe::App for Client {
         self.carry_out(&mut core);
         self.show_scan(&mut core);
         self.decode_tiles(&mut core);
+        self.decode_clouds(&mut core);
         self.inputs.read(&mut self.panels);
         if core.has_tiles() {
             ctx.request_repaint();

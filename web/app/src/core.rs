@@ -11,7 +11,7 @@ use client_model::{ClientTime, Command, Effect, Event, Model, Socket};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
-use vocab::Pose;
+use vocab::{KeyframeId, Pose, SessionId};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::Closure;
 
@@ -38,6 +38,7 @@ pub(crate) struct Core {
     for_frame: VecDeque<Effect>,
     tiles: VecDeque<(api::TileHash, Vec<u8>)>,
     scan: Option<Scan>,
+    clouds: VecDeque<Cloud>,
     framed_ms: f64,
 }
 
@@ -46,6 +47,13 @@ pub(crate) struct Scan {
     pub(crate) points: Vec<u8>,
     pub(crate) map_from_base: Pose,
     sequence: u64,
+}
+
+/// The scan of a keyframe, still encoded.
+pub(crate) struct Cloud {
+    pub(crate) session: SessionId,
+    pub(crate) keyframe: KeyframeId,
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Core {
@@ -63,6 +71,7 @@ impl Core {
             for_frame: VecDeque::new(),
             tiles: VecDeque::new(),
             scan: None,
+            clouds: VecDeque::new(),
             framed_ms: browser::now_ms(),
         };
         core.carry_out(effects);
@@ -96,6 +105,9 @@ impl Core {
         while let Some(arrival) = self.inbox.take() {
             match arrival {
                 Arrival::Tile { hash, bytes } => self.tiles.push_back((hash, bytes)),
+                Arrival::Cloud { session, keyframe, bytes } => {
+                    self.clouds.push_back(Cloud { session, keyframe, bytes });
+                }
                 Arrival::Event(Event::Scan { mut frame, bytes }) => {
                     // Only the latest of several is drawn.
                     let points = std::mem::take(&mut frame.points);
@@ -123,6 +135,11 @@ impl Core {
     /// A tile to decode.
     pub(crate) fn next_tile(&mut self) -> Option<(api::TileHash, Vec<u8>)> {
         self.tiles.pop_front()
+    }
+
+    /// A keyframe's scan to decode.
+    pub(crate) fn next_cloud(&mut self) -> Option<Cloud> {
+        self.clouds.pop_front()
     }
 
     /// Whether there are tiles to decode.
@@ -168,6 +185,7 @@ impl Core {
                 Effect::SendStream(request) => self.sockets.send(Socket::Stream, &api::encode(&request)),
                 Effect::LoadMap(map) => self.fetches.map(map),
                 Effect::Fetch(hash) => self.fetches.tile(hash),
+                Effect::FetchCloud { session, keyframe } => self.fetches.cloud(session, keyframe),
                 Effect::CancelFetch(hash) => {
                     self.fetches.cancel(&hash);
                     self.tiles.retain(|(other, _)| *other != hash);

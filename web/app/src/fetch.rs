@@ -6,7 +6,7 @@ use client_model::Event;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use vocab::MapId;
+use vocab::{KeyframeId, MapId, SessionId};
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{AbortController, RequestInit, Response};
@@ -52,6 +52,19 @@ impl Fetches {
         if let Some(abort) = self.tiles.borrow_mut().remove(hash) {
             abort.abort();
         }
+    }
+
+    /// Fetches the scan of a keyframe; it arrives as [`Arrival::Cloud`], or as [`Event::Cloud`] with a sentence.
+    pub(crate) fn cloud(&self, session: SessionId, keyframe: KeyframeId) {
+        let inbox = self.inbox.clone();
+        spawn_local(async move {
+            let path = api::paths::CLOUD_PATH.replace("{session}", &session.to_string());
+            let path = path.replace("{keyframe}", &keyframe.0.to_string());
+            inbox.leave(match bytes(&path, &RequestInit::new()).await {
+                Ok(bytes) => Arrival::Cloud { session, keyframe, bytes },
+                Err(sentence) => Arrival::Event(Event::Cloud { session, keyframe, result: Err(sentence) }),
+            });
+        });
     }
 
     /// Fetches the tile list and the pose graph of a saved map.

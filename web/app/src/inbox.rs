@@ -21,6 +21,15 @@ pub(crate) enum Arrival {
         /// As encoded.
         bytes: Vec<u8>,
     },
+    /// The scan of a keyframe, to be decoded.
+    Cloud {
+        /// Of which session.
+        session: vocab::SessionId,
+        /// Which.
+        keyframe: vocab::KeyframeId,
+        /// As encoded.
+        bytes: Vec<u8>,
+    },
 }
 
 /// A queue that wakes the client once there is something to wake.

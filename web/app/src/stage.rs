@@ -1,15 +1,17 @@
 //! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
 
-use client_model::{ColourBy, MapView, Model, Selection, ViewSettings};
+use client_model::{ColourBy, Comparison, LoopPair, LoopPick, MapView, Model, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
-    AnchorId, CameraPose, Options, Palette, PointBlock, Renderer, RobotState, TileId, View, WHOLE_MAP,
+    AnchorId, CameraPose, LoopEdge, LoopState, Options, Palette, PointBlock, Renderer, RobotState, TileId,
+    View, WHOLE_MAP,
 };
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
-use vocab::{MapId, Pose, Vec3};
+use vocab::{KeyframeId, MapId, Pose, Vec3};
 
 /// Height of the base above the floor when the robot stands, metres: for colours and the ceiling only.
 const BASE_HEIGHT_M: f64 = 0.5;
@@ -19,6 +21,8 @@ const GROUND_STEP_M: f64 = 0.4;
 const RAMP_M: [f64; 2] = [-0.2, 4.0];
 /// Points drawn in one picture: a laptop without a graphics card of its own keeps up with these.
 const POINT_BUDGET: u32 = 1_500_000;
+/// Points of a keyframe's scan are averaged in cells of this edge, metres.
+const CLOUD_SPACING_M: f32 = 0.04;
 /// Older than this, seconds, the robot is drawn as one whose place is not known.
 const ROBOT_STALE_S: f64 = 3.0;
 
@@ -31,6 +35,8 @@ pub(crate) struct Stage {
     pub(crate) renderer: SharedRenderer,
     told: Told,
     ground: f64,
+    /// Scans of the keyframes that are compared.
+    clouds: BTreeMap<KeyframeId, PointChunk>,
 }
 
 /// Revisions of what the renderer holds.
@@ -39,13 +45,21 @@ struct Told {
     map: Option<MapId>,
     graph: Option<u64>,
     graph_shown: bool,
+    loops: Option<u64>,
+    compared: Option<Comparison>,
+    clouds: usize,
     track: Option<u64>,
     scan: bool,
 }
 
 impl Stage {
     pub(crate) fn new(renderer: Renderer) -> Self {
-        Self { renderer: Rc::new(RefCell::new(renderer)), told: Told::default(), ground: -BASE_HEIGHT_M }
+        Self {
+            renderer: Rc::new(RefCell::new(renderer)),
+            told: Told::default(),
+            ground: -BASE_HEIGHT_M,
+            clouds: BTreeMap::new(),
+        }
     }
 
     /// Height of the ground at the robot, or at the start of the saved map on show; metres, map frame.
@@ -71,6 +85,11 @@ impl Stage {
         self.renderer.borrow_mut().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
     }
 
+    /// Keeps the scan of a keyframe for as long as it is compared.
+    pub(crate) fn keep_cloud(&mut self, keyframe: KeyframeId, chunk: PointChunk) {
+        self.clouds.insert(keyframe, chunk);
+    }
+
     /// Takes a tile off the stage.
     pub(crate) fn drop_tile(&self, hash: api::TileHash) {
         self.renderer.borrow_mut().remove_tile(tile_id(hash));
@@ -90,15 +109,25 @@ impl Stage {
         if self.told.map != model.viewed() {
             renderer.clear_tiles();
             renderer.set_live_scan(None);
+            renderer.set_compared([None, None]);
             self.told = Told { map: model.viewed(), ..Told::default() };
         }
         let live = model.viewed().is_none();
-        let settings = model.view.get();
-        if self.told.graph != Some(shown.graph_revision) || self.told.graph_shown != settings.graph {
-            set_graph(&mut renderer, shown, settings.graph);
+        // Who is to choose keyframes has to see them.
+        let graph_shown = model.view.get().graph || model.loop_pick.is_some();
+        let graph_changed =
+            self.told.graph != Some(shown.graph_revision) || self.told.graph_shown != graph_shown;
+        if graph_changed {
+            set_graph(&mut renderer, shown, graph_shown);
             self.told.graph = Some(shown.graph_revision);
-            self.told.graph_shown = settings.graph;
+            self.told.graph_shown = graph_shown;
         }
+        if graph_changed || self.told.loops != Some(model.loops.revision()) {
+            let loops = if graph_shown { loop_edges(model) } else { Vec::new() };
+            renderer.set_loops(&loops);
+            self.told.loops = Some(model.loops.revision());
+        }
+        renderer.select_pair(pair_in_focus(model).map(|pair| [pair.from.0, pair.to.0]));
         if self.told.track != Some(model.track.revision()) {
             let way: Vec<DVec3> =
                 if live { model.track.positions(&shown.graph).map(vector).collect() } else { Vec::new() };
@@ -119,7 +148,28 @@ impl Stage {
             _ => renderer.set_goal(None, &[]),
         }
         drop(renderer);
+        self.compare(model);
         self.find_ground(model);
+    }
+
+    /// Lays scans over each other as the model wants them.
+    fn compare(&mut self, model: &Model) {
+        let wanted = model.comparison();
+        self.clouds.retain(|id, _| wanted.is_some_and(|it| *id == it.pair.from || *id == it.pair.to));
+        if self.told.compared == wanted && self.told.clouds == self.clouds.len() {
+            return;
+        }
+        (self.told.compared, self.told.clouds) = (wanted, self.clouds.len());
+        let placed = |keyframe: KeyframeId, pose: &Pose| {
+            let (position, orientation) = glam_pose(pose);
+            Some((block(self.clouds.get(&keyframe)?, CLOUD_SPACING_M, 0.0), position, orientation))
+        };
+        let scans = match &wanted {
+            Some(it) => [placed(it.pair.from, &it.map_from_from), placed(it.pair.to, &it.map_from_to)],
+            None => [None, None],
+        };
+        let scans = scans.each_ref().map(|scan| scan.as_ref().map(|(block, at, turn)| (block, *at, *turn)));
+        self.renderer.borrow_mut().set_compared(scans);
     }
 
     fn find_ground(&mut self, model: &Model) {
@@ -163,7 +213,9 @@ impl Stage {
                 },
                 point_size: settings.point_size,
                 point_budget: POINT_BUDGET,
-                live_scan: model.viewed().is_none(),
+                // The map steps back once there is something to see in its place.
+                map: self.told.clouds < 2,
+                live_scan: model.viewed().is_none() && self.told.clouds < 2,
                 ..Options::default()
             },
             palette: palette(settings),
@@ -190,6 +242,34 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool) {
     let edges: Vec<[DVec3; 2]> =
         shown.graph.edges.iter().filter_map(|&(a, b)| Some([position_of(a)?, position_of(b)?])).collect();
     renderer.set_graph(&nodes, &edges);
+}
+
+/// Every loop that is known: closed ones of the graph, others as they were decided.
+fn loop_edges(model: &Model) -> Vec<LoopEdge> {
+    let shown = model.shown();
+    let edge = |from: KeyframeId, to: KeyframeId, state| {
+        let place = |id| Some(vector(shown.map_from_anchor(api::Anchor::Keyframe(id))?.position));
+        Some(LoopEdge { nodes: [from.0, to.0], ends: [place(from)?, place(to)?], state })
+    };
+    let closed = shown.graph.loops.iter().filter_map(|&(from, to)| edge(from, to, LoopState::Closed));
+    let decided = model.loops.latest().filter(|_| model.viewed().is_none());
+    let others = decided.filter_map(|decision| {
+        let state = match decision.verdict {
+            api::LoopVerdict::Accepted => return None,
+            api::LoopVerdict::Held => LoopState::Open,
+            api::LoopVerdict::Rejected | api::LoopVerdict::Dropped => LoopState::Rejected,
+        };
+        edge(decision.from, decision.to, state)
+    });
+    closed.chain(others).collect()
+}
+
+/// The two keyframes that a person looks at together.
+fn pair_in_focus(model: &Model) -> Option<LoopPair> {
+    match (model.loop_pick, model.selection) {
+        (Some(LoopPick::Both(pair)), _) | (None, Some(Selection::Loop(pair))) => Some(pair),
+        _ => None,
+    }
 }
 
 fn robot(model: &Model) -> Option<RobotState> {
@@ -250,6 +330,10 @@ fn palette(settings: &ViewSettings) -> Palette {
         node: solid(if tokens.dark { tokens.text } else { tokens.card }),
         outline: solid(if tokens.dark { tokens.ground } else { tokens.text }),
         edge: with(panels::theme::mix(tokens.accent, tokens.text, 0.35), 170),
+        loop_closed: solid(tokens.closed),
+        loop_open: solid(tokens.warn),
+        loop_rejected: with(tokens.dim, if tokens.dark { 130 } else { 190 }),
+        pair: [solid(tokens.older), solid(tokens.newer)],
         trajectory: with(panels::theme::mix(tokens.robot, tokens.text, 0.2), 150),
         accent: solid(tokens.accent),
         robot: solid(tokens.robot),

@@ -1,12 +1,12 @@
 //! The scene on the screen: gestures move the camera, clicks select or say where to walk.
 
-use crate::browser;
 use crate::stage::{SharedRenderer, Stage, vector};
-use client_model::{Bookmark, CameraMove, Command, Model, Selection, ViewSettings};
+use crate::{browser, labels};
+use client_model::{Bookmark, CameraMove, Command, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
-use panels::{LabelKind, SceneLabel};
+use panels::SceneLabel;
 use scene::{Camera, CameraPose, Eye, Hit, Pace, PickOptions, View};
 use std::time::Duration;
 
@@ -16,10 +16,17 @@ const LOOK_HEIGHT_M: f64 = 0.3;
 const SIGN_REACH: f64 = 22.0;
 /// How far from the pointer a point of the map still counts, points.
 const POINT_REACH: f64 = 6.0;
-/// Keyframes that are elements of the accessible tree: the nearest ones; more would drown everything else.
-const KEYFRAME_LABELS_MAX: usize = 24;
+/// How large signs are drawn, points: there they come before the lines of loops.
+const SIGN_DISC: f64 = 10.0;
+/// How far from the pointer the line of a loop still counts, points.
+const LINE_REACH: f64 = 7.0;
 /// A wheel's notch of about 50 points doubles the scale in five.
 const ZOOM_PER_POINT: f64 = 0.0028;
+/// How near the camera goes to a loop at least, metres, and in lengths of the loop.
+const LOOP_VIEW_M: f64 = 14.0;
+const LOOP_VIEW_LENGTHS: f64 = 2.5;
+/// How far the camera looks down at a loop at least, radians: scans are compared from above.
+const LOOP_PITCH: f64 = 0.9;
 /// A walk goal is offered at most this far away, metres: farther clicks are slips.
 const WALK_M_MAX: f64 = 80.0;
 
@@ -91,14 +98,7 @@ impl Viewport {
             let point = pixel / f64::from(view.pixels_per_point);
             inside.then_some((egui::pos2(point.x as f32, point.y as f32), depth))
         };
-        let mut labels = Vec::new();
-        if model.viewed().is_none() {
-            robot_labels(model, &place, &mut labels);
-        }
-        if model.view.get().graph {
-            keyframe_labels(model, &place, &mut labels);
-        }
-        labels
+        labels::of(model, place)
     }
 
     /// Carries out a movement of the camera. Returns settings that changed by it.
@@ -118,6 +118,13 @@ impl Viewport {
             CameraMove::Robot => {
                 if let Some(target) = robot_target(model) {
                     self.camera.fly_to(CameraPose { target, distance: pose.distance.min(25.0), ..pose });
+                }
+            }
+            CameraMove::Loop(pair) => {
+                if let Some([a, b]) = ends(model, *pair) {
+                    let distance = (LOOP_VIEW_LENGTHS * a.distance(b)).max(LOOP_VIEW_M);
+                    let pitch = pose.pitch.max(LOOP_PITCH);
+                    self.camera.fly_to(CameraPose { target: a.midpoint(b), distance, pitch, ..pose });
                 }
             }
             CameraMove::Bookmark(Bookmark { camera, .. }) => self.camera.fly_to(CameraPose {
@@ -227,7 +234,12 @@ impl Viewport {
             }
             return;
         }
-        let reach = PickOptions { sign_px: SIGN_REACH * scale, point_px: POINT_REACH * scale };
+        let reach = PickOptions {
+            sign_px: SIGN_REACH * scale,
+            disc_px: SIGN_DISC * scale,
+            line_px: LINE_REACH * scale,
+            point_px: POINT_REACH * scale,
+        };
         let hit = stage.renderer.borrow().pick(&view, at, &reach);
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {
@@ -240,6 +252,9 @@ impl Viewport {
         out.push(Command::Select(match hit {
             Some(Hit::Robot) => Some(Selection::Robot),
             Some(Hit::Node(number)) => Some(Selection::Keyframe(vocab::KeyframeId(number))),
+            Some(Hit::Loop([from, to])) => {
+                Some(Selection::Loop(LoopPair::of(vocab::KeyframeId(from), vocab::KeyframeId(to))))
+            }
             Some(Hit::Marker(_) | Hit::Point(_)) | None => None,
         }));
     }
@@ -254,49 +269,10 @@ impl Viewport {
     }
 }
 
-fn robot_labels(
-    model: &Model,
-    place: &impl Fn(DVec3) -> Option<(egui::Pos2, f64)>,
-    labels: &mut Vec<SceneLabel>,
-) {
-    let live = |at: DVec3| place(at).map(|(at, _)| at);
-    if let Some(estimate) = &model.robot.estimate
-        && let Some(at) = live(vector(estimate.value.map_from_base.position))
-    {
-        let v = estimate.value.velocity.linear;
-        labels.push(SceneLabel {
-            kind: LabelKind::Selectable(Selection::Robot),
-            name: "Robot in the scene".to_owned(),
-            tag: format!("Robot · {:.1} m/s", v.x.hypot(v.y)),
-            at,
-            selected: model.selection == Some(Selection::Robot),
-        });
-    }
-    if let api::Motion::Walking { goal, remaining, .. } = model.motion()
-        && let Some(at) = live(vector(*goal))
-    {
-        let tag = format!("Goal · {}", panels::words::distance(*remaining));
-        labels.push(SceneLabel { kind: LabelKind::Goal, name: "Goal".to_owned(), tag, at, selected: false });
-    }
-}
-
-fn keyframe_labels(
-    model: &Model,
-    place: &impl Fn(DVec3) -> Option<(egui::Pos2, f64)>,
-    labels: &mut Vec<SceneLabel>,
-) {
-    let mut seen: Vec<(f64, SceneLabel)> = Vec::new();
-    for node in &model.shown().graph.nodes {
-        let Some((at, depth)) = place(vector(node.map_from_keyframe.position)) else { continue };
-        let selected = model.selection == Some(Selection::Keyframe(node.id));
-        let name = format!("Keyframe {}", node.id.0);
-        let tag = if selected { name.clone() } else { String::new() };
-        let kind = LabelKind::Selectable(Selection::Keyframe(node.id));
-        let order = if selected { f64::NEG_INFINITY } else { depth };
-        seen.push((order, SceneLabel { kind, name, tag, at, selected }));
-    }
-    seen.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    labels.extend(seen.into_iter().take(KEYFRAME_LABELS_MAX).map(|(_, label)| label));
+/// Where the two keyframes of a loop are, metres, map frame; none while they are not known.
+fn ends(model: &Model, pair: LoopPair) -> Option<[DVec3; 2]> {
+    let place = |id| model.shown().map_from_anchor(api::Anchor::Keyframe(id));
+    Some([vector(place(pair.from)?.position), vector(place(pair.to)?.position)])
 }
 
 /// From where the first picture is drawn, once it is known where the robot is: for fetching what it will show while there is

@@ -1,7 +1,7 @@
 //! What people ask for, as views emit it.
 
-use crate::{CameraMove, NoteId, Screen, Selection, ViewSettings};
-use vocab::{KeyframeId, MapId, Pose, Twist, Vec3};
+use crate::{CameraMove, LoopGuess, LoopPair, NoteId, Overlay, Screen, Selection, ViewSettings};
+use vocab::{MapId, Twist, Vec3};
 
 /// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,28 +26,19 @@ pub enum Command {
     /// End mapping and keep nothing.
     DiscardMapping,
     /// Close a loop that was held or rejected.
-    AcceptLoop {
-        /// Keyframe of the map being made.
-        from: KeyframeId,
-        /// Another one.
-        to: KeyframeId,
-    },
+    AcceptLoop(LoopPair),
     /// Open a closed loop again, or drop a held one.
-    RejectLoop {
-        /// Keyframe of the map being made.
-        from: KeyframeId,
-        /// Another one.
-        to: KeyframeId,
-    },
-    /// Look whether two keyframes saw the same place.
-    ProposeLoop {
-        /// Keyframe of the map being made.
-        from: KeyframeId,
-        /// Another one.
-        to: KeyframeId,
-        /// Guess of `to` in `from`.
-        guess: Pose,
-    },
+    RejectLoop(LoopPair),
+    /// Take back the last decision on a loop that was made here.
+    UndoLoop,
+    /// Begin to choose two keyframes for a loop, from the first; or stop that.
+    PickLoop(bool),
+    /// Where the newer of the two chosen keyframes is guessed to be.
+    GuessLoop(LoopGuess),
+    /// Look whether the two chosen keyframes saw the same place.
+    ProposeLoop,
+    /// How the scans of the selected loop are laid over each other.
+    Overlay(Overlay),
     /// Velocity wanted by the hand on the stick or the keys; `None` when it lets go.
     Drive(Option<Twist>),
     /// Walk to this point of the map, metres.
@@ -60,13 +51,13 @@ pub enum Command {
     ViewMap(Option<MapId>),
     /// Change how things look. Neighbouring changes of one kind become one step of undo.
     Edit(ViewSettings),
-    /// Take back the last change of the view.
+    /// Take back the last change of the view or decision on a loop, whichever came later.
     Undo,
     /// Do it again.
     Redo,
     /// Move the camera.
     Move(CameraMove),
-    /// Select something in the scene, or nothing.
+    /// Select something in the scene, or nothing. While keyframes are chosen for a loop, a keyframe is the next of them.
     Select(Option<Selection>),
     /// Put a notice away.
     Dismiss(NoteId),

@@ -1,8 +1,8 @@
 //! What happens to the client, and what it wants done.
 
-use crate::{Bookmark, Command, Eye, ViewSettings};
+use crate::{Bookmark, Command, Eye, LoopPair, ViewSettings};
 use api::{ClientMessage, Graph, Order, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
-use vocab::MapId;
+use vocab::{KeyframeId, MapId, SessionId};
 
 /// One of the two sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +70,15 @@ pub enum Event {
         /// Which.
         hash: TileHash,
     },
+    /// The scan of a keyframe was fetched and decoded, or could not be.
+    Cloud {
+        /// Of which session.
+        session: SessionId,
+        /// Which.
+        keyframe: KeyframeId,
+        /// A sentence when it could not.
+        result: Result<(), String>,
+    },
     /// The camera moved.
     Looked(Eye),
     /// A person wants something.
@@ -87,6 +96,8 @@ pub enum CameraMove {
     Top,
     /// To the robot.
     Robot,
+    /// To where the two keyframes of a loop are seen.
+    Loop(LoopPair),
     /// To a remembered view.
     Bookmark(Bookmark),
     /// Remember the present view under this name.
@@ -108,6 +119,13 @@ pub enum Effect {
     LoadMap(MapId),
     /// Fetch a tile.
     Fetch(TileHash),
+    /// Fetch the scan of a keyframe.
+    FetchCloud {
+        /// Of which session.
+        session: SessionId,
+        /// Which.
+        keyframe: KeyframeId,
+    },
     /// Give up fetching a tile.
     CancelFetch(TileHash),
     /// Take a tile off the screen.

@@ -5,10 +5,13 @@
 //! the seed of [`Ids`], so every behaviour of the client can be tested without a browser.
 
 mod command;
+mod compare;
 mod drive;
 mod event;
+mod history;
 mod ids;
 mod link;
+mod loops;
 mod map_view;
 mod model;
 mod notices;
@@ -23,10 +26,13 @@ mod view;
 mod tests;
 
 pub use command::Command;
+pub use compare::{CloudState, Comparison, Overlay, fitted, shift};
 pub use drive::{Drive, SPEED_MPS_MAX, TELEOPERATION_PERIOD_S, TURN_RADPS_MAX};
 pub use event::{CameraMove, Effect, Event, Socket};
+pub use history::LoopStep;
 pub use ids::Ids;
 pub use link::{Link, LinkState, Throughput};
+pub use loops::{LoopCounts, LoopGuess, LoopPair, LoopPick, Loops, Proposed};
 pub use map_view::{Loading, MapView};
 pub use model::{Model, Robot, Selection};
 pub use notices::{Note, NoteId, Notes};
@@ -34,5 +40,5 @@ pub use pending::Pending;
 pub use tiles::{Eye, TILE_POINTS_MAX, TILE_REQUESTS_MAX, TileSet, TileState};
 pub use time::{Aged, ClientTime, ServerClock};
 pub use track::Track;
-pub use undo::Undo;
+pub use undo::{Changed, Undo};
 pub use view::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewSettings};

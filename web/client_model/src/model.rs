@@ -1,18 +1,20 @@
 //! The model and its one entrance.
 
+mod decide;
 mod hear;
 mod obey;
 
+use crate::compare::Clouds;
+use crate::history::History;
 use crate::pending::Pending;
 use crate::{
-    Aged, ClientTime, Drive, Effect, Event, Eye, Ids, Link, MapView, Notes, Screen, ServerClock, Socket,
-    Throughput, Track, Undo, ViewSettings,
+    Aged, ClientTime, Drive, Effect, Event, Eye, Ids, Link, LoopGuess, LoopPair, LoopPick, LoopStep, Loops,
+    MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, LoopDecision, MapSummary, Mapping, Motion, Order,
-    Platform, Severity, StreamRequest,
+    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform,
+    Severity, StreamRequest,
 };
-use std::collections::VecDeque;
 use vocab::{ClientId, KeyframeId, MapId, Stamp};
 
 /// Something selected in the scene.
@@ -22,6 +24,8 @@ pub enum Selection {
     Robot,
     /// A keyframe of the map on show.
     Keyframe(KeyframeId),
+    /// A loop of the map being made.
+    Loop(LoopPair),
 }
 
 /// What the robot last said of itself. Values stay when the link is lost; their ages tell.
@@ -64,9 +68,17 @@ pub struct Model {
     pub platform: Option<Aged<Platform>>,
     /// The map being made.
     pub live: MapView,
-    /// What was decided on loops of the map being made, oldest first; a pair's last decision counts. The last
-    /// [`api::MAX_LOOP_DECISIONS`] are kept.
-    pub loops: VecDeque<LoopDecision>,
+    /// What was decided on loops of the map being made.
+    pub loops: Loops,
+    /// How far adding a loop by hand has come; `None` while nobody does.
+    pub loop_pick: Option<LoopPick>,
+    /// Where the newer keyframe of the loop that is added is guessed to be.
+    pub loop_guess: LoopGuess,
+    /// The loop that was proposed here and is being compared.
+    pub proposed: Option<Proposed>,
+    /// How the scans of the selected loop are laid over each other.
+    pub overlay: Overlay,
+    pub(crate) clouds: Clouds,
     /// The saved map being looked at.
     pub saved: Option<(MapId, MapView)>,
     /// Where the robot walked.
@@ -77,6 +89,7 @@ pub struct Model {
     pub notes: Notes,
     /// How things look.
     pub view: Undo<ViewSettings>,
+    history: History,
     /// Which screen is on.
     pub screen: Screen,
     /// What is selected.
@@ -122,12 +135,18 @@ impl Model {
             mapping: Mapping::Idle,
             platform: None,
             live: MapView::live(),
-            loops: VecDeque::new(),
+            loops: Loops::default(),
+            loop_pick: None,
+            loop_guess: LoopGuess::default(),
+            proposed: None,
+            overlay: Overlay::default(),
+            clouds: Clouds::default(),
             saved: None,
             track: Track::default(),
             maps: None,
             notes: Notes::default(),
             view: Undo::new(view),
+            history: History::default(),
             screen: Screen::Live,
             selection: None,
             walk_armed: false,
@@ -172,6 +191,7 @@ impl Model {
                 }
             }
             Event::TileFailed { hash } => self.shown_mut().tiles.fail(&hash, now),
+            Event::Cloud { session, keyframe, result } => self.clouds.arrive(session, keyframe, result),
             Event::Looked(eye) => {
                 if self.eye != Some(eye) {
                     self.eye = Some(eye);
@@ -181,7 +201,13 @@ impl Model {
             Event::Command(command) => self.obey(command, effects),
             Event::Tick => self.tick(effects),
         }
+        self.follow_comparison(effects);
         self.plan(effects);
+    }
+
+    /// The decision on a loop that [`crate::Command::UndoLoop`] would take back.
+    pub fn last_loop_step(&self) -> Option<&LoopStep> {
+        self.history.last_loop()
     }
 
     /// The map on the screen: the saved one being looked at, else the one being made.
@@ -277,6 +303,7 @@ impl Model {
 
     fn tick(&mut self, effects: &mut Vec<Effect>) {
         self.notes.expire(self.now);
+        self.give_up_proposal();
         self.throughput.expire(self.now);
         let stood_still = self.now.since(std::mem::replace(&mut self.ticked, self.now));
         if stood_still > STALL_S {
@@ -327,6 +354,7 @@ impl Model {
         }
         self.shown_mut().tiles.unload(false, effects);
         self.selection = None;
+        self.loop_pick = None;
         self.saved = map.map(|id| (id, MapView::default()));
         self.shown_mut().tiles.mark_dirty();
         if let Some(id) = map {

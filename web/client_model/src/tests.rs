@@ -1,6 +1,7 @@
 //! The model without a browser: connections, snapshots, orders, ages, tiles, undo.
 
 mod links;
+mod loops;
 mod orders;
 mod tiles;
 mod values;
@@ -109,4 +110,21 @@ fn tile(number: u8, level: u8, x: f32, points: u32) -> TileEntry {
 
 fn eye_at(x: f64) -> Eye {
     Eye { position: [x, 0.0, 1.0], forward: [1.0, 0.0, 0.0], focal_px: 900.0, corner_cos: 0.8 }
+}
+
+fn decided(from: u32, to: u32, verdict: api::LoopVerdict) -> api::LoopDecision {
+    api::LoopDecision {
+        from: KeyframeId(from),
+        to: KeyframeId(to),
+        source: api::LoopSource::Appearance(0.2),
+        verdict,
+        by_hand: false,
+        reason: "It fits.".into(),
+        overlap: [0.9; 2],
+        residual: 0.01,
+        through: [0.0; 2],
+        rival: 0.0,
+        guess: Pose::IDENTITY,
+        from_from_to: Pose { position: Vec3::new(0.0, 0.3, 0.0), ..Pose::IDENTITY },
+    }
 }

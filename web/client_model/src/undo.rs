@@ -2,6 +2,17 @@
 
 use crate::ClientTime;
 
+/// What setting a value came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// It was so already.
+    No,
+    /// It belongs to the last step.
+    Merged,
+    /// It is a step of its own.
+    Step,
+}
+
 /// A value with its past and its undone future.
 #[derive(Clone, Debug)]
 pub struct Undo<T> {
@@ -26,13 +37,14 @@ impl<T: Clone + PartialEq> Undo<T> {
         &self.present
     }
 
-    /// Changes the value; returns whether it differs.
-    pub fn set(&mut self, now: ClientTime, value: T) -> bool {
+    /// Changes the value; returns what that came to.
+    pub fn set(&mut self, now: ClientTime, value: T) -> Changed {
         if value == self.present {
-            return false;
+            return Changed::No;
         }
         let previous = std::mem::replace(&mut self.present, value);
-        if now.since(self.changed) > MERGE_S {
+        let step = now.since(self.changed) > MERGE_S;
+        if step {
             self.past.push(previous);
             if self.past.len() > STEPS_MAX {
                 self.past.remove(0);
@@ -40,7 +52,7 @@ impl<T: Clone + PartialEq> Undo<T> {
         }
         self.changed = now;
         self.future.clear();
-        true
+        if step { Changed::Step } else { Changed::Merged }
     }
 
     /// Goes back one step; returns whether there was one.

@@ -35,6 +35,7 @@ pub(crate) fn show(
             link(ui, model, tokens, out);
             saved_map(ui, model, tokens, out);
             walk_hint(ui, model, tokens);
+            loop_hint(ui, model, tokens, out);
             notes::show(ui, model, tokens, out);
         },
     );
@@ -94,6 +95,16 @@ fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>
 fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     if model.walk_armed {
         line(ui, tokens, tokens.accent, icon::MAP_PIN, "Click the floor where the robot shall walk.", |_| {});
+    }
+}
+
+fn loop_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    if let Some(pick) = model.loop_pick {
+        line(ui, tokens, tokens.accent, icon::GRAPH, &words::loop_step(pick), |ui| {
+            if Button::new("Cancel").show(ui, tokens).clicked() {
+                out.push(Command::PickLoop(false));
+            }
+        });
     }
 }
 

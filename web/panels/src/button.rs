@@ -41,6 +41,7 @@ pub struct Button<'a> {
     size: Vec2,
     hint: Option<&'a str>,
     stacked: bool,
+    slim: bool,
 }
 
 impl<'a> Button<'a> {
@@ -56,6 +57,7 @@ impl<'a> Button<'a> {
             size: vec2(0.0, theme::TOUCH),
             hint: None,
             stacked: false,
+            slim: false,
         }
     }
 
@@ -110,6 +112,11 @@ impl<'a> Button<'a> {
         Self { size: vec2(ui.available_width(), self.size.y), ..self }
     }
 
+    /// With little room beside its text, for several side by side.
+    pub fn slim(self) -> Self {
+        Self { slim: true, ..self }
+    }
+
     /// The sign above a small text.
     pub fn stacked(self) -> Self {
         Self { stacked: true, ..self }
@@ -159,7 +166,8 @@ impl<'a> Button<'a> {
     /// Takes the room and says in the accessible tree what it is.
     fn allocate(&self, ui: &mut Ui, text: Option<&Galley>, icon: bool) -> (Rect, Response) {
         let text_width = text.map_or(0.0, |galley| galley.size().x);
-        let width = if self.stacked { 0.0 } else { self.icon_width(text, icon) + text_width + PADDING };
+        let padding = if self.slim { 8.0 } else { PADDING };
+        let width = if self.stacked { 0.0 } else { self.icon_width(text, icon) + text_width + padding };
         let least = if text.is_some() { width } else { 0.0 };
         let sense = if self.enabled { Sense::click() } else { Sense::hover() };
         let (rect, response) = ui.allocate_exact_size(self.size.max(vec2(least, 0.0)), sense);

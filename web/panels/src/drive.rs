@@ -18,7 +18,7 @@ const STICK_RADIUS: f32 = 62.0;
 const STICK_DEAD: f32 = 0.12;
 
 /// Keys that stop and keys that undo. Nothing while text is being typed.
-pub(crate) fn shortcuts(ctx: &egui::Context, out: &mut Vec<Command>) {
+pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Command>) {
     if ctx.egui_wants_keyboard_input() {
         return;
     }
@@ -28,6 +28,14 @@ pub(crate) fn shortcuts(ctx: &egui::Context, out: &mut Vec<Command>) {
         let z = input.modifiers.command && input.key_pressed(Key::Z);
         (stop, z && !input.modifiers.shift, z && input.modifiers.shift)
     });
+    // Escape stops whatever else it does: nobody shall have to think first.
+    if ctx.input(|input| input.key_pressed(Key::Escape)) {
+        if model.loop_pick.is_some() {
+            out.push(Command::PickLoop(false));
+        } else if model.selection.is_some() {
+            out.push(Command::Select(None));
+        }
+    }
     for (pressed, command) in [(stop, Command::StopMotion), (undo, Command::Undo), (redo, Command::Redo)] {
         if pressed {
             out.push(command);

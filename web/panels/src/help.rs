@@ -7,8 +7,9 @@ use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
 use egui::{Align2, Order, Ui};
 
-const SHORTCUTS: [(&str, &str); 11] = [
+const SHORTCUTS: [(&str, &str); 12] = [
     ("Stop motion", "Esc or Space"),
+    ("Put away what is selected", "Esc"),
     ("Walk ahead, back", "W, S or ↑, ↓"),
     ("Step left, right", "A, D"),
     ("Turn left, right", "Q, E or ←, →"),
@@ -16,7 +17,7 @@ const SHORTCUTS: [(&str, &str); 11] = [
     ("Orbit", "drag, or one finger"),
     ("Pan", "right drag, or two fingers"),
     ("Zoom", "wheel, or pinch"),
-    ("Undo a change of the view", "Ctrl Z"),
+    ("Undo: the view, loops", "Ctrl Z"),
     ("Do it again", "Ctrl Shift Z"),
     ("These shortcuts", "?"),
 ];

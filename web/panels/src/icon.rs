@@ -9,6 +9,8 @@ pub const ARROW_BEND_UP_LEFT: &str = "\u{e024}";
 /// The icon of that name.
 pub const ARROW_BEND_UP_RIGHT: &str = "\u{e026}";
 /// The icon of that name.
+pub const ARROW_COUNTER_CLOCKWISE: &str = "\u{e038}";
+/// The icon of that name.
 pub const BATTERY_CHARGING: &str = "\u{e0ba}";
 /// The icon of that name.
 pub const BATTERY_FULL: &str = "\u{e0c0}";
@@ -28,6 +30,8 @@ pub const CARET_DOUBLE_DOWN: &str = "\u{e126}";
 pub const CARET_DOWN: &str = "\u{e136}";
 /// The icon of that name.
 pub const CARET_UP: &str = "\u{e13c}";
+/// The icon of that name.
+pub const CHECK_CIRCLE: &str = "\u{e184}";
 /// The icon of that name.
 pub const CIRCLE_HALF: &str = "\u{e18c}";
 /// The icon of that name.

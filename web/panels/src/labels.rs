@@ -6,6 +6,9 @@ use egui::{
     Align2, CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
 };
 
+/// Side of the sign of one of many, points.
+const SIGN: f32 = 20.0;
+
 /// What a label stands at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelKind {
@@ -28,6 +31,8 @@ pub struct SceneLabel {
     pub at: Pos2,
     /// Whether it is selected.
     pub selected: bool,
+    /// Whether it is one of many close together, of which only the sign itself is clicked.
+    pub small: bool,
 }
 
 /// Puts the labels over the scene, under all cards. Tags avoid each other: one that would cover an earlier one is left
@@ -35,7 +40,9 @@ pub struct SceneLabel {
 pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<Command>) {
     let mut taken: Vec<Rect> = Vec::new();
     for label in labels {
-        let spot = Rect::from_center_size(label.at, Vec2::splat(theme::TOUCH));
+        // Beside a keyframe's sign the scene decides what a click means: another thing may be nearer.
+        let side = if label.small { SIGN } else { theme::TOUCH };
+        let spot = Rect::from_center_size(label.at, Vec2::splat(side));
         if let LabelKind::Selectable(selection) = label.kind {
             let response = ui.interact(spot, Id::unique(("scene", &label.name)), Sense::click());
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.selected, &label.name));

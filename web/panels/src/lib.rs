@@ -17,6 +17,15 @@
 //! | textbox | `Map name` | Map, while mapping |
 //! | button | `Finish and save` | Map, while mapping: asks for nothing more when a name is given |
 //! | button | `Discard` | Map, while mapping; then `Discard map` or `Keep mapping` |
+//! | button (toggled) | `Session`, `Loops` | Map: parts of its card |
+//! | status | `Accepted loops`, `Under test loops`, `Rejected loops` | Loops |
+//! | button | `Add a loop`, then `Propose`, `Cancel adding` | Loops: two keyframes are chosen in between |
+//! | button (toggled) | `From the graph`, `Same place` | Loops, once two keyframes are chosen |
+//! | button | `Undo the decision` | Loops |
+//! | button (toggled) | `Loop FROM → TO: VERDICT. REASON` | Loops: one for each row in sight |
+//! | status | `Verdict`, `Overlap`, `Surfaces apart`, `Seen through`, `Best rival`, `Moved from the guess`, `Found by` | a loop's evidence |
+//! | button | `Accept loop`, `Reject loop`, `Show where it is`, `Close the loop's evidence` | a loop's evidence |
+//! | button (toggled) | `As found`, `In the graph`, `Map only` | a loop's evidence |
 //! | button | `View NAME` | Map: looks at the saved map NAME |
 //! | button | `Back to live` | while looking at a saved map |
 //! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
@@ -39,10 +48,12 @@ pub mod words;
 mod banner;
 mod button;
 mod drive;
+mod evidence;
 mod help;
 mod labels;
 mod layout;
 mod live;
+mod loops;
 mod mapping;
 mod maps;
 mod notes;
@@ -60,7 +71,8 @@ pub use labels::{LabelKind, SceneLabel, show_labels};
 pub use layout::{Layout, Width};
 pub use state::{PanelState, TextField};
 
-use client_model::{Command, Model, Screen};
+use client_model::{Command, Model, Screen, Selection};
+use state::MapPart;
 use theme::Tokens;
 
 /// Draws everything that floats over the scene. `out` receives what the person asks for.
@@ -68,7 +80,8 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
     let tokens = Tokens::of(model.view.get().theme);
     let layout = Layout::of(ctx.content_rect());
     state.text_fields.clear();
-    drive::shortcuts(ctx, out);
+    drive::shortcuts(ctx, model, out);
+    follow_selection(model, state, out);
 
     top_bar::show(ctx, model, &tokens, &layout, state, out);
     rail::show(ctx, model, &tokens, &layout, state, out);
@@ -97,6 +110,35 @@ fn right_card(
     };
     layout::card(ctx, tokens, name, layout.card, |ui| match model.screen {
         Screen::Live => live::show(ui, model, tokens, state),
-        Screen::Map => mapping::show(ui, model, tokens, state, out),
+        Screen::Map => map_panel(ui, model, tokens, state, out),
     });
+}
+
+/// A loop that gets selected, or two keyframes that get chosen for one, bring the panel forth that is about them.
+fn follow_selection(model: &Model, state: &mut PanelState, out: &mut Vec<Command>) {
+    let before = std::mem::replace(&mut state.selection, model.selection);
+    if model.selection != before && matches!(model.selection, Some(Selection::Loop(_))) {
+        state.map_part = MapPart::Loops;
+        state.drawer_open = true;
+        if model.screen != Screen::Map {
+            out.push(Command::Show(Screen::Map));
+        }
+    }
+}
+
+/// The card of Map: one of its parts.
+fn map_panel(
+    ui: &mut egui::Ui,
+    model: &Model,
+    tokens: &Tokens,
+    state: &mut PanelState,
+    out: &mut Vec<Command>,
+) {
+    let parts = [("Session", MapPart::Session), ("Loops", MapPart::Loops)];
+    let on = state.map_part;
+    widgets::choice(ui, tokens, &parts, on, |part| state.map_part = part);
+    match state.map_part {
+        MapPart::Session => mapping::show(ui, model, tokens, state, out),
+        MapPart::Loops => loops::show(ui, model, tokens, state, out),
+    }
 }

@@ -1,5 +1,6 @@
 //! What is unfolded and half typed: of no interest to anyone but the views.
 
+use client_model::{LoopPair, Selection};
 use egui::{Rect, Vec2};
 
 /// State of the views between frames.
@@ -19,6 +20,12 @@ pub struct PanelState {
     pub(crate) tools_open: bool,
     /// Whether the keyboard shortcuts are on show.
     pub(crate) help_open: bool,
+    /// Which part of the Map panel is on show.
+    pub(crate) map_part: MapPart,
+    /// What was selected in the last frame: when a loop gets selected, its evidence is brought forth.
+    pub(crate) selection: Option<Selection>,
+    /// The loop that the list was scrolled to last.
+    pub(crate) listed_loop: Option<LoopPair>,
     /// Whether the person is asked if the map shall really be discarded.
     pub(crate) confirm_discard: bool,
     /// Where the stick is, -1 to 1 both ways, while it is held.
@@ -32,6 +39,16 @@ impl PanelState {
     pub fn for_page(utc_offset_s: i64) -> Self {
         Self { utc_offset_s, outside_inputs: true, ..Self::default() }
     }
+}
+
+/// Parts of the Map panel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum MapPart {
+    /// Making a map, and the maps that were made.
+    #[default]
+    Session,
+    /// Its loops.
+    Loops,
 }
 
 /// A place where text is typed.

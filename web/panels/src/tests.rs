@@ -1,5 +1,7 @@
 //! The panels by the names of their controls, and the words they use.
 
+mod loops;
+
 use crate::{Layout, PanelState, Width, theme, words};
 use api::{CommandOutcome, Control, MapSummary, Mapping, Motion, ServerMessage};
 use client_model::{ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings};

@@ -56,6 +56,12 @@ pub struct Tokens {
     /// The stop button and nothing else.
     pub stop: Color32,
     pub robot: Color32,
+    /// Loops that are edges of the graph.
+    pub closed: Color32,
+    /// The older of two scans that are compared.
+    pub older: Color32,
+    /// The newer one.
+    pub newer: Color32,
     /// Width of borders, points.
     pub line_width: f32,
     /// Whether the theme is dark.
@@ -82,6 +88,9 @@ const DARK: Tokens = Tokens {
     bad: rgb(0xf8_5149),
     stop: rgb(0xc9_371f),
     robot: rgb(0xff_d33d),
+    closed: rgb(0xc2_97ff),
+    older: rgb(0x39_d0d8),
+    newer: rgb(0xff_8c42),
     line_width: 1.0,
     dark: true,
 };
@@ -101,6 +110,9 @@ const LIGHT: Tokens = Tokens {
     bad: rgb(0xcf_222e),
     stop: rgb(0xc9_371f),
     robot: rgb(0xd4_a300),
+    closed: rgb(0x82_50df),
+    older: rgb(0x00_7c89),
+    newer: rgb(0xc9_4f00),
     line_width: 1.0,
     dark: false,
 };
@@ -121,6 +133,9 @@ const SUNLIGHT: Tokens = Tokens {
     bad: rgb(0x6b_000a),
     stop: rgb(0xc9_371f),
     robot: rgb(0x7a_4f00),
+    closed: rgb(0x4c_1d95),
+    older: rgb(0x00_3f47),
+    newer: rgb(0x6a_2000),
     line_width: 2.0,
     dark: false,
 };

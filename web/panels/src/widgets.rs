@@ -1,5 +1,6 @@
 //! The few widgets everything is made of: facts, heads, boxes. Each is an accessible element with a name.
 
+use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use egui::{Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, vec2};
 
@@ -110,6 +111,27 @@ pub fn tinted_box<R>(ui: &mut Ui, tokens: &Tokens, colour: Color32, content: imp
     let left = CornerRadius { nw: theme::BUTTON_RADIUS, sw: theme::BUTTON_RADIUS, ..CornerRadius::ZERO };
     ui.painter().rect_filled(edge, left, colour);
     shown.inner
+}
+
+/// Switches side by side, of which one is on. `chosen` hears of the one that is pressed.
+pub(crate) fn choice<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    choices: &[(&str, T)],
+    on: T,
+    mut chosen: impl FnMut(T),
+) {
+    ui.horizontal(|ui| {
+        let gap = 6.0;
+        ui.spacing_mut().item_spacing.x = gap;
+        let width = ((ui.available_width() + gap) / choices.len() as f32 - gap).floor();
+        for (name, value) in choices {
+            if Button::new(name).on(*value == on).size(width, theme::TOUCH).slim().show(ui, tokens).clicked()
+            {
+                chosen(*value);
+            }
+        }
+    });
 }
 
 /// A thin line across.

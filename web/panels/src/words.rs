@@ -1,7 +1,7 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
-use api::{Battery, Estimate, Mapping, Motion, Severity};
-use client_model::{ColourBy, Theme};
+use api::{Battery, Estimate, LoopSource, LoopVerdict, Mapping, Motion, Severity};
+use client_model::{ColourBy, LoopPair, LoopPick, Theme};
 use vocab::Stamp;
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
@@ -177,5 +177,61 @@ pub fn theme(theme: Theme) -> &'static str {
         Theme::Dark => "Dark",
         Theme::Light => "Light",
         Theme::Sunlight => "Sunlight",
+    }
+}
+
+/// Two keyframes: `58 → 111`, the older first.
+pub fn pair(pair: LoopPair) -> String {
+    format!("{} → {}", pair.from.0, pair.to.0)
+}
+
+/// What became of a loop.
+pub fn verdict(verdict: LoopVerdict) -> &'static str {
+    match verdict {
+        LoopVerdict::Accepted => "Accepted",
+        LoopVerdict::Held => "Under test",
+        LoopVerdict::Rejected => "Rejected",
+        LoopVerdict::Dropped => "Not confirmed",
+    }
+}
+
+/// Why two keyframes were compared; of a likeness, 100 % is the same.
+pub fn source(source: LoopSource) -> String {
+    match source {
+        LoopSource::Geometry => "near in the graph".to_owned(),
+        LoopSource::Appearance(unlike) => format!("likeness {:.0} %", 100.0 * (1.0 - unlike.clamp(0.0, 1.0))),
+        LoopSource::Person => "a person".to_owned(),
+    }
+}
+
+/// A share: `0.4 %` below ten, `63 %` above.
+pub fn share(share: f32) -> String {
+    let percent = share * 100.0;
+    if percent < 9.95 && percent > 0.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
+}
+
+/// Two shares: `77 % and 63 %`.
+pub fn two_shares([a, b]: [f32; 2]) -> String {
+    format!("{} and {}", share(a), share(b))
+}
+
+/// How well another place fits: `none`, `42 % as good`.
+pub fn rival(rival: f32) -> String {
+    if rival > 0.0 { format!("{:.0} % as good", rival * 100.0) } else { "none".to_owned() }
+}
+
+/// A movement: `12 cm, 3.1°`.
+pub fn shift(metres: f64, radians: f64) -> String {
+    format!("{}, {:.1}°", accuracy(metres), radians.to_degrees())
+}
+
+/// What to do next to add a loop by hand.
+pub fn loop_step(pick: LoopPick) -> String {
+    match pick {
+        LoopPick::First => "Step 1 of 3: click a keyframe on the map.".to_owned(),
+        LoopPick::Second(first) => {
+            format!("Step 2 of 3: click another keyframe that saw the same place as keyframe {}.", first.0)
+        }
+        LoopPick::Both(both) => format!("Step 3 of 3: propose keyframes {} as a loop.", pair(both)),
     }
 }

@@ -86,6 +86,23 @@ impl Eye {
         (depth >= Self::NEAR).then(|| (self.viewport_px * 0.5 + across * (self.focal_px() / depth), depth))
     }
 
+    /// Pixels of the two ends of a line, cut off at the near plane; none when all of it is behind that. Both may be
+    /// outside the picture.
+    pub fn project_line(&self, ends_in_map: [DVec3; 2]) -> Option<[DVec2; 2]> {
+        let [a, b] = ends_in_map;
+        let (depth_a, depth_b) = (self.depth(a), self.depth(b));
+        // A little beyond the plane, so that rounding does not put the cut before it.
+        let plane = Self::NEAR * 1.001;
+        let cut = |from: DVec3, to: DVec3, near: f64, far: f64| {
+            if near >= plane { from } else { from.lerp(to, (plane - near) / (far - near)) }
+        };
+        if !(depth_a.max(depth_b) >= plane) {
+            return None;
+        }
+        let (first, second) = (cut(a, b, depth_a, depth_b), cut(b, a, depth_b, depth_a));
+        Some([self.project(first)?.0, self.project(second)?.0])
+    }
+
     /// The ray through a pixel.
     pub fn ray(&self, pixel: DVec2) -> Ray {
         let (right, forward) = (self.pose.right(), self.pose.forward());

@@ -20,6 +20,7 @@
 mod camera;
 mod eye;
 mod lines;
+mod loops;
 mod overlay;
 mod pace;
 mod pick;
@@ -39,6 +40,7 @@ mod tests;
 
 pub use camera::{Camera, CameraPose, FLIGHT_SECONDS};
 pub use eye::{Eye, Ray};
+pub use loops::{LoopEdge, LoopState};
 pub use overlay::{Marker, Polyline, Shape};
 pub use pace::Pace;
 pub use pick::{Hit, PickOptions};

@@ -1,6 +1,7 @@
 //! What is drawn on top of the points, as the caller gives it, and its translation into segments and marks.
 
 use crate::lines::{Mark, Segment, Stroke, circle, push_polyline};
+use crate::loops::{LoopEdge, push_loops};
 use crate::robot::RobotState;
 use crate::view::{Colour, Palette};
 use glam::DVec3;
@@ -72,6 +73,9 @@ pub(crate) struct Overlay {
     pub(crate) markers: Vec<Marker>,
     /// Number of the node that is selected.
     pub(crate) selected_node: Option<u32>,
+    pub(crate) loops: Vec<LoopEdge>,
+    /// Numbers of two nodes that stand out together, the older first.
+    pub(crate) pair: Option<[u32; 2]>,
 }
 
 impl Overlay {
@@ -97,12 +101,22 @@ impl Overlay {
         for edge in &self.edges {
             push_polyline(segments, &lifted(edge), stroke, 0.0);
         }
-        for (number, position) in self.nodes.iter().filter(|(_, p)| p.is_finite()) {
-            let selected = self.selected_node == Some(*number);
+        let number = |n: u32| self.nodes.iter().find(|(number, p)| *number == n && p.is_finite()).copied();
+        let pair = self.pair.and_then(|[older, newer]| Some([number(older)?, number(newer)?]));
+        push_loops(segments, &self.loops, pair, palette);
+        // What stands out is drawn last, over its neighbours.
+        let stands_out = |number: u32| self.pair.is_some_and(|pair| pair.contains(&number));
+        let finite = || self.nodes.iter().filter(|(_, p)| p.is_finite());
+        let (others, pair_nodes) =
+            (finite().filter(|node| !stands_out(node.0)), finite().filter(|node| stands_out(node.0)));
+        for (number, position) in others.chain(pair_nodes) {
+            let of_pair = pair.and_then(|pair| pair.iter().position(|(own, _)| own == number));
+            let selected = self.selected_node == Some(*number) || of_pair.is_some();
+            let chosen = of_pair.map_or(palette.accent, |newer| palette.pair[newer]);
             marks.push(Mark {
                 centre: (*position + LIFT).as_vec3().to_array(),
                 ahead: [0.0; 3],
-                fill: if selected { palette.accent } else { palette.node },
+                fill: if selected { chosen } else { palette.node },
                 rim: palette.outline,
                 radius_max: if selected { 10.0 } else { 6.5 },
                 radius_min: if selected { 7.0 } else { 2.5 },
@@ -164,7 +178,7 @@ impl Overlay {
     }
 }
 
-fn lifted(points: &[DVec3]) -> Vec<DVec3> {
+pub(crate) fn lifted(points: &[DVec3]) -> Vec<DVec3> {
     points.iter().map(|p| *p + LIFT).collect()
 }
 

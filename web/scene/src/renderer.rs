@@ -4,8 +4,9 @@ mod frame;
 
 use crate::eye::Eye;
 use crate::lines::{Mark, Segment};
+use crate::loops::LoopEdge;
 use crate::overlay::{Marker, Overlay, Polyline};
-use crate::pick::{Cone, Hit, PickOptions, Sign, nearest_point, nearest_sign};
+use crate::pick::{Cone, Hit, PickOptions, Sign, meant, nearest_loop, nearest_point, nearest_sign};
 use crate::pipelines::Pipelines;
 use crate::robot::{self, RobotState};
 use crate::select::{Candidate, Chosen, choose};
@@ -30,6 +31,8 @@ pub struct Renderer {
     tiles: BTreeMap<TileId, Tile>,
     anchors: BTreeMap<AnchorId, DAffine3>,
     live: Option<(Tile, DAffine3)>,
+    /// Scans laid over each other, the older first.
+    compared: [Option<(Tile, DAffine3)>; 2],
     robot_model: wgpu::Buffer,
     robot_corners: u32,
     overlay: Overlay,
@@ -95,6 +98,7 @@ impl Renderer {
             tiles: BTreeMap::new(),
             anchors: BTreeMap::from([(WHOLE_MAP, DAffine3::IDENTITY)]),
             live: None,
+            compared: [None, None],
             robot_model,
             robot_corners: model.len() as u32,
             overlay: Overlay::default(),
@@ -149,11 +153,23 @@ impl Renderer {
 
     /// Shows a scan from a pose of its frame in the map, or none.
     pub fn set_live_scan(&mut self, scan: Option<(&PointBlock, DVec3, DQuat)>) {
-        self.live = scan.and_then(|(block, position, orientation)| {
-            let tile = self.make_tile(WHOLE_MAP, block)?;
-            Some((tile, DAffine3::from_rotation_translation(orientation, position)))
-        });
+        self.live = scan.and_then(|scan| self.place_scan(scan));
         self.touch();
+    }
+
+    /// Shows two scans in the colours of [`Palette::pair`], each from a pose of its frame in the map, or one or none of them.
+    pub fn set_compared(&mut self, scans: [Option<(&PointBlock, DVec3, DQuat)>; 2]) {
+        self.compared = scans.map(|scan| scan.and_then(|scan| self.place_scan(scan)));
+        self.touch();
+    }
+
+    fn place_scan(
+        &self,
+        (block, position, orientation): (&PointBlock, DVec3, DQuat),
+    ) -> Option<(Tile, DAffine3)> {
+        let pose = DAffine3::from_rotation_translation(orientation, position);
+        let tile = self.make_tile(WHOLE_MAP, block).filter(|_| pose.is_finite())?;
+        Some((tile, pose))
     }
 
     /// The way the robot came, metres, map frame.
@@ -167,6 +183,19 @@ impl Renderer {
             nodes.clone_into(&mut overlay.nodes);
             edges.clone_into(&mut overlay.edges);
         });
+    }
+
+    /// The loops of the graph, apart from its other edges.
+    pub fn set_loops(&mut self, loops: &[LoopEdge]) {
+        let finite = |edge: &&LoopEdge| edge.ends.iter().all(|end| end.is_finite());
+        self.change_overlay(|overlay| overlay.loops = loops.iter().filter(finite).copied().collect());
+    }
+
+    /// Lets two nodes stand out together with the loop between them, the older first; or none.
+    pub fn select_pair(&mut self, pair: Option<[u32; 2]>) {
+        if self.overlay.pair != pair {
+            self.change_overlay(|overlay| overlay.pair = pair);
+        }
     }
 
     /// Marks a node as selected, or none.
@@ -258,18 +287,22 @@ impl Renderer {
     pub fn pick(&self, view: &View, pixel: DVec2, options: &PickOptions) -> Option<Hit> {
         let eye = Eye::new(view.camera, view.viewport_px);
         let sign = nearest_sign(&self.signs(), &eye, pixel, options.sign_px);
-        sign.or_else(|| self.pick_point(view, &eye, pixel, options.point_px).map(Hit::Point))
+        let line = nearest_loop(&self.overlay.loops, &eye, pixel, options.line_px);
+        meant(sign, line, options.disc_px)
+            .or_else(|| self.pick_point(view, &eye, pixel, options.point_px).map(Hit::Point))
     }
 
     /// The nearest drawn point under a pixel, metres, map frame, passing over signs.
     pub fn pick_point(&self, view: &View, eye: &Eye, pixel: DVec2, radius_px: f64) -> Option<DVec3> {
         let heights = [view.options.floor, view.options.ceiling].map(f64::from);
         let cone = Cone { ray: eye.ray(pixel), slope: radius_px / eye.focal_px(), heights };
-        let tiles = self.tiles.values().filter_map(|t| Some((&t.cloud, self.anchors.get(&t.cloud.anchor)?)));
+        let tiles = self.tiles.values().filter(|_| view.options.map);
+        let tiles = tiles.filter_map(|t| Some((&t.cloud, self.anchors.get(&t.cloud.anchor)?)));
+        let compared = self.compared.iter().flatten().map(|(tile, pose)| (&tile.cloud, pose));
         let live =
             self.live.iter().filter(|_| view.options.live_scan).map(|(tile, pose)| (&tile.cloud, pose));
         let mut best: Option<(f64, DVec3)> = None;
-        for (cloud, map_from_anchor) in tiles.chain(live) {
+        for (cloud, map_from_anchor) in tiles.chain(live).chain(compared) {
             let limit = best.map_or(f64::INFINITY, |(along, _)| along);
             best = nearest_point(cloud, map_from_anchor, &cone, limit).or(best);
         }

@@ -38,7 +38,6 @@ pub(crate) struct Globals {
     ground_top: Vec4,
     ground_bottom: Vec4,
     plain: Vec4,
-    live: Vec4,
     grid: Vec4,
     ramp: [[f32; 4]; STOPS],
 }
@@ -71,7 +70,6 @@ impl Globals {
             ground_top: unit_range(view.palette.ground_top),
             ground_bottom: unit_range(view.palette.ground_bottom),
             plain: unit_range(view.palette.plain),
-            live: unit_range(view.palette.live),
             grid: unit_range(view.palette.grid),
             ramp: options.ramp.stops(),
         }
@@ -84,9 +82,9 @@ impl Globals {
 pub(crate) struct Piece {
     /// To metres relative to the eye, along the map's axes.
     pub(crate) relative_from_local: Mat4,
-    /// Half the spacing (metres), age between 0 and 1, share of the live colour, 1 to heed the clip heights.
+    /// Half the spacing (metres), age between 0 and 1, 0, 1 to heed the clip heights.
     pub(crate) kind: Vec4,
-    /// Colour that a model is tinted with; w is its share.
+    /// Colour that points and models are tinted with; w is its share, of points.
     pub(crate) tint: Vec4,
 }
 

@@ -71,6 +71,8 @@ pub struct Options {
     pub grid_height: f32,
     /// Most points in a frame.
     pub point_budget: u32,
+    /// Whether the tiles are drawn and can be picked.
+    pub map: bool,
     /// Whether the current scan is drawn.
     pub live_scan: bool,
     /// Pixels drawn for each pixel shown, along each side, between 0.25 and 1; less is quicker. See [`crate::Pace`].
@@ -91,6 +93,7 @@ impl Default for Options {
             grid: false,
             grid_height: 0.0,
             point_budget: 1_500_000,
+            map: true,
             live_scan: true,
             resolution: 1.0,
         }
@@ -116,6 +119,14 @@ pub struct Palette {
     pub outline: Colour,
     /// Edges of the graph.
     pub edge: Colour,
+    /// Loops that are edges of the graph.
+    pub loop_closed: Colour,
+    /// Loops that wait for others.
+    pub loop_open: Colour,
+    /// Pairs of nodes that are no loops.
+    pub loop_rejected: Colour,
+    /// Two nodes that stand out together and the scans that are compared, the older first.
+    pub pair: [Colour; 2],
     /// The way the robot came.
     pub trajectory: Colour,
     /// The way the robot will go, goal and selection.

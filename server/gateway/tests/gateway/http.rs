@@ -80,6 +80,27 @@ async fn tiles_are_for_ever() {
 }
 
 #[tokio::test]
+async fn scans_of_keyframes_are_served_by_session_and_number() {
+    let gateway = Gateway::start().await;
+    gateway.write(&format!("data/sessions/{MAP}/000012.scan"), b"points");
+    gateway.write("data/sessions/secret/000012.scan", b"secret");
+    let path = |session: &str, keyframe: &str| {
+        api::paths::CLOUD_PATH.replace("{session}", session).replace("{keyframe}", keyframe)
+    };
+    let reply = gateway.get(&path(MAP, "12"), &[]).await;
+    assert_eq!((reply.status, &reply.body[..]), (200, &b"points"[..]));
+    assert_eq!(reply.header("cache-control"), "public, max-age=31536000, immutable");
+    let condition = format!("if-none-match: {}", reply.header("etag"));
+    assert_eq!(gateway.get(&path(MAP, "12"), &[&condition]).await.status, 304);
+    gateway.get(&path(MAP, "13"), &[]).await.expect_problem(404);
+    for (session, keyframe) in
+        [("secret", "12"), ("..%2fsecret", "12"), (MAP, "x"), (MAP, "..%2f12"), (MAP, "-1")]
+    {
+        gateway.get(&path(session, keyframe), &[]).await.expect_problem(400);
+    }
+}
+
+#[tokio::test]
 async fn every_error_is_a_problem_document_with_the_security_headers() {
     let gateway = Gateway::start().await;
     for (method, path, status) in [

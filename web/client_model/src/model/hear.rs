@@ -74,6 +74,7 @@ impl Model {
             api::Event::Graph(graph) => {
                 if graph.session != self.live.graph.session {
                     self.track.clear();
+                    self.forget_loops();
                 }
                 self.track.anchor(&graph);
                 self.live.set_graph(graph);
@@ -84,13 +85,7 @@ impl Model {
                 }
                 self.live.tiles.add(&changed.added);
             }
-            api::Event::Loops(changed) => {
-                if changed.reset {
-                    self.loops.clear();
-                }
-                self.loops.extend(changed.added);
-                self.loops.drain(..self.loops.len().saturating_sub(api::MAX_LOOP_DECISIONS));
-            }
+            api::Event::Loops(changed) => self.learn_loops(changed),
             api::Event::Mapping(mapping) => self.learn_mapping(mapping, effects),
             api::Event::Motion(value) => {
                 if !matches!(value, Motion::Idle | Motion::Teleoperated) {
@@ -137,8 +132,14 @@ impl Model {
     }
 
     fn done(&mut self, id: vocab::CommandId, outcome: CommandOutcome) {
+        let proposal = |pending: &Pending| matches!(pending.order, Order::ProposeLoop { .. });
+        let proposed = self.pending.iter().any(|pending| pending.id == id && proposal(pending));
         self.pending.retain(|pending| pending.id != id);
         if let CommandOutcome::Refused(reason) = outcome {
+            self.history.refused(id);
+            if proposed {
+                self.proposed = None;
+            }
             self.notes.add(self.now, Severity::Warning, reason);
         }
     }

@@ -1,10 +1,11 @@
 //! What people want, carried out: orders to the robot under idempotent ids, changes of the view.
 
 use super::Model;
+use crate::history::Step;
 use crate::pending::Pending;
-use crate::{CameraMove, Command, Effect, LinkState, Socket, ViewSettings};
+use crate::{CameraMove, Changed, Command, Effect, LinkState, Socket, ViewSettings};
 use api::{Order, Severity};
-use vocab::Twist;
+use vocab::{CommandId, Twist};
 
 impl Model {
     pub(super) fn obey(&mut self, command: Command, effects: &mut Vec<Effect>) {
@@ -23,15 +24,13 @@ impl Model {
                 self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);
             }
             Command::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
-            Command::AcceptLoop { from, to } => {
-                self.order_in_control(Order::AcceptLoop { from, to }, effects)
-            }
-            Command::RejectLoop { from, to } => {
-                self.order_in_control(Order::RejectLoop { from, to }, effects)
-            }
-            Command::ProposeLoop { from, to, guess } => {
-                self.order_in_control(Order::ProposeLoop { from, to, guess }, effects);
-            }
+            Command::AcceptLoop(pair) => self.decide_loop(pair, true, effects),
+            Command::RejectLoop(pair) => self.decide_loop(pair, false, effects),
+            Command::UndoLoop => self.undo_loop(effects),
+            Command::PickLoop(begin) => self.pick_loop(begin),
+            Command::GuessLoop(guess) => self.loop_guess = guess,
+            Command::ProposeLoop => self.propose_loop(effects),
+            Command::Overlay(overlay) => self.overlay = overlay,
             Command::Drive(wanted) => {
                 if let Some(twist) = self.drive.hold(self.now, wanted) {
                     self.teleoperate(twist, effects);
@@ -46,27 +45,51 @@ impl Model {
             Command::ArmWalk(armed) => self.walk_armed = armed,
             Command::ViewMap(map) => self.view_map(map, effects),
             Command::Edit(settings) => {
-                let changed = self.view.set(self.now, settings);
-                self.keep_if(changed, effects);
+                self.edit(settings, effects);
             }
-            Command::Undo => {
-                let changed = self.view.undo();
-                self.keep_if(changed, effects);
-            }
-            Command::Redo => {
-                let changed = self.view.redo();
-                self.keep_if(changed, effects);
-            }
+            Command::Undo => self.undo(effects),
+            Command::Redo => self.redo(effects),
             Command::Move(to) => self.move_camera(to, effects),
-            Command::Select(selection) => self.selection = selection,
+            Command::Select(selection) => self.select(selection),
             Command::Dismiss(note) => self.notes.dismiss(note),
             Command::Reconnect => self.reconnect(effects),
         }
     }
 
-    fn keep_if(&mut self, changed: bool, effects: &mut Vec<Effect>) {
-        if changed {
+    fn edit(&mut self, settings: ViewSettings, effects: &mut Vec<Effect>) {
+        let changed = self.view.set(self.now, settings);
+        if changed == Changed::Step {
+            self.history.add(Step::View);
+        }
+        if changed != Changed::No {
             effects.push(Effect::Keep(self.view.get().clone()));
+        }
+    }
+
+    /// Takes back the last step that can be; the view's own memory may be shorter than the history.
+    fn undo(&mut self, effects: &mut Vec<Effect>) {
+        while let Some(step) = self.history.take_last() {
+            match step {
+                Step::Loop(step) => return self.take_back(step, effects),
+                Step::View if self.view.undo() => {
+                    effects.push(Effect::Keep(self.view.get().clone()));
+                    return self.history.undone(Step::View);
+                }
+                Step::View => {}
+            }
+        }
+    }
+
+    fn redo(&mut self, effects: &mut Vec<Effect>) {
+        while let Some(step) = self.history.take_undone() {
+            match step {
+                Step::Loop(step) => return self.do_again(step, effects),
+                Step::View if self.view.redo() => {
+                    effects.push(Effect::Keep(self.view.get().clone()));
+                    return self.history.redone(Step::View);
+                }
+                Step::View => {}
+            }
         }
     }
 
@@ -74,8 +97,7 @@ impl Model {
         // A camera that was sent elsewhere must not be pulled back at once.
         if !matches!(to, CameraMove::Robot | CameraMove::Remember(_)) && self.view.get().follow {
             let settings = ViewSettings { follow: false, ..self.view.get().clone() };
-            let changed = self.view.set(self.now, settings);
-            self.keep_if(changed, effects);
+            self.edit(settings, effects);
         }
         effects.push(Effect::Move(to));
     }
@@ -113,20 +135,25 @@ impl Model {
     }
 
     /// Takes the lease if it lies about: nobody wants to press a button for that.
-    fn take_free_control(&mut self, effects: &mut Vec<Effect>) {
+    pub(super) fn take_free_control(&mut self, effects: &mut Vec<Effect>) {
         let asked = self.waits_for(|order| matches!(order, Order::TakeControl { .. }));
         if self.control.owner.is_none() && !asked {
             self.take_control(effects);
         }
     }
 
-    fn order_in_control(&mut self, order: Order, effects: &mut Vec<Effect>) {
+    pub(super) fn order_in_control(&mut self, order: Order, effects: &mut Vec<Effect>) {
         self.take_free_control(effects);
         self.order(order, effects);
     }
 
     fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
         let id = self.ids.command();
+        self.order_as(id, order, effects);
+    }
+
+    /// Gives an order under an id of the caller's.
+    pub(super) fn order_as(&mut self, id: CommandId, order: Order, effects: &mut Vec<Effect>) {
         if self.link.connected() {
             effects.push(Effect::command(id, order.clone()));
         } else if order == Order::StopMotion {

@@ -1,6 +1,7 @@
 //! Values: ages, the way, saved maps, notes, undo.
 
 use super::*;
+use api::LoopVerdict::Accepted;
 
 #[test]
 fn ages_count_from_the_robots_clock_and_from_arrival() {
@@ -68,24 +69,13 @@ fn the_way_follows_corrections_of_the_graph() {
 #[test]
 fn decisions_on_loops_add_up_until_another_session_and_the_oldest_go() {
     let mut bench = Bench::connected();
-    let decided = |to| api::LoopDecision {
-        from: KeyframeId(0),
-        to: KeyframeId(to),
-        source: api::LoopSource::Appearance(0.2),
-        verdict: api::LoopVerdict::Accepted,
-        by_hand: false,
-        reason: "It fits.".into(),
-        overlap: [0.9; 2],
-        residual: 0.01,
-        through: [0.0; 2],
-        rival: 0.0,
-        guess: Pose::IDENTITY,
-        from_from_to: Pose::IDENTITY,
-    };
     let mut tell = |reset, added: std::ops::Range<u32>| {
-        bench.event(api::Event::Loops(api::LoopsChanged { reset, added: added.map(decided).collect() }));
+        bench.event(api::Event::Loops(api::LoopsChanged {
+            reset,
+            added: added.map(|to| decided(0, to, Accepted)).collect(),
+        }));
         let loops = &bench.model.loops;
-        (loops.front().map(|decision| decision.to.0), loops.len())
+        (loops.latest().last().map(|decision| decision.to.0), loops.len())
     };
     assert_eq!(tell(true, 0..2), (Some(0), 2));
     assert_eq!(tell(false, 2..3), (Some(0), 3));

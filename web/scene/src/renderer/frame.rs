@@ -5,7 +5,8 @@ use super::*;
 impl Renderer {
     /// All passes that end in the finished picture.
     pub(super) fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View, eye: &Eye) {
-        let chosen = choose(&self.candidates(), eye, view.options.point_budget);
+        let candidates = if view.options.map { self.candidates() } else { Vec::new() };
+        let chosen = choose(&candidates, eye, view.options.point_budget);
         let items = self.items(&chosen, view, eye);
         let points = items.iter().filter(|item| !item.solid).map(|item| item.count).sum();
         let radius_max = items.iter().map(|item| item.radius).fold(RADIUS_MIN_PX, f32::max);
@@ -47,12 +48,15 @@ impl Renderer {
     fn items(&self, chosen: &[Chosen], view: &View, eye: &Eye) -> Vec<Item<'_>> {
         let tiles = chosen.iter().filter_map(|chosen| {
             let tile = self.tiles.get(&chosen.tile)?;
-            Some(tile.item(self.anchors.get(&tile.cloud.anchor)?, chosen.spacing, 0.0, view, eye))
+            Some(tile.item(self.anchors.get(&tile.cloud.anchor)?, chosen.spacing, Vec4::ZERO, view, eye))
         });
         let live = self.live.iter().filter(|_| view.options.live_scan).map(|(tile, map_from_base)| {
             // A scan's rings are far apart; its points are drawn a little larger than a dot, not as a surface.
-            let share = unit_range(view.palette.live).w;
-            tile.item(map_from_base, LIVE_SPACING, share, view, eye)
+            tile.item(map_from_base, LIVE_SPACING, unit_range(view.palette.live), view, eye)
+        });
+        let compared = self.compared.iter().zip(view.palette.pair).filter_map(|(compared, colour)| {
+            let (tile, map_from_scan) = compared.as_ref()?;
+            Some(tile.item(map_from_scan, LIVE_SPACING, unit_range(colour), view, eye))
         });
         let robot = self.overlay.robot.filter(RobotState::is_finite).map(|robot| {
             let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
@@ -70,7 +74,7 @@ impl Renderer {
                 radius: 0.0,
             }
         });
-        tiles.chain(live).chain(robot).collect()
+        tiles.chain(live).chain(compared).chain(robot).collect()
     }
 
     /// Points as single pixels and models as triangles, into colour and packed depth.
@@ -154,14 +158,7 @@ impl Renderer {
 const LIVE_SPACING: f32 = 0.035;
 
 impl Tile {
-    fn item(
-        &self,
-        map_from_anchor: &DAffine3,
-        spacing: f32,
-        live_share: f32,
-        view: &View,
-        eye: &Eye,
-    ) -> Item<'_> {
+    fn item(&self, map_from_anchor: &DAffine3, spacing: f32, tint: Vec4, view: &View, eye: &Eye) -> Item<'_> {
         let [oldest, newest] = view.options.age_range;
         let age = match view.options.colour_by {
             ColourBy::Age => ((self.cloud.stamp - oldest) / (newest - oldest).max(1e-3)).clamp(0.0, 1.0),
@@ -173,8 +170,8 @@ impl Tile {
             radius: radius_px(view, eye, spacing, nearest),
             piece: Piece {
                 relative_from_local: self.cloud.relative_from_lattice(map_from_anchor, eye.position()),
-                kind: Vec4::new(grown_half_spacing(spacing), age as f32, live_share, 1.0),
-                tint: Vec4::ZERO,
+                kind: Vec4::new(grown_half_spacing(spacing), age as f32, 0.0, 1.0),
+                tint,
             },
             vertices: &self.buffer,
             count: self.cloud.points.len() as u32,

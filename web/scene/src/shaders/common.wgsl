@@ -11,7 +11,6 @@ struct Globals {
     ground_top: vec4<f32>,
     ground_bottom: vec4<f32>,
     plain: vec4<f32>,
-    live: vec4<f32>,
     grid: vec4<f32>,
     ramp: array<vec4<f32>, 12>,
 }

@@ -22,7 +22,7 @@ fn vs_points(@location(0) point: vec4<u32>) -> Point {
     // As `radius_px` in uniforms.rs.
     let radius = piece.kind.x * globals.eye.w / depth * globals.style.x;
     out.depth = pack_depth(log_depth(depth), clamp(radius, RADIUS_MIN, globals.viewport.w));
-    out.colour = vec4<f32>(mix(point_colour(height, f32(point.w & 255u) / 255.0), globals.live.rgb, piece.kind.z), 1.0);
+    out.colour = vec4<f32>(mix(point_colour(height, f32(point.w & 255u) / 255.0), piece.tint.rgb, piece.tint.w), 1.0);
     return out;
 }
 

@@ -272,7 +272,7 @@ fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
         view.options.colour_by = ColourBy::Height;
         studio.shoot(&mut renderer, &view, "close");
         let eye = Eye::new(close, SIZE);
-        let options = PickOptions { sign_px: 22.0, point_px: 4.0 };
+        let options = PickOptions { sign_px: 22.0, disc_px: 9.0, line_px: 6.0, point_px: 4.0 };
         let (body, _) = eye.project(robot().position).unwrap();
         assert_eq!(renderer.pick(&view, body, &options), Some(Hit::Robot));
         let floor = DVec3::new(4.5, -4.5, 0.0);
@@ -295,5 +295,68 @@ fn an_empty_scene_is_only_background() {
         assert_eq!(renderer.drawn(), Drawn::default());
         assert_eq!(renderer.bounds(), None);
         assert_eq!(view.palette, palette());
+    }
+}
+
+#[test]
+fn compared_scans_have_their_own_colours_and_the_map_can_step_back() {
+    for studio in Studio::all() {
+        let mut renderer = furnished(&studio);
+        let wall = |x: f64| -> Vec<DVec3> {
+            (0..20_000).map(|i| DVec3::new(x, f64::from(i % 200) * 0.02, f64::from(i / 200) * 0.02)).collect()
+        };
+        let scans = [Made::new(&wall(0.0), 0.02), Made::new(&wall(0.0), 0.02)];
+        let [older, newer] = &scans;
+        let place = |y: f64| DVec3::new(0.0, y, 20.0);
+        renderer.set_compared([
+            Some((&older.block(), place(0.0), DQuat::IDENTITY)),
+            Some((&newer.block(), place(6.0), DQuat::IDENTITY)),
+        ]);
+        let camera = CameraPose { target: DVec3::new(0.0, 5.0, 21.0), yaw: 0.0, pitch: 0.0, distance: 12.0 };
+        let mut view = View { options: Options { map: false, ..Options::default() }, ..view(camera, SIZE) };
+        view.options.edl = 0.0;
+        let picture = studio.shoot(&mut renderer, &view, "compared");
+        let eye = Eye::new(camera, SIZE);
+        for (y, colour) in [(2.0, palette().pair[0]), (8.0, palette().pair[1])] {
+            let (pixel, _) = eye.project(DVec3::new(0.0, y, 21.0)).unwrap();
+            assert!(!differs(picture.at(pixel), [colour[0], colour[1], colour[2]], 4), "{}", studio.name);
+        }
+        assert_eq!(renderer.drawn().tiles, 0, "{}", studio.name);
+        renderer.set_compared([None, None]);
+        studio.shoot(&mut renderer, &view, "compared-no-more");
+        assert_eq!(renderer.drawn().points, 0, "{}", studio.name);
+    }
+}
+
+#[test]
+fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
+    for studio in Studio::all() {
+        let mut renderer = studio.renderer();
+        let nodes: Vec<(u32, DVec3)> =
+            (0..4).map(|n| (n, DVec3::new(0.0, 2.0 * f64::from(n), 0.0))).collect();
+        renderer.set_graph(&nodes, &[]);
+        let edge = |nodes: [u32; 2], state| {
+            let ends = nodes.map(|n| DVec3::new(0.0, 2.0 * f64::from(n), 0.0));
+            LoopEdge { nodes, ends, state }
+        };
+        renderer.set_loops(&[edge([0, 1], LoopState::Closed), edge([2, 3], LoopState::Rejected)]);
+        let camera = CameraPose { target: DVec3::new(0.0, 3.0, 0.0), yaw: 0.0, pitch: 1.2, distance: 12.0 };
+        let view = view(camera, SIZE);
+        let eye = Eye::new(camera, SIZE);
+        let (at, _) = eye.project(DVec3::new(0.0, 1.0, 0.05)).unwrap();
+        let thin = studio.shoot(&mut renderer, &view, "loops");
+        let purple = |[r, g, b]: [u8; 3]| r > 120 && b > 160 && g < 170 && g < r;
+        assert!(purple(thin.at(at)), "{}: {:?}", studio.name, thin.at(at));
+        let beside = at + DVec2::new(0.0, 2.5);
+        assert!(!purple(thin.at(beside)), "{}: a thin line", studio.name);
+        renderer.select_pair(Some([0, 1]));
+        assert!(renderer.needs_redraw(&view));
+        let thick = studio.shoot(&mut renderer, &view, "loop-selected");
+        assert!(purple(thick.at(beside - DVec2::new(0.0, 1.0))), "{}", studio.name);
+        let (node, _) = eye.project(DVec3::new(0.0, 0.0, 0.05)).unwrap();
+        let colour = palette().pair[0];
+        assert!(!differs(thick.at(node), [colour[0], colour[1], colour[2]], 30), "{}", studio.name);
+        let options = PickOptions { sign_px: 22.0, disc_px: 9.0, line_px: 6.0, point_px: 4.0 };
+        assert_eq!(renderer.pick(&view, at, &options), Some(Hit::Loop([0, 1])));
     }
 }

@@ -2,9 +2,9 @@
 
 use super::Made;
 use crate::eye::{Eye, Ray};
-use crate::pick::{Cone, Hit, Sign, nearest_point, nearest_sign};
+use crate::pick::{Cone, Hit, Sign, meant, nearest_loop, nearest_point, nearest_sign};
 use crate::tiles::Cloud;
-use crate::{CameraPose, WHOLE_MAP};
+use crate::{CameraPose, LoopEdge, LoopState, WHOLE_MAP};
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use proptest::prelude::*;
 
@@ -74,8 +74,55 @@ fn the_sign_nearest_to_the_finger_is_picked() {
         Sign { hit: Hit::Robot, position: place(5.0) },
     ];
     let at = |y: f64| eye.project(place(y)).unwrap().0;
-    assert_eq!(nearest_sign(&signs, &eye, at(0.05), 22.0), Some(Hit::Node(1)));
-    assert_eq!(nearest_sign(&signs, &eye, at(0.28), 22.0), Some(Hit::Node(2)));
-    assert_eq!(nearest_sign(&signs, &eye, at(5.0) + DVec2::new(0.0, 21.0), 22.0), Some(Hit::Robot));
-    assert_eq!(nearest_sign(&signs, &eye, at(5.0) + DVec2::new(0.0, 23.0), 22.0), None);
+    let nearest = |pixel| nearest_sign(&signs, &eye, pixel, 22.0).map(|(_, hit)| hit);
+    assert_eq!(nearest(at(0.05)), Some(Hit::Node(1)));
+    assert_eq!(nearest(at(0.28)), Some(Hit::Node(2)));
+    assert_eq!(nearest(at(5.0) + DVec2::new(0.0, 21.0)), Some(Hit::Robot));
+    assert_eq!(nearest(at(5.0) + DVec2::new(0.0, 23.0)), None);
+}
+
+fn loop_edge(nodes: [u32; 2], ends: [[f64; 3]; 2], state: LoopState) -> LoopEdge {
+    LoopEdge { nodes, ends: ends.map(DVec3::from_array), state }
+}
+
+#[test]
+fn the_loop_whose_line_is_nearest_is_picked_and_only_near_it() {
+    let camera = CameraPose { target: DVec3::ZERO, yaw: 0.0, pitch: 0.5, distance: 10.0 };
+    let eye = Eye::new(camera, [1000, 800]);
+    let loops = [
+        loop_edge([1, 9], [[0.0, -2.0, 0.0], [0.0, 2.0, 0.0]], LoopState::Closed),
+        loop_edge([2, 8], [[1.0, -2.0, 0.0], [1.0, 2.0, 0.0]], LoopState::Rejected),
+        // From in front of the eye to far behind it.
+        loop_edge([3, 7], [[-4.0, 3.0, 0.0], [-60.0, 3.0, 0.0]], LoopState::Open),
+    ];
+    let at = |x: f64, y: f64| eye.project(DVec3::new(x, y, 0.0)).unwrap().0;
+    let pick = |pixel| nearest_loop(&loops, &eye, pixel, 6.0);
+    assert_eq!(pick(at(0.0, 1.3)), Some(Hit::Loop([1, 9])));
+    assert_eq!(pick(at(1.0, -1.9)), Some(Hit::Loop([2, 8])));
+    assert_eq!(pick(at(0.0, 0.0) + DVec2::new(0.0, 5.0)), Some(Hit::Loop([1, 9])));
+    assert_eq!(pick(at(0.0, 0.0) + DVec2::new(0.0, 7.0)), None);
+    assert_eq!(pick(at(0.0, 2.0) - DVec2::new(7.0, 0.0)), None, "past its end");
+    assert_eq!(pick(at(-4.5, 3.0)), Some(Hit::Loop([3, 7])), "the part before the eye");
+    let behind = loop_edge([4, 6], [[-40.0, 0.0, 0.0], [-60.0, 0.0, 0.0]], LoopState::Closed);
+    assert_eq!(nearest_loop(&[behind], &eye, at(0.0, 0.0), 1e9), None);
+}
+
+#[test]
+fn of_loops_on_top_of_each_other_the_one_that_matters_more_is_picked() {
+    let eye = Eye::new(CameraPose::default(), [1000, 800]);
+    let ends = [[0.0; 3], [1.0, 1.0, 0.0]];
+    let edges = [LoopState::Closed, LoopState::Rejected, LoopState::Open];
+    let loops: Vec<LoopEdge> = (0..).zip(edges).map(|(n, state)| loop_edge([n, 9], ends, state)).collect();
+    let at = eye.project(DVec3::new(0.5, 0.5, 0.0)).unwrap().0;
+    assert_eq!(nearest_loop(&loops, &eye, at, 6.0), Some(Hit::Loop([0, 9])));
+}
+
+#[test]
+fn a_node_is_meant_where_it_is_drawn_and_a_loop_beside_it() {
+    let (node, line) = (Hit::Node(3), Hit::Loop([3, 9]));
+    assert_eq!(meant(Some((4.0, node)), Some(line), 9.0), Some(node));
+    assert_eq!(meant(Some((15.0, node)), Some(line), 9.0), Some(line));
+    assert_eq!(meant(Some((15.0, node)), None, 9.0), Some(node));
+    assert_eq!(meant(None, Some(line), 9.0), Some(line));
+    assert_eq!(meant(None, None, 9.0), None);
 }

@@ -1,0 +1,65 @@
+//! The things of the scene that have names: robot, goal, keyframes.
+
+use crate::stage::vector;
+use client_model::{Model, Selection};
+use glam::DVec3;
+use panels::{LabelKind, SceneLabel};
+
+/// Keyframes that are elements of the accessible tree: the nearest ones; more would drown everything else.
+const KEYFRAME_LABELS_MAX: usize = 24;
+
+/// Place on the screen, points, and depth, metres.
+type Spot = (egui::Pos2, f64);
+
+/// Labels of what is in the picture, the most important first. `place` says where a point of the map is in it.
+pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<SceneLabel> {
+    let mut labels = Vec::new();
+    if model.viewed().is_none() {
+        robot_labels(model, &place, &mut labels);
+    }
+    if model.view.get().graph || model.loop_pick.is_some() {
+        keyframe_labels(model, &place, &mut labels);
+    }
+    labels
+}
+
+/// The robot, and where it goes.
+fn robot_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
+    let live = |at: DVec3| place(at).map(|(at, _)| at);
+    if let Some(estimate) = &model.robot.estimate
+        && let Some(at) = live(vector(estimate.value.map_from_base.position))
+    {
+        let v = estimate.value.velocity.linear;
+        labels.push(SceneLabel {
+            kind: LabelKind::Selectable(Selection::Robot),
+            name: "Robot in the scene".to_owned(),
+            tag: format!("Robot · {:.1} m/s", v.x.hypot(v.y)),
+            at,
+            selected: model.selection == Some(Selection::Robot),
+            small: false,
+        });
+    }
+    if let api::Motion::Walking { goal, remaining, .. } = model.motion()
+        && let Some(at) = live(vector(*goal))
+    {
+        let tag = format!("Goal · {}", panels::words::distance(*remaining));
+        let name = "Goal".to_owned();
+        labels.push(SceneLabel { kind: LabelKind::Goal, name, tag, at, selected: false, small: false });
+    }
+}
+
+/// The keyframes nearest to the eye.
+fn keyframe_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
+    let mut seen: Vec<(f64, SceneLabel)> = Vec::new();
+    for node in &model.shown().graph.nodes {
+        let Some((at, depth)) = place(vector(node.map_from_keyframe.position)) else { continue };
+        let selected = model.selection == Some(Selection::Keyframe(node.id));
+        let name = format!("Keyframe {}", node.id.0);
+        let tag = if selected { name.clone() } else { String::new() };
+        let kind = LabelKind::Selectable(Selection::Keyframe(node.id));
+        let order = if selected { f64::NEG_INFINITY } else { depth };
+        seen.push((order, SceneLabel { kind, name, tag, at, selected, small: true }));
+    }
+    seen.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    labels.extend(seen.into_iter().take(KEYFRAME_LABELS_MAX).map(|(_, label)| label));
+}
