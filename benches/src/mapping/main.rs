@@ -100,13 +100,12 @@ fn main() -> Result<()> {
 /// Walks with the whole stack, one line each.
 fn whole_walks(arguments: &Arguments) -> Result<()> {
     println!(
-        "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>9} {:>7} {:>6} {:>9} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
+        "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>7} {:>6} {:>9} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
         "site",
         "seed",
         "path m",
         "frames",
         "map mm",
-        "height mm",
         "revisits",
         "closed",
         "%",
@@ -141,12 +140,11 @@ fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
     let [median, p99, most] = [0.5, 0.99, 1.0].map(|part| at(&keyframes, part).unwrap_or_default());
     let [loop_median, loop_most] = [0.5, 1.0].map(|part| at(&loops, part).unwrap_or_default());
     println!(
-        "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
+        "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
         name.to_string(),
         walked.distance,
         score.keyframes,
         walked.error * 1e3,
-        walked.height_error * 1e3,
         score.revisits,
         score.closed,
         100.0 * score.closed as f64 / score.revisits.max(1) as f64,

@@ -13,9 +13,8 @@ pub struct Whole {
     pub score: Score,
     /// Metres walked.
     pub distance: f64,
-    /// Root mean square error of the map's keyframes after the best rigid alignment, and of the height alone, metres.
+    /// Root mean square error of the map's keyframes after the best rigid alignment, metres.
     pub error: f64,
-    pub height_error: f64,
     /// CPU time of steps that made a keyframe and of steps that took a verified pair in, milliseconds.
     pub keyframe_ms: Vec<f64>,
     pub loop_ms: Vec<f64>,
@@ -55,19 +54,8 @@ pub fn walk(site: &Arc<Site>, plan: &Plan, length: Span) -> Result<Whole> {
         score: score(site, &true_poses, &judged),
         distance: map.distance,
         error: aligned_rmse(&pairs).unwrap_or(f64::NAN),
-        height_error: height_error(&true_poses, &found),
         keyframe_ms,
         loop_ms,
         unverified: map.unverified,
     })
-}
-
-/// Root mean square of the errors of height, each taken from their mean: where the map's origin lies is not at stake, and
-/// both stand upright.
-fn height_error(truth: &[Isometry], found: &[Isometry]) -> f64 {
-    let off = |(a, b): (&Isometry, &Isometry)| b.translation.vector.z - a.translation.vector.z;
-    let offs: Vec<f64> = truth.iter().zip(found).map(off).collect();
-    let count = offs.len().max(1) as f64;
-    let mean = offs.iter().sum::<f64>() / count;
-    (offs.iter().map(|off| (off - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
