@@ -96,7 +96,7 @@ impl Eye {
         let cut = |from: DVec3, to: DVec3, near: f64, far: f64| {
             if near >= plane { from } else { from.lerp(to, (plane - near) / (far - near)) }
         };
-        if !(depth_a.max(depth_b) >= plane) {
+        if depth_a.max(depth_b) < plane {
             return None;
         }
         let (first, second) = (cut(a, b, depth_a, depth_b), cut(b, a, depth_b, depth_a));

@@ -113,9 +113,8 @@ fn a_loop_selected_in_the_scene_brings_its_evidence_forth() {
     desk.state.map_part = crate::state::MapPart::Session;
     let mut harness = desk.shown(1024.0, 768.0);
     assert!(harness.query_by_label("Verdict").is_none());
-    for command in [Command::Select(Some(Selection::Loop(pair(5, 150))))] {
-        harness.state_mut().model.apply(ClientTime(1.0), Event::Command(command), &mut Vec::new());
-    }
+    let selected = Event::Command(Command::Select(Some(Selection::Loop(pair(5, 150)))));
+    harness.state_mut().model.apply(ClientTime(1.0), selected, &mut Vec::new());
     harness.run_steps(2);
     assert!(harness.state().asked.contains(&Command::Show(Screen::Map)));
     let desk = harness.state_mut();
