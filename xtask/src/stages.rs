@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 
 /// How a stage ended.
 enum Outcome {
@@ -34,19 +34,45 @@ pub(crate) struct Tests {
     pub(crate) skipped: usize,
 }
 
-#[derive(Default)]
 pub(crate) struct Stages {
+    started: Instant,
     stages: Vec<Stage>,
     tests: Tests,
     skipped: Vec<String>,
 }
 
 impl Stages {
+    pub(crate) fn new() -> Self {
+        Self { started: Instant::now(), stages: Vec::new(), tests: Tests::default(), skipped: Vec::new() }
+    }
+
     /// Runs one stage, whatever became of those before it: one run should show everything that is wrong.
     pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
         eprintln!("\n── {name}");
-        let started = Instant::now();
-        let outcome = match stage() {
+        let (result, took) = timed(stage);
+        self.add(name, result, took);
+    }
+
+    /// Runs two stages side by side that do not need each other: long stretches of each keep one core busy only. The first
+    /// runs on a thread of its own.
+    pub(crate) fn run_together(
+        &mut self,
+        (first_name, first): (&'static str, impl FnOnce() -> Result<Report> + Send),
+        (second_name, second): (&'static str, impl FnOnce() -> Result<Report>),
+    ) {
+        eprintln!("\n── {first_name}, {second_name}");
+        let (first, second) = std::thread::scope(|scope| {
+            let first = scope.spawn(|| timed(first));
+            let second = timed(second);
+            let first = first.join().unwrap_or_else(|_| (Err(anyhow!("the stage panicked")), Duration::ZERO));
+            (first, second)
+        });
+        self.add(first_name, first.0, first.1);
+        self.add(second_name, second.0, second.1);
+    }
+
+    fn add(&mut self, name: &'static str, result: Result<Report>, took: Duration) {
+        let outcome = match result {
             Ok(report) => {
                 self.tests.passed += report.tests.passed;
                 self.tests.failed += report.tests.failed;
@@ -62,7 +88,7 @@ impl Stages {
                 Outcome::Failed(format!("{error:#}"))
             }
         };
-        self.stages.push(Stage { name, took: started.elapsed(), outcome });
+        self.stages.push(Stage { name, took, outcome });
     }
 
     /// Notes that a stage is left out, and why.
@@ -82,8 +108,7 @@ impl Stages {
             };
             println!("{:<28} {:>8.1}  {result}", stage.name, stage.took.as_secs_f64());
         }
-        let total: Duration = self.stages.iter().map(|stage| stage.took).sum();
-        println!("{:<28} {:>8.1}", "in all", total.as_secs_f64());
+        println!("{:<28} {:>8.1}", "in all", self.started.elapsed().as_secs_f64());
         for skipped in &self.skipped {
             println!("{skipped}");
         }
@@ -100,4 +125,9 @@ impl Stages {
         );
         failed_stages == 0
     }
+}
+
+fn timed(stage: impl FnOnce() -> Result<Report>) -> (Result<Report>, Duration) {
+    let started = Instant::now();
+    (stage(), started.elapsed())
 }

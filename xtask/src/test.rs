@@ -28,7 +28,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         }
     }
 
-    let mut stages = Stages::default();
+    let mut stages = Stages::new();
     if filters.is_empty() {
         stages.run("format", || checked(shell::cargo().args(["fmt", "--all", "--check"])));
         stages.run("clippy", || checked(clippy("--workspace", "--all-targets").args(DENY_WARNINGS)));
@@ -41,10 +41,12 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             stages.skip(name, if quick { "--quick" } else { "only the named tests were asked for" });
         }
     } else {
-        stages.run("release build", || {
-            checked(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))
-        });
-        stages.run("browser bundle", || web::build_if_stale(Flavour::Release).map(|()| Report::default()));
+        stages.run_together(
+            ("release build", || {
+                checked(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))
+            }),
+            ("browser bundle", || web::build_if_stale(Flavour::Release).map(|()| Report::default())),
+        );
         match setup::find_or_install_chromium() {
             Some(_) => stages.run("browser tests", || {
                 tests(&Selection::Browser(&shell::target().join("release/autoinspect")))
