@@ -24,8 +24,6 @@ pub(crate) struct Place {
 pub struct MapCloud {
     /// Which keyframe.
     pub keyframe: KeyframeId,
-    /// When it was made.
-    pub stamp: Stamp,
     /// Where it is.
     pub map_from_keyframe: Pose,
     /// Metres, keyframe's frame.
@@ -96,11 +94,6 @@ impl MapClouds {
         Self { clouds, places: places.into_iter(), splitter, passage }
     }
 
-    /// How many keyframes have not been read yet.
-    pub fn left(&self) -> usize {
-        self.places.len()
-    }
-
     /// A keyframe's cloud as its file has it, and where its LiDAR was; none when there is no file.
     fn read(&self, place: &Place) -> Result<Option<(MapCloud, [f32; 3])>, StoreError> {
         let path = self.clouds.join(cloud_name(place.id));
@@ -115,7 +108,6 @@ impl MapClouds {
         intensity.resize(scan.xyz.len(), 0.0);
         let cloud = MapCloud {
             keyframe: place.id,
-            stamp: place.stamp,
             map_from_keyframe: place.map_from_keyframe,
             xyz: scan.xyz,
             intensity,

@@ -107,7 +107,7 @@ impl Passage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vocab::{KeyframeId, Pose, Stamp, Vec3};
+    use vocab::{KeyframeId, Pose, Vec3};
 
     /// A hall 20 m long and 6 m wide seen from `x`, with somebody at (5, 1.5) or nobody.
     fn hall(x: f64, somebody: bool) -> Vec<[f32; 3]> {
@@ -145,7 +145,6 @@ mod tests {
             passage.enter(
                 MapCloud {
                     keyframe: KeyframeId(step),
-                    stamp: Stamp::EPOCH,
                     map_from_keyframe: Pose { position, ..Pose::IDENTITY },
                     intensity: vec![1.0; xyz.len()],
                     xyz,

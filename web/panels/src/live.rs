@@ -45,7 +45,7 @@ fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     let v = estimate.value.velocity.linear;
     let p = estimate.value.map_from_base.position;
     fact_with_note(ui, tokens, "Speed", &format!("{:.1} m/s", v.x.hypot(v.y)), note);
-    fact_with_note(ui, tokens, "Place", &format!("{:.1}, {:.1}, {:.1} m", p.x, p.y, p.z), note);
+    fact_with_note(ui, tokens, "Place", &words::place(&p), note);
     fact(ui, tokens, "Accuracy", &words::accuracy(words::position_sigma_m(&estimate.value)));
     fact(ui, tokens, "Walked", &words::distance(estimate.value.distance));
 }

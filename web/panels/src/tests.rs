@@ -258,6 +258,7 @@ fn numbers_carry_units() {
     assert_eq!(words::distance(12.345), "12.3 m");
     assert_eq!(words::distance(1234.0), "1.23 km");
     assert_eq!(words::accuracy(0.014), "1.4 cm");
+    assert_eq!(words::place(&vocab::Vec3::new(-0.04, 12.34, -5.0)), "0.0, 12.3, -5.0 m");
     assert_eq!(words::elapsed(3753.0), "1:02:33");
     assert_eq!(words::duration(7500.0), "2 h 05");
     assert_eq!(words::age(2.04), "2.0 s old");

@@ -2,7 +2,7 @@
 
 use api::{Battery, Estimate, LoopSource, LoopVerdict, Mapping, Motion, Severity};
 use client_model::{ColourBy, LoopPair, LoopPick, Theme};
-use vocab::Stamp;
+use vocab::{Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
@@ -114,6 +114,13 @@ fn civil_from_days(days: i64) -> (i64, usize, i64) {
     let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
     let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
     (year_of_era + era * 400 + i64::from(month <= 2), month as usize, day)
+}
+
+/// A place in the map.
+pub fn place(place: &Vec3) -> String {
+    // What rounds to zero has no sign.
+    let [x, y, z] = place.to_array().map(|c| (c * 10.0).round() / 10.0 + 0.0);
+    format!("{x:.1}, {y:.1}, {z:.1} m")
 }
 
 /// One standard deviation of the position, the worst horizontal direction, metres.

@@ -9,6 +9,8 @@ use store::{MapCloud, MapClouds, StoreError};
 const PIXELS_MAX: f64 = 64e6;
 /// Lines this far apart show the scale, metres.
 const GRID: f64 = 10.0;
+/// Points farther from the origin are left out, metres: they are mistakes, and no picture could show them with the others.
+const FARTHEST: f64 = 1e6;
 const PAPER: [u8; 3] = [250, 250, 248];
 const GRID_LINE: [u8; 3] = [226, 228, 230];
 /// The part of the heights at each end that shares the last colour, so that a single mast does not take them all.
@@ -138,9 +140,9 @@ fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Setting
     for point in &cloud.xyz {
         let in_map = map_from_keyframe * nalgebra::Point3::from(point.map(f64::from));
         let wanted = settings.heights.is_none_or(|wanted| (wanted.from..=wanted.to).contains(&in_map.z));
-        // Fails for what is not a number as well.
-        if wanted && in_map.z - robot <= settings.above_robot && in_map.x.is_finite() && in_map.y.is_finite()
-        {
+        // These fail for what is not a number as well.
+        let near = in_map.x.abs() <= FARTHEST && in_map.y.abs() <= FARTHEST;
+        if wanted && near && in_map.z - robot <= settings.above_robot {
             let cell = [in_map.x, in_map.y].map(|c| (c / settings.pixel).floor() as i64);
             let height = cells.entry(cell).or_insert(f32::NEG_INFINITY);
             *height = height.max(in_map.z as f32);
@@ -199,6 +201,28 @@ mod tests {
             .map(|column| column - 3)
             .collect();
         assert_eq!(lower, [0, 10, 20]);
+    }
+
+    #[test]
+    fn what_hangs_high_and_what_no_sensor_sees_is_left_out() {
+        let cloud = MapCloud {
+            keyframe: vocab::KeyframeId(0),
+            map_from_keyframe: vocab::Pose::IDENTITY,
+            xyz: vec![
+                [1.0, 2.0, 0.5],
+                [1.0, 2.0, 0.2],
+                [1.0, 2.0, 3.0],
+                [f32::NAN, 0.0, 0.0],
+                [3e38, 0.0, 0.0],
+            ],
+            intensity: vec![0.0; 5],
+        };
+        let settings = Settings { pixel: 0.5, above_robot: 1.5, heights: None };
+        let mut cells = BTreeMap::new();
+        assert_eq!(add(&mut cells, &cloud, &settings), 2);
+        assert_eq!(cells, BTreeMap::from([([2, 4], 0.5)]));
+        let floor = Settings { heights: Some(Heights { from: 0.0, to: 0.3 }), ..settings };
+        assert_eq!(add(&mut BTreeMap::new(), &cloud, &floor), 1);
     }
 
     #[test]
