@@ -25,6 +25,8 @@ pub struct Plan {
     pub columns: u32,
     /// People walking about.
     pub people: u32,
+    /// Whether the way that was truly walked is kept for [`StackWalk::finish`]: 64 B a millisecond or so.
+    pub keep_truth: bool,
 }
 
 /// What a step was for.
@@ -34,7 +36,7 @@ pub enum StepOf {
     Other,
     /// Anything a sensor said.
     Sensor,
-    /// The result of looking at a pair of keyframes.
+    /// The result of looking at a pair of keyframes, or at a visit.
     Verified,
 }
 
@@ -50,7 +52,8 @@ pub struct StackWalk {
     effects: Vec<Effect>,
     jobs: VecDeque<u64>,
     finished: Option<Arc<FinishedMap>>,
-    truth: Vec<(Stamp, Isometry)>,
+    truth: Option<Vec<(Stamp, Isometry)>>,
+    rounds: u32,
 }
 
 impl StackWalk {
@@ -74,7 +77,8 @@ impl StackWalk {
             effects: Vec::new(),
             jobs: VecDeque::new(),
             finished: None,
-            truth: Vec::new(),
+            truth: plan.keep_truth.then(Vec::new),
+            rounds: 0,
         };
         let boot = BootRecord { start_mapping: Some(SessionId(Uuid::from_u128(1))), ..walk.simulator.boot() };
         walk.step(walk.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
@@ -91,9 +95,12 @@ impl StackWalk {
             let drive = self.drive();
             self.simulator.command(drive);
             self.simulator.advance(self.simulator.now() + TICK, &mut events);
-            for truth in self.simulator.take_truths() {
-                let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
-                self.truth.push((truth.stamp, pose));
+            let truths = self.simulator.take_truths();
+            if let Some(kept) = &mut self.truth {
+                for truth in truths {
+                    let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
+                    kept.push((truth.stamp, pose));
+                }
             }
             for event in events.drain(..) {
                 self.step(event.at, StepOf::Sensor, Input::Sensor(event.sensor), heard);
@@ -104,7 +111,20 @@ impl StackWalk {
         Ok(())
     }
 
-    /// Ends the walk and hands the map over.
+    /// Rounds walked to their end.
+    pub fn rounds(&self) -> u32 {
+        self.rounds
+    }
+
+    /// Where the base truly is in the site.
+    ///
+    /// # Errors
+    /// When the simulator's truth is no pose.
+    pub fn site_from_base(&self) -> Result<Isometry> {
+        isometry_from_pose(&self.simulator.truth().site_from_base).context("a true pose is no pose")
+    }
+
+    /// Ends the walk and hands the map over, with the truth if it was kept.
     ///
     /// # Errors
     /// When the stack makes none.
@@ -121,13 +141,14 @@ impl StackWalk {
             self.work(now, heard);
         }
         let Some(finished) = self.finished else { bail!("the stack made no map") };
-        Ok((finished, Truth(self.truth)))
+        Ok((finished, Truth(self.truth.unwrap_or_default())))
     }
 
     /// The next command; the round begins again where it ended.
     fn drive(&mut self) -> Drive {
         let truth = self.simulator.truth();
         self.walker.drive(&truth).unwrap_or_else(|| {
+            self.rounds += 1;
             self.walker = RouteWalker::new(self.route.clone());
             self.walker.drive(&truth).unwrap_or_default()
         })
@@ -146,7 +167,9 @@ impl StackWalk {
         heard(of, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
-                Effect::StartJob { job, work: Job::VerifyLoop(_) } => self.jobs.push_back(job),
+                Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
+                    self.jobs.push_back(job)
+                }
                 Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }
@@ -158,6 +181,20 @@ impl StackWalk {
 pub struct Truth(Vec<(Stamp, Isometry)>);
 
 impl Truth {
+    /// Every so many metres of the walk.
+    pub fn every(&self, metres: f64) -> Vec<(Stamp, Isometry)> {
+        let mut kept: Vec<(Stamp, Isometry)> = Vec::new();
+        for entry in &self.0 {
+            let moved = |last: &(Stamp, Isometry)| {
+                (last.1.translation.vector - entry.1.translation.vector).norm() >= metres
+            };
+            if kept.last().is_none_or(moved) {
+                kept.push(*entry);
+            }
+        }
+        kept
+    }
+
     /// The base in the site at a moment of the walk; at its ends before and after.
     pub fn at(&self, stamp: Stamp) -> Option<Isometry> {
         let last = self.0.len().checked_sub(1)?;
@@ -172,6 +209,14 @@ impl Truth {
 /// Whether a step gave an estimate from a sweep.
 pub fn located(effects: &[Effect]) -> bool {
     effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Estimate(_))))
+}
+
+/// What became of walks over known ground in a step.
+pub fn ties(effects: &[Effect]) -> impl Iterator<Item = &messages::Tied> {
+    effects.iter().filter_map(|effect| match effect {
+        Effect::Publish(Publication::Tied(tied)) => Some(tied),
+        _ => None,
+    })
 }
 
 /// Whether a step made a keyframe.

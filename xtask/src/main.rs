@@ -27,7 +27,9 @@ cargo xtask COMMAND
       [--toolchain NAME]     rustup or debian instead of the first one found.
   run [--site NAME] [--port N] [--data DIR] [--speed X] [--dev]
                              Build what is stale, then serve a simulated robot on http://127.0.0.1:8080.
-  test [--quick] [FILTER...] Everything a change must pass. --quick leaves out release build, bundle and browser.
+  test [--quick | --release] [FILTER...]
+                             Everything a change must pass. --quick leaves out server, bundle and browser; --release runs
+                             the browser tests on the optimised server and bundle that are shipped.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
 ";
 

@@ -52,13 +52,15 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     build(flavour, toolchain)
 }
 
-/// Builds the bundle unless the one that is there was made from the same sources.
-pub(crate) fn build_if_stale(flavour: Flavour) -> Result<()> {
+/// Builds the bundle unless the one that is there was made from the same sources, in this flavour or a better one.
+pub(crate) fn build_if_stale(least: Flavour) -> Result<()> {
     let made_from = fs::read_to_string(stamp()).unwrap_or_default();
-    if made_from == source_fingerprint(flavour)? && shell::root().join("static/pkg/manifest.json").exists() {
+    let is_there = shell::root().join("static/pkg/manifest.json").exists();
+    let fresh = |flavour| source_fingerprint(flavour).map(|fingerprint| made_from == fingerprint);
+    if is_there && (fresh(Flavour::Release)? || least == Flavour::Dev && fresh(Flavour::Dev)?) {
         return Ok(());
     }
-    build(flavour, Toolchain::find_or_install()?)
+    build(least, Toolchain::find_or_install()?)
 }
 
 fn build(flavour: Flavour, toolchain: Toolchain) -> Result<()> {

@@ -126,7 +126,7 @@ impl Told {
         self.digest.add(at, &effects);
         for effect in effects {
             match effect {
-                Effect::StartJob { job, work: Job::VerifyLoop(_) } => {
+                Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
                     self.done.push_back(JobDone { job, result });
@@ -163,12 +163,15 @@ impl Told {
         aligned_rmse(&pairs).unwrap_or(f64::NAN)
     }
 
-    /// Greatest distance of a keyframe from its place in another graph, metres.
+    /// Greatest distance of a keyframe from its place in another graph, which has all of them and perhaps more, metres.
     fn apart(&self, other: &PoseGraph) -> f64 {
-        assert_eq!(self.graph.nodes.len(), other.nodes.len());
-        let pairs = self.graph.nodes.iter().zip(&other.nodes);
-        pairs
-            .map(|(a, b)| (a.map_from_keyframe.position, b.map_from_keyframe.position))
+        let place = |stamp: Stamp| {
+            let node = other.nodes.iter().find(|node| node.stamp == stamp);
+            node.map(|node| node.map_from_keyframe.position).expect("a keyframe of both graphs")
+        };
+        let nodes = self.graph.nodes.iter();
+        nodes
+            .map(|node| (node.map_from_keyframe.position, place(node.stamp)))
             .map(|(a, b)| (vec_from_plain(a) - vec_from_plain(b)).norm())
             .fold(0.0, f64::max)
     }

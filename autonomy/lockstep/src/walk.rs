@@ -133,7 +133,7 @@ impl Lockstep {
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
-                Effect::StartJob { job, work: Job::VerifyLoop(_) } => {
+                Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }

@@ -83,7 +83,16 @@ pub struct Jury {
     trust: Trust,
     chain: Chain,
     web: Web,
-    waiting: Vec<(Edge, Evidence)>,
+    waiting: Vec<Waiting>,
+}
+
+/// A loop that waits for others.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    edge: Edge,
+    evidence: Evidence,
+    /// Those waiting that agree with it, by their places.
+    agrees: u64,
 }
 
 /// How a loop compares with what the graph says of the pair.
@@ -109,6 +118,19 @@ impl Jury {
         self.web.connect(next - 1, next, &step);
     }
 
+    /// Metres were walked over known ground.
+    pub fn walk(&mut self, metres: f64) {
+        self.chain.walk(metres);
+    }
+
+    /// Adds the next keyframe, that `edge` leads to from an old one, its metres having been walked already.
+    pub fn attach_keyframe(&mut self, edge: &Edge) {
+        let way = Uncertain::from_information(edge.from_from_to, &edge.information);
+        let next = self.chain.len();
+        self.chain.attach(index(edge.from), &way);
+        self.web.connect(index(edge.from).min(next - 1), next, &way);
+    }
+
     /// The walk by odometry.
     pub fn chain(&self) -> &Chain {
         &self.chain
@@ -117,6 +139,21 @@ impl Jury {
     /// The best known pose of every keyframe in `from`, over odometry and accepted loops.
     pub fn reach(&self, from: KeyframeId) -> Vec<Option<Uncertain>> {
         self.web.reach(index(from))
+    }
+
+    /// The best known pose of one keyframe in another.
+    pub fn between(&self, from: KeyframeId, to: KeyframeId) -> Option<Uncertain> {
+        self.web.between(index(from), index(to))
+    }
+
+    /// As [`Self::reach`], from the place that `way` leads to from a keyframe.
+    pub fn reach_along(&self, from: KeyframeId, way: &Uncertain) -> Vec<Option<Uncertain>> {
+        self.web.reach_along(index(from), way)
+    }
+
+    /// Whether a measurement agrees with an expectation that is itself sure enough.
+    pub fn confirms(&self, expected: &Uncertain, measured: &Uncertain) -> bool {
+        self.stance(Some(expected), measured) == Stance::Confirmed
     }
 
     /// Loops that wait for others.
@@ -136,7 +173,7 @@ impl Jury {
         if let Some(flaw) = verified.flaw {
             return vec![decision(Verdict::Rejected(flaw), 0)];
         }
-        if self.stance(&verified.edge) == Stance::Confirmed {
+        if self.stance_of(&verified.edge) == Stance::Confirmed {
             self.connect(&verified.edge);
             let mut decisions = vec![decision(Verdict::Accepted, 1)];
             self.confirm_waiting(&mut decisions);
@@ -144,23 +181,22 @@ impl Jury {
         }
         let mut decisions = Vec::new();
         if self.waiting.len() == WAITING {
-            let (edge, evidence) = self.waiting.remove(0);
+            let Waiting { edge, evidence, .. } = self.no_longer(0);
             decisions.push(Decision { edge, evidence, verdict: Verdict::Dropped, agreeing: 0 });
         }
-        self.waiting.push((verified.edge, verified.evidence));
+        self.wait(verified.edge, verified.evidence);
         let set = self.agreeing_with_last();
         if self.convinces(set) {
             let agreeing = set.count_ones() as usize;
-            for i in bits(set) {
-                let (edge, evidence) = self.waiting[i];
+            let mut accepted: Vec<Waiting> = Vec::new();
+            // Backwards, so that places ahead stay.
+            for place in bits(set).collect::<Vec<_>>().into_iter().rev() {
+                accepted.push(self.no_longer(place));
+            }
+            for Waiting { edge, evidence, .. } in accepted.into_iter().rev() {
                 self.connect(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing });
             }
-            let mut place = 0;
-            self.waiting.retain(|_| {
-                place += 1;
-                set >> (place - 1) & 1 == 0
-            });
             self.confirm_waiting(&mut decisions);
         } else {
             decisions.push(decision(Verdict::Held, set.count_ones() as usize));
@@ -193,7 +229,9 @@ impl Jury {
 
     fn forget_waiting(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
         let before = self.waiting.len();
-        self.waiting.retain(|(edge, _)| (edge.from, edge.to) != (from, to));
+        while let Some(place) = self.waiting.iter().position(|w| (w.edge.from, w.edge.to) == (from, to)) {
+            self.no_longer(place);
+        }
         self.waiting.len() < before
     }
 
@@ -201,21 +239,23 @@ impl Jury {
     fn confirm_waiting(&mut self, decisions: &mut Vec<Decision>) {
         let oldest = self.waiting.len().saturating_sub(LOOKED_AT_AGAIN);
         for place in (oldest..self.waiting.len()).rev() {
-            if self.stance(&self.waiting[place].0) == Stance::Confirmed {
-                let (edge, evidence) = self.waiting.remove(place);
+            if self.stance_of(&self.waiting[place].edge) == Stance::Confirmed {
+                let Waiting { edge, evidence, .. } = self.no_longer(place);
                 self.connect(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
             }
         }
     }
 
-    fn stance(&self, edge: &Edge) -> Stance {
-        let Some(expected) = self.web.between(index(edge.from), index(edge.to)) else {
-            return Stance::Absurd;
-        };
-        let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
+    fn stance_of(&self, edge: &Edge) -> Stance {
+        let expected = self.web.between(index(edge.from), index(edge.to));
+        self.stance(expected.as_ref(), &Uncertain::from_information(edge.from_from_to, &edge.information))
+    }
+
+    fn stance(&self, expected: Option<&Uncertain>, measured: &Uncertain) -> Stance {
+        let Some(expected) = expected else { return Stance::Absurd };
         let deviation = expected.place_deviation();
-        match expected.distance_squared(&measured) {
+        match expected.distance_squared(measured) {
             Some(squared) if squared <= CHI_SQUARED_6 => {
                 if deviation <= self.trust.tight {
                     Stance::Confirmed
@@ -232,29 +272,36 @@ impl Jury {
         }
     }
 
-    /// The largest set of waiting loops that agree with each other and with the last one.
-    fn agreeing_with_last(&self) -> u64 {
-        let count = self.waiting.len();
-        let mut agree = vec![0_u64; count];
-        for i in 0..count {
-            for j in 0..i {
-                if self.agree(&self.waiting[i].0, &self.waiting[j].0) {
-                    agree[i] |= 1 << j;
-                    agree[j] |= 1 << i;
-                }
-            }
+    /// Lets a loop wait, and notes who agrees with it. Cost: two searches of the graph, however many wait.
+    fn wait(&mut self, edge: Edge, evidence: Evidence) {
+        let place = self.waiting.len();
+        let mut agrees = 0_u64;
+        let [from, to] = [edge.from, edge.to].map(|end| Ways { jury: self, end: index(end), by_loops: None });
+        let mut ends = [from, to];
+        for (other, waiting) in self.waiting.iter().enumerate() {
+            let agree = agree(&edge, &waiting.edge, &mut ends);
+            agrees |= u64::from(agree) << other;
         }
-        largest(&agree, count - 1)
+        for other in bits(agrees) {
+            self.waiting[other].agrees |= 1 << place;
+        }
+        self.waiting.push(Waiting { edge, evidence, agrees });
     }
 
-    /// Whether two loops and the walk between their ends close a circle within their covariance.
-    fn agree(&self, a: &Edge, b: &Edge) -> bool {
-        let loops = [a, b].map(|edge| Uncertain::from_information(edge.from_from_to, &edge.information));
-        let there = self.chain.relative(index(b.from), index(a.from));
-        let back = self.chain.relative(index(a.to), index(b.to));
-        let (Some(there), Some(back)) = (there, back) else { return false };
-        let around = there.then(&loops[0]).then(&back);
-        around.distance_squared(&loops[1]).is_some_and(|squared| squared <= CHI_SQUARED_6)
+    /// Takes a loop out of those that wait.
+    fn no_longer(&mut self, place: usize) -> Waiting {
+        let gone = self.waiting.remove(place);
+        let ahead = (1_u64 << place) - 1;
+        for waiting in &mut self.waiting {
+            waiting.agrees = waiting.agrees & ahead | waiting.agrees >> 1 & !ahead;
+        }
+        gone
+    }
+
+    /// The largest set of waiting loops that agree with each other and with the last one.
+    fn agreeing_with_last(&self) -> u64 {
+        let agree: Vec<u64> = self.waiting.iter().map(|waiting| waiting.agrees).collect();
+        largest(&agree, agree.len().saturating_sub(1))
     }
 
     /// Whether a set of waiting loops is enough.
@@ -262,7 +309,7 @@ impl Jury {
         if (set.count_ones() as usize) < self.trust.support {
             return false;
         }
-        let stances: Vec<Stance> = bits(set).map(|i| self.stance(&self.waiting[i].0)).collect();
+        let stances: Vec<Stance> = bits(set).map(|i| self.stance_of(&self.waiting[i].edge)).collect();
         if stances.contains(&Stance::Absurd) {
             return false;
         }
@@ -273,7 +320,7 @@ impl Jury {
         };
         let far = |end: fn(&Edge) -> KeyframeId| {
             let places: Vec<Vector3> = bits(set)
-                .filter_map(|i| self.chain.pose(index(end(&self.waiting[i].0))))
+                .filter_map(|i| self.chain.pose(index(end(&self.waiting[i].edge))))
                 .map(|pose: &Isometry| pose.translation.vector)
                 .collect();
             let pairs = places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm()));
@@ -281,6 +328,34 @@ impl Jury {
         };
         stances.len() >= support && far(|edge| edge.from) && far(|edge| edge.to)
     }
+}
+
+/// How other keyframes lie to one.
+struct Ways<'a> {
+    jury: &'a Jury,
+    end: usize,
+    /// Over loops; searched for when it is first asked for.
+    by_loops: Option<Vec<Option<Uncertain>>>,
+}
+
+impl Ways<'_> {
+    /// By odometry alone if both are of one stretch of the walk, and over loops if not.
+    fn to(&mut self, other: KeyframeId) -> Option<Uncertain> {
+        let (jury, end) = (self.jury, self.end);
+        jury.chain.relative(end, index(other)).or_else(|| {
+            let reached = self.by_loops.get_or_insert_with(|| jury.web.reach(end));
+            reached.get(index(other)).copied().flatten()
+        })
+    }
+}
+
+/// Whether two loops and the ways between their ends close a circle within their covariance. `ends`: those of `a`.
+fn agree(a: &Edge, b: &Edge, [from, to]: &mut [Ways<'_>; 2]) -> bool {
+    let [first, second] =
+        [a, b].map(|edge| Uncertain::from_information(edge.from_from_to, &edge.information));
+    let (Some(there), Some(back)) = (from.to(b.from), to.to(b.to)) else { return false };
+    let around = there.inverse().then(&first).then(&back);
+    around.distance_squared(&second).is_some_and(|squared| squared <= CHI_SQUARED_6)
 }
 
 fn index(keyframe: KeyframeId) -> usize {

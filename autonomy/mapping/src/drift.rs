@@ -9,33 +9,53 @@ use std::collections::BinaryHeap;
 /// what an XT-32 overlooks indoors.
 const LEVER: f64 = 10.0;
 
-/// The walk by odometry alone: the relative pose of any two keyframes and its covariance, in constant time.
+/// The walk by odometry alone: the relative pose of any two keyframes of one stretch and its covariance, in constant time.
 ///
 /// Errors of the edges are independent, so their sum in the frame of the first keyframe is a running sum of which any
-/// stretch is a difference. 344 B a keyframe.
+/// stretch is a difference. A stretch ends where the walk goes on over known ground, and another begins where it leaves that.
+/// 352 B a keyframe.
 #[derive(Clone, Debug)]
 pub struct Chain {
     /// First keyframe to each, and the summed covariance of the way there, perturbed on the left (in the first's frame).
     sums: Vec<(Isometry, Matrix6)>,
     /// Metres walked to each.
     walked: Vec<f64>,
+    /// First keyframe of each one's stretch.
+    stretch: Vec<u32>,
+    /// Metres walked in all.
+    odometer: f64,
 }
 
 impl Default for Chain {
     fn default() -> Self {
-        Self { sums: vec![(Isometry::identity(), Matrix6::zeros())], walked: vec![0.0] }
+        let sums = vec![(Isometry::identity(), Matrix6::zeros())];
+        Self { sums, walked: vec![0.0], stretch: vec![0], odometer: 0.0 }
     }
 }
 
 impl Chain {
     /// Adds the keyframe that `step` leads to from the last one. The first keyframe is there from the beginning.
     pub fn push(&mut self, step: &Uncertain) {
-        let (pose, sum) = self.sums.last().copied().unwrap_or((Isometry::identity(), Matrix6::zeros()));
-        let next = pose * step.pose;
+        self.walk(step.pose.translation.vector.norm());
+        self.attach(self.len() - 1, step);
+    }
+
+    /// Metres were walked that led to no keyframe.
+    pub fn walk(&mut self, metres: f64) {
+        self.odometer += metres;
+    }
+
+    /// Adds the keyframe that `way` leads to from an old one, its metres having been walked already. If that is not the
+    /// last one, another stretch begins. An old one that is not there counts as the last.
+    pub fn attach(&mut self, from: usize, way: &Uncertain) {
+        let last = self.len() - 1;
+        let from = from.min(last);
+        let (pose, sum) = self.sums[from];
+        let next = pose * way.pose;
         let ad = se3::adjoint(&next);
-        self.sums.push((next, sum + ad * step.covariance * ad.transpose()));
-        let walked = self.walked.last().copied().unwrap_or(0.0);
-        self.walked.push(walked + step.pose.translation.vector.norm());
+        self.sums.push((next, sum + ad * way.covariance * ad.transpose()));
+        self.walked.push(self.odometer);
+        self.stretch.push(if from == last { self.stretch[last] } else { last as u32 + 1 });
     }
 
     /// Number of keyframes.
@@ -58,10 +78,18 @@ impl Chain {
         Some((self.walked.get(a)? - self.walked.get(b)?).abs())
     }
 
-    /// Pose of `b` in `a`, by odometry alone.
+    /// Metres walked since a keyframe.
+    pub fn since(&self, keyframe: usize) -> Option<f64> {
+        Some(self.odometer - self.walked.get(keyframe)?)
+    }
+
+    /// Pose of `b` in `a`, by odometry alone; none where they are not of one stretch.
     pub fn relative(&self, a: usize, b: usize) -> Option<Uncertain> {
         if b < a {
             return Some(self.relative(b, a)?.inverse());
+        }
+        if self.stretch.get(a)? != self.stretch.get(b)? {
+            return None;
         }
         let ((from, before), (to, after)) = (self.sums.get(a)?, self.sums.get(b)?);
         let ad = se3::adjoint(&to.inverse());
@@ -111,16 +139,21 @@ impl Web {
     ///
     /// Source of the idea: Olson, *Recognizing places using spectrally clustered local matches*, RAS 2009.
     pub fn reach(&self, from: usize) -> Vec<Option<Uncertain>> {
-        self.spread(from, usize::MAX)
+        self.spread(from, Uncertain::identity(), usize::MAX)
+    }
+
+    /// As [`Web::reach`], from the place that `way` leads to from a keyframe.
+    pub fn reach_along(&self, from: usize, way: &Uncertain) -> Vec<Option<Uncertain>> {
+        self.spread(from, way.inverse(), usize::MAX)
     }
 
     /// The best known pose of `to` in `from`, as [`Web::reach`] has it; stops once it is found.
     pub fn between(&self, from: usize, to: usize) -> Option<Uncertain> {
-        self.spread(from, to).get(to).copied().flatten()
+        self.spread(from, Uncertain::identity(), to).get(to).copied().flatten()
     }
 
-    /// Reaches keyframes from the surest on, until `last`.
-    fn spread(&self, from: usize, last: usize) -> Vec<Option<Uncertain>> {
+    /// Reaches keyframes from the surest on, until `last`. `first` is where `from` is.
+    fn spread(&self, from: usize, first: Uncertain, last: usize) -> Vec<Option<Uncertain>> {
         let mut reached: Vec<Option<Uncertain>> = vec![None; self.links.len()];
         let mut heap = BinaryHeap::new();
         let mut least = vec![f64::INFINITY; self.links.len()];
@@ -137,7 +170,7 @@ impl Web {
                     let before: &Option<Uncertain> = &reached[parent];
                     before.unwrap_or_else(Uncertain::identity).then(&self.links[parent][link].way)
                 }
-                None => Uncertain::identity(),
+                None => first,
             });
             if keyframe == last {
                 break;
@@ -213,6 +246,21 @@ mod tests {
     }
 
     #[test]
+    fn known_ground_ends_a_stretch_and_counts_as_walked() {
+        let mut chain = Chain::default();
+        (0..10).for_each(|_| chain.push(&step(0.0, 0.01)));
+        chain.walk(25.0);
+        // Over a keyframe that is known already, and on from it.
+        chain.attach(4, &step(0.3, 0.01));
+        chain.push(&step(0.0, 0.01));
+        assert_eq!((chain.relative(10, 11), chain.relative(3, 12)), (None, None));
+        assert!(chain.relative(11, 12).is_some_and(|way| near(&way, &step(0.0, 0.01))));
+        assert_eq!(chain.walked(10, 12).map(f64::round), Some(26.0));
+        let expected = Isometry::new(Vector3::new(4.0, 0.0, 0.0), Vector3::zeros()) * step(0.3, 0.01).pose;
+        assert!(chain.pose(11).is_some_and(|pose| se3::local(pose, &expected).norm() < 1e-9));
+    }
+
+    #[test]
     fn a_loop_shortens_the_way_to_old_places() {
         let (mut web, mut chain) = (Web::default(), Chain::default());
         for index in 0..100 {
@@ -229,6 +277,9 @@ mod tests {
         web.connect(2, 100, &Uncertain { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
         let Some(closed) = web.reach(100)[0] else { panic!("not reached") };
         assert_eq!((web.between(100, 0), web.between(100, 4_000)), (Some(closed), None));
+        let ahead = step(0.2, 0.01);
+        let seen = web.reach_along(100, &ahead)[0];
+        assert!(seen.is_some_and(|seen| near(&seen, &ahead.inverse().then(&closed))));
         assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
         assert!(web.disconnect(2, 100) && !web.disconnect(2, 100) && !web.disconnect(7, 4_000));
         assert_eq!(web.reach(100), before);

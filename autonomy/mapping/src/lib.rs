@@ -1,9 +1,10 @@
 //! From odometry to a map: which scans become keyframes, the pose graph between them, the walked trajectory, and the places
 //! where the walk came back to itself.
 //!
-//! A [`Session`] keeps poses only (about 1 kB a keyframe and 64 B a scan); full clouds go to its owner. A [`LoopFinder`] keeps a
+//! A [`Session`] keeps poses only (about 1 kB a keyframe and 76 B a scan, 10 MB at most); full clouds go to its owner. A [`LoopFinder`] keeps a
 //! small cloud of every keyframe (about 34 kB in all) and finds loops in four steps: `scan_context` and `places` recognise,
-//! `candidates` chooses, `verify` registers, `consistency` decides. `dynamics` tells people from the site.
+//! `candidates` chooses, `verify` registers, `consistency` decides. On known ground it ties the robot to old keyframes instead
+//! (`visits`). `dynamics` tells people from the site.
 //! `docs/maths/loops.md` has the method and its numbers.
 
 pub mod candidates;
@@ -19,13 +20,16 @@ mod session;
 pub mod submap;
 #[cfg(test)]
 mod testing;
+mod trail;
 mod uncertain;
 mod verify;
 pub mod view;
+mod visits;
 
 pub use consistency::{Decision, Jury, Trust, Verdict};
 pub use loops::{LoopConfig, LoopFinder, NewKeyframe};
 pub use odometer::Odometer;
-pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Stretch, unit};
+pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Step, Stretch, Waypoint, unit};
 pub use uncertain::Uncertain;
-pub use verify::{Evidence, Flaw, Gates, Source, Task, Verified, verify};
+pub use verify::{Compared, Comparison, Evidence, Flaw, Gates, Source, Task, Verified, compare, verify};
+pub use visits::{Ground, Tie, Tied, Visit};

@@ -2,15 +2,17 @@
 //!
 //! The owner calls [`LoopFinder::add_keyframe`] for every keyframe, runs [`crate::verify()`] on each task that comes back
 //! (anywhere, in any order), and hands the results to [`LoopFinder::judge`] in an order of its choosing: the same calls give
-//! the same bits.
+//! the same bits. A robot that also walks over known ground calls [`LoopFinder::arrive`] instead, see [`crate::Ground`].
 
 use crate::candidates::{self, Candidate, CandidatePolicy};
 use crate::consistency::{Decision, Jury, Trust, Verdict};
 use crate::places::Places;
 use crate::scan_context::{Descriptor, level_from_base};
 use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
-use crate::verify::{Gates, Source, Task, Verified};
-use crate::{Edge, dynamics};
+use crate::trail::Trail;
+use crate::verify::{Comparison, Gates, Source, Task, Verified};
+use crate::visits::Visits;
+use crate::{Edge, Uncertain, dynamics};
 use geometry::{Isometry, Rotation};
 use points::Downsampler;
 use std::sync::Arc;
@@ -21,6 +23,8 @@ const ASIDE: f32 = 1.5;
 /// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
 const SUBMAP_WALK: f64 = 8.0;
 const SUBMAP_MEMBERS: usize = 17;
+/// Where the walk alone gives fewer, those nearest over loops are taken in too.
+const SUBMAP_LEAST: usize = 9;
 /// Submaps held ready: 4 to 15 MB each.
 const SUBMAPS_HELD: usize = 4;
 
@@ -52,15 +56,17 @@ pub struct NewKeyframe<'a> {
 /// edges 1.5) and four submaps.
 #[derive(Clone, Debug)]
 pub struct LoopFinder {
-    config: LoopConfig,
-    jury: Jury,
+    pub(crate) config: LoopConfig,
+    pub(crate) jury: Jury,
     places: Places,
-    clouds: Vec<Arc<KeyframeCloud>>,
+    pub(crate) clouds: Vec<Arc<KeyframeCloud>>,
     levels: Vec<Rotation>,
     submaps: SubmapCache,
-    downsampler: Downsampler,
+    pub(crate) downsampler: Downsampler,
     /// Keyframe of the last loop that was accepted by geometry.
     last_closed: Option<usize>,
+    pub(crate) trail: Trail,
+    pub(crate) visits: Visits,
 }
 
 impl LoopFinder {
@@ -75,6 +81,8 @@ impl LoopFinder {
             submaps: SubmapCache::new(SUBMAPS_HELD),
             downsampler: Downsampler::default(),
             last_closed: None,
+            trail: Trail::default(),
+            visits: Visits::default(),
         }
     }
 
@@ -86,31 +94,46 @@ impl LoopFinder {
     /// Adds a keyframe; returns the pairs to verify, at most `2 * most` of the policy. Keyframes are numbered from 0 in the
     /// order of these calls, as a session does.
     pub fn add_keyframe(&mut self, new: &NewKeyframe) -> Vec<Task> {
-        let newest = self.clouds.len();
+        let step = new.edge.map(|edge| Uncertain::from_information(edge.from_from_to, &edge.information));
         if let Some(edge) = new.edge {
             self.jury.add_keyframe(edge);
         }
-        let level = level_from_base(&new.rotation);
-        self.clouds.push(Arc::new(KeyframeCloud::new(new.xyz, new.sensor, &mut self.downsampler)));
+        let cloud = Arc::new(KeyframeCloud::new(new.xyz, new.sensor, &mut self.downsampler));
+        let waypoint = self.trail.push(step.unwrap_or_else(Uncertain::identity), Arc::clone(&cloud));
+        self.take_in(waypoint, cloud, &new.rotation, new.xyz)
+    }
+
+    /// Makes the newest waypoint, that the jury knows as a keyframe already, one.
+    pub(crate) fn take_in(
+        &mut self,
+        waypoint: u64,
+        cloud: Arc<KeyframeCloud>,
+        rotation: &Rotation,
+        xyz: &[[f32; 3]],
+    ) -> Vec<Task> {
+        let newest = self.clouds.len();
+        let level = level_from_base(rotation);
+        self.visits.begin_at(keyframe(newest), waypoint);
+        self.clouds.push(cloud);
         self.levels.push(level);
-        self.places.push(Arc::new(Descriptor::new(new.xyz, &level, [0.0; 2])));
-        let candidates = self.candidates(newest, new.xyz);
+        self.places.push(Arc::new(Descriptor::new(xyz, &level, [0.0; 2])));
+        let candidates = self.candidates(newest, xyz);
         if candidates.is_empty() {
             return Vec::new();
         }
-        let newer = self.submap(newest);
-        candidates
-            .into_iter()
-            .map(|candidate| Task {
-                from: keyframe(candidate.keyframe),
-                to: keyframe(newest),
+        let newer = Arc::new(self.walked_submap());
+        let tasks = candidates.into_iter().map(|candidate| Task {
+            from: keyframe(candidate.keyframe),
+            to: keyframe(newest),
+            comparison: Comparison {
                 source: candidate.source,
                 guesses: vec![candidate.guess],
                 expected: Some(candidate.expected),
                 older: self.submap(candidate.keyframe),
-                newer: newer.clone(),
-            })
-            .collect()
+                newer: Arc::clone(&newer),
+            },
+        });
+        tasks.collect()
     }
 
     /// Decides about a verified pair, and about others that it makes believable. Accepted edges belong into the graph.
@@ -134,7 +157,8 @@ impl LoopFinder {
         }
         let expected = self.jury.reach(from).get(newer).copied().flatten();
         let (older, newer) = (self.submap(older), self.submap(newer));
-        Some(Task { from, to, source: Source::Person, guesses: vec![guess], expected, older, newer })
+        let comparison = Comparison { source: Source::Person, guesses: vec![guess], expected, older, newer };
+        Some(Task { from, to, comparison })
     }
 
     /// Takes an edge on a person's word, without judging it. Says whether there are such keyframes.
@@ -160,7 +184,8 @@ impl LoopFinder {
             .iter()
             .take(dynamics::VOTERS)
             .filter_map(|&(_, other)| {
-                Some((self.jury.chain().relative(own, other)?.pose, self.clouds.get(other)?.view()))
+                let way = self.jury.chain().relative(own, other)?;
+                Some((way.pose, self.clouds.get(other)?.view()))
             })
             .collect();
         dynamics::moving_points(xyz, &others)
@@ -216,21 +241,45 @@ impl LoopFinder {
         all
     }
 
-    /// A keyframe with what was walked before and after it.
-    fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
-        let (chain, clouds) = (self.jury.chain(), &self.clouds);
-        // A submap made while its keyframe was the newest knows only one side; keyed apart so that it is not kept.
+    /// What was walked up to the newest waypoint.
+    pub(crate) fn walked_submap(&self) -> LazySubmap {
+        self.trail.submap(SUBMAP_WALK, SUBMAP_MEMBERS / 2)
+    }
+
+    /// A keyframe with what was walked before and after it, and where that is little, with what lies round it.
+    pub(crate) fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
+        let (jury, clouds) = (&self.jury, &self.clouds);
+        // A submap made while there was nothing after its keyframe knows only one side; keyed apart so that it is not kept.
         let key = if own + 1 == clouds.len() { usize::MAX - own } else { own };
         self.submaps.get(key, || {
+            let chain = jury.chain();
             let close = |k: &usize| chain.walked(own, *k).is_some_and(|walked| walked <= SUBMAP_WALK);
             let half = SUBMAP_MEMBERS / 2;
-            let first = (own.saturating_sub(half)..own).find(close).unwrap_or(own);
-            let last = (own..(own + half + 1).min(clouds.len())).rev().find(close).unwrap_or(own);
-            let members =
-                (first..=last).filter_map(|k| Some((chain.relative(own, k)?, clouds[k].clone()))).collect();
-            LazySubmap::new(members, own - first)
+            let along = (own.saturating_sub(half)..(own + half + 1).min(clouds.len())).filter(close);
+            let mut members: Vec<(usize, Uncertain)> =
+                along.filter_map(|k| Some((k, chain.relative(own, k)?))).collect();
+            if members.len() < SUBMAP_LEAST {
+                add_nearest(&mut members, &jury.reach(keyframe(own)));
+            }
+            let place = members.iter().position(|(k, _)| *k == own).unwrap_or_default();
+            LazySubmap::new(members.into_iter().map(|(k, way)| (way, clouds[k].clone())).collect(), place)
         })
     }
+}
+
+/// Adds the keyframes nearest to the first one of a submap, until it has the least members; in the order of the walk.
+fn add_nearest(members: &mut Vec<(usize, Uncertain)>, reach: &[Option<Uncertain>]) {
+    let mut near: Vec<(f64, usize, Uncertain)> = reach
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| members.iter().all(|(member, _)| member != k))
+        .filter_map(|(k, way)| way.map(|way| (way.pose.translation.vector.norm(), k, way)))
+        .filter(|(apart, _, _)| *apart <= SUBMAP_WALK)
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let missing = SUBMAP_LEAST.saturating_sub(members.len());
+    members.extend(near.into_iter().take(missing).map(|(_, k, way)| (k, way)));
+    members.sort_by_key(|(k, _)| *k);
 }
 
 /// Whether two guesses would lead to the same result.
@@ -239,7 +288,7 @@ fn near_pose(a: &Isometry, b: &Isometry) -> bool {
     between.translation.vector.norm() < 1.0 && between.rotation.angle() < 0.2
 }
 
-fn keyframe(index: usize) -> KeyframeId {
+pub(crate) fn keyframe(index: usize) -> KeyframeId {
     KeyframeId(u32::try_from(index).unwrap_or(u32::MAX))
 }
 

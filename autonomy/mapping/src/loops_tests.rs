@@ -1,40 +1,13 @@
 //! The whole of loop finding, in a ring of corridors about a block.
 
 use super::*;
-use crate::testing::{SENSOR, World, at, edge, scan};
+use crate::testing::{SENSOR, at, edge, ring, ring_poses, scan};
 use crate::verify;
 use std::sync::OnceLock;
 
-/// A ring of corridors, 2.4 m wide, round a block of 12 m by 8 m, with cupboards at irregular places.
-fn ring() -> World {
-    let mut world = crate::testing::room([-8.4, -6.4], [8.4, 6.4]);
-    world.push([[-6.0, -4.0, -0.5], [6.0, 4.0, 2.5]]);
-    for (x, y) in [(-8.4, -3.0), (-8.4, 1.2), (7.9, 2.5), (7.9, -1.0)] {
-        world.push([[x, y, -0.5], [x + 0.5, y + 0.9, 1.8]]);
-    }
-    for (x, y) in [(-4.0, 5.9), (0.7, 5.9), (3.1, -6.4), (-2.2, -6.4), (5.0, 5.9)] {
-        world.push([[x, y, -0.5], [x + 1.1, y + 0.5, 1.4]]);
-    }
-    world
-}
-
-/// Twice round, a keyframe a metre.
+/// Twice round, the second time a little aside.
 fn poses() -> Vec<Isometry> {
-    let corners = [[-7.2, -5.2], [7.2, -5.2], [7.2, 5.2], [-7.2, 5.2]];
-    let mut poses = Vec::new();
-    for leg in 0..8 {
-        let ([x0, y0], [x1, y1]): ([f64; 2], [f64; 2]) = (corners[leg % 4], corners[(leg + 1) % 4]);
-        let length = (x1 - x0).hypot(y1 - y0);
-        let yaw = (y1 - y0).atan2(x1 - x0);
-        // The second time round a little aside.
-        let aside = if leg < 4 { 0.0 } else { 0.3 };
-        for step in 0..length.round() as usize {
-            let share = step as f64 / length.round();
-            let (x, y) = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
-            poses.push(at(x - aside * yaw.sin(), y + aside * yaw.cos(), yaw));
-        }
-    }
-    poses
+    [ring_poses(0.0), ring_poses(0.3)].concat()
 }
 
 struct Walked {

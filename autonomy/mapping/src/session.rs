@@ -11,6 +11,9 @@ const EDGE_FLOOR: (f64, f64) = (1e-3, 5e-3);
 const UNSEEN_AFTER: Span = Span::from_millis(1_000);
 /// Standard deviation of a way that only legs and IMU followed, as a share of its length: feet slip in ways that no filter knows of.
 const UNSEEN_SHARE: f64 = 0.03;
+/// Entries of the trajectory at most, 76 B each: a pose a scan for the last hour and a half at
+/// 10 Hz and more, and fewer of what was walked before.
+const TRAJECTORY: usize = 1 << 17;
 /// Degenerate scans closer together than this belong to one stretch.
 const STRETCH_GAP: Span = Span::from_millis(500);
 
@@ -54,6 +57,26 @@ pub struct Edge {
     pub information: Matrix6,
 }
 
+/// The way between two waypoints by odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Pose of the later one in the earlier one.
+    pub pose: Isometry,
+    /// Its inverse covariance, `[rotation; translation]`.
+    pub information: Matrix6,
+}
+
+/// A scan far enough from the last waypoint to be one: it becomes a keyframe, or is a visit to known ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waypoint {
+    /// When.
+    pub stamp: Stamp,
+    /// Where.
+    pub map_from_base: Isometry,
+    /// From the last waypoint; none to the first.
+    pub step: Option<Step>,
+}
+
 /// What odometry says of one motion-corrected scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanPose {
@@ -91,14 +114,18 @@ pub struct Session {
     edges: Vec<Edge>,
     loops: Vec<Edge>,
     trajectory: Vec<(Stamp, Isometry)>,
-    /// For each entry of the trajectory, how many keyframes there were: it moves with the last of them.
-    trajectory_keyframes: Vec<u32>,
+    /// For each entry of the trajectory, the keyframe with which it moves.
+    trajectory_anchors: Vec<KeyframeId>,
     stretches: Vec<Stretch>,
     odometer: Odometer,
-    /// When the last scan was, and metres walked without one since the last keyframe.
+    /// When the last scan was, and metres walked without one since the last waypoint.
     last_scan: Option<Stamp>,
     unseen: f64,
-    last_covariance: Matrix6,
+    /// The last waypoint in odometry's frame, with its covariance there.
+    last_waypoint: Option<(Isometry, Matrix6)>,
+    /// The keyframe with which the robot moves, and whether it is on known ground.
+    anchor: KeyframeId,
+    visiting: bool,
     revision: u64,
 }
 
@@ -115,12 +142,14 @@ impl Session {
             edges: Vec::new(),
             loops: Vec::new(),
             trajectory: Vec::new(),
-            trajectory_keyframes: Vec::new(),
+            trajectory_anchors: Vec::new(),
             stretches: Vec::new(),
             odometer: Odometer::default(),
             last_scan: None,
             unseen: 0.0,
-            last_covariance: Matrix6::zeros(),
+            last_waypoint: None,
+            anchor: KeyframeId(0),
+            visiting: false,
             revision: 0,
         }
     }
@@ -130,8 +159,23 @@ impl Session {
         &self.map_from_odom
     }
 
-    /// Adds the pose of a motion-corrected scan; returns the keyframe if it became one. Constant time.
+    /// Adds the pose of a motion-corrected scan, every waypoint becoming a keyframe; returns it if it did.
     pub fn add_scan(&mut self, scan: &ScanPose) -> Option<Node> {
+        let waypoint = self.follow(scan)?;
+        let edge = self.edge_to(&waypoint);
+        Some(self.add_keyframe(&waypoint, edge))
+    }
+
+    /// The edge from the last keyframe to a waypoint, if that was the waypoint before.
+    pub fn edge_to(&self, waypoint: &Waypoint) -> Option<Edge> {
+        let (last, step) = self.nodes.last().zip(waypoint.step)?;
+        let (from, to) = (last.id, self.next_id());
+        Some(Edge { from, to, from_from_to: step.pose, information: step.information })
+    }
+
+    /// Follows the pose of a motion-corrected scan; returns it if it is a waypoint, which then either becomes a keyframe
+    /// ([`Self::add_keyframe`]) or is one on known ground ([`Self::visit`]). Constant time.
+    pub fn follow(&mut self, scan: &ScanPose) -> Option<Waypoint> {
         let at_scan = self.map_from_odom * scan.odom_from_base_at_scan;
         let step = self
             .trajectory
@@ -142,14 +186,48 @@ impl Session {
         }
         self.last_scan = Some(scan.stamp);
         self.odometer.move_to(&at_scan.translation.vector);
-        self.trajectory.push((scan.scan_stamp, at_scan));
-        self.trajectory_keyframes.push(self.nodes.len() as u32);
-        if scan.degenerate {
+        self.note(scan.scan_stamp, at_scan);
+        // What is known ground is held by what was seen of it before.
+        if scan.degenerate && !self.visiting {
             self.note_degenerate(scan.stamp, step);
         }
-        let map_from_base = self.map_from_odom * scan.odom_from_base;
-        self.is_new_place(&map_from_base)
-            .then(|| self.add_keyframe(scan.stamp, map_from_base, &scan.covariance))
+        self.waypoint(scan)
+    }
+
+    /// A waypoint becomes a keyframe, that `edge` leads to from an old one; none leads to the first.
+    pub fn add_keyframe(&mut self, waypoint: &Waypoint, edge: Option<Edge>) -> Node {
+        let node =
+            Node { id: self.next_id(), stamp: waypoint.stamp, map_from_keyframe: waypoint.map_from_base };
+        self.edges.extend(edge);
+        self.nodes.push(node);
+        (self.anchor, self.visiting) = (node.id, false);
+        self.revision += 1;
+        node
+    }
+
+    /// The newest waypoint is on known ground: nothing is kept of it.
+    pub fn visit(&mut self) {
+        self.visiting = true;
+    }
+
+    /// The robot's place is known anew, see [`crate::Tie`]: what was walked since moves along, and nothing else does.
+    /// Linear in that.
+    pub fn tie(&mut self, since: Stamp, anchor: KeyframeId, anchor_from_waypoint: &Isometry) {
+        let (Some((odom_from_waypoint, _)), Some(node)) =
+            (self.last_waypoint, self.nodes.get(anchor.0 as usize))
+        else {
+            return;
+        };
+        let before = self.map_from_odom;
+        self.map_from_odom =
+            unit(&(node.map_from_keyframe * anchor_from_waypoint * odom_from_waypoint.inverse()));
+        let moved = self.map_from_odom * before.inverse();
+        let first = self.trajectory.partition_point(|(stamp, _)| *stamp < since);
+        for (entry, moves_with) in self.trajectory.iter_mut().zip(&mut self.trajectory_anchors).skip(first) {
+            entry.1 = moved * entry.1;
+            *moves_with = anchor;
+        }
+        self.anchor = anchor;
     }
 
     /// Adds a loop that was accepted. Moves nothing: that is for whoever optimises, see [`Session::move_keyframes`].
@@ -173,8 +251,8 @@ impl Session {
     }
 
     /// Puts keyframes where an optimisation found them: `poses` are those of the first keyframes in the map. Keyframes made
-    /// since it began, the trajectory and the odometry's frame move along rigidly, so that nothing tears at the robot. Poses
-    /// that are not finite are left out. Linear in the trajectory, some 10 ns an entry.
+    /// since it began, the trajectory and the odometry's frame move along rigidly, each with the keyframe it is told from, so that
+    /// nothing tears at the robot. Poses that are not finite are left out. Linear in the trajectory, some 10 ns an entry.
     pub fn move_keyframes(&mut self, poses: &[Isometry]) {
         let mut moved = Vec::with_capacity(self.nodes.len());
         let mut last = Isometry::identity();
@@ -188,11 +266,11 @@ impl Session {
             }
             moved.push(last);
         }
-        for ((_, pose), keyframes) in self.trajectory.iter_mut().zip(&self.trajectory_keyframes) {
-            let moves = moved.get((*keyframes as usize).saturating_sub(1)).unwrap_or(&last);
-            *pose = moves * *pose;
+        let moves = |anchor: KeyframeId| moved.get(anchor.0 as usize).unwrap_or(&last);
+        for ((_, pose), anchor) in self.trajectory.iter_mut().zip(&self.trajectory_anchors) {
+            *pose = moves(*anchor) * *pose;
         }
-        self.map_from_odom = unit(&(last * self.map_from_odom));
+        self.map_from_odom = unit(&(moves(self.anchor) * self.map_from_odom));
         self.revision += 1;
     }
 
@@ -211,7 +289,7 @@ impl Session {
         &self.edges
     }
 
-    /// Base in the map after every scan.
+    /// Base in the map after every scan; in long sessions, of what was walked more than an hour and a half ago, after some of them.
     pub fn trajectory(&self) -> &[(Stamp, Isometry)] {
         &self.trajectory
     }
@@ -226,26 +304,38 @@ impl Session {
         self.revision
     }
 
-    fn is_new_place(&self, map_from_base: &Isometry) -> bool {
-        let Some(last) = self.nodes.last() else { return true };
-        let moved = last.map_from_keyframe.inverse() * map_from_base;
-        moved.translation.vector.norm() > self.policy.distance
-            || so3::log(&moved.rotation).norm() > self.policy.rotation
+    fn next_id(&self) -> KeyframeId {
+        KeyframeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX))
     }
 
-    fn add_keyframe(&mut self, stamp: Stamp, map_from_keyframe: Isometry, covariance: &Matrix6) -> Node {
-        let id = KeyframeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX));
-        if let Some(last) = self.nodes.last() {
-            let from_from_to = last.map_from_keyframe.inverse() * map_from_keyframe;
-            let unseen = UNSEEN_SHARE * std::mem::take(&mut self.unseen);
-            let information = edge_information(&self.last_covariance, covariance, &from_from_to, unseen);
-            self.edges.push(Edge { from: last.id, to: id, from_from_to, information });
+    fn waypoint(&mut self, scan: &ScanPose) -> Option<Waypoint> {
+        let step = match &self.last_waypoint {
+            None => None,
+            Some((last, covariance)) => {
+                let pose = unit(&(last.inverse() * scan.odom_from_base));
+                let moved = pose.translation.vector.norm() > self.policy.distance
+                    || so3::log(&pose.rotation).norm() > self.policy.rotation;
+                if !moved {
+                    return None;
+                }
+                let unseen = UNSEEN_SHARE * std::mem::take(&mut self.unseen);
+                let information = edge_information(covariance, &scan.covariance, &pose, unseen);
+                Some(Step { pose, information })
+            }
+        };
+        self.last_waypoint = Some((scan.odom_from_base, scan.covariance));
+        let map_from_base = self.map_from_odom * scan.odom_from_base;
+        Some(Waypoint { stamp: scan.stamp, map_from_base, step })
+    }
+
+    /// Adds to the trajectory. When that is full, every second entry of the older half goes.
+    fn note(&mut self, stamp: Stamp, map_from_base: Isometry) {
+        if self.trajectory.len() >= TRAJECTORY {
+            thin_older_half(&mut self.trajectory);
+            thin_older_half(&mut self.trajectory_anchors);
         }
-        let node = Node { id, stamp, map_from_keyframe };
-        self.nodes.push(node);
-        self.last_covariance = *covariance;
-        self.revision += 1;
-        node
+        self.trajectory.push((stamp, map_from_base));
+        self.trajectory_anchors.push(self.anchor);
     }
 
     fn note_degenerate(&mut self, stamp: Stamp, step: f64) {
@@ -257,6 +347,15 @@ impl Session {
             _ => self.stretches.push(Stretch { from: stamp, until: stamp, distance: 0.0 }),
         }
     }
+}
+
+/// Drops every second entry of the first half.
+fn thin_older_half<T>(entries: &mut Vec<T>) {
+    let (mut count, half) = (0, entries.len() / 2);
+    entries.retain(|_| {
+        count += 1;
+        count > half || count % 2 == 1
+    });
 }
 
 /// The pose with its rotation made a unit quaternion again. Products of products drift off by rounding, and since inverses take the

@@ -40,6 +40,36 @@ pub fn corridor() -> World {
     room([-80.0, -1.2], [80.0, 1.2])
 }
 
+/// A ring of corridors, 2.4 m wide, round a block of 12 m by 8 m, with cupboards at irregular places.
+pub fn ring() -> World {
+    let mut world = room([-8.4, -6.4], [8.4, 6.4]);
+    world.push([[-6.0, -4.0, -0.5], [6.0, 4.0, 2.5]]);
+    for (x, y) in [(-8.4, -3.0), (-8.4, 1.2), (7.9, 2.5), (7.9, -1.0)] {
+        world.push([[x, y, -0.5], [x + 0.5, y + 0.9, 1.8]]);
+    }
+    for (x, y) in [(-4.0, 5.9), (0.7, 5.9), (3.1, -6.4), (-2.2, -6.4), (5.0, 5.9)] {
+        world.push([[x, y, -0.5], [x + 1.1, y + 0.5, 1.4]]);
+    }
+    world
+}
+
+/// Once round the ring, a place a metre, so far to the left of the corridors' middle.
+pub fn ring_poses(aside: f64) -> Vec<Isometry> {
+    let corners = [[-7.2, -5.2], [7.2, -5.2], [7.2, 5.2], [-7.2, 5.2]];
+    let mut poses = Vec::new();
+    for leg in 0..4 {
+        let ([x0, y0], [x1, y1]): ([f64; 2], [f64; 2]) = (corners[leg], corners[(leg + 1) % 4]);
+        let length = (x1 - x0).hypot(y1 - y0);
+        let yaw = (y1 - y0).atan2(x1 - x0);
+        for step in 0..length.round() as usize {
+            let share = step as f64 / length.round();
+            let (x, y) = (x0 + share * (x1 - x0), y0 + share * (y1 - y0));
+            poses.push(at(x - aside * yaw.sin(), y + aside * yaw.cos(), yaw));
+        }
+    }
+    poses
+}
+
 /// What a LiDAR of 32 rings and 360 columns sees, base frame, with a centimetre of noise.
 pub fn scan(world: &World, world_from_base: &Isometry, seed: u64) -> Vec<[f32; 3]> {
     let mut rng = RngTree::new(seed).child("scan").rng();

@@ -52,6 +52,11 @@ impl Uncertain {
         squared.is_finite().then_some(squared)
     }
 
+    /// Its information: what [`Self::from_information`] takes. Zero where the covariance has no inverse.
+    pub fn information(&self) -> Matrix6 {
+        self.covariance.cholesky().map_or_else(Matrix6::zeros, |factor| symmetric(&factor.inverse()))
+    }
+
     /// Standard deviation of the child's place in its least certain direction, metres.
     pub fn place_deviation(&self) -> f64 {
         let block = self.covariance.fixed_view::<3, 3>(3, 3).into_owned();
@@ -99,6 +104,8 @@ mod tests {
         information[(3, 3)] = 0.0;
         let corridor = Uncertain::from_information(Isometry::identity(), &information);
         assert!(corridor.place_deviation() > 50.0);
+        assert!((corridor.information()[(4, 4)] - 1e4).abs() < 1.0 && corridor.information()[(3, 3)] < 2e-4);
+        assert_eq!(Uncertain::identity().information(), Matrix6::zeros());
         let mut shifted = corridor;
         shifted.pose.translation.vector.x = 5.0;
         assert!(corridor.distance_squared(&shifted).is_some_and(|d| d < 0.1));

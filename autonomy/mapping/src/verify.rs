@@ -1,6 +1,6 @@
 //! Whether two keyframes really saw the same place, and where one then was in the other.
 //!
-//! A pure function of what a [`Task`] owns, so that it can run beside everything else: about 20 ms. The second cloud is
+//! A pure function of what a [`Comparison`] owns, so that it can run beside everything else: about 20 ms. The second cloud is
 //! registered to the first submap from several starts; what comes out has to pass gates on fit, overlap, sight and rivals.
 //! A gate passed proves nothing about places built alike: that is for `consistency`.
 
@@ -75,16 +75,23 @@ pub enum Source {
     Person,
 }
 
-/// A pair to be looked at.
+/// A pair of keyframes to be looked at.
 #[derive(Clone, Debug)]
 pub struct Task {
     /// The older keyframe.
     pub from: KeyframeId,
     /// The newer one.
     pub to: KeyframeId,
+    /// What looking takes.
+    pub comparison: Comparison,
+}
+
+/// Two places to be compared.
+#[derive(Clone, Debug)]
+pub struct Comparison {
     /// Why.
     pub source: Source,
-    /// Guesses of `from_from_to`.
+    /// Guesses of the newer one's pose in the older one.
     pub guesses: Vec<Isometry>,
     /// What the graph says of it, if it says anything.
     pub expected: Option<Uncertain>,
@@ -137,8 +144,21 @@ pub struct Evidence {
     pub surprise: Option<f64>,
 }
 
+/// What came of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Compared {
+    /// Pose of the newer place in the older one.
+    pub pose: Isometry,
+    /// Its inverse covariance, `[rotation; translation]`.
+    pub information: Matrix6,
+    /// What speaks for and against it.
+    pub evidence: Evidence,
+    /// What is wrong, or nothing.
+    pub flaw: Option<Flaw>,
+}
+
 /// A pair looked at.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verified {
     /// The relative pose found, with its information: as an edge of the graph.
     pub edge: Edge,
@@ -148,20 +168,29 @@ pub struct Verified {
     pub flaw: Option<Flaw>,
 }
 
-/// Looks at a pair. Total: a task without points or guesses gives [`Flaw::NoFit`].
+/// Looks at a pair of keyframes, see [`compare`].
 pub fn verify(task: &Task, gates: &Gates) -> Verified {
-    let (older, newer) = (task.older.get(), task.newer.get());
-    let fits = try_starts(older, newer, &task.guesses);
-    let Some((best, rivals)) = choose(&fits, task.expected.as_ref(), gates) else { return no_fit(task) };
+    Verified::new(task.from, task.to, &compare(&task.comparison, gates))
+}
+
+impl Verified {
+    /// What came of comparing two keyframes.
+    pub fn new(from: KeyframeId, to: KeyframeId, compared: &Compared) -> Self {
+        let edge = Edge { from, to, from_from_to: compared.pose, information: compared.information };
+        Self { edge, evidence: compared.evidence, flaw: compared.flaw }
+    }
+}
+
+/// Looks at two places. Total: without points or guesses it gives [`Flaw::NoFit`].
+pub fn compare(comparison: &Comparison, gates: &Gates) -> Compared {
+    let Comparison { source, guesses, expected, .. } = comparison;
+    let (older, newer) = (comparison.older.get(), comparison.newer.get());
+    let fits = try_starts(older, newer, guesses);
+    let Some((best, rivals)) = choose(&fits, expected.as_ref(), gates) else { return no_fit(comparison) };
     let (pose, information, grip) = settle(&older.map, &newer.points, &best.map_from_body);
     let blind: Vec<Vector3> =
         blind_directions(&(information / CORRELATED), BLIND).into_iter().flatten().collect();
-    let edge = Edge {
-        from: task.from,
-        to: task.to,
-        from_from_to: pose,
-        information: with_floor(&pose, &(information / CORRELATED), older.slack + newer.slack),
-    };
+    let information = with_floor(&pose, &(information / CORRELATED), older.slack + newer.slack);
 
     let back = pose.inverse();
     let (forth_overlap, residual) = overlap(&older.map, &newer.points, &pose);
@@ -171,9 +200,9 @@ pub fn verify(task: &Task, gates: &Gates) -> Verified {
         .filter(|other| different(&pose, &other.map_from_body, &blind))
         .map(|other| other.score / best.score.max(1e-9))
         .fold(0.0, f64::max);
-    let measured = Uncertain::from_information(pose, &edge.information);
+    let measured = Uncertain::from_information(pose, &information);
     let evidence = Evidence {
-        source: task.source,
+        source: *source,
         score: registration::score(&older.map, &newer.points, &pose, &FINE),
         overlap: [forth_overlap, back_overlap],
         residual,
@@ -181,18 +210,18 @@ pub fn verify(task: &Task, gates: &Gates) -> Verified {
         rival,
         blind: blind.len(),
         grip,
-        moved: nearest(&task.guesses, &pose),
-        surprise: task.expected.and_then(|expected| expected.distance_squared(&measured)),
+        moved: nearest(guesses, &pose),
+        surprise: expected.and_then(|expected| expected.distance_squared(&measured)),
     };
-    Verified { flaw: flaw(&evidence, task, gates), edge, evidence }
+    Compared { pose, information, flaw: flaw(&evidence, comparison, gates), evidence }
 }
 
-fn no_fit(task: &Task) -> Verified {
-    let pose = task.guesses.first().copied().unwrap_or_else(Isometry::identity);
-    Verified {
-        edge: Edge { from: task.from, to: task.to, from_from_to: pose, information: Matrix6::zeros() },
+fn no_fit(comparison: &Comparison) -> Compared {
+    Compared {
+        pose: comparison.guesses.first().copied().unwrap_or_else(Isometry::identity),
+        information: Matrix6::zeros(),
         evidence: Evidence {
-            source: task.source,
+            source: comparison.source,
             score: 0.0,
             overlap: [0.0; 2],
             residual: 0.0,
@@ -207,7 +236,7 @@ fn no_fit(task: &Task) -> Verified {
     }
 }
 
-fn flaw(evidence: &Evidence, task: &Task, gates: &Gates) -> Option<Flaw> {
+fn flaw(evidence: &Evidence, comparison: &Comparison, gates: &Gates) -> Option<Flaw> {
     let worst = |pair: [f64; 2]| pair[0].max(pair[1]);
     let [a, b] = evidence.overlap;
     if a.max(b) < gates.overlap[0] || a.min(b) < gates.overlap[1] {
@@ -223,8 +252,8 @@ fn flaw(evidence: &Evidence, task: &Task, gates: &Gates) -> Option<Flaw> {
         return Some(Flaw::Rival);
     }
     // A blind direction keeps what was guessed, without information. Only the graph's guess means anything there.
-    let known = task.expected.is_some_and(|expected| expected.place_deviation() <= gates.blind);
-    let held = evidence.blind == 1 && task.source == Source::Geometry && known;
+    let known = comparison.expected.is_some_and(|expected| expected.place_deviation() <= gates.blind);
+    let held = evidence.blind == 1 && comparison.source == Source::Geometry && known;
     (evidence.blind > 0 && !held).then_some(Flaw::Blind)
 }
 

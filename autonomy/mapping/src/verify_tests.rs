@@ -8,14 +8,18 @@ fn task(older: &World, newer: &World, guess: Isometry, source: Source) -> Task {
         pose: guess,
         covariance: Matrix6::from_diagonal(&Vector6::new(1e-4, 1e-4, 4e-2, 0.1, 0.1, 0.02)),
     };
+    let older = submap(older, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(-1.0, 0.0, 0.0)], 1);
+    let newer = submap(newer, &[at(0.8, 0.5, 2.0), at(1.2, -0.4, 2.1)], 11);
     Task {
         from: KeyframeId(3),
         to: KeyframeId(90),
-        source,
-        guesses: vec![guess],
-        expected: Some(expected),
-        older: Arc::new(submap(older, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(-1.0, 0.0, 0.0)], 1).into()),
-        newer: Arc::new(submap(newer, &[at(0.8, 0.5, 2.0), at(1.2, -0.4, 2.1)], 11).into()),
+        comparison: Comparison {
+            source,
+            guesses: vec![guess],
+            expected: Some(expected),
+            older: Arc::new(older.into()),
+            newer: Arc::new(newer.into()),
+        },
     }
 }
 
@@ -67,7 +71,7 @@ fn a_bare_corridor_says_nothing_along_its_axis() {
 
     // Where the graph knows the place it may be an edge, that holds everything but the axis.
     let mut known = task(&corridor(), &corridor(), at(1.0, 0.4, 2.0), Source::Geometry);
-    if let Some(expected) = &mut known.expected {
+    if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.1;
     }
     let found = verify(&known, &Gates::default());
@@ -99,7 +103,7 @@ fn places_that_repeat_have_rivals_where_the_graph_is_vague() {
     let found = verify(&task(&comb, &comb, truth(), Source::Geometry), &Gates::default());
     assert_eq!(found.flaw, Some(Flaw::Rival), "{:?}", found.evidence);
     let mut known = task(&comb, &comb, truth(), Source::Geometry);
-    if let Some(expected) = &mut known.expected {
+    if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.01;
     }
     assert_ne!(verify(&known, &Gates::default()).flaw, Some(Flaw::Rival));
@@ -109,11 +113,11 @@ fn places_that_repeat_have_rivals_where_the_graph_is_vague() {
 fn nothing_and_garbage_do_not_fit() {
     let mut broken = task(&furnished(), &furnished(), at(f64::NAN, 0.0, 0.0), Source::Geometry);
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
-    broken.guesses.clear();
+    broken.comparison.guesses.clear();
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
-    broken.guesses.push(truth());
-    broken.newer = Arc::new(LazySubmap::new(Vec::new(), 0));
+    broken.comparison.guesses.push(truth());
+    broken.comparison.newer = Arc::new(LazySubmap::new(Vec::new(), 0));
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
-    std::mem::swap(&mut broken.older, &mut broken.newer);
+    std::mem::swap(&mut broken.comparison.older, &mut broken.comparison.newer);
     assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
 }

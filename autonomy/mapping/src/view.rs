@@ -56,30 +56,52 @@ impl RangeImage {
 
     /// What the image says of a point, base frame, metres.
     pub fn look(&self, point: &[f32; 3]) -> Sight {
-        let Some((column, row, range)) = direction(point, &self.sensor) else { return Sight::Unseen };
-        if self.cells[row * COLUMNS + column] == 0 {
-            return Sight::Unseen;
-        }
-        // The neighbours' nearest too: a thin thing or an edge may lie just beside the cell that the point falls into.
-        let mut nearest = u16::MAX;
-        for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
-            for step in [COLUMNS - 1, 0, 1] {
-                let cell = self.cells[row * COLUMNS + (column + step) % COLUMNS];
-                if cell != 0 {
-                    nearest = nearest.min(cell);
-                }
-            }
-        }
-        let nearest = f32::from(nearest) * 0.01;
-        let margin = MARGIN.0 + MARGIN.1 * range;
-        if range < nearest - margin {
+        let Some(around) = self.around(point) else { return Sight::Unseen };
+        if around.range < around.nearest - around.margin {
             Sight::Through
-        } else if range <= nearest + margin {
+        } else if around.range <= around.nearest + around.margin {
             Sight::Agrees
         } else {
             Sight::Hidden
         }
     }
+
+    /// Whether the sensor saw what a point, base frame, metres, lies on: surfaces near its direction lie both before and
+    /// behind it, or at it. Kinder than [`Self::look`] to walls seen at a slant.
+    pub fn saw(&self, point: &[f32; 3]) -> bool {
+        self.around(point).is_some_and(|around| {
+            (around.nearest - around.margin..=around.farthest + around.margin).contains(&around.range)
+        })
+    }
+
+    /// None where no ray went near the point.
+    fn around(&self, point: &[f32; 3]) -> Option<Around> {
+        let (column, row, range) = direction(point, &self.sensor)?;
+        if self.cells[row * COLUMNS + column] == 0 {
+            return None;
+        }
+        // The neighbours' nearest too: a thin thing or an edge may lie just beside the cell that the point falls into.
+        let (mut nearest, mut farthest) = (u16::MAX, 0);
+        for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
+            for step in [COLUMNS - 1, 0, 1] {
+                let cell = self.cells[row * COLUMNS + (column + step) % COLUMNS];
+                if cell != 0 {
+                    nearest = nearest.min(cell);
+                    farthest = farthest.max(cell);
+                }
+            }
+        }
+        let [nearest, farthest] = [nearest, farthest].map(|cell| f32::from(cell) * 0.01);
+        Some(Around { range, nearest, farthest, margin: MARGIN.0 + MARGIN.1 * range })
+    }
+}
+
+/// A point's range, those of the nearest and farthest cell about it, and how much they may differ, metres.
+struct Around {
+    range: f32,
+    nearest: f32,
+    farthest: f32,
+    margin: f32,
 }
 
 /// Column, row and range of a point seen from the sensor.
@@ -123,6 +145,8 @@ mod tests {
         assert_eq!(image.look(&[5.9, 1.5, 0.5]), Sight::Agrees);
         assert_eq!(image.look(&[9.0, 1.5, 0.5]), Sight::Hidden);
         assert_eq!(image.look(&[-4.0, 0.0, 0.5]), Sight::Unseen);
+        assert!(image.saw(&[5.9, 1.5, 0.5]) && !image.saw(&[9.0, 1.5, 0.5]) && !image.saw(&[4.0, 1.5, 0.5]));
+        assert!(!image.saw(&[-4.0, 0.0, 0.5]) && image.saw(&[6.0, 0.05, 0.5]), "beside the pole");
         // The pole protects itself and what is beside it.
         assert_eq!(image.look(&[3.0, 0.05, 0.5]), Sight::Agrees);
     }

@@ -171,6 +171,7 @@ impl Running {
             publish(effects, Publication::Graph(grown.graph));
             self.tell_loops(at, News { changed: false, ..grown.loops }, effects);
         }
+        self.mapping.start_jobs(&mut self.jobs, effects);
         self.last = Some(located);
         self.publish_changes(effects);
         self.report(at, effects);
@@ -180,6 +181,9 @@ impl Running {
     fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<Effect>) {
         for decision in news.decisions {
             publish(effects, Publication::LoopDecided(decision));
+        }
+        if let Some(tied) = news.tied {
+            publish(effects, Publication::Tied(tied));
         }
         if let Some(graph) = self.mapping.graph().filter(|_| news.changed) {
             publish(effects, Publication::Graph(graph));
@@ -304,7 +308,7 @@ impl Running {
 
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
-            JobResult::LoopVerified(_) | JobResult::LoopNotVerified => {
+            JobResult::LoopVerified(_) | JobResult::VisitCompared(_) | JobResult::LoopNotVerified => {
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
                 self.save_closed_map(at, effects);

@@ -1,13 +1,13 @@
 //! The mapping session's life: idle, starting, running, closing its last loops, saving.
 
 use crate::localising::Located;
-use crate::loops::{Loops, News};
+use crate::loops::{Arrived, Loops, News};
 use crate::work::Work;
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, KeyframePolicy, ScanPose, Session};
 use messages::{
     BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, JobDone,
-    JobResult, Keyframe, MappingState, Order, PoseGraph,
+    JobResult, Keyframe, MappingState, Order, PoseGraph, VisitCounts,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -169,6 +169,7 @@ impl MappingPhase {
                 .collect(),
             decisions: loops.as_ref().map_or_else(Vec::new, |loops| loops.decisions().to_vec()),
             unverified: loops.as_ref().map_or(0, |loops| loops.left_out()),
+            visits: loops.as_ref().map_or_else(VisitCounts::default, |loops| loops.visits()),
         };
         if let Phase::Closing { running: unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Saving { map, unsaved };
@@ -211,6 +212,9 @@ impl MappingPhase {
         match (self.closing(), &done.result) {
             (Some((session, loops)), JobResult::LoopVerified(found)) => {
                 loops.verified(done.job, found, session)
+            }
+            (Some((session, loops)), JobResult::VisitCompared(found)) => {
+                loops.compared(done.job, found, session)
             }
             (Some((_, loops)), JobResult::LoopNotVerified) => {
                 loops.not_verified(done.job);
@@ -268,7 +272,7 @@ impl MappingPhase {
             self.phase = Phase::Running(Running { id, since: located.stamp, session, loops });
         }
         let Phase::Running(Running { id, session, loops, .. }) = &mut self.phase else { return None };
-        let node = session.add_scan(&ScanPose {
+        let waypoint = session.follow(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
             scan_stamp: located.scan_stamp,
@@ -276,16 +280,27 @@ impl MappingPhase {
             covariance: located.covariance,
             degenerate: located.degenerate.iter().any(Option::is_some),
         })?;
+        let cloud = Arc::new(thinned(&mut self.downsampler, &located.cloud));
+        let edge = match loops {
+            Some(loops) => match loops.arrive(&waypoint, &cloud.xyz) {
+                Arrived::Keyframe(edge) => edge,
+                Arrived::Visit => {
+                    session.visit();
+                    return None;
+                }
+            },
+            None => session.edge_to(&waypoint),
+        };
+        let node = session.add_keyframe(&waypoint, edge);
         let keyframe = Keyframe {
             session: *id,
             id: node.id,
             stamp: node.stamp,
             map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
-            cloud: Arc::new(thinned(&mut self.downsampler, &located.cloud)),
+            cloud,
             lidar: self.sensor,
         };
-        let edge = session.edges().last().filter(|edge| edge.to == node.id);
-        let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge, &keyframe.cloud.xyz));
+        let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge.as_ref()));
         Some(Grown { keyframe, graph: Arc::new(graph_of(session)), loops: loops.unwrap_or_default() })
     }
 

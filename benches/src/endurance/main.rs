@@ -1,4 +1,5 @@
-//! A long walk: what a scan costs and what the process holds, minute by minute, to see that neither grows.
+//! A long walk, round after round: what a scan costs, what the process holds and how large the graph is, minute by minute, to see
+//! that none of them grows; and how far the robot's estimate is from the truth.
 //!
 //! Simulator and stack run in one process, faster than time. Time is that of the stack's thread only, spent in
 //! [`stack::Stack::step`] with a sweep that gave an estimate: odometry and mapping; of those, steps that made a keyframe are
@@ -42,22 +43,36 @@ struct Arguments {
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     println!(
-        "{:>7}{:>9}{:>10}{:>10}{:>9}{:>12}{:>18}{:>8}{:>18}",
-        "minute", "scans", "mean ms", "p99 ms", "MB", "keyframes", "each ms (max)", "loops", "each ms (max)"
+        "{:>7}{:>8}{:>7}{:>9}{:>9}{:>8}{:>8}{:>11}{:>16}{:>7}{:>7}{:>16}",
+        "minute",
+        "rounds",
+        "scans",
+        "mean ms",
+        "p99 ms",
+        "MB",
+        "off mm",
+        "keyframes",
+        "each ms (max)",
+        "loops",
+        "ties",
+        "each ms (max)"
     );
     let mut minutes = Vec::new();
     walk::walk(&arguments, |minute: Minute| {
         let span = |(median, max): (f64, f64)| format!("{median:.2} ({max:.1})");
         println!(
-            "{:>7}{:>9}{:>10.2}{:>10.2}{:>9.0}{:>12}{:>18}{:>8}{:>18}",
+            "{:>7}{:>8}{:>7}{:>9.2}{:>9.2}{:>8.0}{:>8.1}{:>11}{:>16}{:>7}{:>7}{:>16}",
             minute.number,
+            minute.rounds,
             minute.scans,
             minute.mean_ms,
             minute.p99_ms,
             minute.resident_mb,
+            minute.off_mm,
             minute.keyframes,
             span(minute.keyframe_ms),
             minute.loops,
+            minute.ties,
             span(minute.loop_ms)
         );
         minutes.push(minute);
@@ -71,9 +86,10 @@ fn main() -> Result<()> {
     let mean =
         |half: &[Minute], value: fn(&Minute) -> f64| half.iter().map(value).sum::<f64>() / half.len() as f64;
     println!(
-        "second half beside the first: {:.3} times the cost, {:+.1} MB",
+        "second half beside the first: {:.3} times the cost, {:+.1} MB, {:+.0} keyframes",
         mean(late, |m| m.mean_ms) / mean(early, |m| m.mean_ms),
-        mean(late, |m| m.resident_mb) - mean(early, |m| m.resident_mb)
+        mean(late, |m| m.resident_mb) - mean(early, |m| m.resident_mb),
+        mean(late, |m| m.keyframes as f64) - mean(early, |m| m.keyframes as f64)
     );
     if let Some(path) = &arguments.svg {
         let title = format!("{}, seed {}, {} columns", arguments.site, arguments.seed, arguments.columns);

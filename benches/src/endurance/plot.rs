@@ -1,4 +1,4 @@
-//! The plot: cost per scan above, memory below.
+//! The plot: cost per scan above, memory in the middle, the graph below.
 
 use anyhow::{Context, Result};
 use plotters::prelude::*;
@@ -9,6 +9,12 @@ use std::path::Path;
 pub struct Minute {
     /// Counts from 1.
     pub number: u32,
+    /// Rounds walked to their end.
+    pub rounds: u32,
+    /// How far the estimate at the minute's end is from the truth, millimetres.
+    pub off_mm: f64,
+    /// Visits to known ground that were confirmed in this minute.
+    pub ties: usize,
     /// Scans that gave an estimate.
     pub scans: usize,
     /// Mean CPU time of a scan, milliseconds.
@@ -41,13 +47,20 @@ const TIME: [Curve; 2] = [
 const MEMORY: [Curve; 1] =
     [Curve { label: "resident", colour: RGBColor(60, 130, 80), value: |minute| minute.resident_mb }];
 
-/// Draws both charts into an SVG file.
+const GRAPH: [Curve; 2] = [
+    Curve { label: "keyframes", colour: RGBColor(31, 111, 178), value: |minute| minute.keyframes as f64 },
+    Curve { label: "loops", colour: RGBColor(150, 70, 160), value: |minute| minute.loops as f64 },
+];
+
+/// Draws all charts into an SVG file.
 pub fn draw(path: &Path, title: &str, minutes: &[Minute]) -> Result<()> {
-    let root = SVGBackend::new(path, (760, 460)).into_drawing_area();
+    let root = SVGBackend::new(path, (760, 680)).into_drawing_area();
     root.fill(&WHITE)?;
-    let (above, below) = root.split_vertically(240);
+    let (above, rest) = root.split_vertically(240);
+    let (middle, below) = rest.split_vertically(220);
     chart(&above, &format!("{title}: CPU time per scan, ms"), minutes, &TIME)?;
-    chart(&below, "Memory of the process, MB", minutes, &MEMORY)?;
+    chart(&middle, "Memory of the process, MB", minutes, &MEMORY)?;
+    chart(&below, "Pose graph", minutes, &GRAPH)?;
     root.present().with_context(|| format!("{} cannot be written", path.display()))
 }
 

@@ -3,7 +3,8 @@
 use crate::Arguments;
 use crate::plot::Minute;
 use anyhow::{Context, Result};
-use benches::stack_walk::{Plan, StackWalk, StepOf, located, made_keyframe};
+use benches::stack_walk::{Plan, StackWalk, StepOf, located, made_keyframe, ties};
+use geometry::{Isometry, Vector3, isometry_from_pose, so3};
 use messages::{EdgeKind, Effect, Publication};
 use sim::Site;
 use std::sync::Arc;
@@ -12,15 +13,25 @@ use vocab::Span;
 /// Walks the round for so many minutes and hands over each minute when it has passed.
 pub fn walk(arguments: &Arguments, mut passed: impl FnMut(Minute)) -> Result<()> {
     let site = Arc::new(Site::new(arguments.site));
-    let plan = Plan { seed: arguments.seed, columns: arguments.columns, people: arguments.people };
+    let (seed, columns, people) = (arguments.seed, arguments.columns, arguments.people);
+    let plan = Plan { seed, columns, people, keep_truth: false };
     let mut measured = Measured::default();
     let mut walk = StackWalk::new(&site, &plan, &mut |of, ms, said| measured.hear(of, ms, said))?;
+    let site_from_map = level(&walk.site_from_base()?);
     for number in 1..=arguments.minutes {
         let end = Span::from_secs_f64(60.0 * f64::from(number));
         walk.walk(end, &mut |of, ms, said| measured.hear(of, ms, said))?;
-        passed(measured.minute(number)?);
+        let off_mm = measured.off_mm(&site_from_map, &walk.site_from_base()?);
+        passed(Minute { rounds: walk.rounds(), off_mm, ..measured.minute(number)? });
     }
     Ok(())
+}
+
+/// The map's frame where it begins: heading and place of the base, z up.
+fn level(site_from_base: &Isometry) -> Isometry {
+    let forward = site_from_base.rotation * Vector3::x();
+    let heading = so3::exp(&(Vector3::z() * forward.y.atan2(forward.x)));
+    Isometry::from_parts(site_from_base.translation, heading)
 }
 
 /// What steps cost.
@@ -32,6 +43,8 @@ struct Measured {
     loop_ms: Vec<f64>,
     keyframes: u64,
     loops: usize,
+    ties: usize,
+    map_from_base: Option<Isometry>,
 }
 
 impl Measured {
@@ -47,11 +60,26 @@ impl Measured {
         if of == StepOf::Verified {
             self.loop_ms.push(ms);
         }
+        self.ties += ties(said).count();
         for effect in said {
-            if let Effect::Publish(Publication::Graph(graph)) = effect {
-                self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
+            match effect {
+                Effect::Publish(Publication::Graph(graph)) => {
+                    self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
+                }
+                Effect::Publish(Publication::Estimate(estimate)) => {
+                    self.map_from_base = isometry_from_pose(&estimate.map_from_base);
+                }
+                _ => {}
             }
         }
+    }
+
+    /// How far the last estimate, which every tick gives, is from the truth, millimetres.
+    fn off_mm(&self, site_from_map: &Isometry, site_from_base: &Isometry) -> f64 {
+        self.map_from_base.map_or(f64::NAN, |map_from_base| {
+            let found = site_from_map * map_from_base;
+            (found.translation.vector - site_from_base.translation.vector).norm() * 1e3
+        })
     }
 
     fn minute(&mut self, number: u32) -> Result<Minute> {
@@ -67,6 +95,9 @@ impl Measured {
         };
         Ok(Minute {
             number,
+            rounds: 0,
+            off_mm: f64::NAN,
+            ties: std::mem::take(&mut self.ties),
             scans: times.len(),
             mean_ms: times.iter().sum::<f64>() / times.len() as f64,
             p99_ms: times[(times.len() * 99 / 100).min(last)],

@@ -73,7 +73,8 @@ fn main() -> Result<()> {
         let name: SiteName = name.parse()?;
         let site = Arc::new(Site::new(name));
         for &seed in &arguments.seeds {
-            let plan = Plan { seed, columns: arguments.columns, people: arguments.people };
+            let (columns, people) = (arguments.columns, arguments.people);
+            let plan = Plan { seed, columns, people, keep_truth: true };
             let seconds = arguments.minutes * 60.0;
             let file = format!("{name}-{seed}-{}-{}-{}.walk", plan.columns, plan.people, arguments.minutes);
             let recorded = walk::keyframes(&site, &plan, seconds, &arguments.work.join(file))?;
@@ -100,16 +101,19 @@ fn main() -> Result<()> {
 /// Walks with the whole stack, one line each.
 fn whole_walks(arguments: &Arguments) -> Result<()> {
     println!(
-        "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>7} {:>6} {:>9} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
+        "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>9} {:>7} {:>6} {:>9} {:>6} {:>6} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
         "site",
         "seed",
         "path m",
         "frames",
         "map mm",
+        "track mm",
         "revisits",
         "closed",
         "%",
         "accepted",
+        "WRONG",
+        "ties",
         "WRONG",
         "rejected",
         "unverified"
@@ -118,7 +122,8 @@ fn whole_walks(arguments: &Arguments) -> Result<()> {
         let name: SiteName = name.parse()?;
         let site = Arc::new(Site::new(name));
         for &seed in &arguments.seeds {
-            let plan = Plan { seed, columns: arguments.columns, people: arguments.people };
+            let (columns, people) = (arguments.columns, arguments.people);
+            let plan = Plan { seed, columns, people, keep_truth: true };
             let walked = whole::walk(&site, &plan, Span::from_secs_f64(arguments.minutes * 60.0))?;
             print_whole(name, seed, &walked);
         }
@@ -140,16 +145,19 @@ fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
     let [median, p99, most] = [0.5, 0.99, 1.0].map(|part| at(&keyframes, part).unwrap_or_default());
     let [loop_median, loop_most] = [0.5, 1.0].map(|part| at(&loops, part).unwrap_or_default());
     println!(
-        "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
+        "{:<8} {seed:>5} {:>8.1} {:>7} {:>8.1} {:>9.1} {:>9} {:>7} {:>6.1} {:>9} {:>6} {:>6} {:>6} {:>9} {:>11}  {median:.1} {p99:.1} {most:.1}; {loop_median:.1} {loop_most:.1}",
         name.to_string(),
         walked.distance,
         score.keyframes,
         walked.error * 1e3,
+        walked.track_error * 1e3,
         score.revisits,
         score.closed,
         100.0 * score.closed as f64 / score.revisits.max(1) as f64,
         score.accepted,
         score.wrong,
+        walked.ties,
+        walked.wrong_ties,
         score.rejected,
         walked.unverified,
     );

@@ -115,6 +115,16 @@ pub fn is_wrong(judged: &Judged, truth: &[Isometry]) -> bool {
     place > WRONG.0 || turn > WRONG.1
 }
 
+/// Whether an error of all of a pose, in the frame of the later base, is that of another place.
+pub fn is_far(off: &Isometry) -> bool {
+    off.translation.vector.norm() > WRONG.0 || so3::log(&off.rotation).norm() > WRONG.1
+}
+
+/// Whether a revisit after so many metres is closed by loops after those.
+pub fn is_closed(walked: f64, closed_at: &[f64]) -> bool {
+    closed_at.iter().any(|at| (at - walked).abs() <= CLOSED_WITHIN)
+}
+
 /// Judges what was decided on a walk.
 ///
 /// - `truth`: the base in the site at every keyframe.
@@ -144,8 +154,7 @@ pub fn score(site: &Site, truth: &[Isometry], decisions: &[Judged]) -> Score {
     score.honesty /= right;
     for newer in revisits(site, truth) {
         score.revisits += 1;
-        let near = |at: &f64| (at - walked[newer]).abs() <= CLOSED_WITHIN;
-        score.closed += usize::from(closed_at.iter().any(near));
+        score.closed += usize::from(is_closed(walked[newer], &closed_at));
     }
     score
 }
@@ -162,7 +171,7 @@ impl Score {
 }
 
 /// Metres walked to each keyframe, truly.
-fn walked(truth: &[Isometry]) -> Vec<f64> {
+pub fn walked(truth: &[Isometry]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut last: Option<Vector3> = None;
     truth

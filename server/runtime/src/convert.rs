@@ -114,6 +114,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Scan(_)
         | Publication::Keyframe(_)
         | Publication::Graph(_)
+        | Publication::Tied(_)
         | Publication::Mapping(_)
         | Publication::Battery(_) => return None,
     })

@@ -79,7 +79,7 @@ impl Jobs {
     pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
         match work {
             Job::SaveMap(map) => self.start(Work::Save { job, map }),
-            Job::VerifyLoop(_) => match stack.take_work(job) {
+            Job::VerifyLoop(_) | Job::CompareVisit(_) => match stack.take_work(job) {
                 Some(work) => self.start(Work::Look { job, work }),
                 None => self.answer(job, JobResult::LoopNotVerified),
             },

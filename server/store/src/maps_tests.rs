@@ -1,6 +1,6 @@
 use super::*;
 use api::Graph;
-use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph};
+use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
@@ -43,6 +43,7 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
         decisions: Vec::new(),
         unverified: 0,
+        visits: VisitCounts::default(),
     }
 }
 

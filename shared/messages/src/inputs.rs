@@ -1,6 +1,6 @@
 //! What enters the stack.
 
-use crate::{Sensor, VerifiedLoop};
+use crate::{ComparedVisit, Sensor, VerifiedLoop};
 use serde::{Deserialize, Serialize};
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
 
@@ -149,7 +149,9 @@ pub enum JobResult {
     },
     /// A pair of keyframes was looked at.
     LoopVerified(Box<VerifiedLoop>),
-    /// There was no time to look at the pair of keyframes.
+    /// A visit was compared with an old keyframe.
+    VisitCompared(Box<ComparedVisit>),
+    /// There was no time to look at the pair of keyframes, or at the visit.
     LoopNotVerified,
     /// The map could not be saved; the sentence says why and what to do.
     MapNotSaved {

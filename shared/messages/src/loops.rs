@@ -1,7 +1,7 @@
 //! Loop closure: pairs of keyframes looked at, what spoke for and against them, and what became of them.
 
 use serde::{Deserialize, Serialize};
-use vocab::{KeyframeId, Pose, SessionId};
+use vocab::{KeyframeId, Pose, SessionId, Stamp};
 
 /// What made somebody think of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,4 +113,47 @@ pub struct LoopDecision {
     pub by_hand: bool,
     /// One sentence for people: why.
     pub reason: String,
+}
+
+/// A visit to known ground, to be compared with an old keyframe. What the work needs besides lies with the stack.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VisitTask {
+    /// The mapping session.
+    pub session: SessionId,
+    /// Number of the waypoint, counted along the walk.
+    pub visit: u64,
+    /// When it was.
+    pub stamp: Stamp,
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Guess of the base in it.
+    pub guess: Pose,
+}
+
+/// A visit that was compared.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComparedVisit {
+    /// What was asked.
+    pub task: VisitTask,
+    /// Pose found of the base in the keyframe.
+    pub keyframe_from_base: Pose,
+    /// Information (inverse covariance) of that pose, `[rotation; translation]`.
+    pub information: [[f64; 6]; 6],
+    /// What speaks for and against it.
+    pub evidence: LoopEvidence,
+    /// What is wrong with it, or nothing.
+    pub flaw: Option<LoopFlaw>,
+}
+
+/// A visit to known ground that was found to be where it was expected, or nearly: the robot's place is told from that keyframe.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tied {
+    /// The mapping session.
+    pub session: SessionId,
+    /// When the robot was there.
+    pub stamp: Stamp,
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// The base in it then.
+    pub keyframe_from_base: Pose,
 }

@@ -1,6 +1,6 @@
 //! What leaves the stack.
 
-use crate::{BatteryState, LoopDecision, LoopTask};
+use crate::{BatteryState, LoopDecision, LoopTask, Tied, VisitTask};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -45,6 +45,8 @@ pub enum Job {
     /// Look whether two keyframes saw the same place. The stack keeps what that takes until it is fetched with
     /// `Stack::take_work`; a replay never fetches it, because the result is in the log.
     VerifyLoop(LoopTask),
+    /// Compare what is seen now with an old keyframe; as for [`Self::VerifyLoop`].
+    CompareVisit(VisitTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.
@@ -69,6 +71,8 @@ pub enum Publication {
     Graph(Arc<PoseGraph>),
     /// A pair of keyframes was decided on.
     LoopDecided(LoopDecision),
+    /// The robot found its place on known ground.
+    Tied(Tied),
     /// State of mapping.
     Mapping(MappingState),
     /// State of motion.
@@ -314,7 +318,7 @@ pub struct FinishedMap {
     pub distance: f64,
     /// Final graph, with the final pose of every keyframe.
     pub graph: Arc<PoseGraph>,
-    /// Base in the map after every scan, with final corrections.
+    /// Base in the map after every scan, with final corrections; in sessions of hours, of what was walked long ago after some scans.
     pub trajectory: Vec<(Stamp, Pose)>,
     /// Stretches in which the LiDAR alone could not tell the motion in some direction.
     pub degenerate: Vec<DegenerateStretch>,
@@ -322,6 +326,17 @@ pub struct FinishedMap {
     pub decisions: Vec<LoopDecision>,
     /// Pairs that there was no time to look at.
     pub unverified: u64,
+    /// What became of walks over known ground.
+    pub visits: VisitCounts,
+}
+
+/// Comparisons of what is seen with old keyframes, on known ground.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VisitCounts {
+    /// Made.
+    pub compared: u64,
+    /// That found the robot where it was expected, or nearly.
+    pub confirmed: u64,
 }
 
 /// A stretch of the walk in which the LiDAR did not see some direction.

@@ -1,4 +1,5 @@
-//! Loop closure of one session: from keyframes to pairs worth a look, from what came of the look to edges and better poses.
+//! Loop closure of one session: from keyframes to pairs worth a look, from what came of the look to edges and better poses; and on
+//! known ground, where the robot is among old keyframes.
 //!
 //! Looking is work for a job (see [`crate::Work`]); results are taken in the order in which they arrive, which the log
 //! records, so that a replay repeats them.
@@ -8,10 +9,14 @@ mod queue;
 mod words;
 
 use crate::optimiser::{GraphError, Optimiser, Pair};
-use crate::work::Work;
+use crate::work::{Asked, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, LoopConfig, LoopFinder, NewKeyframe, Node, Session, Task, Verdict};
-use messages::{Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, VerifiedLoop};
+use mapping::{
+    Decision, Edge, Ground, LoopConfig, LoopFinder, Node, Session, Task, Tied, Verdict, Verified, Waypoint,
+};
+use messages::{
+    ComparedVisit, Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, VerifiedLoop, VisitCounts,
+};
 use queue::Queue;
 use std::collections::BTreeMap;
 use vocab::{KeyframeId, Pose, SessionId};
@@ -25,6 +30,7 @@ pub(crate) struct Loops {
     finder: LoopFinder,
     optimiser: Optimiser,
     queue: Queue,
+    visits: VisitCounts,
     /// In the order of deciding.
     decisions: Vec<LoopDecision>,
     /// Of each pair that was looked at, the last look.
@@ -46,6 +52,8 @@ struct Known {
 #[derive(Debug, Default)]
 pub(crate) struct News {
     pub decisions: Vec<LoopDecision>,
+    /// The robot found its place on known ground.
+    pub tied: Option<messages::Tied>,
     /// Whether edges or poses of the session changed.
     pub changed: bool,
     /// Why loops are no longer closed, said once.
@@ -61,33 +69,56 @@ impl Loops {
             finder: LoopFinder::new(LoopConfig::default()),
             optimiser: Optimiser::default(),
             queue: Queue::default(),
+            visits: VisitCounts::default(),
             decisions: Vec::new(),
             known: BTreeMap::new(),
             broken: None,
         }
     }
 
-    /// Takes the session's newest keyframe in, with its cloud (base frame, metres); pairs worth a look wait for
+    /// Takes the session's newest waypoint in, with its cloud (base frame, metres). Says how it joins the graph if it is a
+    /// keyframe ([`Self::add_keyframe`] comes next then), or that it is on known ground. What is worth a look waits for
     /// [`Self::start`].
-    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>, xyz: &[[f32; 3]]) -> News {
+    pub fn arrive(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]]) -> Arrived {
+        // Of the map, whose z axis points up as well as the odometry's does.
+        match self.finder.arrive(waypoint, xyz, self.sensor) {
+            Ground::New { edge, tasks } => {
+                for task in tasks {
+                    self.ask(task);
+                }
+                Arrived::Keyframe(edge)
+            }
+            Ground::Known(visit) => {
+                if let Some(visit) = visit.filter(|_| self.broken.is_none()) {
+                    let asked = plain::visit_to_plain(self.session, waypoint.stamp, &visit);
+                    self.queue.push(Asked::Visit(asked), visit.comparison);
+                }
+                Arrived::Visit
+            }
+        }
+    }
+
+    /// Takes the session's newest keyframe in, that `edge` leads to.
+    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> News {
         if self.broken.is_some() {
             return News::default();
         }
-        if let Err(error) = self.optimiser.add_keyframe(node, edge) {
-            return self.give_up(&error);
+        match self.optimiser.add_keyframe(node, edge) {
+            Ok(()) => News::default(),
+            Err(error) => self.give_up(&error),
         }
-        // Of the map, whose z axis points up as well as the odometry's does.
-        let rotation = node.map_from_keyframe.rotation;
-        let new = NewKeyframe { edge, rotation, xyz, sensor: self.sensor };
-        for task in self.finder.add_keyframe(&new) {
-            self.queue.push(task);
+    }
+
+    fn ask(&mut self, task: Task) {
+        if self.broken.is_none() {
+            let asked = Asked::Loop(plain::task_to_plain(self.session, &task));
+            self.queue.push(asked, task.comparison);
         }
-        News::default()
     }
 
     /// Starts jobs, as many as may run. `jobs` counts all jobs of the stack.
     pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
-        self.queue.start(self.session, jobs, effects);
+        self.queue.start(jobs, effects);
     }
 
     /// What a job takes; once.
@@ -104,7 +135,9 @@ impl Loops {
 
     /// A job has ended: its pair is judged, and what is accepted moves the map. Jobs of other sessions are ignored.
     pub fn verified(&mut self, job: u64, found: &VerifiedLoop, session: &mut Session) -> News {
-        let (Some(asked), Some(verified)) = (self.queue.end(job), plain::verified_from_plain(found)) else {
+        let (Some(Asked::Loop(asked)), Some(verified)) =
+            (self.queue.end(job), plain::verified_from_plain(found))
+        else {
             return News::default();
         };
         let pair = (asked.from, asked.to);
@@ -112,23 +145,78 @@ impl Loops {
         if self.broken.is_some() || pair != (found.task.from, found.task.to) || self.optimiser.has(pair) {
             return News::default();
         }
-        self.known
-            .insert(pair, Known { asked, edge: verified.edge, evidence: found.evidence, verdict: None });
+        let known = Known { asked, edge: verified.edge, evidence: found.evidence, verdict: None };
+        self.known.insert(pair, known);
+        self.judge(&verified, session)
+    }
+
+    /// A job has ended: the robot's place may be known anew, and if that says something new of how two keyframes lie to each
+    /// other it is a loop. Jobs of other sessions are ignored.
+    pub fn compared(&mut self, job: u64, found: &ComparedVisit, session: &mut Session) -> News {
+        let (Some(Asked::Visit(asked)), Some(compared)) =
+            (self.queue.end(job), plain::compared_from_plain(found))
+        else {
+            return News::default();
+        };
+        if self.broken.is_some() || asked != found.task {
+            return News::default();
+        }
+        self.visits.compared += 1;
+        let tied = self.finder.tie(asked.visit, &compared);
+        if tied == Tied::Refused {
+            return News::default();
+        }
+        self.visits.confirmed += 1;
         let mut news = News::default();
-        for decision in self.finder.judge(&verified) {
-            let pair = (decision.edge.from, decision.edge.to);
+        match tied {
+            Tied::Refused | Tied::Confirmed => {}
+            Tied::Loop(verified) => news = self.loop_from_visit(&verified, session),
+            Tied::Anew(tie) => {
+                session.tie(tie.since, tie.anchor, &tie.anchor_from_waypoint);
+                if let Some(edge) = &tie.edge {
+                    news = self.loop_from_visit(edge, session);
+                }
+            }
+        }
+        let (session, stamp, keyframe) = (asked.session, asked.stamp, asked.keyframe);
+        let keyframe_from_base = found.keyframe_from_base;
+        news.tied = Some(messages::Tied { session, stamp, keyframe, keyframe_from_base });
+        news
+    }
+
+    /// A loop between two keyframes that was seen from a visit, not from one of them.
+    fn loop_from_visit(&mut self, verified: &Verified, session: &mut Session) -> News {
+        let edge = verified.edge;
+        let pair = (edge.from, edge.to);
+        let refused = self.known.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Rejected));
+        if refused || self.optimiser.has(pair) || edge.from.0.abs_diff(edge.to.0) <= 1 {
+            return News::default();
+        }
+        let (source, guess) = (messages::LoopSource::Geometry, pose_from_isometry(&edge.from_from_to));
+        let asked = LoopTask { session: self.session, from: edge.from, to: edge.to, source, guess };
+        let evidence = plain::evidence_to_plain(&verified.evidence);
+        self.known.insert(pair, Known { asked, edge, evidence, verdict: None });
+        self.judge(verified, session)
+    }
+
+    /// Judges a pair that was compared; what is accepted moves the map.
+    fn judge(&mut self, verified: &Verified, session: &mut Session) -> News {
+        let mut news = News::default();
+        for decision in self.finder.judge(verified) {
+            let Decision { edge, verdict, .. } = decision;
+            let pair = (edge.from, edge.to);
             if self.optimiser.has(pair) {
                 continue;
             }
-            if decision.verdict == Verdict::Accepted {
-                if let Err(error) = self.optimiser.add_loop(&decision.edge) {
+            if verdict == Verdict::Accepted {
+                if let Err(error) = self.optimiser.add_loop(&edge) {
                     return self.give_up(&error);
                 }
-                session.add_loop(decision.edge);
+                session.add_loop(edge);
                 news.changed = true;
             }
             let reason = words::reason(&decision, &self.finder.config().gates);
-            self.decide(pair, plain::verdict_to_plain(decision.verdict), false, reason, &mut news);
+            self.decide(pair, plain::verdict_to_plain(verdict), false, reason, &mut news);
         }
         self.move_map(session, news)
     }
@@ -206,7 +294,7 @@ impl Loops {
         };
         let guess = if pair == (from, to) { guess } else { guess.inverse() };
         let task: Task = self.finder.propose(pair.0, pair.1, guess).ok_or_else(|| unknown(pair))?;
-        self.queue.push(task);
+        self.ask(task);
         Ok(())
     }
 
@@ -233,6 +321,11 @@ impl Loops {
     /// Pairs that there was no time to look at.
     pub fn left_out(&self) -> u64 {
         self.queue.left_out()
+    }
+
+    /// Walks over known ground.
+    pub fn visits(&self) -> VisitCounts {
+        self.visits
     }
 
     /// Brings the poses up to date if edges changed.
@@ -278,6 +371,14 @@ impl Loops {
         self.broken = Some(text.clone());
         News { trouble: Some(text), changed: true, ..News::default() }
     }
+}
+
+/// What a waypoint is.
+pub(crate) enum Arrived {
+    /// A keyframe, with the edge that leads to it.
+    Keyframe(Option<Edge>),
+    /// A visit to known ground.
+    Visit,
 }
 
 /// Older keyframe first.

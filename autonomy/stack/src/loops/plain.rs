@@ -1,38 +1,74 @@
 //! Between the loop finder's types and those of the log.
 
 use crate::mapping_phase::rows;
-use geometry::{Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, Evidence, Flaw, Source, Task, Verdict, Verified};
-use messages::{LoopEvidence, LoopFlaw, LoopSource, LoopTask, LoopVerdict, VerifiedLoop};
-use vocab::{Pose, SessionId};
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
+use mapping::{Compared, Evidence, Flaw, Source, Task, Verdict, Verified, Visit};
+use messages::{
+    ComparedVisit, LoopEvidence, LoopFlaw, LoopSource, LoopTask, LoopVerdict, VerifiedLoop, VisitTask,
+};
+use vocab::{Pose, SessionId, Stamp};
 
 /// What is asked of a job, for the log.
 pub(crate) fn task_to_plain(session: SessionId, task: &Task) -> LoopTask {
-    let guess = task.guesses.first().map_or(Pose::IDENTITY, pose_from_isometry);
-    LoopTask { session, from: task.from, to: task.to, source: source_to_plain(task.source), guess }
+    let source = source_to_plain(task.comparison.source);
+    LoopTask { session, from: task.from, to: task.to, source, guess: guess_of(&task.comparison.guesses) }
+}
+
+/// The same of a visit made at `stamp`.
+pub(crate) fn visit_to_plain(session: SessionId, stamp: Stamp, visit: &Visit) -> VisitTask {
+    let guess = guess_of(&visit.comparison.guesses);
+    VisitTask { session, visit: visit.number, stamp, keyframe: visit.keyframe, guess }
+}
+
+fn guess_of(guesses: &[Isometry]) -> Pose {
+    guesses.first().map_or(Pose::IDENTITY, pose_from_isometry)
 }
 
 /// What came out, for the log.
-pub(crate) fn verified_to_plain(asked: &LoopTask, verified: &Verified) -> VerifiedLoop {
+pub(crate) fn verified_to_plain(asked: &LoopTask, compared: &Compared) -> VerifiedLoop {
     VerifiedLoop {
         task: *asked,
-        from_from_to: pose_from_isometry(&verified.edge.from_from_to),
-        information: rows(&verified.edge.information),
-        evidence: evidence_to_plain(&verified.evidence),
-        flaw: verified.flaw.map(flaw_to_plain),
+        from_from_to: pose_from_isometry(&compared.pose),
+        information: rows(&compared.information),
+        evidence: evidence_to_plain(&compared.evidence),
+        flaw: compared.flaw.map(flaw_to_plain),
+    }
+}
+
+/// The same of a visit.
+pub(crate) fn compared_to_plain(asked: &VisitTask, compared: &Compared) -> ComparedVisit {
+    ComparedVisit {
+        task: *asked,
+        keyframe_from_base: pose_from_isometry(&compared.pose),
+        information: rows(&compared.information),
+        evidence: evidence_to_plain(&compared.evidence),
+        flaw: compared.flaw.map(flaw_to_plain),
     }
 }
 
 /// And back; none when its pose is not one.
 pub(crate) fn verified_from_plain(plain: &VerifiedLoop) -> Option<Verified> {
-    let edge = Edge {
-        from: plain.task.from,
-        to: plain.task.to,
-        from_from_to: isometry_from_pose(&plain.from_from_to)?,
-        information: Matrix6::from_fn(|row, column| plain.information[row][column]),
+    let compared = Compared {
+        pose: isometry_from_pose(&plain.from_from_to)?,
+        information: from_rows(&plain.information),
+        evidence: evidence_from_plain(&plain.evidence, plain.task.source),
+        flaw: plain.flaw.map(flaw_from_plain),
     };
-    let evidence = evidence_from_plain(&plain.evidence, plain.task.source);
-    Some(Verified { edge, evidence, flaw: plain.flaw.map(flaw_from_plain) })
+    Some(Verified::new(plain.task.from, plain.task.to, &compared))
+}
+
+/// And back; none when its pose is not one.
+pub(crate) fn compared_from_plain(plain: &ComparedVisit) -> Option<Compared> {
+    Some(Compared {
+        pose: isometry_from_pose(&plain.keyframe_from_base)?,
+        information: from_rows(&plain.information),
+        evidence: evidence_from_plain(&plain.evidence, LoopSource::Geometry),
+        flaw: plain.flaw.map(flaw_from_plain),
+    })
+}
+
+fn from_rows(rows: &[[f64; 6]; 6]) -> Matrix6 {
+    Matrix6::from_fn(|row, column| rows[row][column])
 }
 
 /// The finder's evidence but for its source, which is the task's.

@@ -1,11 +1,9 @@
-//! Pairs waiting to be verified, and those being verified: both bounded, the least promising are left out first.
+//! Pairs waiting to be compared, and those being compared: both bounded, the least promising are left out first.
 
-use super::plain;
-use crate::work::Work;
-use mapping::{Gates, Source, Task};
-use messages::{Effect, Job, LoopTask};
+use crate::work::{Asked, Work};
+use mapping::{Comparison, Gates, Source};
+use messages::{Effect, Job};
 use std::collections::BTreeMap;
-use vocab::SessionId;
 
 /// Pairs under verification at a time: they share a thread with the keeping of clouds.
 const RUNNING: usize = 4;
@@ -16,16 +14,16 @@ const WAITING: usize = 32;
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
     /// In the order of arrival.
-    waiting: Vec<Task>,
+    waiting: Vec<(Asked, Comparison)>,
     /// By job: what was asked, and what it takes until that is fetched.
-    running: BTreeMap<u64, (LoopTask, Option<Task>)>,
+    running: BTreeMap<u64, (Asked, Option<Comparison>)>,
     left_out: u64,
 }
 
 impl Queue {
     /// Lets a pair wait; if too many do, the least promising is left out.
-    pub fn push(&mut self, task: Task) {
-        self.waiting.push(task);
+    pub fn push(&mut self, asked: Asked, comparison: Comparison) {
+        self.waiting.push((asked, comparison));
         if self.waiting.len() > WAITING {
             // Of equals the oldest.
             let last = (0..self.waiting.len()).min_by(|&a, &b| {
@@ -39,28 +37,31 @@ impl Queue {
     }
 
     /// Starts as many as may run, the most promising first and of equals the oldest. `jobs` counts all jobs of the stack.
-    pub fn start(&mut self, session: SessionId, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
         while self.running.len() < RUNNING {
             let best = (0..self.waiting.len()).max_by(|&a, &b| {
                 promise(&self.waiting[a]).total_cmp(&promise(&self.waiting[b])).then(b.cmp(&a))
             });
             let Some(best) = best else { return };
-            let task = self.waiting.remove(best);
-            let asked = plain::task_to_plain(session, &task);
-            effects.push(Effect::StartJob { job: *jobs, work: Job::VerifyLoop(asked) });
-            self.running.insert(*jobs, (asked, Some(task)));
+            let (asked, comparison) = self.waiting.remove(best);
+            let work = match asked {
+                Asked::Loop(task) => Job::VerifyLoop(task),
+                Asked::Visit(task) => Job::CompareVisit(task),
+            };
+            effects.push(Effect::StartJob { job: *jobs, work });
+            self.running.insert(*jobs, (asked, Some(comparison)));
             *jobs += 1;
         }
     }
 
     /// What a job takes; once.
     pub fn take(&mut self, job: u64, gates: &Gates) -> Option<Work> {
-        let (asked, task) = self.running.get_mut(&job)?;
-        Some(Work::new(*asked, task.take()?, *gates))
+        let (asked, comparison) = self.running.get_mut(&job)?;
+        Some(Work::new(*asked, comparison.take()?, *gates))
     }
 
     /// A job has ended. Says what had been asked of it, if it was one of these.
-    pub fn end(&mut self, job: u64) -> Option<LoopTask> {
+    pub fn end(&mut self, job: u64) -> Option<Asked> {
         self.running.remove(&job).map(|(asked, _)| asked)
     }
 
@@ -87,41 +88,51 @@ impl Queue {
     }
 }
 
-/// People know best; then what the estimates say; then what looks most alike.
-fn promise(task: &Task) -> f32 {
-    match task.source {
-        Source::Person => 2.0,
-        Source::Geometry => 1.0,
-        Source::Appearance(distance) => -distance,
+/// People know best; then where the robot is now; then what the estimates say; then what looks most alike.
+fn promise((asked, comparison): &(Asked, Comparison)) -> f32 {
+    match (asked, comparison.source) {
+        (_, Source::Person) => 3.0,
+        (Asked::Visit(_), _) => 2.0,
+        (Asked::Loop(_), Source::Geometry) => 1.0,
+        (Asked::Loop(_), Source::Appearance(distance)) => -distance,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::loops::plain;
     use mapping::submap::LazySubmap;
+    use mapping::{Task, Visit};
     use std::sync::Arc;
     use uuid::Uuid;
-    use vocab::KeyframeId;
+    use vocab::{KeyframeId, SessionId, Stamp};
 
-    fn task(to: u32, source: Source) -> Task {
+    fn push(queue: &mut Queue, to: u32, source: Source) {
         let nothing = Arc::new(LazySubmap::new(Vec::new(), 0));
-        Task {
-            from: KeyframeId(0),
-            to: KeyframeId(to),
-            source,
-            guesses: Vec::new(),
-            expected: None,
-            older: nothing.clone(),
-            newer: nothing,
-        }
+        let (older, newer) = (nothing.clone(), nothing);
+        let comparison = Comparison { source, guesses: Vec::new(), expected: None, older, newer };
+        let task = Task { from: KeyframeId(0), to: KeyframeId(to), comparison };
+        let asked = Asked::Loop(plain::task_to_plain(SessionId(Uuid::nil()), &task));
+        queue.push(asked, task.comparison);
     }
 
+    fn visit(queue: &mut Queue, number: u64) {
+        let nothing = Arc::new(LazySubmap::new(Vec::new(), 0));
+        let (older, newer, source) = (nothing.clone(), nothing, Source::Geometry);
+        let comparison = Comparison { source, guesses: Vec::new(), expected: None, older, newer };
+        let visit = Visit { number, keyframe: KeyframeId(0), comparison };
+        let asked = Asked::Visit(plain::visit_to_plain(SessionId(Uuid::nil()), Stamp::EPOCH, &visit));
+        queue.push(asked, visit.comparison);
+    }
+
+    /// The newer keyframes of pairs that were started, and the numbers of visits.
     fn started(queue: &mut Queue, jobs: &mut u64) -> Vec<u32> {
         let mut effects = Vec::new();
-        queue.start(SessionId(Uuid::nil()), jobs, &mut effects);
+        queue.start(jobs, &mut effects);
         let to = |effect: &Effect| match effect {
             Effect::StartJob { work: Job::VerifyLoop(task), .. } => task.to.0,
+            Effect::StartJob { work: Job::CompareVisit(task), .. } => task.visit as u32,
             other => panic!("{other:?}"),
         };
         effects.iter().map(to).collect()
@@ -134,15 +145,19 @@ mod tests {
             (1, Source::Appearance(0.4)),
             (2, Source::Geometry),
             (3, Source::Appearance(0.1)),
-            (4, Source::Geometry),
             (5, Source::Person),
         ] {
-            queue.push(task(to, source));
+            push(&mut queue, to, source);
         }
-        assert_eq!(started(&mut queue, &mut jobs), [5, 2, 4, 3]);
+        visit(&mut queue, 4);
+        assert_eq!(started(&mut queue, &mut jobs), [5, 4, 2, 3]);
         assert!(started(&mut queue, &mut jobs).is_empty());
         assert!(queue.take(12, &Gates::default()).is_some() && queue.take(12, &Gates::default()).is_none());
-        assert_eq!(queue.end(12).map(|asked| asked.to), Some(KeyframeId(4)));
+        let ended = |asked: Option<Asked>| match asked {
+            Some(Asked::Loop(task)) => task.to.0,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(ended(queue.end(12)), 2);
         assert!(queue.end(12).is_none() && queue.end(9).is_none());
         assert_eq!((started(&mut queue, &mut jobs), jobs), (vec![1], 15));
     }
@@ -150,13 +165,21 @@ mod tests {
     #[test]
     fn of_too_many_the_least_alike_are_left_out_and_counted() {
         let mut queue = Queue::default();
-        queue.push(task(1, Source::Person));
-        queue.push(task(2, Source::Appearance(0.4)));
+        push(&mut queue, 1, Source::Person);
+        push(&mut queue, 2, Source::Appearance(0.4));
         for to in 0..WAITING as u32 {
-            queue.push(task(100 + to, Source::Geometry));
+            push(&mut queue, 100 + to, Source::Geometry);
         }
         assert_eq!((queue.left_out(), queue.waiting.len()), (2, WAITING));
-        let first: Vec<u32> = queue.waiting.iter().take(3).map(|task| task.to.0).collect();
+        let first: Vec<u32> = queue
+            .waiting
+            .iter()
+            .take(3)
+            .map(|(asked, _)| match asked {
+                Asked::Loop(task) => task.to.0,
+                Asked::Visit(_) => 0,
+            })
+            .collect();
         assert_eq!(first, [1, 101, 102], "what looked alike, then the oldest");
         queue.clear();
         assert_eq!((queue.left_out(), started(&mut queue, &mut 0).len()), (2 + WAITING as u64, 0));

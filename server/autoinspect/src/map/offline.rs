@@ -230,7 +230,9 @@ impl Offline {
     fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
         match effect {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
-            Effect::StartJob { job, work: Job::VerifyLoop(_) } => self.jobs.push_back(job),
+            Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
+                self.jobs.push_back(job)
+            }
             Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             Effect::Publish(Publication::Scan(_)) => {
                 self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());

@@ -54,6 +54,9 @@ pub struct Loops {
     pub held: u64,
     /// There was no time to look at them.
     pub unverified: u64,
+    /// Comparisons with old keyframes on known ground, and those that found the robot where it was expected, or nearly.
+    pub visits_compared: u64,
+    pub visits_confirmed: u64,
 }
 
 /// A stretch that the LiDAR alone could not tell.
@@ -174,6 +177,8 @@ fn loops(finished: &FinishedMap) -> Loops {
         rejected: count(LoopVerdict::Rejected),
         held: count(LoopVerdict::Held) + count(LoopVerdict::Dropped),
         unverified: finished.unverified,
+        visits_compared: finished.visits.compared,
+        visits_confirmed: finished.visits.confirmed,
     }
 }
 
