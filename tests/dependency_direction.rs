@@ -61,6 +61,7 @@ const OURS: &[(&str, &[&str])] = &[
             "links",
             "lockstep",
             "map_codec",
+            "mapping",
             "messages",
             "ports",
             "recorder",

@@ -4,10 +4,11 @@
 //! A [`Session`] keeps poses only (about 1 kB a keyframe and 76 B a scan, 10 MB at most); full clouds go to its owner. A [`LoopFinder`] keeps a
 //! small cloud of every keyframe (about 34 kB in all) and finds loops in four steps: `scan_context` and `places` recognise,
 //! `candidates` chooses, `verify` registers, `consistency` decides. On known ground it ties the robot to old keyframes instead
-//! (`visits`). `dynamics` tells people from the site.
+//! (`visits`). `charts` finds one finished map in another. `dynamics` tells people from the site.
 //! `docs/maths/loops.md` has the method and its numbers.
 
 pub mod candidates;
+mod charts;
 pub mod clique;
 pub mod consistency;
 pub mod drift;
@@ -26,6 +27,7 @@ mod verify;
 pub mod view;
 mod visits;
 
+pub use charts::{Chart, Joint, Unrelated};
 pub use consistency::{Decision, Jury, Trust, Verdict};
 pub use loops::{LoopConfig, LoopFinder, NewKeyframe};
 pub use odometer::Odometer;

@@ -1,7 +1,7 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{export, info, map, optimise, replay, sim_record, trajectory, up};
+use crate::{export, info, map, merge, optimise, replay, sim_record, trajectory, up};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -29,6 +29,8 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
+    /// Join maps of one site: those of several walks, or of a part that was added.
+    Merge(merge::MergeArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
     /// Find the best poses for a pose graph.
@@ -69,6 +71,7 @@ impl Cli {
         match self.command {
             Command::Up(args) => up::run(&args),
             Command::Map(args) => map::run(&args),
+            Command::Merge(args) => merge::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),

@@ -10,6 +10,7 @@ mod failure;
 mod info;
 mod journal;
 mod map;
+mod merge;
 mod optimise;
 mod output;
 mod process;

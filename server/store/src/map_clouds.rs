@@ -80,6 +80,33 @@ pub fn map_clouds(dir: &Path, wanted: Wanted) -> Result<MapClouds, StoreError> {
     Ok(MapClouds::new(dir.join("clouds"), places.collect(), wanted))
 }
 
+/// As [`map_clouds`], each with the place of the LiDAR that saw it, keyframe's frame, metres. Nothing but the graph's keyframes
+/// with files is left out or thinned.
+///
+/// # Errors
+/// As for [`map_clouds`].
+pub fn map_clouds_and_sensors(
+    dir: &Path,
+) -> Result<impl Iterator<Item = Result<(MapCloud, [f32; 3]), StoreError>>, StoreError> {
+    let mut clouds = map_clouds(dir, Wanted { spacing: 0.0, moving: true })?;
+    let places: Vec<Place> = clouds.places.by_ref().collect();
+    Ok(places.into_iter().filter_map(move |place| clouds.read(&place).transpose()))
+}
+
+/// Copies the clouds of the map in the folder `dir` into another folder, counting its keyframes from `first` on.
+///
+/// # Errors
+/// When the disk does, or `dir` holds no graph.
+pub fn copy_clouds(dir: &Path, to: &Path, first: u32) -> Result<(), StoreError> {
+    let graph: api::Graph = files::read_json(&dir.join("graph.json"))?;
+    for node in &graph.nodes {
+        let from = dir.join("clouds").join(cloud_name(node.id));
+        let to = to.join(cloud_name(KeyframeId(node.id.0 + first)));
+        fs::copy(&from, &to).map_err(|source| StoreError::io("write", &to, source))?;
+    }
+    Ok(())
+}
+
 impl MapClouds {
     pub(crate) fn new(clouds: PathBuf, places: Vec<Place>, wanted: Wanted) -> Self {
         // One level and one submap: a cell is taken once, wherever it is seen from.

@@ -123,7 +123,7 @@ fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> 
 }
 
 /// Makes the folder for results and removes those of an earlier run, and nothing else.
-fn prepare(out: &Path) -> Result<(), Failure> {
+pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     let cannot =
         |error: std::io::Error| Failure::failed(format!("{} cannot be written: {error}", out.display()));
     let foreign = out.is_dir()

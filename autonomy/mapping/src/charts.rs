@@ -1,0 +1,369 @@
+//! Finished maps: where what one of them holds lies in another.
+//!
+//! Nothing is known beforehand of how two maps lie to each other, but that both stand upright. Every few metres a keyframe of one
+//! is looked up by its looks among all of the other's; what fits when compared says, each by itself, where one map is in the
+//! other. They vote, each keyframe for the place where it fits best, because a place built alike fits nearly as well. Looking alike, be it
+//! a hundred times in one room, proves nothing, so that supporters must come from farther apart than most rooms are long, and no other
+//! way may have half as many. From the winners on, the rest is compared where it is then expected.
+//! `docs/maths/loops.md` has the numbers.
+
+use crate::places::Places;
+use crate::scan_context::{Descriptor, first_from_second, level_from_base};
+use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
+use crate::verify::{Compared, Comparison, Gates, Source, compare};
+use crate::{Edge, Uncertain};
+use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, so3};
+use points::Downsampler;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use vocab::KeyframeId;
+
+/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
+const ASIDE: f32 = 1.5;
+/// A submap takes in the keyframes so near, metres, so many at most.
+const SUBMAP_REACH: f64 = 8.0;
+const SUBMAP_LEVEL: f64 = 1.5;
+const SUBMAP_MEMBERS: usize = 17;
+const SUBMAPS_HELD: usize = 8;
+/// How far neighbours in a finished map are off each other: rotation (rad), translation (m).
+const SETTLED: (f64, f64) = (5e-4, 0.005);
+/// Keyframes are looked up so far apart along the walk, metres.
+const SPACING: f64 = 2.0;
+/// Places looked at for each, so far apart at least, metres, and the greatest distance of descriptors: generous, since what
+/// looks alike is compared and has to win a vote.
+const LOOKED_AT: usize = 3;
+const PLACES_APART: f64 = 5.0;
+const RESEMBLANCE: f32 = 0.75;
+/// Two links agree if they say the same within this: metres, metres for each metre between them, and radians.
+const AGREE: (f64, f64, f64) = (0.3, 0.02, 0.1);
+/// Votes that must agree, and how far apart the farthest of them are in either map, metres: more than most rooms.
+const SUPPORT: usize = 6;
+const SPREAD: f64 = 12.0;
+/// Another place may have this share of the supporters at most.
+const RIVAL: f64 = 0.5;
+/// Keyframes of both maps this near overlook the same, metres, and the same vertically.
+const NEAR: f64 = 2.5;
+const LEVEL: f64 = 1.0;
+/// What is expected from the nearest link: radians and metres, and metres for each metre from there.
+const EXPECTED: (f64, f64, f64) = (0.03, 0.1, 0.02);
+/// 99.9 % of the squared Mahalanobis distances of six normal errors lie below.
+const CHI_SQUARED_6: f64 = 22.46;
+
+/// A finished map as places are looked up in it: 45 kB a keyframe.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    places: Places,
+    keyframes: Vec<Charted>,
+    submaps: SubmapCache,
+    downsampler: Downsampler,
+}
+
+#[derive(Clone, Debug)]
+struct Charted {
+    map_from_keyframe: Isometry,
+    level: Rotation,
+    cloud: Arc<KeyframeCloud>,
+    /// As it looks from the base and from both sides.
+    views: [Arc<Descriptor>; 3],
+}
+
+/// How two maps lie to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Where the second one is in the first.
+    pub first_from_second: Isometry,
+    /// Measured poses of keyframes of the second (`to`) in keyframes of the first (`from`), numbered as in their own maps.
+    pub links: Vec<Edge>,
+    /// Places recognised that agree on it.
+    pub support: usize,
+    /// Places that agree on the best other way.
+    pub rival: usize,
+}
+
+/// Why it cannot be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unrelated {
+    /// Too few places were recognised that agree with each other, or all in one spot; this many.
+    TooFew(usize),
+    /// Two ways fit about as well, with so many places each.
+    Ambiguous(usize, usize),
+}
+
+impl Default for Chart {
+    fn default() -> Self {
+        Self {
+            places: Places::default(),
+            keyframes: Vec::new(),
+            submaps: SubmapCache::new(SUBMAPS_HELD),
+            downsampler: Downsampler::default(),
+        }
+    }
+}
+
+/// A link between two maps under consideration.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    from: usize,
+    to: usize,
+    compared: Compared,
+    first_from_second: Isometry,
+}
+
+impl Chart {
+    /// Adds a keyframe with its cloud (keyframe's frame, metres), seen from `sensor` (keyframe's frame). Keyframes are numbered from 0.
+    pub fn push(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]], sensor: [f32; 3]) {
+        let level = level_from_base(&map_from_keyframe.rotation);
+        let view = |origin| Arc::new(Descriptor::new(xyz, &level, origin));
+        let views = ORIGINS.map(view);
+        self.places.push(Arc::clone(&views[0]));
+        let cloud = Arc::new(KeyframeCloud::new(xyz, sensor, &mut self.downsampler));
+        self.keyframes.push(Charted { map_from_keyframe: *map_from_keyframe, level, cloud, views });
+    }
+
+    /// Number of keyframes.
+    pub fn len(&self) -> usize {
+        self.keyframes.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.keyframes.is_empty()
+    }
+
+    /// Takes in the keyframes of another map, numbered on from this one's. `poses`: where all of them are in the map now; those
+    /// missing stay.
+    pub fn append(&mut self, other: Self, poses: &[Isometry]) {
+        for keyframe in other.keyframes {
+            self.places.push(Arc::clone(&keyframe.views[0]));
+            self.keyframes.push(keyframe);
+        }
+        for (keyframe, pose) in self.keyframes.iter_mut().zip(poses) {
+            // Turned about the upright axis mostly: the levelled views stay true.
+            keyframe.level = level_from_base(&pose.rotation);
+            keyframe.map_from_keyframe = *pose;
+        }
+        self.submaps = SubmapCache::new(SUBMAPS_HELD);
+    }
+
+    /// Finds where `other` lies in this map. Costs some 15 ms for each place looked at: three for every two metres of `other`'s
+    /// keyframes, and one more where both maps overlap.
+    ///
+    /// # Errors
+    /// When the maps have too little in common, or it fits in several ways.
+    pub fn join(&mut self, other: &mut Self, gates: &Gates) -> Result<Joint, Unrelated> {
+        let mut found = Vec::new();
+        for to in other.spaced() {
+            let mut best: Option<Link> = None;
+            for (from, guess) in self.alike(&other.keyframes[to]) {
+                let link = self.link(other, (from, to), (guess, None), gates);
+                // Of equals the one that looks more alike.
+                best = match (best, link) {
+                    (Some(best), Some(link)) if link.score() > best.score() => Some(link),
+                    (best, link) => best.or(link),
+                };
+            }
+            found.extend(best);
+        }
+        let (winner, support, rival) = vote(&found, self, other)?;
+        let links = self.spread_out(other, support, gates);
+        Ok(Joint {
+            first_from_second: winner.first_from_second,
+            support: links.seeds,
+            rival,
+            links: links.grown.iter().map(Link::edge).collect(),
+        })
+    }
+
+    /// Every few metres of the walk one keyframe.
+    fn spaced(&self) -> Vec<usize> {
+        let mut chosen: Vec<usize> = Vec::new();
+        for index in 0..self.len() {
+            let far = |last: &usize| (self.place(*last) - self.place(index)).norm() >= SPACING;
+            if chosen.last().is_none_or(far) {
+                chosen.push(index);
+            }
+        }
+        chosen
+    }
+
+    fn place(&self, keyframe: usize) -> Vector3 {
+        self.keyframes[keyframe].map_from_keyframe.translation.vector
+    }
+
+    /// Keyframes that look like one of another map, with a guess of its pose in them.
+    fn alike(&self, query: &Charted) -> Vec<(usize, Isometry)> {
+        let mut chosen: Vec<(usize, Isometry)> = Vec::new();
+        for resemblance in self.places.search(&query.views, 0..self.len()) {
+            if chosen.len() == LOOKED_AT || resemblance.alignment.distance > RESEMBLANCE {
+                break;
+            }
+            let (place, origin) = (resemblance.place, ORIGINS[resemblance.view]);
+            let fresh = |(other, _): &(usize, Isometry)| {
+                (self.place(*other) - self.place(place)).norm() > PLACES_APART
+            };
+            if chosen.iter().all(fresh) {
+                let level = &self.keyframes[place].level;
+                chosen.push((place, first_from_second(&resemblance.alignment, level, &query.level, origin)));
+            }
+        }
+        chosen
+    }
+
+    /// Compares a keyframe of this map with one of another; none if they do not fit.
+    fn link(
+        &mut self,
+        other: &mut Self,
+        (from, to): (usize, usize),
+        (guess, expected): (Isometry, Option<Uncertain>),
+        gates: &Gates,
+    ) -> Option<Link> {
+        let (older, newer) = (self.submap(from), other.submap(to));
+        let (source, guesses) = (Source::Geometry, vec![guess]);
+        let compared = compare(&Comparison { source, guesses, expected, older, newer }, gates);
+        let measured = Uncertain::from_information(compared.pose, &compared.information);
+        let surprising = |expected: Uncertain| {
+            expected.distance_squared(&measured).is_none_or(|squared| squared > CHI_SQUARED_6)
+        };
+        if compared.flaw.is_some() || expected.is_some_and(surprising) {
+            return None;
+        }
+        let first_from_second = self.keyframes[from].map_from_keyframe
+            * compared.pose
+            * other.keyframes[to].map_from_keyframe.inverse();
+        Some(Link { from, to, compared, first_from_second })
+    }
+
+    /// A keyframe with those about it.
+    fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
+        let keyframes = &self.keyframes;
+        self.submaps.get(own, || {
+            let (turn, place) = (SETTLED.0 * SETTLED.0, SETTLED.1 * SETTLED.1);
+            let settled = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+            let own_from_map = keyframes[own].map_from_keyframe.inverse();
+            let mut near: Vec<(f64, usize, Uncertain)> = keyframes
+                .iter()
+                .enumerate()
+                .map(|(index, keyframe)| {
+                    let covariance = if index == own { Matrix6::zeros() } else { settled };
+                    let pose = own_from_map * keyframe.map_from_keyframe;
+                    (pose.translation.vector.norm(), index, Uncertain { pose, covariance })
+                })
+                .filter(|(apart, _, way)| {
+                    *apart <= SUBMAP_REACH && way.pose.translation.vector.z.abs() <= SUBMAP_LEVEL
+                })
+                .collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            near.truncate(SUBMAP_MEMBERS);
+            near.sort_by_key(|(_, index, _)| *index);
+            let place = near.iter().position(|(_, index, _)| *index == own).unwrap_or_default();
+            let members = near.into_iter().map(|(_, index, way)| (way, Arc::clone(&keyframes[index].cloud)));
+            LazySubmap::new(members.collect(), place)
+        })
+    }
+
+    /// From links that are believed to all that overlap, nearest first, so that a bend of either map is followed.
+    fn spread_out(&mut self, other: &mut Self, seeds: Vec<Link>, gates: &Gates) -> Grown {
+        let count = seeds.len();
+        let mut grown = seeds;
+        let mut waiting: BTreeSet<usize> = other.spaced().into_iter().collect();
+        for link in &grown {
+            waiting.remove(&link.to);
+        }
+        while let Some((apart, to, by)) = nearest(other, &waiting, &grown) {
+            waiting.remove(&to);
+            let first_from_base = by.first_from_second * other.keyframes[to].map_from_keyframe;
+            let Some(from) = self.nearest_to(&first_from_base) else { continue };
+            let guess = self.keyframes[from].map_from_keyframe.inverse() * first_from_base;
+            let (turn, place) = (EXPECTED.0, EXPECTED.1 + EXPECTED.2 * apart);
+            let (turn, place) = (turn * turn, place * place);
+            let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+            let expected = Uncertain { pose: guess, covariance };
+            grown.extend(self.link(other, (from, to), (guess, Some(expected)), gates));
+        }
+        grown.sort_by_key(|link| (link.to, link.from));
+        Grown { seeds: count, grown }
+    }
+
+    /// The keyframe nearest to a place, if it overlooks it.
+    fn nearest_to(&self, map_from_base: &Isometry) -> Option<usize> {
+        let place = map_from_base.translation.vector;
+        let offsets = self.keyframes.iter().map(|k| k.map_from_keyframe.translation.vector - place);
+        let near = offsets
+            .enumerate()
+            .filter(|(_, offset)| offset.xy().norm() <= NEAR && offset.z.abs() <= LEVEL)
+            .min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()).then(a.0.cmp(&b.0)));
+        near.map(|(index, _)| index)
+    }
+}
+
+const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+
+struct Grown {
+    seeds: usize,
+    grown: Vec<Link>,
+}
+
+impl Link {
+    fn edge(&self) -> Edge {
+        let id = |index: usize| KeyframeId(u32::try_from(index).unwrap_or(u32::MAX));
+        let Compared { pose, information, .. } = self.compared;
+        Edge { from: id(self.from), to: id(self.to), from_from_to: pose, information }
+    }
+
+    fn score(&self) -> f64 {
+        self.compared.evidence.score
+    }
+
+    /// Whether this link says the same of another link's keyframes as that one does.
+    fn agrees(&self, with: &Self, other: &Chart) -> bool {
+        let apart = (other.place(self.to) - other.place(with.to)).norm();
+        let there = other.keyframes[with.to].map_from_keyframe;
+        let off = (self.first_from_second * there).inverse() * (with.first_from_second * there);
+        off.translation.vector.norm() <= AGREE.0 + AGREE.1 * apart
+            && so3::log(&off.rotation).norm() <= AGREE.2
+    }
+}
+
+/// The link on which most others agree, those others, and how many agree on the best of the rest. Quadratic in the links.
+fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, Vec<Link>, usize), Unrelated> {
+    let supporters = |link: &Link, among: &[Link]| -> Vec<Link> {
+        among.iter().filter(|with| link.agrees(with, second)).copied().collect()
+    };
+    let best = |among: &[Link]| {
+        let counted = among.iter().map(|link| (supporters(link, among).len(), *link));
+        // Of equals the first.
+        counted.fold(None, |best: Option<(usize, Link)>, next| match best {
+            Some(best) if best.0 >= next.0 => Some(best),
+            _ => Some(next),
+        })
+    };
+    let Some((count, winner)) = best(links) else { return Err(Unrelated::TooFew(0)) };
+    let supported = supporters(&winner, links);
+    let others: Vec<Link> = links.iter().filter(|link| !winner.agrees(link, second)).copied().collect();
+    let rival = best(&others).map_or(0, |(count, _)| count);
+    let spread = |place: fn(&Link, &Chart) -> Vector3, chart: &Chart| {
+        let places: Vec<Vector3> = supported.iter().map(|link| place(link, chart)).collect();
+        places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
+    };
+    let far = spread(|link, chart| chart.place(link.from), first) >= SPREAD
+        && spread(|link, chart| chart.place(link.to), second) >= SPREAD;
+    if count < SUPPORT || !far {
+        return Err(Unrelated::TooFew(count));
+    }
+    if rival as f64 > RIVAL * count as f64 {
+        return Err(Unrelated::Ambiguous(count, rival));
+    }
+    Ok((winner, supported, rival))
+}
+
+/// Of the keyframes that wait the one nearest to a link, how far it is, and that link.
+fn nearest(other: &Chart, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
+    let pairs = waiting.iter().flat_map(|&to| {
+        links.iter().map(move |link| ((other.place(to) - other.place(link.to)).norm(), to, link))
+    });
+    pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(apart, to, link)| (apart, to, *link))
+}
+
+#[cfg(test)]
+#[path = "charts_tests.rs"]
+mod tests;

@@ -1,0 +1,141 @@
+//! The graphs of several maps as one.
+
+use super::saved::Saved;
+use crate::failure::Failure;
+use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
+use mapping::{Edge, Joint};
+use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, VisitCounts};
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp};
+
+/// Information of the first keyframe's pose: the first map's frame is kept.
+const ORIGIN: f64 = 1e8;
+/// Least information of an edge: a kilometre or radian. Keeps every walk in one piece.
+const LEAST: f64 = 1e-6;
+
+/// Keyframes of all maps so far, one map's after the other's.
+#[derive(Debug, Default)]
+pub struct Joined {
+    poses: Vec<Isometry>,
+    edges: Vec<GraphEdge>,
+    decisions: Vec<LoopDecision>,
+    /// Number of each map's first keyframe.
+    firsts: Vec<u32>,
+}
+
+impl Joined {
+    /// Takes the first map as it is.
+    pub fn begin(&mut self, map: &Saved) {
+        self.append(map, &Isometry::identity());
+    }
+
+    /// Adds a map that was found in those before, and makes one graph of them.
+    pub fn add(&mut self, map: &Saved, joint: &Joint) -> Result<(), Failure> {
+        let first = self.append(map, &joint.first_from_second);
+        self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
+        self.settle().map_err(|error| Failure::failed(format!("{}: {error}", map.path.display())))
+    }
+
+    /// Where the keyframes are.
+    pub fn poses(&self) -> &[Isometry] {
+        &self.poses
+    }
+
+    /// Number of each map's first keyframe.
+    pub fn firsts(&self) -> &[u32] {
+        &self.firsts
+    }
+
+    fn append(&mut self, map: &Saved, first_from_map: &Isometry) -> u32 {
+        let first = self.poses.len() as u32;
+        let on = |id: KeyframeId| KeyframeId(id.0 + first);
+        self.firsts.push(first);
+        self.poses.extend(map.poses.iter().map(|pose| first_from_map * pose));
+        self.edges.extend(map.edges.iter().map(|edge| GraphEdge {
+            from: on(edge.from),
+            to: on(edge.to),
+            ..*edge
+        }));
+        self.decisions.extend(map.decisions.iter().cloned().map(|mut decision| {
+            (decision.task.from, decision.task.to) = (on(decision.task.from), on(decision.task.to));
+            decision
+        }));
+        first
+    }
+
+    fn settle(&mut self) -> Result<(), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let (mut values, mut graph) = (Values::default(), Graph::default());
+        let keys: Vec<Key> = self.poses.iter().map(|pose| values.insert(Value::Pose(*pose))).collect();
+        let Some(origin) = self.poses.first() else { return Ok(()) };
+        let prior = Prior::new(keys[0], origin, &(Matrix6::identity() * ORIGIN)).map_err(|e| text(&e))?;
+        graph.add(prior, &values).map_err(|e| text(&e))?;
+        for edge in &self.edges {
+            let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
+            let measured = isometry_from_pose(&edge.from_from_to).ok_or("an edge of its graph is no pose")?;
+            let information =
+                Matrix6::from_fn(|row, column| edge.information[row][column]) + Matrix6::identity() * LEAST;
+            let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;
+            graph.add(factor, &values).map_err(|e| text(&e))?;
+        }
+        let solved = optimise(&graph, &values, &Options::default()).map_err(|e| text(&e))?.values;
+        for (pose, key) in self.poses.iter_mut().zip(keys) {
+            *pose = *solved.pose(key).map_err(|e| text(&e))?;
+        }
+        Ok(())
+    }
+
+    /// The map to be written.
+    pub fn finish(self, maps: &[Saved], name: &str) -> FinishedMap {
+        let stamps = maps.iter().flat_map(|map| &map.stamps);
+        let nodes = self.poses.iter().zip(stamps).zip(0..).map(|((pose, stamp), id)| GraphNode {
+            id: KeyframeId(id),
+            stamp: *stamp,
+            map_from_keyframe: pose_from_isometry(pose),
+        });
+        let nodes: Vec<GraphNode> = nodes.collect();
+        let mut trajectory: Vec<(Stamp, Pose)> = Vec::new();
+        for (map, first) in maps.iter().zip(&self.firsts) {
+            trajectory.extend(moved(map, &self.poses[*first as usize..]));
+        }
+        trajectory.sort_by_key(|(stamp, _)| *stamp);
+        let newest = maps.iter().map(|map| map.summary.created).max().unwrap_or(Stamp::EPOCH);
+        FinishedMap {
+            // The same maps give the same id.
+            map: MapId(Uuid::from_u128(
+                maps.iter().fold(1, |id: u128, map| id.rotate_left(1) ^ map.summary.id.0.as_u128()),
+            )),
+            name: name.to_owned(),
+            session: SessionId(Uuid::nil()),
+            at: newest,
+            distance: maps.iter().map(|map| map.summary.distance).sum(),
+            graph: Arc::new(PoseGraph { revision: 1, nodes, edges: self.edges }),
+            trajectory,
+            degenerate: Vec::new(),
+            decisions: self.decisions,
+            unverified: 0,
+            visits: VisitCounts::default(),
+        }
+    }
+}
+
+fn link_of(link: &Edge, first: u32) -> GraphEdge {
+    GraphEdge {
+        from: link.from,
+        to: KeyframeId(link.to.0 + first),
+        kind: EdgeKind::Loop,
+        from_from_to: pose_from_isometry(&link.from_from_to),
+        information: std::array::from_fn(|row| std::array::from_fn(|column| link.information[(row, column)])),
+    }
+}
+
+/// A map's trajectory, each pose moved along with the keyframe before it. `poses`: where its keyframes are now.
+fn moved(map: &Saved, poses: &[Isometry]) -> impl Iterator<Item = (Stamp, Pose)> {
+    map.trajectory.iter().filter_map(|(stamp, pose)| {
+        let keyframe = map.stamps.partition_point(|made| made <= stamp).saturating_sub(1);
+        let moves = poses.get(keyframe)? * map.poses.get(keyframe)?.inverse();
+        Some((*stamp, pose_from_isometry(&(moves * isometry_from_pose(pose)?))))
+    })
+}

@@ -1,0 +1,73 @@
+//! `autoinspect merge`: maps of several walks as one.
+
+use crate::program::{json, refused, run, text};
+use std::fs;
+use std::path::Path;
+
+/// A map of a simulated walk, coarse enough to be quick.
+fn walk(dir: &Path, name: &str, site: &str, seed: &str, minutes: &str) {
+    let recording = dir.join(format!("{name}.mcap"));
+    let path = text(&recording);
+    json(&[
+        "sim",
+        "record",
+        "--site",
+        site,
+        "--out",
+        path,
+        "--columns",
+        "200",
+        "--people",
+        "1",
+        "--seed",
+        seed,
+        "--minutes",
+        minutes,
+    ]);
+    json(&["map", path, "--out", text(&dir.join(name))]);
+}
+
+#[test]
+fn two_walks_become_one_map_and_another_site_does_not() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = |name: &str| dir.path().join(name);
+    walk(dir.path(), "one", "b1", "3", "0.75");
+    walk(dir.path(), "two", "b1", "4", "0.5");
+    walk(dir.path(), "else", "torus", "5", "0.4");
+    let [one, two, other, out] = ["one", "two", "else", "both"].map(path);
+
+    let report = json(&["merge", text(&one), text(&two), "--out", text(&out)]);
+    let join = &report["joins"][0];
+    assert!(join["recognised"].as_u64() >= Some(6) && join["loops"].as_u64() >= Some(6), "{report}");
+    // Both walks begin at the same place, facing the same way.
+    for axis in ["x", "y", "z"] {
+        let off = join["first_from_map"]["position"][axis].as_f64().expect("a number");
+        assert!(off.abs() < 0.15, "{report}");
+    }
+    let keyframes = |map: &Path| {
+        let graph = fs::read(map.join("graph.json")).expect("readable");
+        serde_json::from_slice::<api::Graph>(&graph).expect("a graph").nodes.len()
+    };
+    assert_eq!(keyframes(&out), keyframes(&one) + keyframes(&two));
+    assert_eq!(report["keyframes"].as_u64(), Some(keyframes(&out) as u64));
+    let clouds = fs::read_dir(out.join("clouds")).expect("readable").count();
+    assert_eq!(clouds, keyframes(&out));
+    // It is a map like any other.
+    json(&["export", text(&out), "--out", text(&path("both.ply"))]);
+    json(&["merge", text(&out), text(&two), "--out", text(&path("again"))]);
+
+    let unrelated = run(&["merge", text(&one), text(&other), "--out", text(&path("none"))]);
+    let complaint = String::from_utf8_lossy(&unrelated.stderr).into_owned();
+    assert_eq!(unrelated.status.code(), Some(1), "{complaint}");
+    assert!(complaint.contains("recognised in") && !path("none").exists(), "{complaint}");
+
+    let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&one)]);
+    assert!(complaint.contains("is one of the maps"), "{complaint}");
+    fs::remove_file(two.join("clouds/000001.pcd")).expect("it was there");
+    let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&out)]);
+    assert!(complaint.contains("make the map again"), "{complaint}");
+    fs::write(two.join("graph.g2o"), "VERTEX_SE3:QUAT 0 0 0").expect("writable");
+    let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&out)]);
+    assert!(complaint.contains("graph.g2o"), "{complaint}");
+    assert!(keyframes(&out) > 0, "what was there is still there");
+}
