@@ -266,7 +266,7 @@ fn finish() -> Order {
 #[test]
 fn a_finished_map_waits_for_its_last_loops() {
     let mut told = Told::walking(false, |_| Vec::new());
-    let running = told.done.len() as u64;
+    assert!(!told.done.is_empty());
     assert_eq!(told.order(finish()), None);
     assert!(told.finished.is_none(), "pairs are still being looked at");
     for order in [finish(), Order::DiscardMapping, Order::StartMapping(SESSION)] {
@@ -287,7 +287,7 @@ fn a_finished_map_waits_for_its_last_loops() {
         assert!(told.finished.is_none());
         told.step(told.at + Span::from_millis(50), Input::Tick);
     }
-    assert!(told.finished.is_some_and(|map| map.unverified >= running && map.at == asked));
+    assert!(told.finished.is_some_and(|map| map.at == asked));
 }
 
 #[test]

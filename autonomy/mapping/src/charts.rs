@@ -4,7 +4,7 @@
 //! is looked up by its looks among all of the other's; what fits when compared says, each by itself, where one map is in the
 //! other. They vote, each keyframe for the place where it fits best, because a place built alike fits nearly as well. Looking alike, be it
 //! a hundred times in one room, proves nothing, so that supporters must come from farther apart than most rooms are long, and no other
-//! way may have half as many. From the winners on, the rest is compared where it is then expected.
+//! way may have half as many. From the winner on, the rest is compared where it is then expected.
 //! `docs/maths/loops.md` has the numbers.
 
 use crate::places::Places;
@@ -46,6 +46,8 @@ const NEAR: f64 = 2.5;
 const LEVEL: f64 = 1.0;
 /// What is expected from the nearest link: radians and metres, and metres for each metre from there.
 const EXPECTED: (f64, f64, f64) = (0.03, 0.1, 0.02);
+/// Nothing is expected farther from a link than this, metres: by then it is as vague as things repeat.
+const FROM_A_LINK: f64 = 15.0;
 /// 99.9 % of the squared Mahalanobis distances of six normal errors lie below.
 const CHI_SQUARED_6: f64 = 22.46;
 
@@ -165,13 +167,9 @@ impl Chart {
             found.extend(best);
         }
         let (winner, support, rival) = vote(&found, self, other)?;
-        let links = self.spread_out(other, support, gates);
-        Ok(Joint {
-            first_from_second: winner.first_from_second,
-            support: links.seeds,
-            rival,
-            links: links.grown.iter().map(Link::edge).collect(),
-        })
+        let links = self.spread_out(other, winner, gates);
+        let links = links.iter().map(Link::edge).collect();
+        Ok(Joint { first_from_second: winner.first_from_second, links, support, rival })
     }
 
     /// Every few metres of the walk one keyframe.
@@ -261,15 +259,15 @@ impl Chart {
         })
     }
 
-    /// From links that are believed to all that overlap, nearest first, so that a bend of either map is followed.
-    fn spread_out(&mut self, other: &mut Self, seeds: Vec<Link>, gates: &Gates) -> Grown {
-        let count = seeds.len();
-        let mut grown = seeds;
+    /// From the winner to all that overlaps, nearest first, so that a bend of either map is followed.
+    fn spread_out(&mut self, other: &mut Self, winner: Link, gates: &Gates) -> Vec<Link> {
+        let mut grown = vec![winner];
         let mut waiting: BTreeSet<usize> = other.spaced().into_iter().collect();
-        for link in &grown {
-            waiting.remove(&link.to);
-        }
+        waiting.remove(&winner.to);
         while let Some((apart, to, by)) = nearest(other, &waiting, &grown) {
+            if apart > FROM_A_LINK {
+                break;
+            }
             waiting.remove(&to);
             let first_from_base = by.first_from_second * other.keyframes[to].map_from_keyframe;
             let Some(from) = self.nearest_to(&first_from_base) else { continue };
@@ -281,7 +279,7 @@ impl Chart {
             grown.extend(self.link(other, (from, to), (guess, Some(expected)), gates));
         }
         grown.sort_by_key(|link| (link.to, link.from));
-        Grown { seeds: count, grown }
+        grown
     }
 
     /// The keyframe nearest to a place, if it overlooks it.
@@ -297,11 +295,6 @@ impl Chart {
 }
 
 const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
-
-struct Grown {
-    seeds: usize,
-    grown: Vec<Link>,
-}
 
 impl Link {
     fn edge(&self) -> Edge {
@@ -324,8 +317,8 @@ impl Link {
     }
 }
 
-/// The link on which most others agree, those others, and how many agree on the best of the rest. Quadratic in the links.
-fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, Vec<Link>, usize), Unrelated> {
+/// The link on which most others agree, how many those are, and how many agree on the best of the rest. Quadratic in the links.
+fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, usize, usize), Unrelated> {
     let supporters = |link: &Link, among: &[Link]| -> Vec<Link> {
         among.iter().filter(|with| link.agrees(with, second)).copied().collect()
     };
@@ -353,10 +346,10 @@ fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, Vec<Link
     if rival as f64 > RIVAL * count as f64 {
         return Err(Unrelated::Ambiguous(count, rival));
     }
-    Ok((winner, supported, rival))
+    Ok((winner, count, rival))
 }
 
-/// Of the keyframes that wait the one nearest to a link, how far it is, and that link.
+/// Of the keyframes that wait the one nearest to a link, how far it is, and that link. Linear in both.
 fn nearest(other: &Chart, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
     let pairs = waiting.iter().flat_map(|&to| {
         links.iter().map(move |link| ((other.place(to) - other.place(link.to)).norm(), to, link))

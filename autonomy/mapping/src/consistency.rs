@@ -115,7 +115,7 @@ impl Jury {
         let step = Uncertain::from_information(edge.from_from_to, &edge.information);
         let next = self.chain.len();
         self.chain.push(&step);
-        self.web.connect(next - 1, next, &step);
+        self.web.connect_walked(next - 1, next, &step);
     }
 
     /// Metres were walked over known ground.
@@ -128,7 +128,7 @@ impl Jury {
         let way = Uncertain::from_information(edge.from_from_to, &edge.information);
         let next = self.chain.len();
         self.chain.attach(index(edge.from), &way);
-        self.web.connect(index(edge.from).min(next - 1), next, &way);
+        self.web.connect_walked(index(edge.from).min(next - 1), next, &way);
     }
 
     /// The walk by odometry.
@@ -219,11 +219,16 @@ impl Jury {
         known
     }
 
-    /// Takes a loop back that was accepted or waits, a person having found it wrong. Says whether there was one; a step of
-    /// the walk is none.
+    /// Takes a loop back that was accepted or waits, a person having found it wrong. Says whether there was one; what was
+    /// walked is none. Who of those waiting agree is looked at again without it: two searches of the graph for each.
     pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
         let waited = self.forget_waiting(from, to);
-        let closed = from.0.abs_diff(to.0) > 1 && self.web.disconnect(index(from), index(to));
+        let closed = self.web.disconnect(index(from), index(to));
+        if closed {
+            for Waiting { edge, evidence, .. } in std::mem::take(&mut self.waiting) {
+                self.wait(edge, evidence);
+            }
+        }
         waited || closed
     }
 

@@ -110,25 +110,36 @@ struct Link {
     to: usize,
     way: Uncertain,
     cost: f64,
+    /// Whether it was walked; a loop otherwise.
+    walked: bool,
 }
 
 impl Web {
-    /// Adds an edge; keyframes it names exist from then on.
+    /// Adds a loop; keyframes it names exist from then on.
     pub fn connect(&mut self, from: usize, to: usize, way: &Uncertain) {
+        self.link(from, to, way, false);
+    }
+
+    /// Adds a way that was walked, which nobody takes back; keyframes it names exist from then on.
+    pub fn connect_walked(&mut self, from: usize, to: usize, way: &Uncertain) {
+        self.link(from, to, way, true);
+    }
+
+    fn link(&mut self, from: usize, to: usize, way: &Uncertain, walked: bool) {
         let needed = from.max(to) + 1;
         if self.links.len() < needed {
             self.links.resize_with(needed, Vec::new);
         }
         let back = way.inverse();
-        self.links[from].push(Link { to, way: *way, cost: cost(way) });
-        self.links[to].push(Link { to: from, way: back, cost: cost(way) });
+        self.links[from].push(Link { to, way: *way, cost: cost(way), walked });
+        self.links[to].push(Link { to: from, way: back, cost: cost(way), walked });
     }
 
-    /// Takes the last edge between two keyframes back. Says whether there was one.
+    /// Takes the last loop between two keyframes back. Says whether there was one.
     pub fn disconnect(&mut self, from: usize, to: usize) -> bool {
         let mut cut = |a: usize, b: usize| {
             let links = self.links.get_mut(a)?;
-            let index = links.iter().rposition(|link| link.to == b)?;
+            let index = links.iter().rposition(|link| link.to == b && !link.walked)?;
             Some(links.remove(index))
         };
         cut(from, to).is_some() & cut(to, from).is_some()
@@ -266,7 +277,7 @@ mod tests {
         for index in 0..100 {
             // A circle of 100 steps.
             let step = step(std::f64::consts::TAU / 100.0, 0.02);
-            web.connect(index, index + 1, &step);
+            web.connect_walked(index, index + 1, &step);
             chain.push(&step);
         }
         let before = web.reach(100);
@@ -282,6 +293,7 @@ mod tests {
         assert!(seen.is_some_and(|seen| near(&seen, &ahead.inverse().then(&closed))));
         assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
         assert!(web.disconnect(2, 100) && !web.disconnect(2, 100) && !web.disconnect(7, 4_000));
+        assert!(!web.disconnect(2, 3), "it was walked");
         assert_eq!(web.reach(100), before);
         assert!(web.reach(1000).iter().all(Option::is_none));
     }

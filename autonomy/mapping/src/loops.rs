@@ -23,8 +23,9 @@ const ASIDE: f32 = 1.5;
 /// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
 const SUBMAP_WALK: f64 = 8.0;
 const SUBMAP_MEMBERS: usize = 17;
-/// Where the walk alone gives fewer, those nearest over loops are taken in too.
+/// Where the walk alone gives fewer, those nearest over loops are taken in too, if they are known this well, metres.
 const SUBMAP_LEAST: usize = 9;
+const SUBMAP_DEVIATION: f64 = 0.1;
 /// Submaps held ready: 4 to 15 MB each.
 const SUBMAPS_HELD: usize = 4;
 
@@ -168,7 +169,12 @@ impl LoopFinder {
 
     /// Takes a loop back that was accepted or waits for others, a person having found it wrong. Says whether there was one.
     pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        self.jury.withdraw(from, to)
+        let withdrawn = self.jury.withdraw(from, to);
+        if withdrawn {
+            self.submaps = SubmapCache::new(SUBMAPS_HELD);
+            self.visits.doubt();
+        }
+        withdrawn
     }
 
     /// Points of a keyframe's cloud (base frame, metres) that move, judged by what the keyframes around it saw through.
@@ -248,7 +254,7 @@ impl LoopFinder {
 
     /// A keyframe with what was walked before and after it, and where that is little, with what lies round it.
     pub(crate) fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
-        let (jury, clouds) = (&self.jury, &self.clouds);
+        let (jury, clouds, recent) = (&self.jury, &self.clouds, self.config.candidates.walked);
         // A submap made while there was nothing after its keyframe knows only one side; keyed apart so that it is not kept.
         let key = if own + 1 == clouds.len() { usize::MAX - own } else { own };
         self.submaps.get(key, || {
@@ -259,7 +265,9 @@ impl LoopFinder {
             let mut members: Vec<(usize, Uncertain)> =
                 along.filter_map(|k| Some((k, chain.relative(own, k)?))).collect();
             if members.len() < SUBMAP_LEAST {
-                add_nearest(&mut members, &jury.reach(keyframe(own)));
+                // Not of the walk just made, which is what this is going to be compared with.
+                let old = |k: usize| chain.since(k).is_some_and(|walked| walked > recent);
+                add_nearest(&mut members, &jury.reach(keyframe(own)), old);
             }
             let place = members.iter().position(|(k, _)| *k == own).unwrap_or_default();
             LazySubmap::new(members.into_iter().map(|(k, way)| (way, clouds[k].clone())).collect(), place)
@@ -267,13 +275,21 @@ impl LoopFinder {
     }
 }
 
-/// Adds the keyframes nearest to the first one of a submap, until it has the least members; in the order of the walk.
-fn add_nearest(members: &mut Vec<(usize, Uncertain)>, reach: &[Option<Uncertain>]) {
+/// Adds those of the keyframes `among` that are nearest to the first one of a submap and known well from it, until it has the
+/// least members; in the order of the walk.
+fn add_nearest(
+    members: &mut Vec<(usize, Uncertain)>,
+    reach: &[Option<Uncertain>],
+    among: impl Fn(usize) -> bool,
+) {
     let mut near: Vec<(f64, usize, Uncertain)> = reach
         .iter()
         .enumerate()
-        .filter(|(k, _)| members.iter().all(|(member, _)| member != k))
-        .filter_map(|(k, way)| way.map(|way| (way.pose.translation.vector.norm(), k, way)))
+        .filter(|(k, _)| among(*k) && members.iter().all(|(member, _)| member != k))
+        .filter_map(|(k, way)| {
+            way.filter(|way| way.place_deviation() <= SUBMAP_DEVIATION)
+                .map(|way| (way.pose.translation.vector.norm(), k, way))
+        })
         .filter(|(apart, _, _)| *apart <= SUBMAP_WALK)
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -205,6 +205,11 @@ impl Session {
         node
     }
 
+    /// Whether the last waypoint was on known ground.
+    pub fn is_visiting(&self) -> bool {
+        self.visiting
+    }
+
     /// The newest waypoint is on known ground: nothing is kept of it.
     pub fn visit(&mut self) {
         self.visiting = true;

@@ -93,6 +93,8 @@ pub(crate) struct Visits {
     position: Option<Position>,
     /// Waypoint of the last keyframe.
     last_keyframe: u64,
+    /// The last keyframe and the way walked from there, without any comparison.
+    reckoned: Option<(KeyframeId, Uncertain)>,
     under_way: VecDeque<UnderWay>,
 }
 
@@ -131,6 +133,17 @@ impl Visits {
         let position = Position { anchor, way, since: waypoint, own: true, unconfirmed: 0.0, unasked: 0.0 };
         self.position = Some(position);
         self.last_keyframe = waypoint;
+        self.reckoned = Some((anchor, way));
+    }
+
+    /// A loop was taken back, on which the place may rest: it is told from the last keyframe, no comparison under way is
+    /// believed, and the next waypoint is a keyframe.
+    pub fn doubt(&mut self) {
+        self.under_way.clear();
+        if let (Some(position), Some((anchor, way))) = (&mut self.position, self.reckoned) {
+            (position.anchor, position.way, position.own) = (anchor, way, false);
+            position.unconfirmed = f64::INFINITY;
+        }
     }
 }
 
@@ -149,6 +162,7 @@ impl LoopFinder {
         let number = self.trail.push(way, Arc::clone(&cloud));
         self.jury.walk(length);
         position.way = position.way.then(&way);
+        self.visits.reckoned = self.visits.reckoned.map(|(from, walked)| (from, walked.then(&way)));
         position.unconfirmed += length;
         position.unasked += length;
         self.visits.position = Some(position);
@@ -165,6 +179,11 @@ impl LoopFinder {
         let edge = Edge { from: position.anchor, to: next, from_from_to: pose, information };
         self.jury.attach_keyframe(&edge);
         Ground::New { edge: Some(edge), tasks: self.take_in(number, cloud, rotation, xyz) }
+    }
+
+    /// The anchor, and the newest waypoint in it; none before the first keyframe.
+    pub fn position(&self) -> Option<(KeyframeId, Isometry)> {
+        self.visits.position.map(|position| (position.anchor, position.way.pose))
     }
 
     /// The nearest keyframe that saw what is seen now, and how it lies to the newest waypoint.
@@ -241,6 +260,7 @@ impl LoopFinder {
         if compared.flaw.is_some() || !self.jury.confirms(&asked.expected, &measured) {
             return Tied::Refused;
         }
+        let shared = Uncertain { covariance: measured.covariance * SHARED, ..measured };
         let blind = compared.evidence.blind > 0;
         let newest = self.trail.newest();
         let Some(position) = &mut self.visits.position else { return Tied::Refused };
@@ -249,7 +269,7 @@ impl LoopFinder {
             let last = self.clouds.len() == asked.keyframes + 1;
             // Of several, only the last one's waypoint is remembered.
             return match self.trail.way(visit, self.visits.last_keyframe).filter(|_| last && !blind) {
-                Some(on) => Tied::Loop(loop_of(asked.keyframe, first, &measured.then(&on), compared)),
+                Some(on) => Tied::Loop(loop_of(asked.keyframe, first, &shared.then(&on), compared)),
                 None => Tied::Confirmed,
             };
         }
@@ -258,11 +278,12 @@ impl LoopFinder {
         if blind || position.since > visit {
             return Tied::Confirmed;
         }
-        let shared = Uncertain { covariance: measured.covariance * SHARED, ..measured };
         let way = shared.then(&on);
+        // Another comparison that was asked for before has moved the anchor on, and has used that way already.
+        let used = position.anchor != asked.anchor;
         (position.anchor, position.way) = (asked.keyframe, way);
         (position.since, position.own) = (visit, false);
-        let edge = self.news(&asked, &shared, compared);
+        let edge = if used { None } else { self.news(&asked, &shared, compared) };
         let anchor = asked.keyframe;
         Tied::Anew(Tie { since: asked.stamp, anchor, anchor_from_waypoint: way.pose, edge })
     }

@@ -314,6 +314,7 @@ impl MappingPhase {
                 since: *since,
                 distance: (session.distance() * 10.0).round() / 10.0,
                 keyframes: session.nodes().len() as u32,
+                on_known_ground: session.is_visiting(),
             },
             Phase::Closing { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
             Phase::Saving { map, unsaved } => MappingState::Saving { session: unsaved.id, map: *map },

@@ -19,6 +19,13 @@ pub(crate) enum Asked {
     Visit(VisitTask),
 }
 
+impl Asked {
+    /// Whether it is about a pair of keyframes.
+    pub fn is_pair(&self) -> bool {
+        matches!(self, Self::Loop(_))
+    }
+}
+
 impl Work {
     pub(crate) fn new(asked: Asked, comparison: Comparison, gates: Gates) -> Self {
         Self { asked, comparison, gates }

@@ -38,12 +38,15 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
     match state {
         MappingState::Idle => api::Mapping::Idle,
         MappingState::Starting { session } => api::Mapping::Starting { session: *session },
-        MappingState::Mapping { session, since, distance, keyframes } => api::Mapping::Running {
-            session: *session,
-            since: *since,
-            distance: *distance,
-            keyframes: *keyframes,
-        },
+        MappingState::Mapping { session, since, distance, keyframes, on_known_ground } => {
+            api::Mapping::Running {
+                session: *session,
+                since: *since,
+                distance: *distance,
+                keyframes: *keyframes,
+                on_known_ground: *on_known_ground,
+            }
+        }
         MappingState::Saving { session: _, map } => api::Mapping::Saving { map: *map },
     }
 }

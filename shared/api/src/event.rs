@@ -112,6 +112,8 @@ pub enum Mapping {
         distance: f64,
         /// Keyframes so far.
         keyframes: u32,
+        /// Whether the robot is where the map shows everything already, so that it does not grow.
+        on_known_ground: bool,
     },
     /// Being written.
     Saving {

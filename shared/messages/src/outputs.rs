@@ -199,6 +199,8 @@ pub enum MappingState {
         distance: f64,
         /// Keyframes so far.
         keyframes: u32,
+        /// Whether the robot is where the map shows everything already, so that it does not grow.
+        on_known_ground: bool,
     },
     /// Being written.
     Saving {

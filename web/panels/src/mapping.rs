@@ -25,8 +25,9 @@ pub(crate) fn show(
         match &model.mapping {
             Mapping::Idle => idle(ui, model, tokens, out),
             Mapping::Starting { .. } => starting(ui, tokens, out),
-            Mapping::Running { since, distance, keyframes, .. } => {
-                running(ui, model, tokens, (*since, *distance, *keyframes));
+            Mapping::Running { since, distance, keyframes, on_known_ground, .. } => {
+                let ground = if *on_known_ground { "Known: nothing to add" } else { "New" };
+                running(ui, model, tokens, (*since, *distance, *keyframes, ground));
                 finish(ui, model, tokens, state, out);
             }
             Mapping::Saving { .. } => saving(ui, tokens),
@@ -100,7 +101,12 @@ fn status_head(ui: &mut Ui, tokens: &Tokens, text: &str) {
     widgets::status_node(&response, "Mapping", text);
 }
 
-fn running(ui: &mut Ui, model: &Model, tokens: &Tokens, (since, distance, keyframes): (Stamp, f64, u32)) {
+fn running(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    (since, distance, keyframes, ground): (Stamp, f64, u32, &str),
+) {
     let elapsed = model.clock.age_of(since, model.now).unwrap_or(0.0);
     ui.horizontal(|ui| {
         let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
@@ -111,6 +117,7 @@ fn running(ui: &mut Ui, model: &Model, tokens: &Tokens, (since, distance, keyfra
     fact(ui, tokens, "Elapsed", &words::elapsed(elapsed));
     fact(ui, tokens, "Distance", &words::distance(distance));
     fact(ui, tokens, "Keyframes", &words::count(u64::from(keyframes)));
+    fact(ui, tokens, "Ground", ground);
     fact(ui, tokens, "Points in map", &words::points(model.live.tiles.points()));
 }
 

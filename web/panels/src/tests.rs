@@ -72,7 +72,7 @@ impl Desk {
 
 fn running() -> Mapping {
     let session = SessionId(Uuid::from_u128(5));
-    Mapping::Running { session, since: Stamp::EPOCH, distance: 12.3, keyframes: 41 }
+    Mapping::Running { session, since: Stamp::EPOCH, distance: 12.3, keyframes: 41, on_known_ground: false }
 }
 
 fn map(number: u128, name: &str) -> MapSummary {
@@ -123,6 +123,7 @@ fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
     let desk = Desk::connected().event(api::Event::Maps(Vec::new())).event(api::Event::Mapping(running()));
     let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
     assert_eq!(harness.get_by_label("Keyframes").value().as_deref(), Some("41"));
+    assert_eq!(harness.get_by_label("Ground").value().as_deref(), Some("New"));
     assert_eq!(harness.get_by_label("Distance").value().as_deref(), Some("12.3 m"));
     harness.state_mut().state.map_name = " Pump hall ".into();
     harness.get_by_label("Finish and save").click();

@@ -128,7 +128,7 @@ impl Loops {
 
     /// A job has ended without a result.
     pub fn not_verified(&mut self, job: u64) {
-        if self.queue.end(job).is_some() {
+        if let Some(Asked::Loop(_)) = self.queue.end(job) {
             self.queue.leave_out();
         }
     }
@@ -158,7 +158,8 @@ impl Loops {
         else {
             return News::default();
         };
-        if self.broken.is_some() || asked != found.task {
+        let same = (asked.visit, asked.keyframe) == (found.task.visit, found.task.keyframe);
+        if self.broken.is_some() || !same {
             return News::default();
         }
         self.visits.compared += 1;
@@ -272,6 +273,11 @@ impl Loops {
             return Err(format!("{} are no loop, so there is nothing to reject.", names(pair)));
         }
         while self.finder.withdraw(pair.0, pair.1) {}
+        // The robot's place may have rested on it.
+        if let (Some((anchor, pose)), Some((now, _))) = (self.finder.position(), session.trajectory().last())
+        {
+            session.tie(*now, anchor, &pose);
+        }
         let mut news = News { changed: session.remove_loop(pair.0, pair.1), ..News::default() };
         self.decide(pair, LoopVerdict::Rejected, true, "A person rejected it.".to_owned(), &mut news);
         Ok(self.move_map(session, news))

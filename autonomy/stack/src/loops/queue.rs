@@ -30,8 +30,8 @@ impl Queue {
                 promise(&self.waiting[a]).total_cmp(&promise(&self.waiting[b])).then(a.cmp(&b))
             });
             if let Some(last) = last {
-                self.waiting.remove(last);
-                self.left_out += 1;
+                let (asked, _) = self.waiting.remove(last);
+                self.left_out += u64::from(asked.is_pair());
             }
         }
     }
@@ -77,7 +77,9 @@ impl Queue {
 
     /// Forgets all: results of what runs are not wanted any more.
     pub fn clear(&mut self) {
-        self.left_out += (self.waiting.len() + self.running.len()) as u64;
+        let asked =
+            self.waiting.iter().map(|(asked, _)| asked).chain(self.running.values().map(|(asked, _)| asked));
+        self.left_out += asked.filter(|asked| asked.is_pair()).count() as u64;
         self.waiting.clear();
         self.running.clear();
     }

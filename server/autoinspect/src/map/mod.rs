@@ -137,6 +137,11 @@ pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
             out.display()
         )));
     }
+    // First what says that a map is complete.
+    match fs::remove_file(out.join("map.json")) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(error)),
+        _ => {}
+    }
     for name in ["clouds", "tiles"] {
         match fs::remove_dir_all(out.join(name)) {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(error)),

@@ -8,9 +8,10 @@ use crate::{map, output};
 use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
 use joined::Joined;
-use mapping::{Chart, Gates, Unrelated};
+use mapping::{Chart, Gates, Joint, Unrelated};
 use saved::Saved;
 use serde::Serialize;
+use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
 use store::{MapFiles, TileFiles, map_clouds_and_sensors, write_map_files};
@@ -20,7 +21,7 @@ use vocab::Pose;
 #[derive(Args, Debug)]
 #[command(
     after_help = "Each map is found in those before it by what it looks like; nothing has to be known of where the walks began. The first
-map's frame is kept. OUT gets what `autoinspect map` writes: one graph with the loops between the walks, all clouds, tiles.
+map's frame is kept; a map that is not recognised in those before it is tried again once others have joined. OUT gets what `autoinspect map` writes: one graph with the loops between the walks, all clouds, tiles.
 
 EXAMPLES:
   autoinspect merge monday friday --out site
@@ -76,42 +77,13 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
             args.out.display()
         )));
     }
-    let mut joined = Joined::default();
-    let mut chart = Chart::default();
-    let mut joins = Vec::new();
-    for map in &maps {
-        let mut own = chart_of(&map.path)?;
-        if own.len() != map.poses.len() {
-            return Err(Failure::usage(format!(
-                "{} has {} keyframes but clouds of {}; make the map again",
-                map.path.display(),
-                map.poses.len(),
-                own.len()
-            )));
-        }
-        if chart.is_empty() {
-            joined.begin(map);
-            chart = own;
-            continue;
-        }
-        let found = chart
-            .join(&mut own, &Gates::default())
-            .map_err(|unrelated| Failure::failed(words(&unrelated, &map.path, &args.maps[0])))?;
-        joined.add(map, &found)?;
-        joins.push(Join {
-            map: map.path.clone(),
-            recognised: found.support as u64,
-            recognised_elsewhere: found.rival as u64,
-            loops: found.links.len() as u64,
-            first_from_map: pose_from_isometry(&found.first_from_second),
-        });
-        chart.append(own, joined.poses());
-    }
+    let charts = maps.iter().map(chart_of).collect::<Result<Vec<_>, _>>()?;
+    let (joined, joins) = join(&maps, charts)?;
 
     map::prepare(&args.out)?;
     let clouds = args.out.join("clouds");
-    for (map, first) in maps.iter().zip(joined.firsts()) {
-        store::copy_clouds(&map.path, &clouds, *first).map_err(Failure::failed)?;
+    for (index, first) in joined.firsts() {
+        store::copy_clouds(&maps[*index].path, &clouds, *first).map_err(Failure::failed)?;
     }
     let tiles = TileFiles::new(args.out.join("tiles"));
     let finished = joined.finish(&maps, &args.name);
@@ -128,13 +100,61 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
+/// Joins every map with those before it; what is not recognised there may be in one that comes later.
+fn join(maps: &[Saved], charts: Vec<Chart>) -> Result<(Joined, Vec<Join>), Failure> {
+    let mut waiting: VecDeque<(usize, Chart)> = charts.into_iter().enumerate().collect();
+    let (mut joined, mut joins) = (Joined::default(), Vec::new());
+    let Some((first, mut chart)) = waiting.pop_front() else { return Ok((joined, joins)) };
+    joined.begin(first, &maps[first]);
+    let mut refused = 0;
+    while let Some((index, mut own)) = waiting.pop_front() {
+        let map = &maps[index];
+        match chart.join(&mut own, &Gates::default()) {
+            Ok(found) => {
+                joined.add(index, map, &found)?;
+                joins.push(Join::new(map, &found));
+                chart.append(own, joined.poses());
+                refused = 0;
+            }
+            Err(unrelated) if refused >= waiting.len() => {
+                return Err(Failure::failed(words(&unrelated, &map.path, &maps[first].path)));
+            }
+            Err(_) => {
+                refused += 1;
+                waiting.push_back((index, own));
+            }
+        }
+    }
+    Ok((joined, joins))
+}
+
+impl Join {
+    fn new(map: &Saved, found: &Joint) -> Self {
+        Self {
+            map: map.path.clone(),
+            recognised: found.support as u64,
+            recognised_elsewhere: found.rival as u64,
+            loops: found.links.len() as u64,
+            first_from_map: pose_from_isometry(&found.first_from_second),
+        }
+    }
+}
+
 /// The keyframes of a map with what they saw.
-fn chart_of(map: &Path) -> Result<Chart, Failure> {
+fn chart_of(map: &Saved) -> Result<Chart, Failure> {
     let mut chart = Chart::default();
-    for read in map_clouds_and_sensors(map).map_err(Failure::usage)? {
+    for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let pose = geometry::isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
         chart.push(&pose, &cloud.xyz, sensor);
+    }
+    if chart.len() != map.poses.len() {
+        return Err(Failure::usage(format!(
+            "{} has {} keyframes but clouds of {}; make the map again",
+            map.path.display(),
+            map.poses.len(),
+            chart.len()
+        )));
     }
     Ok(chart)
 }

@@ -43,15 +43,16 @@ impl Saved {
         let poses = poses
             .collect::<Option<Vec<_>>>()
             .ok_or_else(|| broken("graph.json", "has a keyframe without a pose"))?;
-        let loops: BTreeSet<_> = graph.loops.into_iter().collect();
         let id = |vertex: u64| {
             u32::try_from(vertex).ok().filter(|id| (*id as usize) < poses.len()).map(KeyframeId)
         };
         let read = formats::g2o::read(&text("graph.g2o")?)
             .map_err(|error| Failure::unreadable(&path.join("graph.g2o"), error))?;
+        let mut odometry: BTreeSet<_> = graph.edges.into_iter().collect();
         let edges = read.edges.iter().map(|edge| {
             let (from, to) = id(edge.from).zip(id(edge.to))?;
-            let kind = if loops.contains(&(from, to)) { EdgeKind::Loop } else { EdgeKind::Odometry };
+            // Odometry comes first in the file, and a loop may lie beside it.
+            let kind = if odometry.remove(&(from, to)) { EdgeKind::Odometry } else { EdgeKind::Loop };
             let (from_from_to, information) = (edge.from_from_to, edge.information);
             Some(GraphEdge { from, to, kind, from_from_to, information })
         });
@@ -61,7 +62,11 @@ impl Saved {
         let trajectory = formats::tum::read(&text("trajectory.tum")?)
             .map_err(|error| Failure::unreadable(&path.join("trajectory.tum"), error))?;
         let stamps = graph.nodes.iter().map(|node| node.stamp).collect();
-        let decisions = json(&path.join("loops.json"))?;
+        let decisions: Vec<LoopDecision> = json(&path.join("loops.json"))?;
+        let known = |id: KeyframeId| (id.0 as usize) < poses.len();
+        if !decisions.iter().all(|decision| known(decision.task.from) && known(decision.task.to)) {
+            return Err(broken("loops.json", "speaks of keyframes that are not there"));
+        }
         Ok(Self { path: path.to_owned(), stamps, poses, edges, trajectory, decisions, summary })
     }
 }
