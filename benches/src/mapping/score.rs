@@ -99,10 +99,14 @@ pub struct Score {
 
 /// Error of a loop: metres, in the directions that it claims to know better than a metre, and radians.
 pub fn error(judged: &Judged, truth: &[Isometry]) -> (f64, f64) {
-    let off = judged.off(truth);
+    claimed_error(&judged.off(truth), &judged.information)
+}
+
+/// The same for an error of a pose by its information.
+pub fn claimed_error(off: &Isometry, information: &Matrix6) -> (f64, f64) {
     // In the frame of the newer base, as the covariance.
     let shift = off.rotation.inverse() * off.translation.vector;
-    let measured = Uncertain::from_information(judged.from_from_to, &judged.information);
+    let measured = Uncertain::from_information(Isometry::identity(), information);
     let eigen = SymmetricEigen::new(measured.covariance.fixed_view::<3, 3>(3, 3).into_owned());
     let known = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     let claimed = known.filter(|(variance, _)| **variance < 1.0).map(|(_, axis)| axis.dot(&shift).powi(2));
@@ -111,13 +115,12 @@ pub fn error(judged: &Judged, truth: &[Isometry]) -> (f64, f64) {
 
 /// Whether a loop is wrong.
 pub fn is_wrong(judged: &Judged, truth: &[Isometry]) -> bool {
-    let (place, turn) = error(judged, truth);
-    place > WRONG.0 || turn > WRONG.1
+    is_far(error(judged, truth))
 }
 
-/// Whether an error of all of a pose, in the frame of the later base, is that of another place.
-pub fn is_far(off: &Isometry) -> bool {
-    off.translation.vector.norm() > WRONG.0 || so3::log(&off.rotation).norm() > WRONG.1
+/// Whether an error, metres and radians, is that of another place.
+pub fn is_far((place, turn): (f64, f64)) -> bool {
+    place > WRONG.0 || turn > WRONG.1
 }
 
 /// Whether a revisit after so many metres is closed by loops after those.

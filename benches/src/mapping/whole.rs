@@ -1,9 +1,11 @@
 //! The whole stack on a walk: the map that it hands over against the truth.
 
-use crate::score::{Judged, Outcome, Score, is_closed, is_far, is_wrong, revisits, score, walked};
+use crate::score::{
+    Judged, Outcome, Score, claimed_error, is_closed, is_far, is_wrong, revisits, score, walked,
+};
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf, Truth, made_keyframe, ties};
-use geometry::{Isometry, aligned_rmse, isometry_from_pose};
+use geometry::{Isometry, Matrix6, aligned_rmse, isometry_from_pose};
 use messages::{FinishedMap, Tied};
 use sim::Site;
 use std::sync::Arc;
@@ -104,7 +106,9 @@ fn tie_is_wrong(tied: &Tied, keyframes: &[Isometry], truth: &Truth) -> Result<bo
     let keyframe = keyframes.get(tied.keyframe.0 as usize).context("a visit to no keyframe")?;
     let base = truth.at(tied.stamp).context("there is no truth")?;
     let found = isometry_from_pose(&tied.keyframe_from_base).context("a visit's pose is none")?;
-    Ok(is_far(&((keyframe.inverse() * base).inverse() * found)))
+    let off = (keyframe.inverse() * base).inverse() * found;
+    let information = Matrix6::from_fn(|row, column| tied.information[row][column]);
+    Ok(is_far(claimed_error(&off, &information)))
 }
 
 fn track_error(map: &FinishedMap, truth: &Truth) -> Result<f64> {

@@ -156,4 +156,6 @@ pub struct Tied {
     pub keyframe: KeyframeId,
     /// The base in it then.
     pub keyframe_from_base: Pose,
+    /// Information (inverse covariance) of that pose, `[rotation; translation]`: nothing along a bare corridor.
+    pub information: [[f64; 6]; 6],
 }

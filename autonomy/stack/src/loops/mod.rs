@@ -180,8 +180,8 @@ impl Loops {
             }
         }
         let (session, stamp, keyframe) = (asked.session, asked.stamp, asked.keyframe);
-        let keyframe_from_base = found.keyframe_from_base;
-        news.tied = Some(messages::Tied { session, stamp, keyframe, keyframe_from_base });
+        let (keyframe_from_base, information) = (found.keyframe_from_base, found.information);
+        news.tied = Some(messages::Tied { session, stamp, keyframe, keyframe_from_base, information });
         news
     }
 
