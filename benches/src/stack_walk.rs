@@ -43,7 +43,7 @@ pub enum StepOf {
 /// One step: what it was for, the CPU time it took (milliseconds), and what it said.
 pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[Effect]);
 
-/// A robot that walks the round of its site again and again while it maps.
+/// A robot that walks a route of its site again and again while it maps.
 pub struct StackWalk {
     simulator: Simulator,
     route: Route,
@@ -57,12 +57,12 @@ pub struct StackWalk {
 }
 
 impl StackWalk {
-    /// Ready to walk `site`.
+    /// Ready to walk a route of `site`, `round` mostly.
     ///
     /// # Errors
-    /// When the site has no round.
-    pub fn new(site: &Arc<Site>, plan: &Plan, heard: Heard<'_>) -> Result<Self> {
-        let route = site.route("round").cloned().context("the site has no round")?;
+    /// When the site has no such route.
+    pub fn new(site: &Arc<Site>, route: &str, plan: &Plan, heard: Heard<'_>) -> Result<Self> {
+        let route = site.route(route).cloned().with_context(|| format!("the site has no route {route}"))?;
         let config = SimConfig {
             lidar_columns: plan.columns,
             people: plan.people,

@@ -16,13 +16,17 @@ use std::path::PathBuf;
 
 /// Cost per scan and memory over a long walk.
 ///
-/// Example: cargo xtask bench endurance --site b1 --minutes 60 --svg hour.svg
+/// Examples: cargo xtask bench endurance --site b1 --minutes 60 --svg hour.svg
+///           cargo xtask bench endurance --site b1 --route short --minutes 90 --columns 250 --svg hundred-rounds.svg
 #[derive(Parser)]
 struct Arguments {
     /// Where: b1, torus, plant or twins.
     #[arg(long, default_value = "b1")]
     site: sim::SiteName,
-    /// Minutes of walking; the round is walked again and again.
+    /// Which way: round or short.
+    #[arg(long, default_value = "round")]
+    route: String,
+    /// Minutes of walking; the route is walked again and again.
     #[arg(long, default_value_t = 60)]
     minutes: u32,
     /// Seed of the simulation.

@@ -16,7 +16,8 @@ pub fn walk(arguments: &Arguments, mut passed: impl FnMut(Minute)) -> Result<()>
     let (seed, columns, people) = (arguments.seed, arguments.columns, arguments.people);
     let plan = Plan { seed, columns, people, keep_truth: false };
     let mut measured = Measured::default();
-    let mut walk = StackWalk::new(&site, &plan, &mut |of, ms, said| measured.hear(of, ms, said))?;
+    let mut walk =
+        StackWalk::new(&site, &arguments.route, &plan, &mut |of, ms, said| measured.hear(of, ms, said))?;
     let site_from_map = level(&walk.site_from_base()?);
     for number in 1..=arguments.minutes {
         let end = Span::from_secs_f64(60.0 * f64::from(number));

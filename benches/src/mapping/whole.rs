@@ -44,7 +44,7 @@ pub fn walk(site: &Arc<Site>, plan: &Plan, length: Span) -> Result<Whole> {
         }
         tied.extend(ties(said).copied());
     };
-    let mut walk = StackWalk::new(site, plan, &mut heard)?;
+    let mut walk = StackWalk::new(site, "round", plan, &mut heard)?;
     walk.walk(length, &mut heard)?;
     let (map, truth) = walk.finish(&mut heard)?;
 
