@@ -167,9 +167,10 @@ impl StackWalk {
         heard(of, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
-                Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
-                    self.jobs.push_back(job)
-                }
+                Effect::StartJob {
+                    job,
+                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_),
+                } => self.jobs.push_back(job),
                 Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }

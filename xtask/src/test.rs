@@ -16,6 +16,9 @@ use crate::{setup, shell};
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
 
+/// Every package and target with tests. Benchmarks have none; clippy has seen to it that they compile.
+const TESTED: [&str; 6] = ["--workspace", "--exclude", "benches", "--lib", "--bins", "--tests"];
+
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
@@ -39,7 +42,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
     }
     stages.run("tests", || tests(&Selection::Native(&filters)));
     if quick || !filters.is_empty() {
-        for name in ["server", "browser bundle", "browser tests"] {
+        for name in ["browser bundle", "browser tests"] {
             stages.skip(name, if quick { "--quick" } else { "only the named tests were asked for" });
         }
     } else if shipped {
@@ -51,8 +54,8 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         );
         browser_tests(&mut stages, &shell::target().join("release/autoinspect"));
     } else {
-        // What the tests before have compiled, but for linking.
-        stages.run("server", || checked(shell::cargo().args(["build", "--quiet", "-p", "autoinspect"])));
+        // The server is the one that the tests before have built; of one package alone, with other features, half of all would be
+        // compiled anew.
         stages.run("browser bundle", || checked_bundle(Flavour::Dev));
         browser_tests(&mut stages, &shell::target().join("debug/autoinspect"));
     }
@@ -125,19 +128,21 @@ fn tests(selection: &Selection<'_>) -> Result<Report> {
     let browser = format!("package(tests) and test(/^{BROWSER_TESTS}/)");
     match (nextest, selection) {
         (true, Selection::Native(filters)) => {
-            command.args(["nextest", "run", "--workspace", "--no-fail-fast", "--success-output=immediate"]);
+            command.args(["nextest", "run"]).args(TESTED);
+            command.args(["--no-fail-fast", "--success-output=immediate"]);
             command.args(["-E", &format!("not ({browser})")]).args(*filters);
         }
         (true, Selection::Browser(_)) => {
-            command.args(["nextest", "run", "-p", "tests", "--no-fail-fast", "--success-output=immediate"]);
-            command.args(["-E", &browser]);
+            command.args(["nextest", "run"]).args(TESTED);
+            command.args(["--no-fail-fast", "--success-output=immediate", "-E", &browser]);
         }
         (false, Selection::Native(filters)) => {
-            command.args(["test", "--workspace", "--all-targets", "--no-fail-fast", "--", "--show-output"]);
+            command.arg("test").args(TESTED).args(["--no-fail-fast", "--", "--show-output"]);
             command.args(["--skip", BROWSER_TESTS]).args(*filters);
         }
         (false, Selection::Browser(_)) => {
-            command.args(["test", "-p", "tests", "--no-fail-fast", "--", "--show-output", BROWSER_TESTS]);
+            // The same selection again, so that nothing is compiled anew.
+            command.arg("test").args(TESTED).args(["--no-fail-fast", "--", "--show-output", BROWSER_TESTS]);
         }
     }
 

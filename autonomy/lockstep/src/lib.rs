@@ -7,6 +7,8 @@ pub use digest::{Digest, Stepper, replay};
 pub use walk::{JobPace, Lockstep};
 
 #[cfg(test)]
+mod extend_tests;
+#[cfg(test)]
 mod loops_tests;
 #[cfg(test)]
 mod tests;

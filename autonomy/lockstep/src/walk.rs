@@ -1,11 +1,12 @@
 //! A simulated robot and its stack, taken forward together as fast as the machine allows.
 
 use crate::Digest;
-use messages::{Effect, Input, Job, JobDone, JobResult};
+use messages::{Effect, Input, Job, JobDone, JobResult, Keyframe, KnownMap, KnownPlace, Publication};
 use sim::{SimConfig, SimEvent, Simulator};
 use stack::{Stack, Work};
-use std::collections::VecDeque;
-use vocab::{SessionId, Span, Stamp};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use vocab::{MapId, SessionId, Span, Stamp};
 
 /// Ticks come at 20 Hz, and commands reach the body with them.
 const TICK: Span = Span::from_millis(50);
@@ -19,7 +20,7 @@ pub struct JobPace {
     pub newest_first: bool,
 }
 
-/// Both in one thread. Saving a map always succeeds and writes nothing.
+/// Both in one thread. Saving a map always succeeds; what is saved can be gone on from.
 pub struct Lockstep {
     simulator: Simulator,
     stack: Stack,
@@ -29,6 +30,9 @@ pub struct Lockstep {
     pace: JobPace,
     /// Results, with the ticks that are left.
     working: Vec<(u32, JobDone)>,
+    maps: BTreeMap<MapId, Arc<KnownMap>>,
+    /// What the keyframes of the running session saw.
+    places: Vec<KnownPlace>,
     events: Vec<SimEvent>,
     effects: Vec<Effect>,
 }
@@ -48,6 +52,8 @@ impl Lockstep {
             waiting: VecDeque::new(),
             pace: JobPace::default(),
             working: Vec::new(),
+            maps: BTreeMap::new(),
+            places: Vec::new(),
             events: Vec::new(),
             effects: Vec::new(),
         };
@@ -96,6 +102,16 @@ impl Lockstep {
         }
     }
 
+    /// A map that was saved.
+    pub fn map(&self, map: MapId) -> Option<&Arc<KnownMap>> {
+        self.maps.get(&map)
+    }
+
+    /// Adds a map as if it had been saved.
+    pub fn keep_map(&mut self, map: Arc<KnownMap>) {
+        self.maps.insert(map.map, map);
+    }
+
     /// Everything done so far.
     pub fn digest(&self) -> &Digest {
         &self.digest
@@ -130,16 +146,43 @@ impl Lockstep {
             match effect {
                 Effect::Drive(drive) => self.simulator.command(drive),
                 Effect::StartJob { job, work: Job::SaveMap(finished) } => {
+                    let (map, graph) = (finished.map, finished.graph.as_ref().clone());
+                    self.keep_map(Arc::new(KnownMap { map, graph, places: self.places.clone() }));
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
-                Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) } => {
+                Effect::StartJob { job, work: Job::LoadMap { map, .. } } => {
+                    let result = match self.maps.get(&map) {
+                        Some(known) => {
+                            self.places.clone_from(&known.places);
+                            JobResult::MapLoaded(Arc::clone(known))
+                        }
+                        None => {
+                            let reason = "there is no such map".to_owned();
+                            JobResult::MapNotLoaded { map, reason }
+                        }
+                    };
+                    self.working.push((self.pace.ticks, JobDone { job, result }));
+                }
+                Effect::StartJob {
+                    job,
+                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_),
+                } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
+                Effect::Publish(Publication::Keyframe(keyframe)) => self.keep_place(&keyframe),
                 Effect::Publish(_) | Effect::Answer { .. } => {}
             }
         }
         self.effects = effects;
+    }
+
+    fn keep_place(&mut self, keyframe: &Keyframe) {
+        if keyframe.id.0 == 0 {
+            self.places.clear();
+        }
+        let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
+        self.places.extend(stack::known_place(pose, xyz, keyframe.lidar));
     }
 }

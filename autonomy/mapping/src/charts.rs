@@ -7,9 +7,10 @@
 //! way may have half as many. From the winner on, the rest is compared where it is then expected.
 //! `docs/maths/loops.md` has the numbers.
 
+use crate::place::{ORIGINS, Place};
 use crate::places::Places;
-use crate::scan_context::{Descriptor, first_from_second, level_from_base};
-use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
+use crate::scan_context::{first_from_second, level_from_base};
+use crate::submap::{LazySubmap, SubmapCache};
 use crate::verify::{Compared, Comparison, Gates, Source, compare};
 use crate::{Edge, Uncertain};
 use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, so3};
@@ -18,8 +19,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use vocab::KeyframeId;
 
-/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
-const ASIDE: f32 = 1.5;
 /// A submap takes in the keyframes so near, metres, so many at most.
 const SUBMAP_REACH: f64 = 8.0;
 const SUBMAP_LEVEL: f64 = 1.5;
@@ -39,6 +38,8 @@ const AGREE: (f64, f64, f64) = (0.3, 0.02, 0.1);
 /// Votes that must agree, and how far apart the farthest of them are in either map, metres: more than most rooms.
 const SUPPORT: usize = 6;
 const SPREAD: f64 = 12.0;
+/// The same of a walk in a small map, as a share of the map's extent.
+const SMALL: f64 = 0.55;
 /// Another place may have this share of the supporters at most.
 const RIVAL: f64 = 0.5;
 /// Keyframes of both maps this near overlook the same, metres, and the same vertically.
@@ -64,9 +65,7 @@ pub struct Chart {
 struct Charted {
     map_from_keyframe: Isometry,
     level: Rotation,
-    cloud: Arc<KeyframeCloud>,
-    /// As it looks from the base and from both sides.
-    views: [Arc<Descriptor>; 3],
+    place: Place,
 }
 
 /// How two maps lie to each other.
@@ -114,12 +113,15 @@ struct Link {
 impl Chart {
     /// Adds a keyframe with its cloud (keyframe's frame, metres), seen from `sensor` (keyframe's frame). Keyframes are numbered from 0.
     pub fn push(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]], sensor: [f32; 3]) {
+        let place = Place::new(xyz, &map_from_keyframe.rotation, sensor, &mut self.downsampler);
+        self.push_place(map_from_keyframe, place);
+    }
+
+    /// As [`Self::push`], of a place that was made before.
+    pub fn push_place(&mut self, map_from_keyframe: &Isometry, place: Place) {
         let level = level_from_base(&map_from_keyframe.rotation);
-        let view = |origin| Arc::new(Descriptor::new(xyz, &level, origin));
-        let views = ORIGINS.map(view);
-        self.places.push(Arc::clone(&views[0]));
-        let cloud = Arc::new(KeyframeCloud::new(xyz, sensor, &mut self.downsampler));
-        self.keyframes.push(Charted { map_from_keyframe: *map_from_keyframe, level, cloud, views });
+        self.places.push(Arc::clone(&place.views[0]));
+        self.keyframes.push(Charted { map_from_keyframe: *map_from_keyframe, level, place });
     }
 
     /// Number of keyframes.
@@ -136,7 +138,7 @@ impl Chart {
     /// missing stay.
     pub fn append(&mut self, other: Self, poses: &[Isometry]) {
         for keyframe in other.keyframes {
-            self.places.push(Arc::clone(&keyframe.views[0]));
+            self.places.push(Arc::clone(&keyframe.place.views[0]));
             self.keyframes.push(keyframe);
         }
         for (keyframe, pose) in self.keyframes.iter_mut().zip(poses) {
@@ -153,6 +155,20 @@ impl Chart {
     /// # Errors
     /// When the maps have too little in common, or it fits in several ways.
     pub fn join(&mut self, other: &mut Self, gates: &Gates) -> Result<Joint, Unrelated> {
+        self.join_over(other, gates, SPREAD)
+    }
+
+    /// As [`Self::join`], of a walk that is known to have been made where this map is of: in a map smaller than most rooms are long,
+    /// less has to be recognised.
+    ///
+    /// # Errors
+    /// As for [`Self::join`].
+    pub fn find(&mut self, walk: &mut Self, gates: &Gates) -> Result<Joint, Unrelated> {
+        let places: Vec<Vector3> = (0..self.len()).map(|keyframe| self.place(keyframe)).collect();
+        self.join_over(walk, gates, SPREAD.min(SMALL * extent(&places)))
+    }
+
+    fn join_over(&mut self, other: &mut Self, gates: &Gates, apart: f64) -> Result<Joint, Unrelated> {
         let mut found = Vec::new();
         for to in other.spaced() {
             let mut best: Option<Link> = None;
@@ -166,7 +182,7 @@ impl Chart {
             }
             found.extend(best);
         }
-        let (winner, support, rival) = vote(&found, self, other)?;
+        let (winner, support, rival) = vote(&found, self, other, apart)?;
         let links = self.spread_out(other, winner, gates);
         let links = links.iter().map(Link::edge).collect();
         Ok(Joint { first_from_second: winner.first_from_second, links, support, rival })
@@ -191,7 +207,7 @@ impl Chart {
     /// Keyframes that look like one of another map, with a guess of its pose in them.
     fn alike(&self, query: &Charted) -> Vec<(usize, Isometry)> {
         let mut chosen: Vec<(usize, Isometry)> = Vec::new();
-        for resemblance in self.places.search(&query.views, 0..self.len()) {
+        for resemblance in self.places.search(&query.place.views, 0..self.len()) {
             if chosen.len() == LOOKED_AT || resemblance.alignment.distance > RESEMBLANCE {
                 break;
             }
@@ -254,7 +270,8 @@ impl Chart {
             near.truncate(SUBMAP_MEMBERS);
             near.sort_by_key(|(_, index, _)| *index);
             let place = near.iter().position(|(_, index, _)| *index == own).unwrap_or_default();
-            let members = near.into_iter().map(|(_, index, way)| (way, Arc::clone(&keyframes[index].cloud)));
+            let members =
+                near.into_iter().map(|(_, index, way)| (way, Arc::clone(&keyframes[index].place.cloud)));
             LazySubmap::new(members.collect(), place)
         })
     }
@@ -294,8 +311,6 @@ impl Chart {
     }
 }
 
-const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
-
 impl Link {
     fn edge(&self) -> Edge {
         let id = |index: usize| KeyframeId(u32::try_from(index).unwrap_or(u32::MAX));
@@ -317,8 +332,14 @@ impl Link {
     }
 }
 
-/// The link on which most others agree, how many those are, and how many agree on the best of the rest. Quadratic in the links.
-fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, usize, usize), Unrelated> {
+/// The link on which most others agree, how many those are, and how many agree on the best of the rest; some of them must be so
+/// far apart. Quadratic in the links.
+fn vote(
+    links: &[Link],
+    first: &Chart,
+    second: &Chart,
+    apart: f64,
+) -> Result<(Link, usize, usize), Unrelated> {
     let supporters = |link: &Link, among: &[Link]| -> Vec<Link> {
         among.iter().filter(|with| link.agrees(with, second)).copied().collect()
     };
@@ -336,10 +357,10 @@ fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, usize, u
     let rival = best(&others).map_or(0, |(count, _)| count);
     let spread = |place: fn(&Link, &Chart) -> Vector3, chart: &Chart| {
         let places: Vec<Vector3> = supported.iter().map(|link| place(link, chart)).collect();
-        places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
+        extent(&places)
     };
-    let far = spread(|link, chart| chart.place(link.from), first) >= SPREAD
-        && spread(|link, chart| chart.place(link.to), second) >= SPREAD;
+    let far = spread(|link, chart| chart.place(link.from), first) >= apart
+        && spread(|link, chart| chart.place(link.to), second) >= apart;
     if count < SUPPORT || !far {
         return Err(Unrelated::TooFew(count));
     }
@@ -347,6 +368,11 @@ fn vote(links: &[Link], first: &Chart, second: &Chart) -> Result<(Link, usize, u
         return Err(Unrelated::Ambiguous(count, rival));
     }
     Ok((winner, count, rival))
+}
+
+/// How far the farthest two are apart. Quadratic.
+fn extent(places: &[Vector3]) -> f64 {
+    places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
 }
 
 /// Of the keyframes that wait the one nearest to a link, how far it is, and that link. Linear in both.

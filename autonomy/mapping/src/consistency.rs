@@ -110,6 +110,36 @@ impl Jury {
         Self { trust, chain: Chain::default(), web: Web::default(), waiting: Vec::new() }
     }
 
+    /// Knows the keyframes of a finished map, which are at `poses` in it, with the edges that were walked and the loops. At least
+    /// one keyframe; edges between others are left out.
+    pub fn resume(trust: Trust, poses: &[Isometry], edges: &[Edge], loops: &[Edge]) -> Self {
+        let (mut chain, mut web) = (Chain::default(), Web::default());
+        let known = |edge: &&Edge| index(edge.from).max(index(edge.to)) < poses.len();
+        let measured = |edge: &Edge| Uncertain::from_information(edge.from_from_to, &edge.information);
+        // Of each keyframe the way that leads to it from the newest before it.
+        let mut ways: Vec<Option<(usize, Uncertain)>> = vec![None; poses.len()];
+        for edge in edges.iter().filter(known) {
+            let (from, to, way) = (index(edge.from), index(edge.to), measured(edge));
+            web.connect_walked(from, to, &way);
+            let (from, to, way) = if from < to { (from, to, way) } else { (to, from, way.inverse()) };
+            if from < to && ways[to].is_none_or(|(before, _)| before < from) {
+                ways[to] = Some((from, way));
+            }
+        }
+        for edge in loops.iter().filter(known) {
+            web.connect(index(edge.from), index(edge.to), &measured(edge));
+        }
+        for (keyframe, way) in ways.iter().enumerate().skip(1) {
+            let apart = poses[keyframe - 1].inverse() * poses[keyframe];
+            chain.walk(apart.translation.vector.norm());
+            match way {
+                Some((from, way)) => chain.attach(*from, way),
+                None => chain.begin(&(poses[0].inverse() * poses[keyframe])),
+            }
+        }
+        Self { trust, chain, web, waiting: Vec::new() }
+    }
+
     /// Adds the next keyframe, that the odometry's edge leads to from the last one.
     pub fn add_keyframe(&mut self, edge: &Edge) {
         let step = Uncertain::from_information(edge.from_from_to, &edge.information);

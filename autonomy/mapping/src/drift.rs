@@ -58,6 +58,13 @@ impl Chain {
         self.stretch.push(if from == last { self.stretch[last] } else { last as u32 + 1 });
     }
 
+    /// Adds a keyframe that no way leads to, its metres having been walked already: another stretch begins.
+    pub fn begin(&mut self, first_from_keyframe: &Isometry) {
+        self.stretch.push(self.sums.len() as u32);
+        self.sums.push((*first_from_keyframe, Matrix6::zeros()));
+        self.walked.push(self.odometer);
+    }
+
     /// Number of keyframes.
     pub fn len(&self) -> usize {
         self.sums.len()

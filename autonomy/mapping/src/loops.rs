@@ -6,7 +6,9 @@
 
 use crate::candidates::{self, Candidate, CandidatePolicy};
 use crate::consistency::{Decision, Jury, Trust, Verdict};
+use crate::place::{ASIDE, ORIGINS, Place};
 use crate::places::Places;
+use crate::quality::Coverage;
 use crate::scan_context::{Descriptor, level_from_base};
 use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
 use crate::trail::Trail;
@@ -18,8 +20,6 @@ use points::Downsampler;
 use std::sync::Arc;
 use vocab::KeyframeId;
 
-/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
-const ASIDE: f32 = 1.5;
 /// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
 const SUBMAP_WALK: f64 = 8.0;
 const SUBMAP_MEMBERS: usize = 17;
@@ -53,6 +53,15 @@ pub struct NewKeyframe<'a> {
     pub sensor: [f32; 3],
 }
 
+/// A keyframe of a finished map.
+#[derive(Clone, Debug)]
+pub struct OldKeyframe {
+    /// Where it is.
+    pub map_from_keyframe: Isometry,
+    /// What it saw.
+    pub place: Place,
+}
+
 /// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, image 11.5, descriptor 3.3,
 /// edges 1.5) and four submaps.
 #[derive(Clone, Debug)]
@@ -61,13 +70,14 @@ pub struct LoopFinder {
     pub(crate) jury: Jury,
     places: Places,
     pub(crate) clouds: Vec<Arc<KeyframeCloud>>,
-    levels: Vec<Rotation>,
+    pub(crate) levels: Vec<Rotation>,
     submaps: SubmapCache,
     pub(crate) downsampler: Downsampler,
     /// Keyframe of the last loop that was accepted by geometry.
     last_closed: Option<usize>,
     pub(crate) trail: Trail,
     pub(crate) visits: Visits,
+    pub(crate) coverage: Coverage,
 }
 
 impl LoopFinder {
@@ -84,7 +94,24 @@ impl LoopFinder {
             last_closed: None,
             trail: Trail::default(),
             visits: Visits::default(),
+            coverage: Coverage::default(),
         }
+    }
+
+    /// Of a session that goes on from a finished map with these keyframes, that the robot has to find itself in first: what it walks
+    /// until [`Self::place`] adds nothing. Linear in keyframes and edges, but for a search of the edges for each keyframe.
+    pub fn resume(config: LoopConfig, map: &[OldKeyframe], edges: &[Edge], loops: &[Edge]) -> Self {
+        let mut finder = Self::new(config);
+        let poses: Vec<Isometry> = map.iter().map(|old| old.map_from_keyframe).collect();
+        finder.jury = Jury::resume(config.trust, &poses, edges, loops);
+        // All of it is no recent travel.
+        finder.jury.walk(2.0 * config.candidates.walked);
+        for OldKeyframe { map_from_keyframe, place } in map {
+            finder.clouds.push(Arc::clone(&place.cloud));
+            finder.levels.push(level_from_base(&map_from_keyframe.rotation));
+            finder.places.push(Arc::clone(&place.views[0]));
+        }
+        finder
     }
 
     /// The settings.
@@ -226,14 +253,13 @@ impl LoopFinder {
         if !candidates::looks_matter(&reach, level, old.clone(), (f64::from(ASIDE), deviations), policy) {
             return near;
         }
-        let origins = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
-        let views = origins.map(|origin| match self.places.descriptor(newest) {
+        let views = ORIGINS.map(|origin| match self.places.descriptor(newest) {
             Some(own) if origin == [0.0; 2] => Arc::clone(own),
             _ => Arc::new(Descriptor::new(xyz, level, origin)),
         });
         let found = self.places.search(&views, old);
         let alike =
-            candidates::by_looks(&found, &self.levels, &origins, &reach, chain, (newest, deviations), policy);
+            candidates::by_looks(&found, &self.levels, &ORIGINS, &reach, chain, (newest, deviations), policy);
         let mut all = near;
         for candidate in alike {
             let known = |c: &Candidate| {

@@ -79,6 +79,17 @@ impl Descriptor {
         Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices }
     }
 
+    /// From what [`Self::pictures`] gave; none if that is not of the right size.
+    pub fn from_pictures(heights: &[u8], slices: &[u8]) -> Option<Self> {
+        let (heights, slices) = (Box::new(picture(heights)?), Box::new(picture(slices)?));
+        Some(Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices })
+    }
+
+    /// Both pictures, greatest heights and filled slices, sector by sector. All else follows from them.
+    pub fn pictures(&self) -> [Vec<u8>; 2] {
+        [&self.heights, &self.slices].map(|picture| picture.as_flattened().to_vec())
+    }
+
     /// Does not change when the robot turns.
     pub fn ring_key(&self) -> &[f32; KEY] {
         &self.ring_key
@@ -133,6 +144,15 @@ impl Descriptor {
         let height = (height + (SECTORS as u32 - columns) as f32) / SECTORS as f32;
         0.5 * (slices + height)
     }
+}
+
+/// Sector by sector; none if it is not of the right size.
+fn picture(bins: &[u8]) -> Option<Picture> {
+    let mut picture = [[0; RINGS]; SECTORS];
+    (bins.len() == RINGS * SECTORS).then(|| {
+        picture.as_flattened_mut().copy_from_slice(bins);
+        picture
+    })
 }
 
 /// Pose of the second base in the first that an alignment means, `second` having been seen from `origin`.

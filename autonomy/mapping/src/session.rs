@@ -154,6 +154,16 @@ impl Session {
         }
     }
 
+    /// Goes on from a finished map with these keyframes (numbered from 0), ways and loops. Where the robot is in it is told by
+    /// [`Self::tie`]; until then poses are as if the map began here.
+    pub fn resume(
+        odom_from_base: &Isometry,
+        policy: KeyframePolicy,
+        (nodes, edges, loops): (Vec<Node>, Vec<Edge>, Vec<Edge>),
+    ) -> Self {
+        Self { nodes, edges, loops, revision: 1, ..Self::begin(odom_from_base, policy) }
+    }
+
     /// Where the odometry's frame is in the map.
     pub fn map_from_odom(&self) -> &Isometry {
         &self.map_from_odom
@@ -287,6 +297,14 @@ impl Session {
     /// Keyframes in the order of their ids.
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
+    }
+
+    /// The keyframe nearest to a pose in the map, and that pose in it. Linear in the keyframes.
+    pub fn nearest(&self, map_from_base: &Isometry) -> Option<(KeyframeId, Isometry)> {
+        let ways = self.nodes.iter().map(|node| (node.id, node.map_from_keyframe.inverse() * map_from_base));
+        ways.min_by(|(_, a), (_, b)| {
+            a.translation.vector.norm_squared().total_cmp(&b.translation.vector.norm_squared())
+        })
     }
 
     /// Edges in the order of creation.

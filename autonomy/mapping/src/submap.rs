@@ -42,6 +42,17 @@ impl KeyframeCloud {
         Self { points, view: RangeImage::new(xyz, sensor) }
     }
 
+    /// From what [`Self::lattice`] and [`RangeImage::cells`] gave; none if that is not of the right size.
+    pub fn from_parts(lattice: Vec<[i16; 3]>, sensor: [f32; 3], cells: Vec<u16>) -> Option<Self> {
+        let view = RangeImage::from_cells(cells, sensor)?;
+        (lattice.len() <= POINTS).then(|| Self { points: lattice.into(), view })
+    }
+
+    /// The points as they are kept, base frame, in steps of 2 mm.
+    pub fn lattice(&self) -> &[[i16; 3]] {
+        &self.points
+    }
+
     /// The points, base frame, metres.
     pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         self.points.iter().map(|point| point.map(|c| f32::from(c) * STEP))

@@ -49,6 +49,16 @@ impl RangeImage {
         Self { sensor, cells }
     }
 
+    /// From what [`Self::cells`] gave; none if that is not of the right size.
+    pub fn from_cells(cells: Vec<u16>, sensor: [f32; 3]) -> Option<Self> {
+        (cells.len() == COLUMNS * ROWS).then(|| Self { sensor, cells: cells.into() })
+    }
+
+    /// Row by row the nearest range in each cell, centimetres; 0 where nothing returned.
+    pub fn cells(&self) -> &[u16] {
+        &self.cells
+    }
+
     /// Where the sensor is, base frame, metres.
     pub fn sensor(&self) -> [f32; 3] {
         self.sensor

@@ -9,7 +9,7 @@
 
 use crate::loops::keyframe;
 use crate::scan_context::level_from_base;
-use crate::session::Waypoint;
+use crate::session::{Step, Waypoint};
 use crate::submap::KeyframeCloud;
 use crate::verify::{Compared, Comparison, Source, Task, Verified};
 use crate::{Edge, LoopFinder, Uncertain};
@@ -48,6 +48,8 @@ pub enum Ground {
     },
     /// A visit to old keyframes, perhaps to be compared with one of them.
     Known(Option<Visit>),
+    /// Somewhere in a finished map; [`LoopFinder::place`] has not been told where. Its number.
+    Lost(u64),
 }
 
 /// A visit to be compared.
@@ -153,14 +155,15 @@ impl LoopFinder {
     pub fn arrive(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]], sensor: [f32; 3]) -> Ground {
         let cloud = Arc::new(KeyframeCloud::new(xyz, sensor, &mut self.downsampler));
         let rotation = &waypoint.map_from_base.rotation;
-        let (Some(step), Some(mut position)) = (&waypoint.step, self.visits.position) else {
-            let number = self.trail.push(Uncertain::identity(), Arc::clone(&cloud));
-            return Ground::New { edge: None, tasks: self.take_in(number, cloud, rotation, xyz) };
-        };
-        let way = Uncertain::from_information(step.pose, &step.information);
-        let length = step.pose.translation.vector.norm();
+        let step = |step: &Step| Uncertain::from_information(step.pose, &step.information);
+        let way = waypoint.step.as_ref().map_or_else(Uncertain::identity, step);
+        let length = way.pose.translation.vector.norm();
         let number = self.trail.push(way, Arc::clone(&cloud));
+        if self.clouds.is_empty() {
+            return Ground::New { edge: None, tasks: self.take_in(number, cloud, rotation, xyz) };
+        }
         self.jury.walk(length);
+        let Some(mut position) = self.visits.position else { return Ground::Lost(number) };
         position.way = position.way.then(&way);
         self.visits.reckoned = self.visits.reckoned.map(|(from, walked)| (from, walked.then(&way)));
         position.unconfirmed += length;
@@ -170,15 +173,39 @@ impl LoopFinder {
             return Ground::Known(self.visit(number, waypoint.stamp, known, &seen));
         }
         let next = keyframe(self.clouds.len());
-        let direct = position.own && position.since + 1 == number;
-        let (pose, information) = if direct {
-            (step.pose, step.information)
-        } else {
-            (position.way.pose, position.way.information())
+        let (pose, information) = match &waypoint.step {
+            Some(step) if position.own && position.since + 1 == number => (step.pose, step.information),
+            _ => (position.way.pose, position.way.information()),
         };
         let edge = Edge { from: position.anchor, to: next, from_from_to: pose, information };
         self.jury.attach_keyframe(&edge);
         Ground::New { edge: Some(edge), tasks: self.take_in(number, cloud, rotation, xyz) }
+    }
+
+    /// Tells where a waypoint was in the finished map that the session goes on from: what is walked from now on extends it. Says
+    /// where the newest waypoint is in the keyframe; none, and nothing is told, if there is no such keyframe or the waypoint was
+    /// too long ago.
+    pub fn place(
+        &mut self,
+        waypoint: u64,
+        keyframe: KeyframeId,
+        keyframe_from_waypoint: &Uncertain,
+    ) -> Option<Isometry> {
+        let on = self.trail.way(waypoint, self.trail.newest())?;
+        if keyframe.0 as usize >= self.clouds.len() {
+            return None;
+        }
+        let way = keyframe_from_waypoint.then(&on);
+        self.visits.position = Some(Position {
+            anchor: keyframe,
+            way,
+            since: waypoint,
+            own: false,
+            unconfirmed: on.pose.translation.vector.norm(),
+            unasked: 0.0,
+        });
+        self.visits.reckoned = Some((keyframe, way));
+        Some(way.pose)
     }
 
     /// The anchor, and the newest waypoint in it; none before the first keyframe.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::testing::{SENSOR, World, at, edge, ring, ring_poses, room, scan};
-use crate::{Decision, LoopConfig, Step, Verdict, compare, verify};
+use crate::{Decision, LoopConfig, OldKeyframe, Place, Step, Verdict, compare, verify};
 use geometry::{Matrix6, se3};
 
 /// A robot whose odometry turns too far by `bias` radians a waypoint.
@@ -31,8 +31,8 @@ impl Robot {
         }
     }
 
-    /// Walks to the next waypoint; hands over what is to be compared with a visit.
-    fn arrive(&mut self, pose: &Isometry) -> Option<Visit> {
+    /// Walks to the next waypoint.
+    fn ground(&mut self, pose: &Isometry) -> Ground {
         let step = self.walked.last().map(|last| {
             let way = last.inverse() * pose * at(0.0, 0.0, self.bias);
             let measured = edge(0, 1, way, (2e-3, 0.01));
@@ -42,7 +42,12 @@ impl Robot {
         self.walked.push(*pose);
         let stamp = Stamp::from_parts(number as i64, 0);
         let cloud = scan(&self.world, pose, number as u64);
-        match self.finder.arrive(&Waypoint { stamp, map_from_base: *pose, step }, &cloud, SENSOR) {
+        self.finder.arrive(&Waypoint { stamp, map_from_base: *pose, step }, &cloud, SENSOR)
+    }
+
+    /// As [`Self::ground`]; hands over what is to be compared with a visit.
+    fn arrive(&mut self, pose: &Isometry) -> Option<Visit> {
+        match self.ground(pose) {
             Ground::New { edge, tasks } => {
                 assert_eq!(edge.is_some(), !self.keyframes.is_empty());
                 self.keyframes.push(*pose);
@@ -53,6 +58,7 @@ impl Robot {
                 None
             }
             Ground::Known(visit) => visit,
+            Ground::Lost(number) => panic!("lost at waypoint {number}"),
         }
     }
 
@@ -133,6 +139,54 @@ fn behind_a_wall_is_another_place() {
         robot.walk(&at(f64::from(x), 1.0, std::f64::consts::PI));
     }
     assert!(robot.keyframes.len() >= 2 * keyframes - 1, "{}", robot.keyframes.len());
+}
+
+#[test]
+fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
+    // Two sides of the ring, each way with its own errors.
+    let poses = ring_poses(0.0);
+    let mut first = Robot::new(ring(), 0.0);
+    poses[..30].iter().for_each(|pose| first.walk(pose));
+    assert_eq!(first.keyframes.len(), 30);
+    let mut downsampler = points::Downsampler::default();
+    let mut old = |(number, pose): (usize, &Isometry)| {
+        let cloud = scan(&first.world, pose, number as u64);
+        let place = Place::new(&cloud, &pose.rotation, SENSOR, &mut downsampler);
+        OldKeyframe { map_from_keyframe: *pose, place }
+    };
+    let map: Vec<OldKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
+    let edges: Vec<Edge> = (1..30)
+        .map(|to: u32| {
+            let way = poses[to as usize - 1].inverse() * poses[to as usize];
+            edge(to - 1, to, way, (2e-3, 0.01))
+        })
+        .collect();
+    let mut robot = Robot::new(ring(), 2e-4);
+    robot.finder = LoopFinder::resume(LoopConfig::default(), &map, &edges, &[]);
+    robot.keyframes = poses[..30].to_vec();
+    // Not known yet: nothing is kept.
+    for pose in &poses[20..23] {
+        assert!(matches!(robot.ground(pose), Ground::Lost(_)));
+    }
+    let found = Uncertain { pose: poses[21].inverse() * poses[21], covariance: Matrix6::identity() * 1e-4 };
+    assert_eq!(robot.finder.place(1, KeyframeId(90), &found), None);
+    let Some(now) = robot.finder.place(1, KeyframeId(21), &found) else { panic!("not placed") };
+    assert!(robot.true_error(KeyframeId(21), 2, &now) < 0.02);
+    for pose in &poses[23..] {
+        robot.walk(pose);
+    }
+    // On through the other two sides, and home.
+    assert!(
+        (poses.len() - 3..=poses.len() + 2).contains(&robot.keyframes.len()),
+        "{}",
+        robot.keyframes.len()
+    );
+    let closed = robot.decisions.iter().filter(|decision| decision.verdict == Verdict::Accepted);
+    for decision in closed {
+        let Edge { from, to, from_from_to, .. } = decision.edge;
+        let truth = robot.keyframes[from.0 as usize].inverse() * robot.keyframes[to.0 as usize];
+        assert!((truth.inverse() * from_from_to).translation.vector.norm() < 0.05, "{decision:?}");
+    }
 }
 
 /// Once round the ring and a little more: on known ground, with comparisons not made yet.

@@ -6,13 +6,16 @@
 
 mod control;
 mod health;
+mod known;
 mod localising;
 mod loops;
 mod mapping_phase;
 mod motion;
 mod optimiser;
+mod search;
 mod work;
 
+pub use known::known_place;
 pub use work::Work;
 
 use control::{Admission, Control};
@@ -21,10 +24,10 @@ use health::Watch;
 use localising::{Localiser, Located, Said};
 use loops::News;
 use mapping::Odometer;
-use mapping_phase::{MappingPhase, rows};
+use mapping_phase::{Grown, MappingPhase, rows};
 use messages::{
-    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
-    Order, Publication, Sensor, Severity,
+    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, KnownMap,
+    Notice, Order, Publication, Sensor, Severity,
 };
 use motion::{Frames, Motion};
 use std::sync::Arc;
@@ -166,10 +169,16 @@ impl Running {
                 cloud: Arc::clone(&located.cloud),
             }),
         );
-        if let Some(grown) = grown {
-            publish(effects, Publication::Keyframe(grown.keyframe));
-            publish(effects, Publication::Graph(grown.graph));
-            self.tell_loops(at, News { changed: false, ..grown.loops }, effects);
+        match grown {
+            Some(Grown::Keyframe { keyframe, graph, loops }) => {
+                publish(effects, Publication::Keyframe(keyframe));
+                publish(effects, Publication::Graph(graph));
+                self.tell_loops(at, News { changed: false, ..loops }, effects);
+            }
+            Some(Grown::Found) => {
+                self.tell_loops(at, News { found: true, changed: true, ..News::default() }, effects);
+            }
+            None => {}
         }
         self.mapping.start_jobs(&mut self.jobs, effects);
         self.last = Some(located);
@@ -179,6 +188,11 @@ impl Running {
 
     /// Says what became of loops, and looks at the next pairs.
     fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<Effect>) {
+        if news.found {
+            self.motion.forget_goal();
+            let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
+            effects.push(notice(at, Severity::Info, text));
+        }
         for decision in news.decisions {
             publish(effects, Publication::LoopDecided(decision));
         }
@@ -266,6 +280,11 @@ impl Running {
         match &command.order {
             Order::TakeControl { .. } | Order::ReleaseControl => Ok(()),
             Order::StartMapping(session) => self.mapping.start(*session),
+            Order::ExtendMap { session, map } => {
+                self.mapping.extend(*session, *map)?;
+                self.mapping.start_jobs(&mut self.jobs, effects);
+                Ok(())
+            }
             Order::DiscardMapping => self.mapping.discard(),
             Order::FinishMapping { map, name } => {
                 let mut said = Vec::new();
@@ -298,6 +317,12 @@ impl Running {
         }
     }
 
+    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&KnownMap, &str>, effects: &mut Vec<Effect>) {
+        if let Err(text) = self.mapping.loaded(job, read) {
+            effects.push(notice(at, Severity::Error, text));
+        }
+    }
+
     /// Starts saving the map of a session that has been ended, when it is ready for it.
     fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
         if let Some(finished) = self.mapping.closed(at) {
@@ -308,10 +333,18 @@ impl Running {
 
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
-            JobResult::LoopVerified(_) | JobResult::VisitCompared(_) | JobResult::LoopNotVerified => {
+            JobResult::LoopVerified(_)
+            | JobResult::VisitCompared(_)
+            | JobResult::PlaceSought(_)
+            | JobResult::LoopNotVerified => {
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
                 self.save_closed_map(at, effects);
+            }
+            JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
+            JobResult::MapNotLoaded { reason, .. } => {
+                let reason = format!("The map cannot be extended: {reason}.");
+                self.loaded(at, done.job, Err(&reason), effects);
             }
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);

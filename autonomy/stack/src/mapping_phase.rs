@@ -1,13 +1,15 @@
 //! The mapping session's life: idle, starting, running, closing its last loops, saving.
 
+use crate::known::Known;
 use crate::localising::Located;
 use crate::loops::{Arrived, Loops, News};
+use crate::search::{Found, Search};
 use crate::work::Work;
-use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, KeyframePolicy, ScanPose, Session};
+use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometry};
+use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, Uncertain};
 use messages::{
-    BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, JobDone,
-    JobResult, Keyframe, MappingState, Order, PoseGraph, VisitCounts,
+    BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, Job, JobDone,
+    JobResult, Keyframe, KnownMap, MappingState, Order, PoseGraph, VisitCounts,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -18,6 +20,10 @@ use vocab::{MapId, SessionId, Span, Stamp};
 const KEYFRAME_VOXEL: f32 = 0.04;
 /// The end of a walk, where it comes back to its beginning, is waited for so long: far longer than all that may wait takes.
 const LAST_LOOPS: Span = Span::from_millis(10_000);
+/// How far odometry alone is believed after a map was saved: deviation in radians, in metres, and in metres for each metre walked,
+/// which may be so many.
+const LEFT: (f64, f64, f64) = (0.02, 0.05, 0.01);
+const LEFT_WALKED: f64 = 25.0;
 
 /// The phase and what it needs.
 #[derive(Debug, Default)]
@@ -25,6 +31,8 @@ pub(crate) struct MappingPhase {
     phase: Phase,
     /// Of the last session that has ended.
     map_from_odom: Option<Isometry>,
+    /// The map that was saved last.
+    left: Option<Left>,
     downsampler: Downsampler,
     published: Option<MappingState>,
     /// Where the LiDAR is, base frame, metres.
@@ -32,11 +40,26 @@ pub(crate) struct MappingPhase {
     leave_loops_open: bool,
 }
 
+/// A map that was saved while the robot was in it.
+#[derive(Debug)]
+struct Left {
+    map: MapId,
+    map_from_odom: Isometry,
+    /// Since then.
+    walked: Odometer,
+}
+
 #[derive(Debug, Default)]
 enum Phase {
     #[default]
     Idle,
-    Starting(SessionId),
+    /// A saved map is being read; the job is none until it has started.
+    Loading {
+        session: SessionId,
+        map: MapId,
+        job: Option<u64>,
+    },
+    Starting(SessionId, Option<Box<Base>>),
     Running(Running),
     /// Nothing is added any more; the last pairs are being looked at.
     Closing {
@@ -52,20 +75,31 @@ enum Phase {
     },
 }
 
+/// What a session goes on from.
+#[derive(Debug)]
+struct Base {
+    known: Known,
+    loops: Box<Loops>,
+}
+
 #[derive(Debug)]
 struct Running {
     id: SessionId,
+    extends: Option<MapId>,
     since: Stamp,
     session: Box<Session>,
     /// None where they are to be left open.
     loops: Option<Box<Loops>>,
+    /// While the robot has not found itself in what the session goes on from.
+    search: Option<Box<Search>>,
 }
 
 /// What a scan did to the map.
-pub(crate) struct Grown {
-    pub keyframe: Keyframe,
-    pub graph: Arc<PoseGraph>,
-    pub loops: News,
+pub(crate) enum Grown {
+    /// It became a keyframe.
+    Keyframe { keyframe: Keyframe, graph: Arc<PoseGraph>, loops: News },
+    /// The robot is known to be in the map that the session goes on from.
+    Found,
 }
 
 impl MappingPhase {
@@ -83,7 +117,7 @@ impl MappingPhase {
             Phase::Running(running)
             | Phase::Closing { running, .. }
             | Phase::Saving { unsaved: running, .. } => Some(running),
-            Phase::Idle | Phase::Starting(_) => None,
+            Phase::Idle | Phase::Loading { .. } | Phase::Starting(..) => None,
         };
         let of_running = running.map(|running| *running.session.map_from_odom());
         of_running.or(self.map_from_odom).unwrap_or_else(Isometry::identity)
@@ -91,15 +125,33 @@ impl MappingPhase {
 
     /// Begins a session at the next scan.
     pub fn start(&mut self, id: SessionId) -> Result<(), String> {
+        self.begin(id, Phase::Starting(id, None))
+    }
+
+    /// Begins a session that goes on from a saved map, once that has been read.
+    pub fn extend(&mut self, session: SessionId, map: MapId) -> Result<(), String> {
+        if self.leave_loops_open {
+            return Err(
+                "A map cannot be extended while loops are left open. Start without that option.".to_owned()
+            );
+        }
+        self.begin(session, Phase::Loading { session, map, job: None })
+    }
+
+    fn begin(&mut self, id: SessionId, first: Phase) -> Result<(), String> {
         match &self.phase {
             Phase::Idle => {
-                self.phase = Phase::Starting(id);
+                self.phase = first;
                 Ok(())
             }
-            Phase::Starting(running) | Phase::Running(Running { id: running, .. }) if *running == id => {
+            Phase::Loading { session: running, .. }
+            | Phase::Starting(running, _)
+            | Phase::Running(Running { id: running, .. })
+                if *running == id =>
+            {
                 Ok(())
             }
-            Phase::Starting(_) | Phase::Running(_) => {
+            Phase::Loading { .. } | Phase::Starting(..) | Phase::Running(_) => {
                 Err("A map is being made already. Finish or discard it first.".to_owned())
             }
             Phase::Closing { .. } | Phase::Saving { .. } => {
@@ -108,10 +160,30 @@ impl MappingPhase {
         }
     }
 
+    /// The saved map has been read, or could not be. Maps that nobody waits for are ignored.
+    ///
+    /// # Errors
+    /// Why there is no session then.
+    pub fn loaded(&mut self, job: u64, read: Result<&KnownMap, &str>) -> Result<(), String> {
+        let Phase::Loading { session, job: Some(waited), .. } = self.phase else { return Ok(()) };
+        if waited != job {
+            return Ok(());
+        }
+        self.phase = Phase::Idle;
+        let known = Known::read(read?)?;
+        let loops = Loops::resume(session, self.sensor, &known).map_err(|error| {
+            format!(
+                "That map cannot be extended, because its graph cannot be solved: {error}. Begin another."
+            )
+        })?;
+        self.phase = Phase::Starting(session, Some(Box::new(Base { known, loops: Box::new(loops) })));
+        Ok(())
+    }
+
     /// Throws the session away.
     pub fn discard(&mut self) -> Result<(), String> {
         match self.phase {
-            Phase::Starting(_) | Phase::Running(_) => {
+            Phase::Loading { .. } | Phase::Starting(..) | Phase::Running(_) => {
                 self.end();
                 Ok(())
             }
@@ -124,9 +196,13 @@ impl MappingPhase {
 
     /// Ends the session; [`Self::closed`] hands its map over.
     pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<(), String> {
-        let Phase::Running(Running { session, .. }) = &self.phase else {
+        let Phase::Running(Running { session, search, .. }) = &self.phase else {
             return Err("No map is being made. Start mapping first.".to_owned());
         };
+        if search.is_some() {
+            let text = "The robot has not found itself in that map yet, so nothing was added to it. Walk on through the known part, or discard.";
+            return Err(text.to_owned());
+        }
         if session.nodes().is_empty() {
             return Err("The map is still empty. Wait for the first scan.".to_owned());
         }
@@ -145,7 +221,7 @@ impl MappingPhase {
     /// to be saved.
     pub fn closed(&mut self, at: Stamp) -> Option<FinishedMap> {
         let Phase::Closing { map, name, since, running } = &mut self.phase else { return None };
-        let Running { id, session, loops, .. } = running;
+        let Running { id, extends, session, loops, .. } = running;
         if loops.as_ref().is_some_and(|loops| loops.is_looking()) && at - *since < LAST_LOOPS {
             return None;
         }
@@ -158,6 +234,7 @@ impl MappingPhase {
             map,
             name: std::mem::take(name),
             session: *id,
+            extends: *extends,
             at: *since,
             distance: session.distance(),
             graph: Arc::new(graph_of(session)),
@@ -184,6 +261,7 @@ impl MappingPhase {
         }
         if written {
             self.end();
+            self.left = Some(Left { map, map_from_odom: self.map_from_odom(), walked: Odometer::default() });
         } else if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Running(unsaved);
         }
@@ -197,18 +275,39 @@ impl MappingPhase {
 
     /// Starts looking at pairs of keyframes. `jobs` counts all jobs of the stack.
     pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
-        if let Some((_, loops)) = self.closing() {
-            loops.start(jobs, effects);
+        match &mut self.phase {
+            Phase::Loading { session, map, job: job @ None } => {
+                let work = Job::LoadMap { session: *session, map: *map };
+                effects.push(Effect::StartJob { job: *jobs, work });
+                *job = Some(*jobs);
+                *jobs += 1;
+            }
+            Phase::Running(Running { search: Some(search), .. }) => search.start(jobs, effects),
+            _ => {
+                if let Some((_, loops)) = self.closing() {
+                    loops.start(jobs, effects);
+                }
+            }
         }
     }
 
     /// What a job takes; once.
     pub fn take_work(&mut self, job: u64) -> Option<Work> {
-        self.closing()?.1.take_work(job)
+        match &self.phase {
+            Phase::Running(Running { search: Some(search), .. }) => search.take(job),
+            _ => self.closing()?.1.take_work(job),
+        }
     }
 
     /// A pair of keyframes was looked at, or was not. What belongs to a session that has ended is ignored.
     pub fn looked_at(&mut self, done: &JobDone) -> News {
+        if let Phase::Running(running) = &mut self.phase
+            && let Some(search) = &mut running.search
+        {
+            let sought = if let JobResult::PlaceSought(sought) = &done.result { Some(sought) } else { None };
+            let found = search.end(done.job, sought).is_some_and(|found| running.found(&found));
+            return News { found, changed: found, ..News::default() };
+        }
         match (self.closing(), &done.result) {
             (Some((session, loops)), JobResult::LoopVerified(found)) => {
                 loops.verified(done.job, found, session)
@@ -261,17 +360,21 @@ impl MappingPhase {
 
     /// Whether the next located scan begins a session, and so a new map frame.
     pub fn is_starting(&self) -> bool {
-        matches!(self.phase, Phase::Starting(_))
+        matches!(self.phase, Phase::Starting(..))
     }
 
     /// Adds a located scan.
     pub fn add(&mut self, located: &Located) -> Option<Grown> {
-        if let Phase::Starting(id) = self.phase {
-            let session = Box::new(Session::begin(&located.odom_from_base, KeyframePolicy::default()));
-            let loops = (!self.leave_loops_open).then(|| Box::new(Loops::new(id, self.sensor)));
-            self.phase = Phase::Running(Running { id, since: located.stamp, session, loops });
+        if let Some(left) = &mut self.left {
+            left.walked.move_to(&located.odom_from_base.translation.vector);
         }
-        let Phase::Running(Running { id, session, loops, .. }) = &mut self.phase else { return None };
+        if self.is_starting()
+            && let Phase::Starting(id, base) = std::mem::take(&mut self.phase)
+        {
+            self.phase = Phase::Running(self.begun(id, base, located));
+        }
+        let Phase::Running(running) = &mut self.phase else { return None };
+        let Running { id, session, loops, search, .. } = &mut *running;
         let waypoint = session.follow(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
@@ -288,6 +391,13 @@ impl MappingPhase {
                     session.visit();
                     return None;
                 }
+                Arrived::Lost(number) => {
+                    let search = search.as_mut()?;
+                    search.arrive(number, &located.odom_from_base, &cloud.xyz, self.sensor);
+                    let found =
+                        self.left.as_ref()?.place(search.map(), number, &located.odom_from_base, session)?;
+                    return running.found(&found).then_some(Grown::Found);
+                }
             },
             None => session.edge_to(&waypoint),
         };
@@ -301,16 +411,41 @@ impl MappingPhase {
             lidar: self.sensor,
         };
         let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge.as_ref()));
-        Some(Grown { keyframe, graph: Arc::new(graph_of(session)), loops: loops.unwrap_or_default() })
+        let graph = Arc::new(graph_of(session));
+        Some(Grown::Keyframe { keyframe, graph, loops: loops.unwrap_or_default() })
+    }
+
+    /// A session that begins with a located scan.
+    fn begun(&self, id: SessionId, base: Option<Box<Base>>, located: &Located) -> Running {
+        let (since, policy) = (located.stamp, KeyframePolicy::default());
+        let Some(base) = base else {
+            let session = Box::new(Session::begin(&located.odom_from_base, policy));
+            let loops = (!self.leave_loops_open).then(|| Box::new(Loops::new(id, self.sensor)));
+            return Running { id, extends: None, since, session, loops, search: None };
+        };
+        let Base { known, loops } = *base;
+        let extends = Some(known.map);
+        let search = Some(Box::new(Search::new(id, &known)));
+        let graph = (known.nodes, known.edges, known.loops);
+        let session = Box::new(Session::resume(&located.odom_from_base, policy, graph));
+        Running { id, extends, since, session, loops: Some(loops), search }
     }
 
     /// The state, if it changed since it was last said.
     pub fn changed(&mut self) -> Option<MappingState> {
         let state = match &self.phase {
             Phase::Idle => MappingState::Idle,
-            Phase::Starting(session) => MappingState::Starting { session: *session },
-            Phase::Running(Running { id, since, session, .. }) => MappingState::Mapping {
+            Phase::Loading { session, map, .. } => MappingState::Loading { session: *session, map: *map },
+            Phase::Starting(session, _) => MappingState::Starting { session: *session },
+            Phase::Running(Running { id, search: Some(search), .. }) => MappingState::Finding {
                 session: *id,
+                map: search.map(),
+                distance: search.metres().round(),
+                ambiguous: search.is_ambiguous(),
+            },
+            Phase::Running(Running { id, extends, since, session, .. }) => MappingState::Mapping {
+                session: *id,
+                extends: *extends,
                 since: *since,
                 distance: (session.distance() * 10.0).round() / 10.0,
                 keyframes: session.nodes().len() as u32,
@@ -324,6 +459,32 @@ impl MappingPhase {
         }
         self.published = Some(state.clone());
         Some(state)
+    }
+}
+
+impl Running {
+    /// The robot is there in what the session goes on from. Says whether that could be believed.
+    fn found(&mut self, found: &Found) -> bool {
+        let placed = self.loops.as_mut().is_some_and(|loops| loops.place(found, &mut self.session));
+        if placed {
+            self.search = None;
+        }
+        placed
+    }
+}
+
+impl Left {
+    /// Where a waypoint is in that map, if it is the one asked for and odometry can be believed for as long as was walked since.
+    fn place(&self, map: MapId, number: u64, odom_from_base: &Isometry, session: &Session) -> Option<Found> {
+        if self.map != map || self.walked.distance() > LEFT_WALKED {
+            return None;
+        }
+        let map_from_base = self.map_from_odom * odom_from_base;
+        let (keyframe, pose) = session.nearest(&map_from_base)?;
+        let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * self.walked.distance());
+        let (turn, place) = (turn * turn, place * place);
+        let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+        Some(Found { waypoint: number, keyframe, keyframe_from_waypoint: Uncertain { pose, covariance } })
     }
 }
 

@@ -91,6 +91,11 @@ impl Motion {
     /// A new map: what was known of the ground is looked at anew, and walks to points of the old map end.
     pub fn forget_map(&mut self) {
         self.terrain = Terrain::new(self.terrain.cell_size(), *self.terrain.shape());
+        self.forget_goal();
+    }
+
+    /// The map's frame is another one from now on, so that goals in it mean nothing any more.
+    pub fn forget_goal(&mut self) {
         if matches!(self.mode, Mode::Walking(_) | Mode::Blocked { .. }) {
             self.mode = Mode::Idle;
         }

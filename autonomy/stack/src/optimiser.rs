@@ -70,6 +70,37 @@ impl Default for Optimiser {
 }
 
 impl Optimiser {
+    /// Over the keyframes of a finished map, with the ways that were walked and the loops. Linear in the map but for the ordering.
+    ///
+    /// # Errors
+    /// When a pose or edge is no number, or the graph cannot be solved.
+    pub fn resume(nodes: &[Node], edges: &[Edge], loops: &[Edge]) -> Result<Self, GraphError> {
+        let mut optimiser = Self::default();
+        for node in nodes {
+            optimiser.solver.insert(Value::Pose(unit(&node.map_from_keyframe)));
+        }
+        if let Some(origin) = nodes.first() {
+            let information = Matrix6::identity() * ORIGIN;
+            optimiser.solver.add(Prior::new(Key(0), &origin.map_from_keyframe, &information)?)?;
+        }
+        for edge in edges {
+            optimiser.add_way(edge)?;
+        }
+        for edge in loops {
+            optimiser.add_loop(edge)?;
+        }
+        optimiser.solver.update()?;
+        optimiser.keyframes = nodes.len() as u32;
+        Ok(optimiser)
+    }
+
+    fn add_way(&mut self, edge: &Edge) -> Result<(), GraphError> {
+        let held = edge.information + Matrix6::identity() * LEAST;
+        let factor = Between::new(key_of(edge.from), key_of(edge.to), &edge.from_from_to, &held)?;
+        self.solver.add(factor)?;
+        Ok(())
+    }
+
     /// Adds the next keyframe, that the odometry's `edge` leads to from the last one; none leads to the first. Moves no other.
     /// Cost: a few cliques of the tree, and a look at every keyframe.
     ///
@@ -79,11 +110,9 @@ impl Optimiser {
         let key = Key(self.keyframes);
         match edge {
             Some(edge) => {
-                let from = key_of(edge.from);
-                let held = edge.information + Matrix6::identity() * LEAST;
-                let factor = Between::new(from, key, &edge.from_from_to, &held)?;
-                self.solver.insert(Value::Pose(unit(&(self.pose(from)? * edge.from_from_to))));
-                self.solver.add(factor)?;
+                let pose = unit(&(self.pose(key_of(edge.from))? * edge.from_from_to));
+                self.solver.insert(Value::Pose(pose));
+                self.add_way(edge)?;
             }
             None => {
                 let origin = node.map_from_keyframe;
@@ -246,6 +275,32 @@ mod tests {
         let Ok(found) = optimiser.solve() else { panic!("not solved") };
         let expected = batch(&edges, &[]);
         assert!(apart(&found, &expected) < 1e-4, "{} m", apart(&found, &expected));
+    }
+
+    #[test]
+    fn a_finished_graph_goes_on_where_it_was() {
+        let (mut walked, edges, loops) = walked();
+        let Ok(found) = walked.settle() else { panic!("not solved") };
+        let nodes = found.iter().zip(0..).map(|(pose, index)| Node {
+            id: KeyframeId(index),
+            stamp: Stamp::EPOCH,
+            map_from_keyframe: *pose,
+        });
+        let nodes: Vec<Node> = nodes.collect();
+        let Ok(mut resumed) = Optimiser::resume(&nodes, &edges, &loops) else { panic!("not resumed") };
+        let Ok(same) = resumed.solve() else { panic!("not solved") };
+        assert!(apart(&same, &found) < 1e-5, "{} m", apart(&same, &found));
+        // On from a keyframe in the middle, with a loop to the end.
+        let way = edge(30, 80, at(0.0, 1.0, 0.3));
+        let next = Node { id: KeyframeId(80), ..nodes[30] };
+        assert!(
+            resumed.add_keyframe(&next, Some(&way)).is_ok() && resumed.has((KeyframeId(0), KeyframeId(40)))
+        );
+        assert!(resumed.remove_loop((KeyframeId(0), KeyframeId(40))));
+        let Ok(poses) = resumed.solve() else { panic!("not solved") };
+        let expected = poses[30] * at(0.0, 1.0, 0.3);
+        assert_eq!(poses.len(), 81);
+        assert!((poses[80].translation.vector - expected.translation.vector).norm() < 1e-6);
     }
 
     #[test]

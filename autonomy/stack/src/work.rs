@@ -1,15 +1,19 @@
 //! Work that is too long for a step, as it leaves the stack.
 
 use crate::loops::plain;
-use mapping::{Comparison, Gates, compare};
-use messages::{JobResult, LoopTask, VisitTask};
+use crate::mapping_phase::rows;
+use geometry::pose_from_isometry;
+use mapping::{Chart, Comparison, Gates, Unrelated, compare};
+use messages::{FoundPlace, JobResult, LoopTask, PlaceTask, SoughtPlace, VisitTask};
 
 /// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
 #[derive(Debug)]
-pub struct Work {
-    asked: Asked,
-    comparison: Comparison,
-    gates: Gates,
+pub struct Work(Kind);
+
+#[derive(Debug)]
+enum Kind {
+    Compare { asked: Asked, comparison: Comparison, gates: Gates },
+    Seek(Box<Seek>),
 }
 
 /// What was asked of a job.
@@ -26,21 +30,66 @@ impl Asked {
     }
 }
 
+/// A search for what was walked in a saved map.
+#[derive(Debug)]
+pub(crate) struct Seek {
+    pub task: PlaceTask,
+    pub chart: Chart,
+    pub walked: Chart,
+    /// Number of the first waypoint of `walked`.
+    pub first: u64,
+    pub gates: Gates,
+}
+
 impl Work {
     pub(crate) fn new(asked: Asked, comparison: Comparison, gates: Gates) -> Self {
-        Self { asked, comparison, gates }
+        Self(Kind::Compare { asked, comparison, gates })
     }
 
-    /// Does the work: a pure function of what it owns. 5 to 25 ms.
+    pub(crate) fn seek(seek: Seek) -> Self {
+        Self(Kind::Seek(Box::new(seek)))
+    }
+
+    /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison, a second or two for a search.
     pub fn run(self) -> JobResult {
-        let compared = compare(&self.comparison, &self.gates);
-        match &self.asked {
-            Asked::Loop(asked) => {
-                JobResult::LoopVerified(Box::new(plain::verified_to_plain(asked, &compared)))
+        match self.0 {
+            Kind::Compare { asked, comparison, gates } => {
+                let compared = compare(&comparison, &gates);
+                match &asked {
+                    Asked::Loop(asked) => {
+                        JobResult::LoopVerified(Box::new(plain::verified_to_plain(asked, &compared)))
+                    }
+                    Asked::Visit(asked) => {
+                        JobResult::VisitCompared(Box::new(plain::compared_to_plain(asked, &compared)))
+                    }
+                }
             }
-            Asked::Visit(asked) => {
-                JobResult::VisitCompared(Box::new(plain::compared_to_plain(asked, &compared)))
+            Kind::Seek(seek) => {
+                let task = seek.task;
+                JobResult::PlaceSought(SoughtPlace { task, found: seek.run() })
             }
+        }
+    }
+}
+
+impl Seek {
+    fn run(mut self) -> FoundPlace {
+        let joint = match self.chart.find(&mut self.walked, &self.gates) {
+            Ok(joint) => joint,
+            Err(Unrelated::TooFew(count)) => return FoundPlace::Unknown(count as u32),
+            Err(Unrelated::Ambiguous(count, rival)) => {
+                return FoundPlace::Ambiguous(count as u32, rival as u32);
+            }
+        };
+        // The newest, because odometry is believed from there on.
+        let Some(link) = joint.links.iter().max_by_key(|link| link.to) else { return FoundPlace::Unknown(0) };
+        FoundPlace::Here {
+            keyframe: link.from,
+            waypoint: self.first + u64::from(link.to.0),
+            keyframe_from_base: pose_from_isometry(&link.from_from_to),
+            information: rows(&link.information),
+            places: joint.support as u32,
+            elsewhere: joint.rival as u32,
         }
     }
 }

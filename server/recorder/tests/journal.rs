@@ -125,6 +125,8 @@ fn any_order() -> impl Strategy<Value = Order> {
         any::<String>().prop_map(|name| Order::TakeControl { name }),
         any_uuid().prop_map(|id| Order::StartMapping(SessionId(id))),
         (any_uuid(), any::<String>()).prop_map(|(id, name)| Order::FinishMapping { map: MapId(id), name }),
+        (any_uuid(), any_uuid())
+            .prop_map(|(id, map)| Order::ExtendMap { session: SessionId(id), map: MapId(map) }),
         any_twist().prop_map(Order::Teleoperate),
         any_vec3().prop_map(Order::WalkTo),
         Just(Order::StopMotion),

@@ -9,6 +9,7 @@ pub fn order(order: Order) -> messages::Order {
         Order::TakeControl { name } => messages::Order::TakeControl { name },
         Order::ReleaseControl => messages::Order::ReleaseControl,
         Order::StartMapping(session) => messages::Order::StartMapping(session),
+        Order::ExtendMap { session, map } => messages::Order::ExtendMap { session, map },
         Order::FinishMapping { map, name } => messages::Order::FinishMapping { map, name },
         Order::DiscardMapping => messages::Order::DiscardMapping,
         Order::Teleoperate(velocity) => messages::Order::Teleoperate(velocity),
@@ -38,9 +39,14 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
     match state {
         MappingState::Idle => api::Mapping::Idle,
         MappingState::Starting { session } => api::Mapping::Starting { session: *session },
-        MappingState::Mapping { session, since, distance, keyframes, on_known_ground } => {
+        MappingState::Loading { session, map } => api::Mapping::Loading { session: *session, map: *map },
+        MappingState::Finding { session, map, distance, ambiguous } => {
+            api::Mapping::Finding { session: *session, map: *map, distance: *distance, ambiguous: *ambiguous }
+        }
+        MappingState::Mapping { session, extends, since, distance, keyframes, on_known_ground } => {
             api::Mapping::Running {
                 session: *session,
+                extends: *extends,
                 since: *since,
                 distance: *distance,
                 keyframes: *keyframes,

@@ -96,7 +96,7 @@ impl Core {
             board: Arc::clone(&board),
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
-            live_map: LiveMap::new(store.tiles()),
+            live_map: LiveMap::new(Arc::clone(&store)),
             platform: PlatformProbe::new(link.boot().robot, link.site(), store.recordings()),
             battery: BatteryForecast::default(),
         };

@@ -9,11 +9,11 @@ use crate::mailbox::Mailbox;
 use crate::recording::sentence;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
-use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, Severity};
+use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, KnownMap, Severity};
 use stack::Stack;
 use std::sync::Arc;
-use store::Store;
-use vocab::SessionId;
+use store::{Store, StoreError, map_clouds_and_sensors};
+use vocab::{MapId, SessionId};
 
 /// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
 const QUEUE_MAX: usize = 256;
@@ -27,12 +27,22 @@ pub enum Work {
         /// The map.
         map: Arc<FinishedMap>,
     },
-    /// Look for the stack whether two keyframes saw the same place. Some 20 ms; the stack starts four at a time.
+    /// Look for the stack whether two keyframes saw the same place, or where the robot is in a saved map. Some 20 ms, the stack
+    /// starting four at a time, or a second.
     Look {
         /// The stack's number.
         job: u64,
         /// What it takes.
         work: stack::Work,
+    },
+    /// Read a saved map that a session goes on from.
+    Load {
+        /// The stack's number.
+        job: u64,
+        /// The session.
+        session: SessionId,
+        /// The map.
+        map: MapId,
     },
     /// Keep the cloud of a keyframe.
     KeepCloud(Keyframe),
@@ -79,7 +89,8 @@ impl Jobs {
     pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
         match work {
             Job::SaveMap(map) => self.start(Work::Save { job, map }),
-            Job::VerifyLoop(_) | Job::CompareVisit(_) => match stack.take_work(job) {
+            Job::LoadMap { session, map } => self.start(Work::Load { job, session, map }),
+            Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) => match stack.take_work(job) {
                 Some(work) => self.start(Work::Look { job, work }),
                 None => self.answer(job, JobResult::LoopNotVerified),
             },
@@ -97,6 +108,10 @@ impl Jobs {
                 let reason = "the disk is too slow; wait a minute and save again".to_owned();
                 let result = JobResult::MapNotSaved { map: map.map, reason };
                 self.answer(job, result);
+            }
+            Work::Load { job, map, .. } => {
+                let reason = "the disk is too slow; wait a minute and try again".to_owned();
+                self.answer(job, JobResult::MapNotLoaded { map, reason });
             }
             Work::Look { job, .. } => self.answer(job, JobResult::LoopNotVerified),
             Work::KeepCloud(keyframe) => {
@@ -129,6 +144,7 @@ impl Worker {
             match work {
                 Work::Save { job, map } => self.done(job, self.save(&map)),
                 Work::Look { job, work } => self.done(job, work.run()),
+                Work::Load { job, session, map } => self.load(job, session, map),
                 Work::KeepCloud(keyframe) => self.keep_cloud(&keyframe),
                 Work::Forget { session, tiles } => self.forget(session, &tiles),
             }
@@ -151,6 +167,34 @@ impl Worker {
                 JobResult::MapNotSaved { map: map.map, reason: sentence(&error) }
             }
         }
+    }
+
+    /// Reads a saved map, and makes its clouds the session's, which the robot need not wait for.
+    fn load(&self, job: u64, session: SessionId, map: MapId) {
+        let known = match self.known_map(map) {
+            Ok(known) => known,
+            Err(error) => {
+                return self.done(job, JobResult::MapNotLoaded { map, reason: sentence(&error) });
+            }
+        };
+        self.done(job, JobResult::MapLoaded(Arc::new(known)));
+        if let Err(error) = self.store.keep_clouds_of(map, session) {
+            let text = format!(
+                "The extended map will not be whole: {}. Discard it and free some disk.",
+                sentence(&error)
+            );
+            self.mailbox.notice(self.clock.now(), Severity::Error, text);
+        }
+    }
+
+    fn known_map(&self, map: MapId) -> Result<KnownMap, StoreError> {
+        let saved = self.store.map(map)?;
+        let mut places = Vec::with_capacity(saved.poses.len());
+        for read in map_clouds_and_sensors(&saved.path)? {
+            let (cloud, lidar) = read?;
+            places.extend(stack::known_place(&cloud.map_from_keyframe, &cloud.xyz, lidar));
+        }
+        Ok(KnownMap { map, graph: saved.graph(), places })
     }
 
     fn list_maps(&self) {

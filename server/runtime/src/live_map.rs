@@ -1,10 +1,12 @@
 //! The map while it grows: keyframe clouds cut into tiles as they come, each in its keyframe's frame, so that a loop
 //! closure sends poses and no points.
 
-use api::{Anchor, Event, TileEntry, TileHash, TilesChanged};
+use crate::convert;
+use api::{Anchor, Event, LoopsChanged, TileEntry, TileHash, TilesChanged};
 use map_codec::{LevelPoints, LevelSplitter, SplitOptions};
 use messages::{Keyframe, MappingState};
-use store::{StoreError, TileFiles};
+use std::sync::Arc;
+use store::{Store, StoreError};
 use vocab::{Aabb, KeyframeId, SessionId};
 
 /// Greatest step of a tile's lattice, metres: four per voxel of a keyframe's cloud.
@@ -12,8 +14,10 @@ const RESOLUTION: f32 = 0.01;
 
 /// Tiles of the running session.
 pub struct LiveMap {
-    files: TileFiles,
+    store: Arc<Store>,
     session: Option<SessionId>,
+    /// Whether the map that the session goes on from is shown.
+    base_shown: bool,
     splitter: LevelSplitter,
     tiles: Vec<TileHash>,
 }
@@ -22,11 +26,12 @@ pub struct LiveMap {
 pub type Ended = (SessionId, Vec<TileHash>);
 
 impl LiveMap {
-    /// No session yet; tiles go to `files`.
-    pub fn new(files: TileFiles) -> Self {
+    /// No session yet; tiles go to the store.
+    pub fn new(store: Arc<Store>) -> Self {
         Self {
-            files,
+            store,
             session: None,
+            base_shown: false,
             splitter: LevelSplitter::new(SplitOptions::default()),
             tiles: Vec::new(),
         }
@@ -41,7 +46,9 @@ impl LiveMap {
     pub fn follow(&mut self, state: &MappingState) -> Option<Ended> {
         let session = match state {
             MappingState::Idle => None,
-            MappingState::Starting { session }
+            MappingState::Loading { session, .. }
+            | MappingState::Starting { session }
+            | MappingState::Finding { session, .. }
             | MappingState::Mapping { session, .. }
             | MappingState::Saving { session, .. } => Some(*session),
         };
@@ -50,8 +57,26 @@ impl LiveMap {
         }
         let ended = std::mem::replace(&mut self.session, session);
         self.splitter = LevelSplitter::new(SplitOptions::default());
+        self.base_shown = false;
         let tiles = std::mem::take(&mut self.tiles);
         ended.map(|session| (session, tiles))
+    }
+
+    /// What to tell clients of the map that the session goes on from, once the robot has found itself in it: its tiles, which
+    /// stay where that map has them, and what was decided on its loops.
+    ///
+    /// # Errors
+    /// When that map cannot be read.
+    pub fn show_base(&mut self, state: &MappingState) -> Result<Vec<Event>, StoreError> {
+        let MappingState::Mapping { extends: Some(map), .. } = state else { return Ok(Vec::new()) };
+        if std::mem::replace(&mut self.base_shown, true) {
+            return Ok(Vec::new());
+        }
+        let added = self.store.map_tiles(*map)?.tiles;
+        let tiles = Event::Tiles(TilesChanged { reset: false, added });
+        let decisions = self.store.map(*map)?.decisions.into_iter().map(convert::loop_decision);
+        let loops = Event::Loops(LoopsChanged { reset: false, added: decisions.collect() });
+        Ok(vec![tiles, loops])
     }
 
     /// Adds a keyframe's cloud, and returns what to tell clients.
@@ -77,7 +102,7 @@ impl LiveMap {
             bounds.include(*point);
         }
         Ok(TileEntry {
-            hash: self.files.put(&bytes)?,
+            hash: self.store.tiles().put(&bytes)?,
             anchor: Anchor::Keyframe(keyframe),
             level: level.level,
             spacing: level.spacing,

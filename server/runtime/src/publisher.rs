@@ -74,6 +74,7 @@ impl Publisher {
             Publication::Mapping(state) => {
                 self.follow(&state);
                 self.board.set(Event::Mapping(convert::mapping(&state)));
+                self.show_base(&state);
             }
             Publication::Battery(state) => self.board.set(Event::Battery(self.battery.look(&state))),
             other => {
@@ -94,6 +95,16 @@ impl Publisher {
             self.board.set(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
             self.board.set(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
             self.board.set(Event::Graph(Graph { session: self.live_map.session(), ..Graph::default() }));
+        }
+    }
+
+    fn show_base(&mut self, state: &messages::MappingState) {
+        match self.live_map.show_base(state) {
+            Ok(events) => events.into_iter().for_each(|event| self.board.set(event)),
+            Err(error) => {
+                let text = format!("The map that is extended cannot be shown: {}.", sentence(&error));
+                self.mailbox.notice(self.clock.now(), Severity::Warning, text);
+            }
         }
     }
 

@@ -36,7 +36,7 @@ pub enum StoreError {
         /// Which session.
         session: SessionId,
     },
-    /// A cloud that this store wrote cannot be read.
+    /// A cloud, graph or trajectory that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]
     Cloud {
         /// Which file.
@@ -44,6 +44,14 @@ pub enum StoreError {
         /// What is wrong with it.
         #[source]
         source: formats::FormatError,
+    },
+    /// The files of a map do not belong together.
+    #[error("{} {what}; make the map again", path.display())]
+    Broken {
+        /// Which file.
+        path: PathBuf,
+        /// What it does.
+        what: &'static str,
     },
     /// A document that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]

@@ -12,6 +12,7 @@ mod map_points;
 mod maps;
 mod people;
 mod recordings;
+mod saved;
 mod sessions;
 mod tiles;
 
@@ -20,6 +21,7 @@ pub use map_clouds::{MapCloud, MapClouds, Wanted, copy_clouds, map_clouds, map_c
 pub use map_files::{MapFiles, MapFilesReport, write_map_files};
 pub use map_points::MapPoints;
 pub use recordings::{Recordings, Room};
+pub use saved::SavedMap;
 pub use sessions::write_cloud;
 pub use tiles::TileFiles;
 

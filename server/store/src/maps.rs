@@ -1,11 +1,14 @@
 //! Map versions: immutable directories that appear whole or not at all.
 
 use crate::sessions::remove_encoded;
-use crate::{MapFiles, MapFilesReport, Store, StoreError, files, write_map_files};
-use api::MapSummary;
+use crate::{MapFiles, MapFilesReport, SavedMap, Store, StoreError, files, write_map_files};
+use api::{MapSummary, TileList};
+use geometry::{Isometry, isometry_from_pose};
 use messages::FinishedMap;
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
+use vocab::MapId;
 
 impl Store {
     /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
@@ -23,6 +26,22 @@ impl Store {
         }
         maps.sort_by_key(|map| (std::cmp::Reverse(map.created), map.id));
         Ok(maps)
+    }
+
+    /// The tiles of a saved map.
+    ///
+    /// # Errors
+    /// When there is no such map, or it cannot be read.
+    pub fn map_tiles(&self, map: MapId) -> Result<TileList, StoreError> {
+        files::read_json(&self.dir().map_tiles(map))
+    }
+
+    /// A saved map, but for clouds and tiles.
+    ///
+    /// # Errors
+    /// When there is no such map, or it cannot be read.
+    pub fn map(&self, map: MapId) -> Result<SavedMap, StoreError> {
+        SavedMap::read(&self.dir().map(map))
     }
 
     /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::keep_cloud`]. The version
@@ -45,7 +64,8 @@ impl Store {
         rename(&session, &temporary.join("clouds"))?;
         let clouds = temporary.join("clouds");
         let written = remove_encoded(&clouds)
-            .and_then(|()| write_map_files(&temporary, &self.tiles(), finished, MapFiles::default()))
+            .and_then(|()| self.with_what_it_extends(finished))
+            .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFiles::default()))
             .and_then(|report| rename(&temporary, &place).map(|()| report));
         match written {
             Ok(report) => {
@@ -58,6 +78,25 @@ impl Store {
                 Err(error)
             }
         }
+    }
+
+    /// A finished map with the trajectory, decisions and metres of the map that it goes on from.
+    fn with_what_it_extends<'a>(
+        &self,
+        finished: &'a FinishedMap,
+    ) -> Result<Cow<'a, FinishedMap>, StoreError> {
+        let Some(map) = finished.extends else { return Ok(Cow::Borrowed(finished)) };
+        let before = self.map(map)?;
+        let mut whole = finished.clone();
+        let now = finished.graph.nodes.iter().zip(&before.poses).map(|(node, pose)| {
+            // A pose that is none was never one of the graph's.
+            isometry_from_pose(&node.map_from_keyframe).unwrap_or(*pose)
+        });
+        let now: Vec<Isometry> = now.collect();
+        whole.trajectory = before.moved(&now).chain(whole.trajectory).collect();
+        whole.decisions.splice(0..0, before.decisions);
+        whole.distance += before.summary.distance;
+        Ok(Cow::Owned(whole))
     }
 
     pub(crate) fn remove_half_written_maps(&self) -> Result<(), StoreError> {

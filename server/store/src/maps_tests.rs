@@ -36,6 +36,7 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         map: MapId(Uuid::from_u128(map)),
         name: "Hall".to_owned(),
         session: SESSION,
+        extends: None,
         at: Stamp::from_parts(created, 0),
         distance: 9.0,
         trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
@@ -58,7 +59,7 @@ fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
     assert_eq!(maps[0].points, 4000);
     assert_eq!(maps[0].keyframes, 10);
 
-    let list: api::TileList = files::read_json(&store.dir().map_tiles(maps[0].id)).expect("tiles");
+    let list: TileList = files::read_json(&store.dir().map_tiles(maps[0].id)).expect("tiles");
     let mut walls = std::collections::BTreeSet::new();
     for tile in &list.tiles {
         let bytes = fs::read(store.dir().tile(tile.hash)).expect("tile");
@@ -117,9 +118,49 @@ fn a_map_holds_its_loops_and_its_points_where_the_keyframes_came_to_lie() {
     assert_eq!(api_graph.loops, [(KeyframeId(0), KeyframeId(9))]);
     let g2o = fs::read_to_string(folder.join("graph.g2o")).expect("graph");
     assert_eq!(g2o.lines().filter(|line| line.starts_with("EDGE_SE3:QUAT")).count(), 2, "{g2o}");
-    let list: api::TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
+    let list: TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
     assert!((list.bounds.max[0] - 40.0).abs() < 0.1, "{:?}", list.bounds);
     assert_eq!(fs::read_to_string(folder.join("loops.json")).expect("loops").trim(), "[]");
+}
+
+#[test]
+fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let first = session(&store, 1, 100);
+    store.save_map(&first).expect("saved");
+    store.keep_clouds_of(first.map, SESSION).expect("read back");
+    assert!(store.session(SESSION).join("000009.scan").exists(), "clients may ask for it");
+    let mut nodes = first.graph.nodes.clone();
+    // The new part has moved the old one a metre aside.
+    for node in &mut nodes {
+        node.map_from_keyframe.position.y = 1.0;
+    }
+    let stamp = Stamp::from_parts(50, 0);
+    let map_from_keyframe = Pose { position: Vec3::new(10.0, 1.0, 0.0), ..Pose::IDENTITY };
+    let cloud = Cloud { xyz: vec![[0.0, 0.0, 1.0]; 30], intensity: vec![1.0; 30] };
+    store.keep_cloud(&keyframe(KeyframeId(10), (stamp, map_from_keyframe), cloud)).expect("kept");
+    nodes.push(GraphNode { id: KeyframeId(10), stamp, map_from_keyframe });
+    let larger = FinishedMap {
+        map: MapId(Uuid::from_u128(2)),
+        extends: Some(first.map),
+        distance: 2.5,
+        trajectory: vec![(stamp, map_from_keyframe)],
+        graph: Arc::new(PoseGraph { revision: 2, nodes, edges: Vec::new() }),
+        ..first.clone()
+    };
+    store.save_map(&larger).expect("saved");
+    let saved = store.map(larger.map).expect("read back");
+    assert_eq!((saved.poses.len(), saved.trajectory.len(), saved.summary.distance), (11, 11, 11.5));
+    assert!(saved.trajectory.iter().all(|(_, pose)| (pose.position.y - 1.0).abs() < 1e-6));
+    assert_eq!(saved.graph().nodes, larger.graph.nodes);
+    assert!(store.dir().map(larger.map).join("clouds/000003.pcd").exists());
+    assert_eq!(store.maps().expect("listed").len(), 2, "the first one is kept");
+    // One that goes on from a map that is not there is not saved, and nothing is lost.
+    store.keep_clouds_of(first.map, SESSION).expect("read back");
+    let (map, gone) = (MapId(Uuid::from_u128(3)), MapId(Uuid::from_u128(9)));
+    assert!(store.save_map(&FinishedMap { map, extends: Some(gone), ..larger.clone() }).is_err());
+    assert!(store.session(SESSION).join("000003.pcd").exists());
 }
 
 #[test]
@@ -165,7 +206,7 @@ fn opening_removes_what_a_crash_left_and_keeps_what_maps_need() {
     drop(store);
     let store = Store::open(dir.path()).expect("opens again");
     assert!(!half.exists() && !data.tile(stray).exists() && !store.session(SESSION).exists());
-    let list: api::TileList = files::read_json(&data.map_tiles(finished.map)).expect("tiles");
+    let list: TileList = files::read_json(&data.map_tiles(finished.map)).expect("tiles");
     assert!(!list.tiles.is_empty() && list.tiles.iter().all(|tile| data.tile(tile.hash).exists()));
 }
 
@@ -175,7 +216,7 @@ fn tiles_of_an_ended_session_go_unless_a_map_shares_them() {
     let store = Store::open(dir.path()).expect("opens");
     let finished = session(&store, 1, 100);
     store.save_map(&finished).expect("saved");
-    let list: api::TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
+    let list: TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
     let (own, shared) = (store.tiles().put(b"of a session").expect("put"), list.tiles[0].hash);
     store.forget_tiles(&[own, shared]).expect("forgotten");
     assert!(!store.dir().tile(own).exists() && store.dir().tile(shared).exists());

@@ -4,12 +4,12 @@
 //! saving moves the directory. Beside each lies `NNNNNN.scan`, the same encoded for clients, a fifth of its size, which goes
 //! when the map is saved. They are worthless once the process that ran the session is gone.
 
-use crate::{Store, StoreError, files};
+use crate::{MapCloud, Store, StoreError, Wanted, copy_clouds, files, map_clouds};
 use messages::Keyframe;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use vocab::{KeyframeId, SessionId};
+use vocab::{KeyframeId, MapId, SessionId};
 
 /// Name of a keyframe's cloud within its directory.
 pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
@@ -37,6 +37,16 @@ pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreErr
     write().map_err(|source| StoreError::io("write", &path, source))
 }
 
+fn write_encoded(
+    directory: &Path,
+    keyframe: KeyframeId,
+    xyz: &[[f32; 3]],
+    intensity: &[f32],
+) -> Result<(), StoreError> {
+    let bytes = map_codec::encode_scan(xyz, intensity, ENCODED_RESOLUTION);
+    files::replace(&directory.join(cloud_name(keyframe)).with_extension(ENCODED), &bytes)
+}
+
 /// Removes what was held for clients from a session's directory.
 pub(crate) fn remove_encoded(session: &Path) -> Result<(), StoreError> {
     let encoded = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == ENCODED);
@@ -52,9 +62,22 @@ impl Store {
         let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
         write_cloud(&directory, keyframe)?;
-        let cloud = &keyframe.cloud;
-        let bytes = map_codec::encode_scan(&cloud.xyz, &cloud.intensity, ENCODED_RESOLUTION);
-        files::replace(&directory.join(cloud_name(keyframe.id)).with_extension(ENCODED), &bytes)
+        write_encoded(&directory, keyframe.id, &keyframe.cloud.xyz, &keyframe.cloud.intensity)
+    }
+
+    /// Makes the clouds of a saved map a session's first ones.
+    ///
+    /// # Errors
+    /// When the disk does, or the map cannot be read.
+    pub fn keep_clouds_of(&self, map: MapId, session: SessionId) -> Result<(), StoreError> {
+        let (from, directory) = (self.dir().map(map), self.session(session));
+        files::make_directory(&directory)?;
+        copy_clouds(&from, &directory, 0)?;
+        for cloud in map_clouds(&from, Wanted { spacing: 0.0, moving: true })? {
+            let MapCloud { keyframe, xyz, intensity, .. } = cloud?;
+            write_encoded(&directory, keyframe, &xyz, &intensity)?;
+        }
+        Ok(())
     }
 
     /// Removes the clouds of a session.

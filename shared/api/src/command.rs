@@ -15,6 +15,13 @@ pub enum Order {
     ReleaseControl,
     /// Begin a mapping session with this id.
     StartMapping(SessionId),
+    /// Begin a mapping session with this id that goes on from a saved map: the robot finds itself in it, and what is new is added.
+    ExtendMap {
+        /// Id of the session.
+        session: SessionId,
+        /// The saved map.
+        map: MapId,
+    },
     /// End the session and save it under this id and name.
     FinishMapping {
         /// Id of the new map version.

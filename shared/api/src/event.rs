@@ -102,10 +102,30 @@ pub enum Mapping {
         /// Which session.
         session: SessionId,
     },
+    /// A saved map is being read, that the session goes on from.
+    Loading {
+        /// Which session.
+        session: SessionId,
+        /// Which map.
+        map: MapId,
+    },
+    /// The robot looks for its place in that map; nothing is added to it yet, and where the robot is said to be is not of its frame.
+    Finding {
+        /// Which session.
+        session: SessionId,
+        /// Which map.
+        map: MapId,
+        /// Metres walked while looking.
+        distance: f64,
+        /// Whether what was seen so far fits in two ways.
+        ambiguous: bool,
+    },
     /// Building.
     Running {
         /// Which session.
         session: SessionId,
+        /// The saved map that it goes on from.
+        extends: Option<MapId>,
         /// Since when.
         since: Stamp,
         /// Metres walked.

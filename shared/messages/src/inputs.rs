@@ -1,7 +1,8 @@
 //! What enters the stack.
 
-use crate::{ComparedVisit, Sensor, VerifiedLoop};
+use crate::{ComparedVisit, KnownMap, Sensor, SoughtPlace, VerifiedLoop};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
@@ -126,6 +127,13 @@ pub enum Order {
         /// Guess of `to` in `from`.
         guess: Pose,
     },
+    /// Begin a mapping session that goes on from a saved map: the robot finds its place in it, and what is new is added.
+    ExtendMap {
+        /// Id of the session.
+        session: SessionId,
+        /// The saved map.
+        map: MapId,
+    },
 }
 
 /// The result of a job, with its number.
@@ -151,7 +159,7 @@ pub enum JobResult {
     LoopVerified(Box<VerifiedLoop>),
     /// A visit was compared with an old keyframe.
     VisitCompared(Box<ComparedVisit>),
-    /// There was no time to look at the pair of keyframes, or at the visit.
+    /// There was no time to look at the pair of keyframes, at the visit, or for the robot's place.
     LoopNotVerified,
     /// The map could not be saved; the sentence says why and what to do.
     MapNotSaved {
@@ -160,4 +168,15 @@ pub enum JobResult {
         /// One clear sentence.
         reason: String,
     },
+    /// A saved map was read.
+    MapLoaded(Arc<KnownMap>),
+    /// It could not be read; the sentence says why and what to do.
+    MapNotLoaded {
+        /// Which version.
+        map: MapId,
+        /// One clear sentence.
+        reason: String,
+    },
+    /// The robot's place was looked for in a saved map.
+    PlaceSought(SoughtPlace),
 }

@@ -1,6 +1,6 @@
 //! What leaves the stack.
 
-use crate::{BatteryState, LoopDecision, LoopTask, Tied, VisitTask};
+use crate::{BatteryState, LoopDecision, LoopTask, PlaceTask, Tied, VisitTask};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -47,6 +47,15 @@ pub enum Job {
     VerifyLoop(LoopTask),
     /// Compare what is seen now with an old keyframe; as for [`Self::VerifyLoop`].
     CompareVisit(VisitTask),
+    /// Read a saved map that a session goes on from, and make its clouds the session's first.
+    LoadMap {
+        /// The session.
+        session: SessionId,
+        /// The saved map.
+        map: MapId,
+    },
+    /// Look for the robot's place in that map; as for [`Self::VerifyLoop`].
+    SeekPlace(PlaceTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.
@@ -189,10 +198,30 @@ pub enum MappingState {
         /// Which session.
         session: SessionId,
     },
+    /// A saved map is being read, that the session goes on from.
+    Loading {
+        /// Which session.
+        session: SessionId,
+        /// Which map.
+        map: MapId,
+    },
+    /// The robot looks for its place in that map; nothing is added to it yet, and poses are not of its frame.
+    Finding {
+        /// Which session.
+        session: SessionId,
+        /// Which map.
+        map: MapId,
+        /// Metres walked while looking.
+        distance: f64,
+        /// Whether what was seen so far fits in two ways.
+        ambiguous: bool,
+    },
     /// Building.
     Mapping {
         /// Which session.
         session: SessionId,
+        /// The saved map that it goes on from.
+        extends: Option<MapId>,
         /// Since when.
         since: Stamp,
         /// Metres walked in it.
@@ -314,6 +343,8 @@ pub struct FinishedMap {
     pub name: String,
     /// Session it came from.
     pub session: SessionId,
+    /// The saved map that it goes on from, whose keyframes come first. Its trajectory and decisions are not repeated here.
+    pub extends: Option<MapId>,
     /// When it was finished.
     pub at: Stamp,
     /// Metres walked.

@@ -18,6 +18,8 @@ pub enum Command {
     ReleaseControl,
     /// Begin to map.
     StartMapping,
+    /// Begin to map on from a saved map.
+    ExtendMap(MapId),
     /// End mapping and save under this name.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.

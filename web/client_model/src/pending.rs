@@ -34,6 +34,7 @@ impl Pending {
             Order::TakeControl { .. } => "Taking control",
             Order::ReleaseControl => "Giving control back",
             Order::StartMapping(_) => "Starting to map",
+            Order::ExtendMap { .. } => "Extending the map",
             Order::FinishMapping { .. } => "Saving the map",
             Order::DiscardMapping => "Discarding the map",
             Order::Teleoperate(_) => "Driving",

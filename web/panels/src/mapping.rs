@@ -8,7 +8,10 @@ use crate::{PanelState, icon, maps, sensors, words};
 use api::{Mapping, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, StrokeKind, Ui, vec2};
-use vocab::Stamp;
+use vocab::{MapId, Stamp};
+
+/// Metres through known ground after which the robot has mostly found itself.
+const FIND_M: f64 = 15.0;
 
 pub(crate) fn show(
     ui: &mut Ui,
@@ -25,9 +28,16 @@ pub(crate) fn show(
         match &model.mapping {
             Mapping::Idle => idle(ui, model, tokens, out),
             Mapping::Starting { .. } => starting(ui, tokens, out),
-            Mapping::Running { since, distance, keyframes, on_known_ground, .. } => {
+            Mapping::Loading { map, .. } => loading(ui, model, tokens, *map, out),
+            Mapping::Finding { map, distance, ambiguous, .. } => {
+                finding(ui, model, tokens, (*map, *distance, *ambiguous), out);
+            }
+            Mapping::Running { extends, since, distance, keyframes, on_known_ground, .. } => {
                 let ground = if *on_known_ground { "Known: nothing to add" } else { "New" };
                 running(ui, model, tokens, (*since, *distance, *keyframes, ground));
+                if let Some(map) = extends {
+                    fact(ui, tokens, "Extends", name_of(model, *map));
+                }
                 finish(ui, model, tokens, state, out);
             }
             Mapping::Saving { .. } => saving(ui, tokens),
@@ -85,6 +95,46 @@ fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<Command>) {
     }
 }
 
+fn loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+    status_head(ui, tokens, "Reading the map");
+    ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
+    widgets::remark(ui, tokens, &format!("{} is being read.", name_of(model, map)));
+    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::DiscardMapping);
+    }
+}
+
+/// The robot looks for its place in a saved map.
+fn finding(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    (map, distance, ambiguous): (MapId, f64, bool),
+    out: &mut Vec<Command>,
+) {
+    status_head(ui, tokens, "Finding itself in the map");
+    let name = name_of(model, map);
+    let sentence = if ambiguous {
+        format!("What was seen so far fits {name} in two places. Drive to a part that exists once only.")
+    } else {
+        format!(
+            "Drive the robot some {FIND_M:.0} m through a part that {name} shows. It then sees by itself where it is."
+        )
+    };
+    widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &sentence));
+    let share = (distance / FIND_M).min(1.0) as f32;
+    ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
+    fact(ui, tokens, "Driven so far", &words::distance(distance));
+    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::DiscardMapping);
+    }
+}
+
+fn name_of(model: &Model, map: MapId) -> &str {
+    let known = model.maps.iter().flatten().find(|summary| summary.id == map);
+    known.map_or("the map", |summary| &summary.name)
+}
+
 fn saving(ui: &mut Ui, tokens: &Tokens) {
     status_head(ui, tokens, "Saving the map");
     ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
@@ -129,7 +179,10 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         confirm_discard(ui, tokens, enabled, state, out);
         return;
     }
-    let hint = format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1);
+    let hint = match &model.mapping {
+        Mapping::Running { extends: Some(map), .. } => name_of(model, *map).to_owned(),
+        _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
+    };
     text_field(ui, tokens, state, "Map name", &hint);
     let waiting = model.waits_for(|order| matches!(order, Order::FinishMapping { .. }));
     let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);

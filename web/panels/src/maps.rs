@@ -4,7 +4,7 @@ use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{PanelState, icon, words};
-use api::MapSummary;
+use api::{MapSummary, Mapping, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, Ui};
 
@@ -69,8 +69,27 @@ fn entry(
             });
         });
     });
+    if viewed && model.mapping == Mapping::Idle {
+        extend(ui, model, tokens, map, out);
+    }
     let name = format!("Saved map {}", map.name);
     let value =
         format!("{}, {}", words::date(map.created, state.utc_offset_s), words::distance(map.distance));
     widgets::status_node(&shown.response, &name, &value);
+}
+
+/// What can be done with the map that is looked at.
+fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<Command>) {
+    let waiting = model.waits_for(|order| matches!(order, Order::ExtendMap { .. }));
+    let enabled = model.link.connected() && !waiting && !model.others_control();
+    let name = format!("Extend {}", map.name);
+    let button = Button::new(&name).text("Extend this map").icon(icon::PLUS).enabled(enabled).wide(ui);
+    if button.show(ui, tokens).clicked() {
+        out.push(Command::ExtendMap(map.id));
+    }
+    widgets::remark(
+        ui,
+        tokens,
+        "Goes on mapping where this map ends. It is kept; the larger one is saved beside it.",
+    );
 }

@@ -72,7 +72,14 @@ impl Desk {
 
 fn running() -> Mapping {
     let session = SessionId(Uuid::from_u128(5));
-    Mapping::Running { session, since: Stamp::EPOCH, distance: 12.3, keyframes: 41, on_known_ground: false }
+    Mapping::Running {
+        session,
+        extends: None,
+        since: Stamp::EPOCH,
+        distance: 12.3,
+        keyframes: 41,
+        on_known_ground: false,
+    }
 }
 
 fn map(number: u128, name: &str) -> MapSummary {

@@ -148,6 +148,9 @@ pub fn mapping(mapping: &Mapping) -> &'static str {
     match mapping {
         Mapping::Idle => "Not mapping",
         Mapping::Starting { .. } => "Finding gravity",
+        Mapping::Loading { .. } => "Reading the map",
+        Mapping::Finding { .. } => "Finding itself in the map",
+        Mapping::Running { extends: Some(_), .. } => "Extending a map",
         Mapping::Running { .. } => "Mapping",
         Mapping::Saving { .. } => "Saving the map",
     }

@@ -8,7 +8,9 @@ pub(crate) mod plain;
 mod queue;
 mod words;
 
+use crate::known::Known;
 use crate::optimiser::{GraphError, Optimiser, Pair};
+use crate::search::Found;
 use crate::work::{Asked, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{
@@ -34,13 +36,13 @@ pub(crate) struct Loops {
     /// In the order of deciding.
     decisions: Vec<LoopDecision>,
     /// Of each pair that was looked at, the last look.
-    known: BTreeMap<Pair, Known>,
+    looked_at: BTreeMap<Pair, LookedAt>,
     /// Why no more loops are closed.
     broken: Option<String>,
 }
 
 #[derive(Debug)]
-struct Known {
+struct LookedAt {
     asked: LoopTask,
     edge: Edge,
     evidence: LoopEvidence,
@@ -56,6 +58,8 @@ pub(crate) struct News {
     pub tied: Option<messages::Tied>,
     /// Whether edges or poses of the session changed.
     pub changed: bool,
+    /// Whether the robot has found itself in the map that the session goes on from.
+    pub found: bool,
     /// Why loops are no longer closed, said once.
     pub trouble: Option<String>,
 }
@@ -71,9 +75,32 @@ impl Loops {
             queue: Queue::default(),
             visits: VisitCounts::default(),
             decisions: Vec::new(),
-            known: BTreeMap::new(),
+            looked_at: BTreeMap::new(),
             broken: None,
         }
+    }
+
+    /// Of a session that goes on from a saved map, in which the robot has to find itself first, see [`Self::place`].
+    ///
+    /// # Errors
+    /// When its graph cannot be solved.
+    pub fn resume(session: SessionId, sensor: [f32; 3], map: &Known) -> Result<Self, GraphError> {
+        let Known { keyframes, edges, loops, .. } = map;
+        Ok(Self {
+            finder: LoopFinder::resume(LoopConfig::default(), keyframes, edges, loops),
+            optimiser: Optimiser::resume(&map.nodes, edges, loops)?,
+            ..Self::new(session, sensor)
+        })
+    }
+
+    /// Tells where a waypoint was in that map. Says whether it could be believed.
+    pub fn place(&mut self, found: &Found, session: &mut Session) -> bool {
+        let placed = self.finder.place(found.waypoint, found.keyframe, &found.keyframe_from_waypoint);
+        let (Some(pose), Some((first, _))) = (placed, session.trajectory().first().copied()) else {
+            return false;
+        };
+        session.tie(first, found.keyframe, &pose);
+        true
     }
 
     /// Takes the session's newest waypoint in, with its cloud (base frame, metres). Says how it joins the graph if it is a
@@ -95,6 +122,7 @@ impl Loops {
                 }
                 Arrived::Visit
             }
+            Ground::Lost(number) => Arrived::Lost(number),
         }
     }
 
@@ -145,8 +173,8 @@ impl Loops {
         if self.broken.is_some() || pair != (found.task.from, found.task.to) || self.optimiser.has(pair) {
             return News::default();
         }
-        let known = Known { asked, edge: verified.edge, evidence: found.evidence, verdict: None };
-        self.known.insert(pair, known);
+        let known = LookedAt { asked, edge: verified.edge, evidence: found.evidence, verdict: None };
+        self.looked_at.insert(pair, known);
         self.judge(&verified, session)
     }
 
@@ -189,14 +217,15 @@ impl Loops {
     fn loop_from_visit(&mut self, verified: &Verified, session: &mut Session) -> News {
         let edge = verified.edge;
         let pair = (edge.from, edge.to);
-        let refused = self.known.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Rejected));
+        let refused =
+            self.looked_at.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Rejected));
         if refused || self.optimiser.has(pair) || edge.from.0.abs_diff(edge.to.0) <= 1 {
             return News::default();
         }
         let (source, guess) = (messages::LoopSource::Geometry, pose_from_isometry(&edge.from_from_to));
         let asked = LoopTask { session: self.session, from: edge.from, to: edge.to, source, guess };
         let evidence = plain::evidence_to_plain(&verified.evidence);
-        self.known.insert(pair, Known { asked, edge, evidence, verdict: None });
+        self.looked_at.insert(pair, LookedAt { asked, edge, evidence, verdict: None });
         self.judge(verified, session)
     }
 
@@ -237,7 +266,7 @@ impl Loops {
         if self.optimiser.has(pair) {
             return Err(format!("{named} are a loop already."));
         }
-        let edge = match self.known.get(&pair) {
+        let edge = match self.looked_at.get(&pair) {
             None => {
                 return Err(format!("{named} have not been compared yet. Propose them as a loop first."));
             }
@@ -267,7 +296,7 @@ impl Loops {
         session: &mut Session,
     ) -> Result<News, String> {
         let pair = ordered(from, to);
-        let held = self.known.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Held));
+        let held = self.looked_at.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Held));
         let closed = self.optimiser.remove_loop(pair);
         if !closed && !held {
             return Err(format!("{} are no loop, so there is nothing to reject.", names(pair)));
@@ -354,7 +383,7 @@ impl Loops {
     }
 
     fn decide(&mut self, pair: Pair, verdict: LoopVerdict, by_hand: bool, reason: String, news: &mut News) {
-        let Some(known) = self.known.get_mut(&pair) else { return };
+        let Some(known) = self.looked_at.get_mut(&pair) else { return };
         known.verdict = Some(verdict);
         let decision = LoopDecision {
             task: known.asked,
@@ -385,6 +414,8 @@ pub(crate) enum Arrived {
     Keyframe(Option<Edge>),
     /// A visit to known ground.
     Visit,
+    /// Somewhere in the saved map that the session goes on from; its number.
+    Lost(u64),
 }
 
 /// Older keyframe first.

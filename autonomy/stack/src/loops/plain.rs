@@ -67,7 +67,7 @@ pub(crate) fn compared_from_plain(plain: &ComparedVisit) -> Option<Compared> {
     })
 }
 
-fn from_rows(rows: &[[f64; 6]; 6]) -> Matrix6 {
+pub(crate) fn from_rows(rows: &[[f64; 6]; 6]) -> Matrix6 {
     Matrix6::from_fn(|row, column| rows[row][column])
 }
 

@@ -1,14 +1,14 @@
 //! The graphs of several maps as one.
 
-use super::saved::Saved;
 use crate::failure::Failure;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, Joint};
 use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, VisitCounts};
 use std::sync::Arc;
+use store::SavedMap;
 use uuid::Uuid;
-use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp};
+use vocab::{KeyframeId, MapId, SessionId, Stamp};
 
 /// Information of the first keyframe's pose: the first map's frame is kept.
 const ORIGIN: f64 = 1e8;
@@ -27,12 +27,12 @@ pub struct Joined {
 
 impl Joined {
     /// Takes the first map, one of a list, as it is.
-    pub fn begin(&mut self, index: usize, map: &Saved) {
+    pub fn begin(&mut self, index: usize, map: &SavedMap) {
         self.append(index, map, &Isometry::identity());
     }
 
     /// Adds another map of the list, that was found in those before, and makes one graph of them.
-    pub fn add(&mut self, index: usize, map: &Saved, joint: &Joint) -> Result<(), Failure> {
+    pub fn add(&mut self, index: usize, map: &SavedMap, joint: &Joint) -> Result<(), Failure> {
         let first = self.append(index, map, &joint.first_from_second);
         self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
         self.settle().map_err(|error| Failure::failed(format!("{}: {error}", map.path.display())))
@@ -48,7 +48,7 @@ impl Joined {
         &self.firsts
     }
 
-    fn append(&mut self, index: usize, map: &Saved, first_from_map: &Isometry) -> u32 {
+    fn append(&mut self, index: usize, map: &SavedMap, first_from_map: &Isometry) -> u32 {
         let first = self.poses.len() as u32;
         let on = |id: KeyframeId| KeyframeId(id.0 + first);
         self.firsts.push((index, first));
@@ -88,7 +88,7 @@ impl Joined {
     }
 
     /// The map to be written. `maps`: the list.
-    pub fn finish(self, maps: &[Saved], name: &str) -> FinishedMap {
+    pub fn finish(self, maps: &[SavedMap], name: &str) -> FinishedMap {
         let stamps = self.firsts.iter().flat_map(|(index, _)| &maps[*index].stamps);
         let nodes = self.poses.iter().zip(stamps).zip(0..).map(|((pose, stamp), id)| GraphNode {
             id: KeyframeId(id),
@@ -99,7 +99,7 @@ impl Joined {
         // One walk after the other, also where their times overlap.
         let mut walks: Vec<_> = self.firsts.iter().map(|(index, first)| (&maps[*index], *first)).collect();
         walks.sort_by_key(|(map, _)| map.trajectory.first().map(|(stamp, _)| *stamp));
-        let trajectory = walks.iter().flat_map(|(map, first)| moved(map, &self.poses[*first as usize..]));
+        let trajectory = walks.iter().flat_map(|(map, first)| map.moved(&self.poses[*first as usize..]));
         let trajectory = trajectory.collect();
         let newest = maps.iter().map(|map| map.summary.created).max().unwrap_or(Stamp::EPOCH);
         FinishedMap {
@@ -109,6 +109,7 @@ impl Joined {
             )),
             name: name.to_owned(),
             session: SessionId(Uuid::nil()),
+            extends: None,
             at: newest,
             distance: maps.iter().map(|map| map.summary.distance).sum(),
             graph: Arc::new(PoseGraph { revision: 1, nodes, edges: self.edges }),
@@ -129,17 +130,4 @@ fn link_of(link: &Edge, first: u32) -> GraphEdge {
         from_from_to: pose_from_isometry(&link.from_from_to),
         information: std::array::from_fn(|row| std::array::from_fn(|column| link.information[(row, column)])),
     }
-}
-
-/// A map's trajectory, each pose moved along with the keyframe nearest to it, which on known ground is not the one made last.
-/// `poses`: where its keyframes are now. A look at every keyframe for each pose: a second for 100,000 and 2,000.
-fn moved(map: &Saved, poses: &[Isometry]) -> impl Iterator<Item = (Stamp, Pose)> {
-    map.trajectory.iter().filter_map(move |(stamp, pose)| {
-        let pose = isometry_from_pose(pose)?;
-        let apart =
-            |keyframe: &Isometry| (keyframe.translation.vector - pose.translation.vector).norm_squared();
-        let pairs = map.poses.iter().zip(poses);
-        let (before, now) = pairs.min_by(|(a, _), (b, _)| apart(a).total_cmp(&apart(b)))?;
-        Some((*stamp, pose_from_isometry(&(now * before.inverse() * pose))))
-    })
 }

@@ -1,7 +1,6 @@
 //! `autoinspect merge`: several maps of one site as one.
 
 mod joined;
-mod saved;
 
 use crate::failure::Failure;
 use crate::{map, output};
@@ -9,12 +8,11 @@ use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
 use joined::Joined;
 use mapping::{Chart, Gates, Joint, Unrelated};
-use saved::Saved;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
-use store::{MapFiles, TileFiles, map_clouds_and_sensors, write_map_files};
+use store::{MapFiles, SavedMap, TileFiles, map_clouds_and_sensors, write_map_files};
 use vocab::Pose;
 
 /// Join maps of one site: those of several walks, or of a part that was added.
@@ -67,7 +65,8 @@ struct Join {
 
 /// Runs `autoinspect merge`.
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
-    let maps = args.maps.iter().map(|path| Saved::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let maps = args.maps.iter().map(|path| SavedMap::read(path)).collect::<Result<Vec<_>, _>>();
+    let maps = maps.map_err(Failure::usage)?;
     let inside = |path: &PathBuf| {
         fs::canonicalize(&args.out).is_ok_and(|out| Some(out) == fs::canonicalize(path).ok())
     };
@@ -101,7 +100,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
 }
 
 /// Joins every map with those before it; what is not recognised there may be in one that comes later.
-fn join(maps: &[Saved], charts: Vec<Chart>) -> Result<(Joined, Vec<Join>), Failure> {
+fn join(maps: &[SavedMap], charts: Vec<Chart>) -> Result<(Joined, Vec<Join>), Failure> {
     let mut waiting: VecDeque<(usize, Chart)> = charts.into_iter().enumerate().collect();
     let (mut joined, mut joins) = (Joined::default(), Vec::new());
     let Some((first, mut chart)) = waiting.pop_front() else { return Ok((joined, joins)) };
@@ -129,7 +128,7 @@ fn join(maps: &[Saved], charts: Vec<Chart>) -> Result<(Joined, Vec<Join>), Failu
 }
 
 impl Join {
-    fn new(map: &Saved, found: &Joint) -> Self {
+    fn new(map: &SavedMap, found: &Joint) -> Self {
         Self {
             map: map.path.clone(),
             recognised: found.support as u64,
@@ -141,7 +140,7 @@ impl Join {
 }
 
 /// The keyframes of a map with what they saw.
-fn chart_of(map: &Saved) -> Result<Chart, Failure> {
+fn chart_of(map: &SavedMap) -> Result<Chart, Failure> {
     let mut chart = Chart::default();
     for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
         let (cloud, sensor) = read.map_err(Failure::usage)?;

@@ -113,9 +113,13 @@ impl Model {
             let map = *map;
             self.view_map(Some(map), effects);
         }
-        if let (Mapping::Idle, Mapping::Starting { .. } | Mapping::Running { .. }) = (&before, &self.mapping)
-        {
+        let begun = !matches!(self.mapping, Mapping::Idle | Mapping::Saving { .. });
+        if before == Mapping::Idle && begun {
             self.view_map(None, effects);
+        }
+        if let (Mapping::Finding { .. }, Mapping::Running { .. }) = (&before, &self.mapping) {
+            // It was walked in a frame of its own.
+            self.track.clear();
         }
     }
 

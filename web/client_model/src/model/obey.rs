@@ -19,6 +19,10 @@ impl Model {
                 let session = self.ids.session();
                 self.order_in_control(Order::StartMapping(session), effects);
             }
+            Command::ExtendMap(map) => {
+                let session = self.ids.session();
+                self.order_in_control(Order::ExtendMap { session, map }, effects);
+            }
             Command::FinishMapping { name } => {
                 let map = self.ids.map();
                 self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);

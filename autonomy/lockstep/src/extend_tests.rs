@@ -1,0 +1,194 @@
+//! Going on from a saved map: from where it ends, and from anywhere in it on another day.
+
+use crate::{Lockstep, replay};
+use geometry::{Vector3, vec_from_plain};
+use messages::{
+    Command, Effect, FinishedMap, Input, Job, KnownMap, MappingState, Order, PoseGraph, Publication,
+};
+use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
+use stack::Stack;
+use std::sync::{Arc, OnceLock};
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Vec3};
+
+const FIRST: MapId = MapId(Uuid::from_u128(5));
+const LARGER: MapId = MapId(Uuid::from_u128(6));
+
+/// A robot driven along routes, and what its stack says.
+struct Day {
+    lockstep: Lockstep,
+    commands: u128,
+    estimate: Pose,
+    graph: Arc<PoseGraph>,
+    mapping: MappingState,
+    /// Every state of mapping.
+    states: Vec<MappingState>,
+    refusals: Vec<String>,
+    finished: Option<Arc<FinishedMap>>,
+}
+
+impl Day {
+    fn begin(start: Start, seed: u64, session: Option<SessionId>) -> Self {
+        let config = SimConfig {
+            lidar_columns: 200,
+            people: 0,
+            start: Some(start),
+            ..SimConfig::new(SiteName::B1, seed)
+        };
+        Self {
+            lockstep: Lockstep::new(config, session, true),
+            commands: 0,
+            estimate: Pose::IDENTITY,
+            graph: Arc::default(),
+            mapping: MappingState::Idle,
+            states: Vec::new(),
+            refusals: Vec::new(),
+            finished: None,
+        }
+    }
+
+    fn order(&mut self, order: Order) {
+        self.commands += 1;
+        let (id, by) = (CommandId(Uuid::from_u128(self.commands)), ClientId(Uuid::from_u128(1)));
+        self.lockstep.give(Input::Command(Command { id, by, order }));
+    }
+
+    fn run(&mut self, seconds: f64) {
+        let until = self.lockstep.now() + Span::from_secs_f64(seconds);
+        let Self { lockstep, estimate, graph, mapping, states, refusals, finished, .. } = self;
+        lockstep.advance(until, &mut |_, effect| match effect {
+            Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            Effect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
+            Effect::Publish(Publication::Mapping(now)) => {
+                *mapping = now.clone();
+                states.push(now.clone());
+            }
+            Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
+            Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
+            _ => {}
+        });
+    }
+
+    /// By an operator who sees where the robot is.
+    fn drive(&mut self, start: Start, waypoints: &[[f64; 2]]) {
+        let route = Route { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
+        let mut walker = RouteWalker::new(route);
+        while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
+            if drive.velocity != vocab::Twist::default() {
+                self.order(Order::Teleoperate(drive.velocity));
+            }
+            self.run(0.1);
+        }
+    }
+
+    fn finish(&mut self, map: MapId) -> Arc<FinishedMap> {
+        self.order(Order::FinishMapping { map, name: "Hall".to_owned() });
+        for _ in 0..200 {
+            self.run(0.1);
+            if self.mapping == MappingState::Idle {
+                break;
+            }
+        }
+        assert_eq!(self.refusals, [""; 0]);
+        self.finished.take().unwrap_or_else(|| panic!("not saved: {:?}", self.mapping))
+    }
+
+    fn true_place(&mut self) -> Vector3 {
+        vec_from_plain(self.lockstep.simulator().truth().site_from_base.position)
+    }
+
+    /// How far the estimate is off, in the frame of a map that began at `origin` with the site's heading, metres.
+    fn error(&mut self, origin: &Vector3) -> f64 {
+        (self.true_place() - origin - vec_from_plain(self.estimate.position)).norm()
+    }
+}
+
+/// The map of a round through the main hall, what was saved, and where it began.
+fn first() -> &'static (Arc<KnownMap>, Arc<FinishedMap>, Vector3) {
+    static FIRST_DAY: OnceLock<(Arc<KnownMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
+    FIRST_DAY.get_or_init(|| {
+        let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+        let mut day = Day::begin(route.start, 3, Some(SessionId(Uuid::from_u128(1))));
+        day.run(1.0);
+        let origin = day.true_place();
+        day.drive(route.start, &route.waypoints);
+        let finished = day.finish(FIRST);
+        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+        (known, finished, origin)
+    })
+}
+
+#[test]
+fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
+    let (known, finished, origin) = first();
+    let old = finished.graph.nodes.len();
+    assert_eq!(known.places.len(), old);
+    let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
+    let mut day = Day::begin(start, 4, None);
+    day.lockstep.keep_map(Arc::clone(known));
+    day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.run(3.0);
+    assert!(matches!(day.mapping, MappingState::Finding { map: FIRST, .. }), "{:?}", day.mapping);
+    assert!(day.states.iter().any(|state| matches!(state, MappingState::Loading { map: FIRST, .. })));
+    day.order(Order::FinishMapping { map: LARGER, name: "Early".to_owned() });
+    day.run(0.2);
+    assert_eq!(day.refusals.len(), 1, "nothing was added yet");
+    assert!(day.refusals.drain(..).all(|reason| reason.contains("not found itself")));
+
+    // Through what the map shows, and on into the corridor.
+    let known_part = [[29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.2, 23.5]];
+    day.drive(start, &known_part);
+    assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
+    assert!(day.error(origin) < 0.08, "{} m", day.error(origin));
+    let before = day.graph.nodes.len();
+    assert!(before <= old + 6, "{before} keyframes, {old} of them old");
+    let at = |[x, y]: [f64; 2]| Start { position: Vec3::new(x, y, 0.0), yaw: 0.0 };
+    day.drive(at(known_part[3]), &[[15.4, 21.6], [15.4, 20.0], [12.5, 20.0], [12.5, 30.0]]);
+    assert!(day.error(origin) < 0.1, "{} m", day.error(origin));
+    let larger = day.finish(LARGER);
+    assert!(larger.graph.nodes.len() >= before + 10, "{} keyframes", larger.graph.nodes.len());
+    assert_eq!(larger.extends, Some(FIRST));
+    for (old, now) in finished.graph.nodes.iter().zip(&larger.graph.nodes) {
+        let [a, b] = [old, now].map(|node| vec_from_plain(node.map_from_keyframe.position));
+        assert!((a - b).norm() < 0.03, "{:?} has moved by {} m", old.id, (a - b).norm());
+        assert_eq!((old.id, old.stamp), (now.id, now.stamp));
+    }
+    // The walk of that day alone, all of it in the map's frame.
+    let (_, began) = larger.trajectory[0];
+    let error = (vec_from_plain(began.position) + origin - vec_from_plain(start.position)).xy().norm();
+    assert!(error < 0.3, "it stood {error} m from its start");
+    let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), day.lockstep.digest().hex());
+}
+
+#[test]
+fn where_it_has_just_been_saved_the_robot_need_not_look_for_itself() {
+    let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+    let mut day = Day::begin(route.start, 5, Some(SessionId(Uuid::from_u128(1))));
+    day.drive(route.start, &route.waypoints[..1]);
+    let keyframes = day.finish(FIRST).graph.nodes.len();
+    let place = day.estimate.position;
+    day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.run(1.5);
+    assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
+    assert!((vec_from_plain(day.estimate.position) - vec_from_plain(place)).norm() < 0.03);
+    let at = |[x, y]: [f64; 2]| Start { position: Vec3::new(x, y, 0.0), yaw: 0.0 };
+    day.drive(at(route.waypoints[0]), &[[26.0, 23.2]]);
+    assert!(day.finish(LARGER).graph.nodes.len() >= keyframes + 5);
+}
+
+#[test]
+fn a_map_that_cannot_be_read_leaves_no_session_behind() {
+    let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
+    let mut day = Day::begin(start, 4, None);
+    let mut broken = first().0.as_ref().clone();
+    broken.places.pop();
+    day.lockstep.keep_map(Arc::new(broken));
+    for map in [FIRST, LARGER] {
+        day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });
+        day.run(1.0);
+        assert_eq!(day.mapping, MappingState::Idle);
+    }
+    let loading = day.states.iter().filter(|state| matches!(state, MappingState::Loading { .. })).count();
+    assert_eq!((loading, day.refusals.len()), (2, 0));
+}

@@ -1,0 +1,88 @@
+//! What a keyframe leaves behind for being found again: kept with a saved map, so that it need not be made anew from the full cloud
+//! wherever that map is used.
+
+use crate::scan_context::{Descriptor, level_from_base};
+use crate::submap::KeyframeCloud;
+use geometry::Rotation;
+use points::Downsampler;
+use std::sync::Arc;
+
+/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
+pub(crate) const ASIDE: f32 = 1.5;
+/// From where a place is looked at: metres ahead of and left of the base.
+pub(crate) const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+
+/// A keyframe's small cloud and its looks from the base and from both sides: some 40 kB, shared by clones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    pub(crate) cloud: Arc<KeyframeCloud>,
+    pub(crate) views: [Arc<Descriptor>; 3],
+}
+
+/// A [`Place`] as plain data.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlaceParts {
+    /// As [`KeyframeCloud::lattice`].
+    pub points: Vec<[i16; 3]>,
+    /// As [`crate::view::RangeImage::cells`].
+    pub ranges: Vec<u16>,
+    /// As [`Descriptor::pictures`], of each view.
+    pub views: [[Vec<u8>; 2]; 3],
+}
+
+impl Place {
+    /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame), the base being turned like that in a frame
+    /// whose z axis points up. A millisecond or two.
+    pub fn new(
+        xyz: &[[f32; 3]],
+        rotation: &Rotation,
+        sensor: [f32; 3],
+        downsampler: &mut Downsampler,
+    ) -> Self {
+        let level = level_from_base(rotation);
+        let views = ORIGINS.map(|origin| Arc::new(Descriptor::new(xyz, &level, origin)));
+        Self { cloud: Arc::new(KeyframeCloud::new(xyz, sensor, downsampler)), views }
+    }
+
+    /// Its data.
+    pub fn parts(&self) -> PlaceParts {
+        PlaceParts {
+            points: self.cloud.lattice().to_vec(),
+            ranges: self.cloud.view().cells().to_vec(),
+            views: std::array::from_fn(|view| self.views[view].pictures()),
+        }
+    }
+
+    /// From its data, seen from `sensor`; none if they are not of the right size.
+    pub fn from_parts(parts: PlaceParts, sensor: [f32; 3]) -> Option<Self> {
+        let cloud = KeyframeCloud::from_parts(parts.points, sensor, parts.ranges)?;
+        let [a, b, c] = parts.views.map(|[heights, slices]| Descriptor::from_pictures(&heights, &slices));
+        Some(Self { cloud: Arc::new(cloud), views: [a?, b?, c?].map(Arc::new) })
+    }
+
+    /// Where the LiDAR was, base frame, metres.
+    pub fn sensor(&self) -> [f32; 3] {
+        self.cloud.view().sensor()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{SENSOR, at, furnished, scan};
+
+    #[test]
+    fn a_place_comes_back_from_its_parts() {
+        let xyz = scan(&furnished(), &at(1.0, 0.5, 0.4), 7);
+        let place = Place::new(&xyz, &Rotation::identity(), SENSOR, &mut Downsampler::default());
+        assert_eq!(Place::from_parts(place.parts(), place.sensor()).as_ref(), Some(&place));
+        let broken = |change: fn(&mut PlaceParts)| {
+            let mut parts = place.parts();
+            change(&mut parts);
+            Place::from_parts(parts, SENSOR)
+        };
+        assert_eq!(broken(|parts| parts.ranges.truncate(9)), None);
+        assert_eq!(broken(|parts| parts.views[1][0].push(0)), None);
+        assert_eq!(broken(|parts| parts.views[2][1].clear()), None);
+    }
+}

@@ -1,0 +1,85 @@
+//! Saved maps that a session goes on from: between the log's plain data and what the libraries take.
+
+use crate::loops::plain;
+use geometry::isometry_from_pose;
+use mapping::{Chart, Edge, Node, OldKeyframe, Place, PlaceParts};
+use messages::{EdgeKind, GraphEdge, GraphNode, KnownMap, KnownPlace};
+use points::Downsampler;
+use vocab::{KeyframeId, MapId, Pose};
+
+/// What is kept of a keyframe's cloud (keyframe's frame, metres, seen from `lidar`) for a session that goes on from its map. None
+/// if the pose is none. A millisecond or two.
+pub fn known_place(map_from_keyframe: &Pose, xyz: &[[f32; 3]], lidar: [f32; 3]) -> Option<KnownPlace> {
+    let rotation = isometry_from_pose(map_from_keyframe)?.rotation;
+    let parts = Place::new(xyz, &rotation, lidar, &mut Downsampler::default()).parts();
+    Some(KnownPlace { lidar, points: parts.points, ranges: parts.ranges, views: parts.views })
+}
+
+/// A saved map as the libraries take it.
+#[derive(Debug)]
+pub(crate) struct Known {
+    pub map: MapId,
+    pub nodes: Vec<Node>,
+    pub keyframes: Vec<OldKeyframe>,
+    pub edges: Vec<Edge>,
+    pub loops: Vec<Edge>,
+}
+
+impl Known {
+    /// Reads a map.
+    ///
+    /// # Errors
+    /// When its parts do not belong together; a sentence.
+    pub fn read(plain: &KnownMap) -> Result<Self, String> {
+        Self::of(plain).ok_or_else(|| {
+            "That map cannot be extended, because its keyframes, edges and clouds do not belong together. Make it again.".to_owned()
+        })
+    }
+
+    fn of(plain: &KnownMap) -> Option<Self> {
+        let count = plain.places.len();
+        if count == 0 || count != plain.graph.nodes.len() {
+            return None;
+        }
+        let nodes = plain.graph.nodes.iter().enumerate().map(|(index, node)| node_of(index, node));
+        let nodes: Vec<Node> = nodes.collect::<Option<_>>()?;
+        let keyframes = nodes.iter().zip(&plain.places).map(|(node, place)| {
+            let KnownPlace { lidar, points, ranges, views } = place.clone();
+            let place = Place::from_parts(PlaceParts { points, ranges, views }, lidar)?;
+            Some(OldKeyframe { map_from_keyframe: node.map_from_keyframe, place })
+        });
+        let keyframes = keyframes.collect::<Option<_>>()?;
+        let of_kind = |kind| {
+            let edges = plain.graph.edges.iter().filter(move |edge| edge.kind == kind);
+            edges.map(|edge| edge_of(edge, count)).collect::<Option<Vec<Edge>>>()
+        };
+        let (edges, loops) = (of_kind(EdgeKind::Odometry)?, of_kind(EdgeKind::Loop)?);
+        Some(Self { map: plain.map, nodes, keyframes, edges, loops })
+    }
+
+    /// As places are looked up in it.
+    pub fn chart(&self) -> Chart {
+        let mut chart = Chart::default();
+        for OldKeyframe { map_from_keyframe, place } in &self.keyframes {
+            chart.push_place(map_from_keyframe, place.clone());
+        }
+        chart
+    }
+}
+
+fn node_of(index: usize, node: &GraphNode) -> Option<Node> {
+    let map_from_keyframe = isometry_from_pose(&node.map_from_keyframe)?;
+    (node.id.0 as usize == index).then_some(Node { id: node.id, stamp: node.stamp, map_from_keyframe })
+}
+
+/// None for one that is no measurement between two of so many keyframes.
+fn edge_of(edge: &GraphEdge, keyframes: usize) -> Option<Edge> {
+    let from_from_to = isometry_from_pose(&edge.from_from_to)?;
+    let known = |id: KeyframeId| (id.0 as usize) < keyframes;
+    let information = plain::from_rows(&edge.information);
+    let sound = known(edge.from)
+        && known(edge.to)
+        && edge.from != edge.to
+        && information.iter().all(|entry| entry.is_finite());
+    sound.then_some(Edge { from: edge.from, to: edge.to, from_from_to, information })
+}

@@ -1,0 +1,73 @@
+//! A saved map as the stack takes it to go on from, and the search for the robot's place in it.
+
+use crate::PoseGraph;
+use serde::{Deserialize, Serialize};
+use vocab::{KeyframeId, MapId, Pose, SessionId};
+
+/// A saved map, but for its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KnownMap {
+    /// Which version.
+    pub map: MapId,
+    /// Its graph. Keyframes are numbered from 0.
+    pub graph: PoseGraph,
+    /// What each keyframe saw, in their order.
+    pub places: Vec<KnownPlace>,
+}
+
+/// What a keyframe saw, small enough to keep in memory and large enough to be recognised by.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KnownPlace {
+    /// Where the LiDAR was, keyframe's frame, metres.
+    pub lidar: [f32; 3],
+    /// Its thinned cloud, keyframe's frame, in steps of 2 mm.
+    pub points: Vec<[i16; 3]>,
+    /// Nearest range in each direction, centimetres; 0 where nothing returned.
+    pub ranges: Vec<u16>,
+    /// As it looks from the base and from both sides: greatest heights and filled slices of polar bins.
+    pub views: [[Vec<u8>; 2]; 3],
+}
+
+/// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_work`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlaceTask {
+    /// The mapping session.
+    pub session: SessionId,
+    /// Where it is looked for.
+    pub map: MapId,
+    /// Number of the newest waypoint, counted along the walk.
+    pub waypoint: u64,
+}
+
+/// What came of a search.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SoughtPlace {
+    /// What was asked.
+    pub task: PlaceTask,
+    /// What was found.
+    pub found: FoundPlace,
+}
+
+/// What was found of the robot's place.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum FoundPlace {
+    /// There.
+    Here {
+        /// Keyframe of the known map.
+        keyframe: KeyframeId,
+        /// Number of the waypoint that was found.
+        waypoint: u64,
+        /// Base at that waypoint in the keyframe.
+        keyframe_from_base: Pose,
+        /// Information (inverse covariance) of that pose, `[rotation; translation]`.
+        information: [[f64; 6]; 6],
+        /// Places recognised that agree on it.
+        places: u32,
+        /// Places that agree on the best other way.
+        elsewhere: u32,
+    },
+    /// Too few places were recognised that agree, or all in one spot; this many.
+    Unknown(u32),
+    /// It fits in two ways, with so many places each.
+    Ambiguous(u32, u32),
+}
