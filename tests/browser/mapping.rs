@@ -57,6 +57,7 @@ fn a_hall_is_mapped_saved_and_found_again() {
     page.click("button", "View Test hall");
     wait_for_drawn_map(&mut page);
     page.screenshot().keep("saved-map-1440x900");
+    extend(&mut page, "Test hall", "Larger hall");
 
     assert_eq!(page.complaints(), Vec::<String>::new());
     server.stop();
@@ -100,6 +101,21 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     complaints.retain(|complaint| !complaint.contains("Cross-Origin-Opener-Policy header has been ignored"));
     assert_eq!(complaints, Vec::<String>::new());
     server.stop();
+}
+
+/// Goes on from the saved map that is looked at, in which the robot still stands, and saves what comes of it.
+#[track_caller]
+fn extend(page: &mut Page, map: &str, larger: &str) {
+    page.click("button", &format!("Extend {map}"));
+    wait_for("the robot to go on in its map", WALK_LIMIT, || (page.status("Extends")? == map).then_some(()));
+    wait_for_drawn_map(page);
+    drive_by_keys(page, 2.0);
+    page.screenshot().keep("extending-1440x900");
+    page.click("textbox", "Map name");
+    page.type_text(larger);
+    page.click("button", "Finish and save");
+    let saved = format!("Saved map {larger}");
+    wait_for("the larger map", WALK_LIMIT, || page.find("status", &saved));
 }
 
 /// Looks at the loops, begins to add one by hand, and goes back.

@@ -181,6 +181,9 @@ impl Running {
             None => {}
         }
         self.mapping.start_jobs(&mut self.jobs, effects);
+        if let Some(quality) = self.mapping.quality(at) {
+            publish(effects, Publication::Quality(quality));
+        }
         self.last = Some(located);
         self.publish_changes(effects);
         self.report(at, effects);

@@ -9,7 +9,7 @@ use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometr
 use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, Uncertain};
 use messages::{
     BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, Job, JobDone,
-    JobResult, Keyframe, KnownMap, MappingState, Order, PoseGraph, VisitCounts,
+    JobResult, Keyframe, KnownMap, MapQuality, MappingState, Order, PoseGraph, VisitCounts,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -20,6 +20,9 @@ use vocab::{MapId, SessionId, Span, Stamp};
 const KEYFRAME_VOXEL: f32 = 0.04;
 /// The end of a walk, where it comes back to its beginning, is waited for so long: far longer than all that may wait takes.
 const LAST_LOOPS: Span = Span::from_millis(10_000);
+/// A map that changes is judged so often, and more rarely by as much for every so many keyframes: it costs some microseconds each.
+const JUDGED_EVERY: Span = Span::from_millis(2_000);
+const JUDGED_KEYFRAMES: usize = 500;
 /// How far odometry alone is believed after a map was saved: deviation in radians, in metres, and in metres for each metre walked,
 /// which may be so many.
 const LEFT: (f64, f64, f64) = (0.02, 0.05, 0.01);
@@ -92,6 +95,8 @@ struct Running {
     loops: Option<Box<Loops>>,
     /// While the robot has not found itself in what the session goes on from.
     search: Option<Box<Search>>,
+    /// When the map was judged last, and its revision then.
+    judged: Option<(Stamp, u64)>,
 }
 
 /// What a scan did to the map.
@@ -338,6 +343,20 @@ impl MappingPhase {
         }
     }
 
+    /// How good the map is, if that is due.
+    pub fn quality(&mut self, at: Stamp) -> Option<MapQuality> {
+        let Phase::Running(running) = &mut self.phase else { return None };
+        let (session, loops) =
+            (&running.session, running.loops.as_mut().filter(|_| running.search.is_none())?);
+        let every = JUDGED_EVERY * (1 + session.nodes().len() / JUDGED_KEYFRAMES) as i64;
+        let revision = session.revision();
+        if running.judged.is_some_and(|(last, known)| known == revision || at - last < every) {
+            return None;
+        }
+        running.judged = Some((at, revision));
+        Some(loops.quality(session))
+    }
+
     /// The graph of the running session.
     pub fn graph(&self) -> Option<Arc<PoseGraph>> {
         match &self.phase {
@@ -421,14 +440,14 @@ impl MappingPhase {
         let Some(base) = base else {
             let session = Box::new(Session::begin(&located.odom_from_base, policy));
             let loops = (!self.leave_loops_open).then(|| Box::new(Loops::new(id, self.sensor)));
-            return Running { id, extends: None, since, session, loops, search: None };
+            return Running { id, extends: None, since, session, loops, search: None, judged: None };
         };
         let Base { known, loops } = *base;
         let extends = Some(known.map);
         let search = Some(Box::new(Search::new(id, &known)));
         let graph = (known.nodes, known.edges, known.loops);
         let session = Box::new(Session::resume(&located.odom_from_base, policy, graph));
-        Running { id, extends, since, session, loops: Some(loops), search }
+        Running { id, extends, since, session, loops: Some(loops), search, judged: None }
     }
 
     /// The state, if it changed since it was last said.

@@ -114,6 +114,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         Publication::LoopDecided(decision) => {
             Event::Loops(LoopsChanged { reset: false, added: vec![loop_decision(decision)] })
         }
+        Publication::Quality(quality) => Event::Quality(self::quality(quality)),
         Publication::Notice(notice) => Event::Notice(api::Notice {
             at: notice.at,
             severity: severity(notice.severity),
@@ -127,6 +128,22 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Mapping(_)
         | Publication::Battery(_) => return None,
     })
+}
+
+fn quality(quality: messages::MapQuality) -> api::Quality {
+    let place = |place: messages::PlaceToWalk| api::PlaceToWalk {
+        at: place.at,
+        why: match place.why {
+            messages::WhyWalk::FromAfar(area) => api::WhyWalk::FromAfar(area),
+            messages::WhyWalk::Unsure(deviation) => api::WhyWalk::Unsure(deviation),
+        },
+    };
+    api::Quality {
+        covered: quality.covered,
+        from_afar: quality.from_afar,
+        deviations: quality.deviations,
+        places: quality.places.into_iter().map(place).collect(),
+    }
 }
 
 fn motion(state: MotionState) -> api::Motion {

@@ -8,7 +8,7 @@ use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
-use api::{CoreMessage, Event, Graph, LoopsChanged, TilesChanged};
+use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
 use messages::{CorrectedScan, Estimate, Keyframe, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -94,6 +94,7 @@ impl Publisher {
         if self.live_map.session() != before {
             self.board.set(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
             self.board.set(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
+            self.board.set(Event::Quality(Quality::default()));
             self.board.set(Event::Graph(Graph { session: self.live_map.session(), ..Graph::default() }));
         }
     }

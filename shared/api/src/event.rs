@@ -13,6 +13,8 @@ pub enum Event {
     Graph(Graph),
     /// Tiles of the current mapping session: adds to what was sent, unless `reset`.
     Tiles(TilesChanged),
+    /// How good the map of the current mapping session is; empty without one.
+    Quality(Quality),
     /// State of mapping.
     Mapping(Mapping),
     /// State of motion.
@@ -80,6 +82,37 @@ pub struct GraphNode {
     pub stamp: Stamp,
     /// Where.
     pub map_from_keyframe: Pose,
+}
+
+/// How good a map is while it is made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Quality {
+    /// Floor seen from near, square metres.
+    pub covered: f64,
+    /// Floor seen from afar only, square metres.
+    pub from_afar: f64,
+    /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
+    pub deviations: Vec<f32>,
+    /// Where to walk, or walk again, the most useful first.
+    pub places: Vec<PlaceToWalk>,
+}
+
+/// A place worth walking to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaceToWalk {
+    /// On the floor, map frame, metres.
+    pub at: Vec3,
+    /// Why.
+    pub why: WhyWalk,
+}
+
+/// Why a place is worth walking to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum WhyWalk {
+    /// So much of the floor about it was seen from afar only, square metres.
+    FromAfar(f64),
+    /// The map is known so vaguely there, metres.
+    Unsure(f64),
 }
 
 /// New tiles.

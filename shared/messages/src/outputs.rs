@@ -82,6 +82,8 @@ pub enum Publication {
     LoopDecided(LoopDecision),
     /// The robot found its place on known ground.
     Tied(Tied),
+    /// How good the map under construction is; every few seconds while it changes.
+    Quality(MapQuality),
     /// State of mapping.
     Mapping(MappingState),
     /// State of motion.
@@ -238,6 +240,37 @@ pub enum MappingState {
         /// Which version it becomes.
         map: MapId,
     },
+}
+
+/// How good a map is while it is made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapQuality {
+    /// Floor seen from near, square metres.
+    pub covered: f64,
+    /// Floor seen from afar only, square metres.
+    pub from_afar: f64,
+    /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
+    pub deviations: Vec<f32>,
+    /// Where to walk, or walk again, the most useful first.
+    pub places: Vec<PlaceToWalk>,
+}
+
+/// A place worth walking to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaceToWalk {
+    /// On the floor, map frame, metres.
+    pub at: Vec3,
+    /// Why.
+    pub why: WhyWalk,
+}
+
+/// Why a place is worth walking to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum WhyWalk {
+    /// So much of the floor about it was seen from afar only, square metres.
+    FromAfar(f64),
+    /// The map is known so vaguely there, metres.
+    Unsure(f64),
 }
 
 /// State of motion.

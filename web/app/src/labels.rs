@@ -17,6 +17,9 @@ pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<Sc
     if model.viewed().is_none() {
         robot_labels(model, &place, &mut labels);
     }
+    if model.viewed().is_none() {
+        worth_a_walk(model, &place, &mut labels);
+    }
     if model.view.get().graph || model.loop_pick.is_some() {
         keyframe_labels(model, &place, &mut labels);
     }
@@ -45,6 +48,16 @@ fn robot_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &
         let tag = format!("Goal · {}", panels::words::distance(*remaining));
         let name = "Goal".to_owned();
         labels.push(SceneLabel { kind: LabelKind::Goal, name, tag, at, selected: false, small: false });
+    }
+}
+
+/// Places that the map lacks.
+fn worth_a_walk(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
+    for (number, lacking) in (1..).zip(&model.quality.places) {
+        let Some((at, _)) = place(vector(lacking.at)) else { continue };
+        let name = format!("Place {number} worth a walk, in the scene");
+        let tag = panels::words::why_walk(lacking.why);
+        labels.push(SceneLabel { kind: LabelKind::WorthAWalk, name, tag, at, selected: false, small: false });
     }
 }
 

@@ -5,8 +5,8 @@ use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
-    AnchorId, CameraPose, LoopEdge, LoopState, Options, Palette, PointBlock, Renderer, RobotState, TileId,
-    View, WHOLE_MAP,
+    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Options, Palette, PointBlock, Renderer, RobotState,
+    Shape, TileId, View, WHOLE_MAP,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -134,6 +134,9 @@ impl Stage {
             renderer.set_trajectory(&way);
             self.told.track = Some(model.track.revision());
         }
+        let colours = palette(model.view.get());
+        let places = model.quality.places.iter().filter(|_| live);
+        renderer.set_annotations(Vec::new(), places.map(|place| lacking(place, &colours)).collect());
         renderer.set_robot(if live { robot(model) } else { None });
         renderer.select_node(match model.selection {
             Some(Selection::Keyframe(id)) => Some(id.0),
@@ -220,6 +223,19 @@ impl Stage {
             },
             palette: palette(settings),
         }
+    }
+}
+
+/// The sign of a place that is worth a walk.
+fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
+    Marker {
+        id: None,
+        position: vector(place.at),
+        ahead: DVec3::ZERO,
+        shape: Shape::Ring,
+        radius: 11.0,
+        fill: palette.loop_open,
+        rim: palette.outline,
     }
 }
 

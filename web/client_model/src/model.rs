@@ -12,7 +12,7 @@ use crate::{
     MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform,
+    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform, Quality,
     Severity, StreamRequest,
 };
 use vocab::{ClientId, KeyframeId, MapId, Stamp};
@@ -68,6 +68,8 @@ pub struct Model {
     pub platform: Option<Aged<Platform>>,
     /// The map being made.
     pub live: MapView,
+    /// How good the map being made is.
+    pub quality: Quality,
     /// What was decided on loops of the map being made.
     pub loops: Loops,
     /// How far adding a loop by hand has come; `None` while nobody does.
@@ -135,6 +137,7 @@ impl Model {
             mapping: Mapping::Idle,
             platform: None,
             live: MapView::live(),
+            quality: Quality::default(),
             loops: Loops::default(),
             loop_pick: None,
             loop_guess: LoopGuess::default(),

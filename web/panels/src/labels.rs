@@ -16,6 +16,8 @@ pub enum LabelKind {
     Selectable(Selection),
     /// Where the robot walks to.
     Goal,
+    /// Where it is worth walking to.
+    WorthAWalk,
 }
 
 /// A thing of the scene and where it is on the screen.

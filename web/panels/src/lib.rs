@@ -57,6 +57,7 @@ mod loops;
 mod mapping;
 mod maps;
 mod notes;
+mod quality;
 mod rail;
 mod sensors;
 mod state;

@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::state::TextField;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{PanelState, icon, maps, sensors, words};
+use crate::{PanelState, icon, maps, quality, sensors, words};
 use api::{Mapping, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, StrokeKind, Ui, vec2};
@@ -38,6 +38,7 @@ pub(crate) fn show(
                 if let Some(map) = extends {
                     fact(ui, tokens, "Extends", name_of(model, *map));
                 }
+                quality::show(ui, model, tokens, out);
                 finish(ui, model, tokens, state, out);
             }
             Mapping::Saving { .. } => saving(ui, tokens),

@@ -3,13 +3,15 @@
 mod loops;
 
 use crate::{Layout, PanelState, Width, theme, words};
-use api::{CommandOutcome, Control, MapSummary, Mapping, Motion, ServerMessage};
+use api::{
+    CommandOutcome, Control, MapSummary, Mapping, Motion, PlaceToWalk, Quality, ServerMessage, WhyWalk,
+};
 use client_model::{ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings};
 use egui::{Color32, Rect, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use uuid::Uuid;
-use vocab::{ClientId, MapId, SessionId, Stamp};
+use vocab::{ClientId, MapId, SessionId, Stamp, Vec3};
 
 const ME: ClientId = ClientId(Uuid::from_u128(1));
 const OTHER: ClientId = ClientId(Uuid::from_u128(2));
@@ -160,6 +162,67 @@ fn saved_maps_can_be_viewed_by_name() {
 }
 
 #[test]
+fn the_map_that_is_looked_at_can_be_extended() {
+    let maps = api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]);
+    let mut desk = Desk::connected().event(maps);
+    let cellar = MapId(Uuid::from_u128(8));
+    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(cellar))), &mut Vec::new());
+    let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Extend Hall").is_none(), "it is not looked at");
+    harness.get_by_label("Extend Cellar").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::ExtendMap(cellar)));
+
+    let session = SessionId(Uuid::from_u128(5));
+    let finding = |distance, ambiguous| {
+        let finding = Mapping::Finding { session, map: cellar, distance, ambiguous };
+        let maps = api::Event::Maps(vec![map(8, "Cellar")]);
+        let desk = Desk::connected().event(maps).event(api::Event::Mapping(finding));
+        desk.on(Screen::Map).shown(1440.0, 900.0)
+    };
+    let mut harness = finding(6.0, false);
+    harness.get_by_label_contains("through a part that Cellar shows");
+    assert_eq!(harness.get_by_label("Driven so far").value().as_deref(), Some("6.0 m"));
+    harness.get_by_label("Cancel mapping").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::DiscardMapping));
+    finding(31.0, true).get_by_label_contains("fits Cellar in two places");
+
+    let Mapping::Running { session, since, distance, keyframes, .. } = running() else { return };
+    let on_known_ground = false;
+    let extends = Some(cellar);
+    let extending = Mapping::Running { session, extends, since, distance, keyframes, on_known_ground };
+    let desk = Desk::connected().event(api::Event::Maps(vec![map(8, "Cellar")]));
+    let mut harness = desk.event(api::Event::Mapping(extending)).on(Screen::Map).shown(1440.0, 900.0);
+    assert_eq!(harness.get_by_label("Extends").value().as_deref(), Some("Cellar"));
+    harness.get_by_label("Finish and save").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::FinishMapping { name: "Cellar".into() }));
+}
+
+#[test]
+fn what_the_map_lacks_is_listed_and_can_be_walked_to() {
+    let at = Vec3::new(4.0, 2.0, 0.0);
+    let places = vec![
+        PlaceToWalk { at, why: WhyWalk::FromAfar(34.0) },
+        PlaceToWalk { at: Vec3::default(), why: WhyWalk::Unsure(0.42) },
+    ];
+    let quality = Quality { covered: 412.3, from_afar: 40.0, deviations: vec![0.0, 0.42, 0.1], places };
+    let desk = Desk::connected().event(api::Event::Mapping(running())).event(api::Event::Quality(quality));
+    let mut harness = desk.on(Screen::Map).shown(1440.0, 1200.0);
+    assert_eq!(harness.get_by_label("Floor covered").value().as_deref(), Some("412 m²"));
+    assert_eq!(harness.get_by_label("Known to").value().as_deref(), Some("0.42 m"));
+    let first = harness.get_by_label("Place 1 worth a walk").value();
+    assert_eq!(first.as_deref(), Some("34 m² seen from afar only"));
+    assert!(
+        harness.get_by_label("Place 2 worth a walk").value().is_some_and(|why| why.contains("0.42 m only"))
+    );
+    harness.get_by_label("Walk to place 1").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::WalkTo(at)));
+}
+
+#[test]
 fn who_does_not_control_cannot_map_but_can_take_control() {
     let control = Control { owner: Some(OTHER), name: "Anna".into() };
     let mut harness =
@@ -266,7 +329,7 @@ fn numbers_carry_units() {
     assert_eq!(words::distance(12.345), "12.3 m");
     assert_eq!(words::distance(1234.0), "1.23 km");
     assert_eq!(words::accuracy(0.014), "1.4 cm");
-    assert_eq!(words::place(&vocab::Vec3::new(-0.04, 12.34, -5.0)), "0.0, 12.3, -5.0 m");
+    assert_eq!(words::place(&Vec3::new(-0.04, 12.34, -5.0)), "0.0, 12.3, -5.0 m");
     assert_eq!(words::elapsed(3753.0), "1:02:33");
     assert_eq!(words::duration(7500.0), "2 h 05");
     assert_eq!(words::age(2.04), "2.0 s old");

@@ -1,12 +1,25 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
-use api::{Battery, Estimate, LoopSource, LoopVerdict, Mapping, Motion, Severity};
+use api::{Battery, Estimate, LoopSource, LoopVerdict, Mapping, Motion, Severity, WhyWalk};
 use client_model::{ColourBy, LoopPair, LoopPick, Theme};
 use vocab::{Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
     if metres.abs() >= 1000.0 { format!("{:.2} km", metres / 1000.0) } else { format!("{metres:.1} m") }
+}
+
+/// An area: `7.4 m²`, `412 m²`.
+pub fn area(square_metres: f64) -> String {
+    if square_metres < 10.0 { format!("{square_metres:.1} m²") } else { format!("{square_metres:.0} m²") }
+}
+
+/// Why a place is worth walking to, on a tag.
+pub fn why_walk(why: WhyWalk) -> String {
+    match why {
+        WhyWalk::FromAfar(square_metres) => format!("Seen from afar only · {}", area(square_metres)),
+        WhyWalk::Unsure(metres) => format!("Known to {} only", accuracy(metres)),
+    }
 }
 
 /// A small length: `4 mm`, `1.4 cm`, `0.35 m`.

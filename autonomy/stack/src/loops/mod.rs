@@ -17,7 +17,8 @@ use mapping::{
     Decision, Edge, Ground, LoopConfig, LoopFinder, Node, Session, Task, Tied, Verdict, Verified, Waypoint,
 };
 use messages::{
-    ComparedVisit, Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, VerifiedLoop, VisitCounts,
+    ComparedVisit, Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, MapQuality, VerifiedLoop,
+    VisitCounts,
 };
 use queue::Queue;
 use std::collections::BTreeMap;
@@ -331,6 +332,12 @@ impl Loops {
         let task: Task = self.finder.propose(pair.0, pair.1, guess).ok_or_else(|| unknown(pair))?;
         self.ask(task);
         Ok(())
+    }
+
+    /// How good the session's map is.
+    pub fn quality(&mut self, session: &Session) -> MapQuality {
+        let poses: Vec<Isometry> = session.nodes().iter().map(|node| node.map_from_keyframe).collect();
+        plain::quality_to_plain(self.finder.quality(&poses))
     }
 
     /// Whether pairs are being looked at or wait for it.

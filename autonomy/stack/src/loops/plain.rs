@@ -1,10 +1,11 @@
 //! Between the loop finder's types and those of the log.
 
 use crate::mapping_phase::rows;
-use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Compared, Evidence, Flaw, Source, Task, Verdict, Verified, Visit};
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry, vec_to_plain};
+use mapping::{Compared, Evidence, Flaw, Quality, Source, Task, Verdict, Verified, Visit};
 use messages::{
-    ComparedVisit, LoopEvidence, LoopFlaw, LoopSource, LoopTask, LoopVerdict, VerifiedLoop, VisitTask,
+    ComparedVisit, LoopEvidence, LoopFlaw, LoopSource, LoopTask, LoopVerdict, MapQuality, PlaceToWalk,
+    VerifiedLoop, VisitTask, WhyWalk,
 };
 use vocab::{Pose, SessionId, Stamp};
 
@@ -146,4 +147,17 @@ fn flaw_from_plain(flaw: LoopFlaw) -> Flaw {
         LoopFlaw::Rival => Flaw::Rival,
         LoopFlaw::Blind => Flaw::Blind,
     }
+}
+
+/// How good a map is, for clients.
+pub(crate) fn quality_to_plain(quality: Quality) -> MapQuality {
+    let place = |place: &mapping::PlaceToWalk| PlaceToWalk {
+        at: vec_to_plain(&place.at),
+        why: match place.why {
+            mapping::WhyWalk::FromAfar(area) => WhyWalk::FromAfar(area),
+            mapping::WhyWalk::Unsure(deviation) => WhyWalk::Unsure(deviation),
+        },
+    };
+    let Quality { covered, from_afar, deviations, places } = quality;
+    MapQuality { covered, from_afar, deviations, places: places.iter().map(place).collect() }
 }

@@ -86,6 +86,7 @@ impl Model {
                 self.live.tiles.add(&changed.added);
             }
             api::Event::Loops(changed) => self.learn_loops(changed),
+            api::Event::Quality(quality) => self.quality = quality,
             api::Event::Mapping(mapping) => self.learn_mapping(mapping, effects),
             api::Event::Motion(value) => {
                 if !matches!(value, Motion::Idle | Motion::Teleoperated) {
