@@ -29,6 +29,8 @@ const FLAT: (f64, f64) = (0.15, 0.02);
 /// Cells of a place that nobody has walked to lie no farther apart than so many cells, and are so many at least: a small room.
 const GAP: i32 = 2;
 const ROOM: usize = 10;
+/// A place is walked to where most of it lies within so many cells.
+const ABOUT: i32 = 4;
 /// Keyframes known worse than this are worth another visit, metres.
 const UNSURE: f64 = 0.3;
 /// A keyframe that moves farther than this takes its floor along, metres.
@@ -119,7 +121,7 @@ impl Coverage {
             let (mut place, mut waiting) = (Vec::new(), VecDeque::from([first]));
             while let Some(cell) = waiting.pop_front() {
                 place.push(cell);
-                for near in neighbours(cell) {
+                for near in neighbours(cell, GAP) {
                     if far.remove(&near) {
                         waiting.push_back(near);
                     }
@@ -136,15 +138,20 @@ impl Coverage {
         places
     }
 
-    /// That cell of a place which is nearest to its mean.
+    /// That cell of a place which has most of it about it: a place may lie round what was walked, and its mean in the middle of
+    /// that. Of equals the one nearest to the mean.
     fn middle(&self, place: &[Cell]) -> Vector3 {
         let at = |cell: &Cell| {
             let height = self.cells.get(cell).map_or(0.0, |(_, height)| *height);
             Vector3::new((f64::from(cell[0]) + 0.5) * CELL, (f64::from(cell[1]) + 0.5) * CELL, height)
         };
         let mean = place.iter().map(at).sum::<Vector3>() / place.len() as f64;
-        let nearest = place.iter().map(at).min_by(|a, b| (a - mean).norm().total_cmp(&(b - mean).norm()));
-        nearest.unwrap_or(mean)
+        let all: BTreeSet<&Cell> = place.iter().collect();
+        let about = |cell: &Cell| neighbours(*cell, ABOUT).filter(|near| all.contains(near)).count();
+        let most = place.iter().map(|cell| (about(cell), at(cell))).max_by(|(a, here), (b, there)| {
+            a.cmp(b).then((there - mean).norm().total_cmp(&(here - mean).norm()))
+        });
+        most.map_or(mean, |(_, at)| at)
     }
 }
 
@@ -206,8 +213,8 @@ fn floor_height(levelled: &[Vector3]) -> Option<f64> {
     found.map(|(slice, _)| f64::from(slice + 1) * HEIGHT_SLICE)
 }
 
-fn neighbours([x, y, level]: Cell) -> impl Iterator<Item = Cell> {
-    (-GAP..=GAP).flat_map(move |dx| (-GAP..=GAP).map(move |dy| [x + dx, y + dy, level]))
+fn neighbours([x, y, level]: Cell, reach: i32) -> impl Iterator<Item = Cell> {
+    (-reach..=reach).flat_map(move |dx| (-reach..=reach).map(move |dy| [x + dx, y + dy, level]))
 }
 
 /// Of each stretch of keyframes that are known vaguely the worst, the worst first.

@@ -23,6 +23,8 @@ const RAMP_M: [f64; 2] = [-0.2, 4.0];
 const POINT_BUDGET: u32 = 1_500_000;
 /// Points of a keyframe's scan are averaged in cells of this edge, metres.
 const CLOUD_SPACING_M: f32 = 0.04;
+/// A sign of a place on the floor stands this high over it, metres, so that the floor does not cover it.
+const SIGN_HEIGHT_M: f64 = 0.5;
 /// Older than this, seconds, the robot is drawn as one whose place is not known.
 const ROBOT_STALE_S: f64 = 3.0;
 
@@ -230,12 +232,12 @@ impl Stage {
 fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
     Marker {
         id: None,
-        position: vector(place.at),
+        position: vector(place.at) + DVec3::Z * SIGN_HEIGHT_M,
         ahead: DVec3::ZERO,
         shape: Shape::Ring,
         radius: 11.0,
         fill: palette.loop_open,
-        rim: palette.outline,
+        rim: palette.loop_open,
     }
 }
 

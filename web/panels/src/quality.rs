@@ -50,14 +50,17 @@ fn row(
     ui.horizontal(|ui| {
         let text = vec2(ui.available_width() - width - 8.0, theme::TOUCH);
         ui.allocate_ui_with_layout(text, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_size(text);
             let label = egui::RichText::new(&why).size(theme::BODY).color(tokens.text);
             let response = ui.add(egui::Label::new(label).wrap());
             widgets::status_node(&response, &format!("Place {number} worth a walk"), &why);
         });
-        let name = format!("Walk to place {number}");
-        let go = Button::new(&name).text("Go").icon(icon::NAVIGATION_ARROW).size(width, theme::TOUCH);
-        if go.enabled(enabled).show(ui, tokens).clicked() {
-            out.push(Command::WalkTo(place.at));
-        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let name = format!("Walk to place {number}");
+            let go = Button::new(&name).text("Go").icon(icon::NAVIGATION_ARROW).size(width, theme::TOUCH);
+            if go.enabled(enabled).show(ui, tokens).clicked() {
+                out.push(Command::WalkTo(place.at));
+            }
+        });
     });
 }

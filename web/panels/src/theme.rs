@@ -237,6 +237,8 @@ pub fn install(ctx: &egui::Context, theme: Theme) {
         style.spacing.slider_width = 140.0;
         style.spacing.slider_rail_height = 6.0;
         style.spacing.scroll.floating = true;
+        // Room for the bar, so that it never lies over figures at the right edge.
+        style.spacing.scroll.floating_allocated_width = 8.0;
         style.interaction.selectable_labels = false;
         style.interaction.tooltip_delay = 0.4;
         style.text_styles = [
