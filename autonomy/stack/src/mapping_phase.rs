@@ -24,9 +24,10 @@ const LAST_LOOPS: Span = Span::from_millis(10_000);
 const JUDGED_EVERY: Span = Span::from_millis(2_000);
 const JUDGED_KEYFRAMES: usize = 500;
 /// How far odometry alone is believed after a map was saved: deviation in radians, in metres, and in metres for each metre walked,
-/// which may be so many.
+/// which may be so many. With what odometry itself doubts, it may come to so many metres.
 const LEFT: (f64, f64, f64) = (0.02, 0.05, 0.01);
 const LEFT_WALKED: f64 = 25.0;
+const LEFT_DEVIATION: f64 = 0.4;
 
 /// The phase and what it needs.
 #[derive(Debug, Default)]
@@ -413,8 +414,7 @@ impl MappingPhase {
                 Arrived::Lost(number) => {
                     let search = search.as_mut()?;
                     search.arrive(number, &located.odom_from_base, &cloud.xyz, self.sensor);
-                    let found =
-                        self.left.as_ref()?.place(search.map(), number, &located.odom_from_base, session)?;
+                    let found = self.left.as_ref()?.place(search.map(), number, located, session)?;
                     return running.found(&found).then_some(Grown::Found);
                 }
             },
@@ -494,16 +494,19 @@ impl Running {
 
 impl Left {
     /// Where a waypoint is in that map, if it is the one asked for and odometry can be believed for as long as was walked since.
-    fn place(&self, map: MapId, number: u64, odom_from_base: &Isometry, session: &Session) -> Option<Found> {
+    fn place(&self, map: MapId, number: u64, located: &Located, session: &Session) -> Option<Found> {
         if self.map != map || self.walked.distance() > LEFT_WALKED {
             return None;
         }
-        let map_from_base = self.map_from_odom * odom_from_base;
+        let map_from_base = self.map_from_odom * located.odom_from_base;
         let (keyframe, pose) = session.nearest(&map_from_base)?;
         let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * self.walked.distance());
         let (turn, place) = (turn * turn, place * place);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        Some(Found { waypoint: number, keyframe, keyframe_from_waypoint: Uncertain { pose, covariance } })
+        // Odometry that has lost its way says so in its covariance.
+        let keyframe_from_waypoint = Uncertain { pose, covariance: covariance + located.covariance };
+        let believed = keyframe_from_waypoint.place_deviation() <= LEFT_DEVIATION;
+        believed.then_some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
     }
 }
 
