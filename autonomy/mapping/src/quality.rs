@@ -31,6 +31,8 @@ const GAP: i32 = 2;
 const ROOM: usize = 10;
 /// A place is walked to where most of it lies within so many cells.
 const ABOUT: i32 = 4;
+/// Cells of a place asked at most how much of it is about them.
+const ASKED: usize = 300;
 /// Keyframes known worse than this are worth another visit, metres.
 const UNSURE: f64 = 0.3;
 /// A keyframe that moves farther than this takes its floor along, metres.
@@ -128,14 +130,17 @@ impl Coverage {
                 }
             }
             if place.len() >= ROOM {
-                places.push(PlaceToWalk {
-                    at: self.middle(&place),
-                    why: WhyWalk::FromAfar(place.len() as f64 * CELL * CELL),
-                });
+                places.push(place);
             }
         }
-        places.sort_by(|a, b| b.why.weight().total_cmp(&a.why.weight()));
-        places
+        // Of equals the first.
+        places.sort_by_key(|place| std::cmp::Reverse(place.len()));
+        places.truncate(PLACES);
+        let named = places.iter().map(|place| PlaceToWalk {
+            at: self.middle(place),
+            why: WhyWalk::FromAfar(place.len() as f64 * CELL * CELL),
+        });
+        named.collect()
     }
 
     /// That cell of a place which has most of it about it: a place may lie round what was walked, and its mean in the middle of
@@ -148,18 +153,12 @@ impl Coverage {
         let mean = place.iter().map(at).sum::<Vector3>() / place.len() as f64;
         let all: BTreeSet<&Cell> = place.iter().collect();
         let about = |cell: &Cell| neighbours(*cell, ABOUT).filter(|near| all.contains(near)).count();
-        let most = place.iter().map(|cell| (about(cell), at(cell))).max_by(|(a, here), (b, there)| {
+        // A few hundred of them tell as well.
+        let asked = place.iter().step_by(place.len().div_ceil(ASKED));
+        let most = asked.map(|cell| (about(cell), at(cell))).max_by(|(a, here), (b, there)| {
             a.cmp(b).then((there - mean).norm().total_cmp(&(here - mean).norm()))
         });
         most.map_or(mean, |(_, at)| at)
-    }
-}
-
-impl WhyWalk {
-    fn weight(self) -> f64 {
-        match self {
-            Self::FromAfar(weight) | Self::Unsure(weight) => weight,
-        }
     }
 }
 
@@ -175,7 +174,6 @@ impl LoopFinder {
             reach.iter().map(|way| way.map_or(f64::INFINITY, |way| way.place_deviation())).collect();
         let (covered, from_afar) = self.coverage.areas();
         let mut places = self.coverage.unvisited();
-        places.truncate(PLACES);
         places.extend(unsure(&deviations, &poses[..known]));
         let deviations = deviations.into_iter().map(|deviation| deviation as f32).collect();
         Quality { covered, from_afar, deviations, places }

@@ -195,7 +195,8 @@ impl Session {
             self.unseen += step;
         }
         self.last_scan = Some(scan.stamp);
-        self.odometer.move_to(&at_scan.translation.vector);
+        // In odometry's frame: what moves the map is no walk.
+        self.odometer.move_to(&scan.odom_from_base_at_scan.translation.vector);
         self.note(scan.scan_stamp, at_scan);
         // What is known ground is held by what was seen of it before.
         if scan.degenerate && !self.visiting {

@@ -150,7 +150,7 @@ impl Running {
 
     fn located(&mut self, at: Stamp, located: Box<Located>, effects: &mut Vec<Effect>) {
         if self.mapping.is_starting() {
-            self.motion.forget_map();
+            effects.extend(self.motion.forget_map().map(Effect::Drive));
         }
         let grown = self.mapping.add(&located);
         let map_from_base = self.mapping.map_from_odom() * located.odom_from_base;
@@ -192,7 +192,7 @@ impl Running {
     /// Says what became of loops, and looks at the next pairs.
     fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<Effect>) {
         if news.found {
-            self.motion.forget_goal();
+            effects.extend(self.motion.forget_goal().map(Effect::Drive));
             let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
             effects.push(notice(at, Severity::Info, text));
         }

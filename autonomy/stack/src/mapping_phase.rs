@@ -51,6 +51,8 @@ struct Left {
     map_from_odom: Isometry,
     /// Since then.
     walked: Odometer,
+    /// Odometry's covariance then.
+    covariance: Option<Matrix6>,
 }
 
 #[derive(Debug, Default)]
@@ -267,7 +269,12 @@ impl MappingPhase {
         }
         if written {
             self.end();
-            self.left = Some(Left { map, map_from_odom: self.map_from_odom(), walked: Odometer::default() });
+            self.left = Some(Left {
+                map,
+                map_from_odom: self.map_from_odom(),
+                walked: Odometer::default(),
+                covariance: None,
+            });
         } else if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Running(unsaved);
         }
@@ -387,6 +394,7 @@ impl MappingPhase {
     pub fn add(&mut self, located: &Located) -> Option<Grown> {
         if let Some(left) = &mut self.left {
             left.walked.move_to(&located.odom_from_base.translation.vector);
+            left.covariance.get_or_insert(located.covariance);
         }
         if self.is_starting()
             && let Phase::Starting(id, base) = std::mem::take(&mut self.phase)
@@ -500,11 +508,14 @@ impl Left {
         }
         let map_from_base = self.map_from_odom * located.odom_from_base;
         let (keyframe, pose) = session.nearest(&map_from_base)?;
+        // Odometry that has lost its way since says so in its covariance.
+        let before = self.covariance.unwrap_or_else(Matrix6::zeros);
+        let grown = (located.covariance - before).diagonal();
+        let [turned, moved] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));
         let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * self.walked.distance());
-        let (turn, place) = (turn * turn, place * place);
+        let (turn, place) = (turn * turn + turned, place * place + moved);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        // Odometry that has lost its way says so in its covariance.
-        let keyframe_from_waypoint = Uncertain { pose, covariance: covariance + located.covariance };
+        let keyframe_from_waypoint = Uncertain { pose, covariance };
         let believed = keyframe_from_waypoint.place_deviation() <= LEFT_DEVIATION;
         believed.then_some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
     }

@@ -88,17 +88,21 @@ impl Motion {
         self.terrain.observe(odom_from_base, points, TERRAIN_RANGE);
     }
 
-    /// A new map: what was known of the ground is looked at anew, and walks to points of the old map end.
-    pub fn forget_map(&mut self) {
+    /// A new map: what was known of the ground is looked at anew, and walks to points of the old map end. Returns what is to be
+    /// said to the robot, if it walked.
+    pub fn forget_map(&mut self) -> Option<Drive> {
         self.terrain = Terrain::new(self.terrain.cell_size(), *self.terrain.shape());
-        self.forget_goal();
+        self.forget_goal()
     }
 
-    /// The map's frame is another one from now on, so that goals in it mean nothing any more.
-    pub fn forget_goal(&mut self) {
-        if matches!(self.mode, Mode::Walking(_) | Mode::Blocked { .. }) {
+    /// The map's frame is another one from now on, so that goals in it mean nothing any more. Returns what is to be said to the
+    /// robot, if it walked.
+    pub fn forget_goal(&mut self) -> Option<Drive> {
+        let walked = matches!(self.mode, Mode::Walking(_));
+        if walked || matches!(self.mode, Mode::Blocked { .. }) {
             self.mode = Mode::Idle;
         }
+        walked.then(Drive::default)
     }
 
     /// Stops and stays stopped.

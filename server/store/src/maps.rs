@@ -1,6 +1,6 @@
 //! Map versions: immutable directories that appear whole or not at all.
 
-use crate::sessions::remove_encoded;
+use crate::sessions::{cloud_name, remove_encoded};
 use crate::{MapFiles, MapFilesReport, SavedMap, Store, StoreError, files, write_map_files};
 use api::{MapSummary, TileList};
 use geometry::{Isometry, isometry_from_pose};
@@ -8,7 +8,7 @@ use messages::FinishedMap;
 use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
-use vocab::MapId;
+use vocab::{KeyframeId, MapId};
 
 impl Store {
     /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
@@ -64,7 +64,7 @@ impl Store {
         rename(&session, &temporary.join("clouds"))?;
         let clouds = temporary.join("clouds");
         let written = remove_encoded(&clouds)
-            .and_then(|()| self.with_what_it_extends(finished))
+            .and_then(|()| self.with_what_it_extends(finished, &clouds))
             .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFiles::default()))
             .and_then(|report| rename(&temporary, &place).map(|()| report));
         match written {
@@ -80,13 +80,21 @@ impl Store {
         }
     }
 
-    /// A finished map with the trajectory, decisions and metres of the map that it goes on from.
+    /// A finished map with the trajectory, decisions and metres of the map that it goes on from, and in `clouds` whatever of that one's
+    /// is missing because it could not be copied before.
     fn with_what_it_extends<'a>(
         &self,
         finished: &'a FinishedMap,
+        clouds: &Path,
     ) -> Result<Cow<'a, FinishedMap>, StoreError> {
         let Some(map) = finished.extends else { return Ok(Cow::Borrowed(finished)) };
         let before = self.map(map)?;
+        for name in (0..before.poses.len() as u32).map(|number| cloud_name(KeyframeId(number))) {
+            let (from, to) = (before.path.join("clouds").join(&name), clouds.join(&name));
+            if !to.exists() {
+                fs::copy(&from, &to).map_err(|source| StoreError::io("write", &to, source))?;
+            }
+        }
         let mut whole = finished.clone();
         let now = finished.graph.nodes.iter().zip(&before.poses).map(|(node, pose)| {
             // A pose that is none was never one of the graph's.

@@ -87,9 +87,17 @@ impl Loops {
     /// When its graph cannot be solved.
     pub fn resume(session: SessionId, sensor: [f32; 3], map: &Known) -> Result<Self, GraphError> {
         let Known { keyframes, edges, loops, .. } = map;
+        let closed = |edge: &Edge| {
+            // So that a person may take it back, and close it again.
+            let (source, guess) = (messages::LoopSource::Geometry, pose_from_isometry(&edge.from_from_to));
+            let asked = LoopTask { session, from: edge.from, to: edge.to, source, guess };
+            let (evidence, verdict) = (LoopEvidence::default(), Some(LoopVerdict::Accepted));
+            ((edge.from, edge.to), LookedAt { asked, edge: *edge, evidence, verdict })
+        };
         Ok(Self {
             finder: LoopFinder::resume(LoopConfig::default(), keyframes, edges, loops),
             optimiser: Optimiser::resume(&map.nodes, edges, loops)?,
+            looked_at: loops.iter().map(closed).collect(),
             ..Self::new(session, sensor)
         })
     }

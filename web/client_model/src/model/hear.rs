@@ -118,8 +118,13 @@ impl Model {
         if before == Mapping::Idle && begun {
             self.view_map(None, effects);
         }
-        if let (Mapping::Finding { .. }, Mapping::Running { .. }) = (&before, &self.mapping) {
-            // It was walked in a frame of its own.
+        if let (
+            Mapping::Loading { .. } | Mapping::Starting { .. } | Mapping::Finding { .. },
+            Mapping::Finding { .. } | Mapping::Running { .. },
+        ) = (&before, &self.mapping)
+            && std::mem::discriminant(&before) != std::mem::discriminant(&self.mapping)
+        {
+            // What was walked before was told in another frame.
             self.track.clear();
         }
     }
