@@ -32,7 +32,7 @@ pub struct PlaceParts {
 
 impl Place {
     /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame), the base being turned like that in a frame
-    /// whose z axis points up. A millisecond or two.
+    /// whose z axis points up. Linear in the points: the cloud and three descriptors, as `docs/maths/loops.md` has them measured.
     pub fn new(
         xyz: &[[f32; 3]],
         rotation: &Rotation,

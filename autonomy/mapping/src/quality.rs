@@ -163,8 +163,8 @@ impl Coverage {
 }
 
 impl LoopFinder {
-    /// How good the map is whose keyframes are at `poses`. Costs a search of the graph, 10 to 20 us for each new keyframe, and that
-    /// for all where the map has moved.
+    /// How good the map is whose keyframes are at `poses`. Costs a search of the graph and a look at every cell of floor; a pass
+    /// over the points of new keyframes, and of all where the map has moved.
     pub fn quality(&mut self, poses: &[Isometry]) -> Quality {
         let known = poses.len().min(self.clouds.len());
         let Self { coverage, clouds, levels, .. } = self;

@@ -20,7 +20,7 @@ use vocab::{MapId, SessionId, Span, Stamp};
 const KEYFRAME_VOXEL: f32 = 0.04;
 /// The end of a walk, where it comes back to its beginning, is waited for so long: far longer than all that may wait takes.
 const LAST_LOOPS: Span = Span::from_millis(10_000);
-/// A map that changes is judged so often, and more rarely by as much for every so many keyframes: it costs some microseconds each.
+/// A map that changes is judged so often, and more rarely by as much for every so many keyframes, because the cost grows with them.
 const JUDGED_EVERY: Span = Span::from_millis(2_000);
 const JUDGED_KEYFRAMES: usize = 500;
 /// How far odometry alone is believed after a map was saved: deviation in radians, in metres, and in metres for each metre walked,

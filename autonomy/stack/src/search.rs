@@ -126,9 +126,8 @@ impl Search {
                     Uncertain::from_information(pose, &plain::from_rows(&information));
                 Some(Found { waypoint, keyframe, keyframe_from_waypoint })
             }
-            FoundPlace::Unknown(_) => None,
-            FoundPlace::Ambiguous(..) => {
-                self.ambiguous = true;
+            other => {
+                self.ambiguous = matches!(other, FoundPlace::Ambiguous(..));
                 None
             }
         }

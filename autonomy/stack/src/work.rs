@@ -50,7 +50,8 @@ impl Work {
         Self(Kind::Seek(Box::new(seek)))
     }
 
-    /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison, a second or two for a search.
+    /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
+    /// every other metre walked.
     pub fn run(self) -> JobResult {
         match self.0 {
             Kind::Compare { asked, comparison, gates } => {

@@ -27,8 +27,8 @@ pub enum Work {
         /// The map.
         map: Arc<FinishedMap>,
     },
-    /// Look for the stack whether two keyframes saw the same place, or where the robot is in a saved map. Some 20 ms, the stack
-    /// starting four at a time, or a second.
+    /// Look for the stack whether two keyframes saw the same place, some 20 ms, of which the stack starts four at
+    /// a time; or where the robot is in a saved map, which takes dozens of such looks.
     Look {
         /// The stack's number.
         job: u64,
