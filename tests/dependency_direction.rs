@@ -25,6 +25,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("registration", &["geometry", "points", "vocab"]),
     ("odometry", &["geometry", "points", "registration", "vocab"]),
     ("mapping", &["geometry", "points", "registration", "vocab"]),
+    ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
     (
         "stack",

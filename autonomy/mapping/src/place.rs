@@ -3,6 +3,7 @@
 
 use crate::scan_context::{Descriptor, level_from_base};
 use crate::submap::KeyframeCloud;
+use crate::view::RangeImage;
 use geometry::Rotation;
 use points::Downsampler;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use std::sync::Arc;
 /// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
 pub(crate) const ASIDE: f32 = 1.5;
 /// From where a place is looked at: metres ahead of and left of the base.
-pub(crate) const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+pub const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
 
 /// A keyframe's small cloud and its looks from the base and from both sides: some 40 kB, shared by clones.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +59,21 @@ impl Place {
         let cloud = KeyframeCloud::from_parts(parts.points, sensor, parts.ranges)?;
         let [a, b, c] = parts.views.map(|[heights, slices]| Descriptor::from_pictures(&heights, &slices));
         Some(Self { cloud: Arc::new(cloud), views: [a?, b?, c?].map(Arc::new) })
+    }
+
+    /// How it looks from each of [`ORIGINS`].
+    pub fn views(&self) -> &[Arc<Descriptor>; 3] {
+        &self.views
+    }
+
+    /// Its small cloud, base frame, metres.
+    pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
+        self.cloud.points()
+    }
+
+    /// What the sensor saw through.
+    pub fn view(&self) -> &RangeImage {
+        self.cloud.view()
     }
 
     /// Where the LiDAR was, base frame, metres.

@@ -27,11 +27,14 @@ pub struct Row {
     pub note: String,
 }
 
-/// Names of the columns.
+/// Time between sweeps of the simulated LiDAR, milliseconds.
+const SWEEP_MS: f64 = 100.0;
+
+/// Names of the columns; `x real` is how many robots one core could serve: a sweep's duration by the CPU it costs.
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 pub fn print_header() {
     println!(
-        "{:<8}{:>5}  {:<18}{:>7}{:>9}{:>10}{:>10}{:>10}{:>9}{:>9}{:>9}",
+        "{:<8}{:>5}  {:<18}{:>7}{:>9}{:>10}{:>10}{:>10}{:>9}{:>9}{:>8}{:>9}",
         "site",
         "seed",
         "odometry",
@@ -42,6 +45,7 @@ pub fn print_header() {
         "height m",
         "cpu ms",
         "p99 ms",
+        "x real",
         "MB"
     );
 }
@@ -54,8 +58,9 @@ pub fn print(row: &Row) {
         .error
         .filter(|_| row.path > 0.0)
         .map_or_else(|| "-".to_owned(), |e| format!("{:.3}", 100.0 * e / row.path));
+    let times_real = if row.cpu_ms > 0.0 { format!("{:.1}", SWEEP_MS / row.cpu_ms) } else { "-".to_owned() };
     println!(
-        "{:<8}{:>5}  {:<18}{:>7}{:>9.1}{:>10}{:>10}{:>10}{:>9.2}{:>9.2}{:>9.0}  {}",
+        "{:<8}{:>5}  {:<18}{:>7}{:>9.1}{:>10}{:>10}{:>10}{:>9.2}{:>9.2}{:>8}{:>9.0}  {}",
         row.site,
         row.seed,
         row.who,
@@ -66,6 +71,7 @@ pub fn print(row: &Row) {
         metres(row.vertical),
         row.cpu_ms,
         row.p99_ms,
+        times_real,
         row.peak_mb,
         row.note
     );

@@ -97,6 +97,13 @@ pub struct Quality {
     pub places: Vec<PlaceToWalk>,
 }
 
+impl Quality {
+    /// How far a keyframe may be off as seen from the first one: one standard deviation, metres; `None` where that is not known.
+    pub fn deviation_of(&self, keyframe: KeyframeId) -> Option<f32> {
+        self.deviations.get(keyframe.0 as usize).copied()
+    }
+}
+
 /// A place worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaceToWalk {

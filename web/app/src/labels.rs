@@ -4,6 +4,7 @@ use crate::stage::vector;
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::{LabelKind, SceneLabel};
+use vocab::KeyframeId;
 
 /// Keyframes that are elements of the accessible tree: the nearest ones; more would drown everything else.
 const KEYFRAME_LABELS_MAX: usize = 24;
@@ -61,6 +62,15 @@ fn worth_a_walk(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &
     }
 }
 
+/// The name of a keyframe, and how well it is known while the map is made.
+fn selected_tag(model: &Model, id: KeyframeId) -> String {
+    let known = model.quality.deviation_of(id).filter(|_| model.viewed().is_none());
+    match known.map(|deviation| panels::words::accuracy(f64::from(deviation).max(1e-3))) {
+        Some(known) => format!("Keyframe {} · known to {known}", id.0),
+        None => format!("Keyframe {}", id.0),
+    }
+}
+
 /// The keyframes nearest to the eye.
 fn keyframe_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
     let mut seen: Vec<(f64, SceneLabel)> = Vec::new();
@@ -68,7 +78,7 @@ fn keyframe_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels
         let Some((at, depth)) = place(vector(node.map_from_keyframe.position)) else { continue };
         let selected = model.selection == Some(Selection::Keyframe(node.id));
         let name = format!("Keyframe {}", node.id.0);
-        let tag = if selected { name.clone() } else { String::new() };
+        let tag = if selected { selected_tag(model, node.id) } else { String::new() };
         let kind = LabelKind::Selectable(Selection::Keyframe(node.id));
         let order = if selected { f64::NEG_INFINITY } else { depth };
         seen.push((order, SceneLabel { kind, name, tag, at, selected, small: true }));

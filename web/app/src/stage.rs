@@ -1,12 +1,13 @@
 //! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
 
+use api::Quality;
 use client_model::{ColourBy, Comparison, LoopPair, LoopPick, MapView, Model, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
-    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Options, Palette, PointBlock, Renderer, RobotState,
-    Shape, TileId, View, WHOLE_MAP,
+    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Renderer,
+    RobotState, Shape, TileId, View, WHOLE_MAP,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -25,6 +26,10 @@ const POINT_BUDGET: u32 = 1_500_000;
 const CLOUD_SPACING_M: f32 = 0.04;
 /// A sign of a place on the floor stands this high over it, metres, so that the floor does not cover it.
 const SIGN_HEIGHT_M: f64 = 0.5;
+/// Keyframes known better than the first are not coloured at all, those known worse than the second all the way: metres. The
+/// second is where the robot names a place to walk again.
+const SURE_M: f32 = 0.03;
+const UNSURE_M: f32 = 0.3;
 /// Older than this, seconds, the robot is drawn as one whose place is not known.
 const ROBOT_STALE_S: f64 = 3.0;
 
@@ -47,6 +52,8 @@ struct Told {
     map: Option<MapId>,
     graph: Option<u64>,
     graph_shown: bool,
+    /// How well each keyframe is known.
+    deviations: Vec<f32>,
     loops: Option<u64>,
     compared: Option<Comparison>,
     clouds: usize,
@@ -117,12 +124,17 @@ impl Stage {
         let live = model.viewed().is_none();
         // Who is to choose keyframes has to see them.
         let graph_shown = model.view.get().graph || model.loop_pick.is_some();
-        let graph_changed =
-            self.told.graph != Some(shown.graph_revision) || self.told.graph_shown != graph_shown;
+        // Saved maps do not say how well they are known.
+        let nothing = Quality::default();
+        let quality = if live { &model.quality } else { &nothing };
+        let graph_changed = self.told.graph != Some(shown.graph_revision)
+            || self.told.graph_shown != graph_shown
+            || self.told.deviations != quality.deviations;
         if graph_changed {
-            set_graph(&mut renderer, shown, graph_shown);
+            set_graph(&mut renderer, shown, graph_shown, quality);
             self.told.graph = Some(shown.graph_revision);
             self.told.graph_shown = graph_shown;
+            quality.deviations.clone_into(&mut self.told.deviations);
         }
         if graph_changed || self.told.loops != Some(model.loops.revision()) {
             let loops = if graph_shown { loop_edges(model) } else { Vec::new() };
@@ -241,7 +253,7 @@ fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
     }
 }
 
-fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool) {
+fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &Quality) {
     for node in &shown.graph.nodes {
         let (position, orientation) = glam_pose(&node.map_from_keyframe);
         renderer.set_anchor(AnchorId(u64::from(node.id.0)), position, orientation);
@@ -255,11 +267,24 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool) {
             .map_from_anchor(api::Anchor::Keyframe(id))
             .map(|map_from_keyframe| vector(map_from_keyframe.position))
     };
-    let nodes: Vec<(u32, DVec3)> =
-        shown.graph.nodes.iter().map(|node| (node.id.0, vector(node.map_from_keyframe.position))).collect();
+    let nodes: Vec<Node> = shown
+        .graph
+        .nodes
+        .iter()
+        .map(|node| Node {
+            number: node.id.0,
+            position: vector(node.map_from_keyframe.position),
+            doubt: quality.deviation_of(node.id).map_or(0.0, doubt),
+        })
+        .collect();
     let edges: Vec<[DVec3; 2]> =
         shown.graph.edges.iter().filter_map(|&(a, b)| Some([position_of(a)?, position_of(b)?])).collect();
     renderer.set_graph(&nodes, &edges);
+}
+
+/// How much of the doubtful colour a node takes, from one standard deviation in metres: each tenfold step looks alike.
+fn doubt(deviation: f32) -> f32 {
+    (deviation / SURE_M).log10() / (UNSURE_M / SURE_M).log10()
 }
 
 /// Every loop that is known: closed ones of the graph, others as they were decided.
@@ -347,6 +372,7 @@ fn palette(settings: &ViewSettings) -> Palette {
         grid: with(tokens.dim, 60),
         node: solid(if tokens.dark { tokens.text } else { tokens.card }),
         outline: solid(if tokens.dark { tokens.ground } else { tokens.text }),
+        doubtful: solid(tokens.warn),
         edge: with(panels::theme::mix(tokens.accent, tokens.text, 0.35), 170),
         loop_closed: solid(tokens.closed),
         loop_open: solid(tokens.warn),

@@ -16,7 +16,8 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
     fact(ui, tokens, "Floor covered", &words::area(quality.covered));
     let worst = quality.deviations.iter().copied().fold(0.0, f32::max);
     if worst.is_finite() && !quality.deviations.is_empty() {
-        fact(ui, tokens, "Known to", &words::accuracy(f64::from(worst).max(1e-3)));
+        let response = fact(ui, tokens, "Known to", &words::accuracy(f64::from(worst).max(1e-3)));
+        response.on_hover_text("One standard deviation of the keyframe that is known least; the graph's nodes turn amber with it");
     }
     if quality.places.is_empty() {
         return;

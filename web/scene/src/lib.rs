@@ -41,7 +41,7 @@ mod tests;
 pub use camera::{Camera, CameraPose, FLIGHT_SECONDS};
 pub use eye::{Eye, Ray};
 pub use loops::{LoopEdge, LoopState};
-pub use overlay::{Marker, Polyline, Shape};
+pub use overlay::{Marker, Node, Polyline, Shape};
 pub use pace::Pace;
 pub use pick::{Hit, PickOptions};
 pub use ramp::Ramp;

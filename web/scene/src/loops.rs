@@ -1,7 +1,7 @@
 //! Loops of the pose graph as the caller gives them, and how they are drawn: closed ones as lines, the others as dashes.
 
 use crate::lines::{Segment, Stroke, push_polyline};
-use crate::overlay::lifted;
+use crate::overlay::{Node, lifted};
 use crate::view::{Colour, Palette};
 use glam::DVec3;
 
@@ -36,7 +36,7 @@ const DASH: f64 = 0.3;
 pub(crate) fn push_loops(
     segments: &mut Vec<Segment>,
     loops: &[LoopEdge],
-    selected: Option<[(u32, DVec3); 2]>,
+    selected: Option<[Node; 2]>,
     palette: &Palette,
 ) {
     for state in [LoopState::Rejected, LoopState::Open, LoopState::Closed] {
@@ -45,12 +45,12 @@ pub(crate) fn push_loops(
         }
     }
     let Some(nodes) = selected else { return };
-    let own = loops.iter().find(|edge| edge.nodes == nodes.map(|(number, _)| number));
+    let own = loops.iter().find(|edge| edge.nodes == nodes.map(|node| node.number));
     let of_state = own.map_or(proposed(palette), |edge| stroke(edge.state, palette));
     let solid = |colour: Colour| [colour[0], colour[1], colour[2], 255];
     let line = Stroke { width: 4.5, behind: 0.75, colour: solid(of_state.colour), ..of_state };
     let rim = Stroke { width: 8.0, colour: solid(palette.outline), dash: 0.0, ..line };
-    let ends = lifted(&nodes.map(|(_, position)| position));
+    let ends = lifted(&nodes.map(|node| node.position));
     push_polyline(segments, &ends, rim, 0.0);
     push_polyline(segments, &ends, line, 0.0);
 }

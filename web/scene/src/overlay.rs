@@ -59,12 +59,22 @@ pub struct Polyline {
     pub dash: f32,
 }
 
+/// A node of the pose graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// What [`crate::Hit::Node`] says when it is picked.
+    pub number: u32,
+    /// Metres, map frame.
+    pub position: DVec3,
+    /// From 0, known well, to 1, known vaguely: from [`Palette::node`] to [`Palette::doubtful`].
+    pub doubt: f32,
+}
+
 /// Everything on top of the points.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overlay {
     pub(crate) trajectory: Vec<DVec3>,
-    /// Number and position of each node.
-    pub(crate) nodes: Vec<(u32, DVec3)>,
+    pub(crate) nodes: Vec<Node>,
     pub(crate) edges: Vec<[DVec3; 2]>,
     pub(crate) robot: Option<RobotState>,
     pub(crate) goal: Option<DVec3>,
@@ -101,22 +111,25 @@ impl Overlay {
         for edge in &self.edges {
             push_polyline(segments, &lifted(edge), stroke, 0.0);
         }
-        let number = |n: u32| self.nodes.iter().find(|(number, p)| *number == n && p.is_finite()).copied();
+        let number =
+            |n: u32| self.nodes.iter().find(|node| node.number == n && node.position.is_finite()).copied();
         let pair = self.pair.and_then(|[older, newer]| Some([number(older)?, number(newer)?]));
         push_loops(segments, &self.loops, pair, palette);
         // What stands out is drawn last, over its neighbours.
         let stands_out = |number: u32| self.pair.is_some_and(|pair| pair.contains(&number));
-        let finite = || self.nodes.iter().filter(|(_, p)| p.is_finite());
-        let (others, pair_nodes) =
-            (finite().filter(|node| !stands_out(node.0)), finite().filter(|node| stands_out(node.0)));
-        for (number, position) in others.chain(pair_nodes) {
-            let of_pair = pair.and_then(|pair| pair.iter().position(|(own, _)| own == number));
-            let selected = self.selected_node == Some(*number) || of_pair.is_some();
+        let finite = || self.nodes.iter().filter(|node| node.position.is_finite());
+        let (others, pair_nodes) = (
+            finite().filter(|node| !stands_out(node.number)),
+            finite().filter(|node| stands_out(node.number)),
+        );
+        for node in others.chain(pair_nodes) {
+            let of_pair = pair.and_then(|pair| pair.iter().position(|end| end.number == node.number));
+            let selected = self.selected_node == Some(node.number) || of_pair.is_some();
             let chosen = of_pair.map_or(palette.accent, |newer| palette.pair[newer]);
             marks.push(Mark {
-                centre: (*position + LIFT).as_vec3().to_array(),
+                centre: (node.position + LIFT).as_vec3().to_array(),
                 ahead: [0.0; 3],
-                fill: if selected { chosen } else { palette.node },
+                fill: if selected { chosen } else { between(palette.node, palette.doubtful, node.doubt) },
                 rim: palette.outline,
                 radius_max: if selected { 10.0 } else { 6.5 },
                 radius_min: if selected { 7.0 } else { 2.5 },
@@ -180,6 +193,14 @@ impl Overlay {
 
 pub(crate) fn lifted(points: &[DVec3]) -> Vec<DVec3> {
     points.iter().map(|p| *p + LIFT).collect()
+}
+
+/// From one colour to another, clamped to 0..=1.
+fn between(from: Colour, to: Colour, share: f32) -> Colour {
+    let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
+    std::array::from_fn(|i| {
+        (f32::from(from[i]) + (f32::from(to[i]) - f32::from(from[i])) * share).round() as u8
+    })
 }
 
 fn mark_of(marker: &Marker) -> Mark {

@@ -5,7 +5,7 @@ mod frame;
 use crate::eye::Eye;
 use crate::lines::{Mark, Segment};
 use crate::loops::LoopEdge;
-use crate::overlay::{Marker, Overlay, Polyline};
+use crate::overlay::{Marker, Node, Overlay, Polyline};
 use crate::pick::{Cone, Hit, PickOptions, Sign, meant, nearest_loop, nearest_point, nearest_sign};
 use crate::pipelines::Pipelines;
 use crate::robot::{self, RobotState};
@@ -177,8 +177,8 @@ impl Renderer {
         self.change_overlay(|overlay| points.clone_into(&mut overlay.trajectory));
     }
 
-    /// The pose graph: numbers and positions of its nodes, and the two ends of each edge; metres, map frame.
-    pub fn set_graph(&mut self, nodes: &[(u32, DVec3)], edges: &[[DVec3; 2]]) {
+    /// The pose graph: its nodes, and the two ends of each edge, metres, map frame.
+    pub fn set_graph(&mut self, nodes: &[Node], edges: &[[DVec3; 2]]) {
         self.change_overlay(|overlay| {
             nodes.clone_into(&mut overlay.nodes);
             edges.clone_into(&mut overlay.edges);
@@ -312,7 +312,8 @@ impl Renderer {
     fn signs(&self) -> Vec<Sign> {
         let overlay = &self.overlay;
         let robot = overlay.robot.iter().map(|r| Sign { hit: Hit::Robot, position: r.position });
-        let nodes = overlay.nodes.iter().map(|(n, p)| Sign { hit: Hit::Node(*n), position: *p });
+        let nodes =
+            overlay.nodes.iter().map(|node| Sign { hit: Hit::Node(node.number), position: node.position });
         let markers = overlay
             .markers
             .iter()

@@ -113,8 +113,10 @@ pub struct Palette {
     pub live: Colour,
     /// Ground grid.
     pub grid: Colour,
-    /// Nodes of the graph.
+    /// Nodes of the graph that are known well.
     pub node: Colour,
+    /// Nodes of the graph that are known vaguely.
+    pub doubtful: Colour,
     /// Rim around nodes and markers.
     pub outline: Colour,
     /// Edges of the graph.

@@ -165,8 +165,8 @@ fn furnished(studio: &Studio) -> Renderer {
         .map(|i| DVec3::new(-9.0 + 0.25 * f64::from(i), -3.0 + (f64::from(i) * 0.1).sin(), 0.0))
         .collect();
     renderer.set_trajectory(&way);
-    let nodes: Vec<(u32, DVec3)> = (0..).zip(way.iter().step_by(6).copied()).collect();
-    let edges: Vec<[DVec3; 2]> = nodes.windows(2).map(|pair| [pair[0].1, pair[1].1]).collect();
+    let nodes: Vec<Node> = (0..).zip(way.iter().step_by(6)).map(|(n, at)| node(n, *at, 0.0)).collect();
+    let edges: Vec<[DVec3; 2]> = nodes.windows(2).map(|pair| [pair[0].position, pair[1].position]).collect();
     renderer.set_graph(&nodes, &edges);
     renderer.set_robot(Some(robot()));
     renderer.set_goal(
@@ -174,6 +174,10 @@ fn furnished(studio: &Studio) -> Renderer {
         &[way[59], DVec3::new(7.5, -1.0, 0.0), DVec3::new(9.0, 1.0, 0.0)],
     );
     renderer
+}
+
+fn node(number: u32, position: DVec3, doubt: f32) -> Node {
+    Node { number, position, doubt }
 }
 
 fn robot() -> RobotState {
@@ -329,11 +333,33 @@ fn compared_scans_have_their_own_colours_and_the_map_can_step_back() {
 }
 
 #[test]
+fn nodes_take_the_doubtful_colour_by_how_vaguely_they_are_known() {
+    for studio in Studio::all() {
+        let mut renderer = studio.renderer();
+        let place = |n: u32| DVec3::new(0.0, 2.0 * f64::from(n), 0.0);
+        let doubts = [0.0, 0.5, 1.0, f32::NAN];
+        let nodes: Vec<Node> = (0..).zip(doubts).map(|(n, doubt)| node(n, place(n), doubt)).collect();
+        renderer.set_graph(&nodes, &[]);
+        let camera = CameraPose { target: place(1), yaw: 0.0, pitch: 1.2, distance: 12.0 };
+        let view = view(camera, SIZE);
+        let eye = Eye::new(camera, SIZE);
+        let picture = studio.shoot(&mut renderer, &view, "doubt");
+        let (sure, vague) = (palette().node, palette().doubtful);
+        let half: [u8; 4] = std::array::from_fn(|i| u8::midpoint(sure[i], vague[i]));
+        for (n, wanted) in (0..).zip([sure, half, vague, vague]) {
+            let (at, _) = eye.project(place(n) + DVec3::new(0.0, 0.0, 0.05)).unwrap();
+            let seen = picture.at(at);
+            assert!(!differs(seen, [wanted[0], wanted[1], wanted[2]], 20), "{} {n}: {seen:?}", studio.name);
+        }
+    }
+}
+
+#[test]
 fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
     for studio in Studio::all() {
         let mut renderer = studio.renderer();
-        let nodes: Vec<(u32, DVec3)> =
-            (0..4).map(|n| (n, DVec3::new(0.0, 2.0 * f64::from(n), 0.0))).collect();
+        let nodes: Vec<Node> =
+            (0..4).map(|n| node(n, DVec3::new(0.0, 2.0 * f64::from(n), 0.0), 0.0)).collect();
         renderer.set_graph(&nodes, &[]);
         let edge = |nodes: [u32; 2], state| {
             let ends = nodes.map(|n| DVec3::new(0.0, 2.0 * f64::from(n), 0.0));

@@ -1,0 +1,109 @@
+//! A known map as the tracker uses it.
+
+use geometry::{Isometry, Vector3};
+use mapping::Place;
+use mapping::view::Sight;
+use nalgebra::Point3;
+use points::{GaussianMap, GaussianMapConfig};
+
+/// Keyframes so near to the robot, metres, so many at most, are asked what they saw, and vertically so near.
+const ASKED_WITHIN: f64 = 8.0;
+const ASKED: usize = 4;
+const LEVEL: f64 = 1.5;
+/// Points asked about.
+const POINTS: usize = 400;
+
+/// Surfaces and sight of a known map: some 60 kB a keyframe.
+#[derive(Clone, Debug)]
+pub struct Guide {
+    surfaces: GaussianMap,
+    keyframes: Vec<(Isometry, Place)>,
+}
+
+/// What the keyframes about a place saw where a scan's points are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sightings {
+    /// Points on something that they saw.
+    pub agreed: usize,
+    /// Points where all of them saw through.
+    pub through: usize,
+    /// Points asked about.
+    pub asked: usize,
+}
+
+impl Sightings {
+    /// Share of the points of which the keyframes can speak that stand where they saw through.
+    pub fn contradicted(&self) -> f64 {
+        self.through as f64 / (self.agreed + self.through).max(1) as f64
+    }
+}
+
+impl Guide {
+    /// Of keyframes, each with its pose in the map. Linear in their points: some 0.1 ms a keyframe.
+    pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
+        let config = GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() };
+        let mut surfaces = GaussianMap::new(config);
+        for (map_from_keyframe, place) in &keyframes {
+            let turn = map_from_keyframe.rotation.to_rotation_matrix();
+            for point in place.points() {
+                let at = turn * Vector3::from(point.map(f64::from)) + map_from_keyframe.translation.vector;
+                surfaces.insert(&at.into());
+            }
+        }
+        Self { surfaces, keyframes }
+    }
+
+    /// Its surfaces.
+    pub fn surfaces(&self) -> &GaussianMap {
+        &self.surfaces
+    }
+
+    /// Its keyframes.
+    pub fn keyframes(&self) -> &[(Isometry, Place)] {
+        &self.keyframes
+    }
+
+    /// Bytes held, but for what the keyframes share with others.
+    pub fn bytes(&self) -> usize {
+        self.surfaces.bytes()
+    }
+
+    /// What the nearest keyframes saw where points (base frame, metres) are. Linear in the keyframes, for finding those.
+    pub fn sightings(&self, map_from_base: &Isometry, points: &[[f32; 3]]) -> Sightings {
+        let views: Vec<_> = self
+            .nearest(map_from_base)
+            .into_iter()
+            .map(|keyframe| {
+                let (map_from_keyframe, place) = &self.keyframes[keyframe];
+                let keyframe_from_base = map_from_keyframe.inverse() * map_from_base;
+                (keyframe_from_base.cast::<f32>(), place.view())
+            })
+            .collect();
+        let mut sightings = Sightings::default();
+        for point in points.iter().step_by(points.len().div_ceil(POINTS).max(1)) {
+            let at = Point3::from(*point);
+            let looks = || views.iter().map(|(turn, view)| view.look(&(turn * at).into()));
+            sightings.asked += 1;
+            if looks().any(|sight| sight == Sight::Agrees) {
+                sightings.agreed += 1;
+            } else if looks().any(|sight| sight == Sight::Through) {
+                sightings.through += 1;
+            }
+        }
+        sightings
+    }
+
+    /// The keyframes nearest to the robot.
+    fn nearest(&self, map_from_base: &Isometry) -> Vec<usize> {
+        let offsets =
+            self.keyframes.iter().map(|(pose, _)| pose.translation.vector - map_from_base.translation.vector);
+        let mut near: Vec<(f64, usize)> = offsets
+            .enumerate()
+            .filter(|(_, offset)| offset.norm() <= ASKED_WITHIN && offset.z.abs() <= LEVEL)
+            .map(|(keyframe, offset)| (offset.norm(), keyframe))
+            .collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.truncate(ASKED);
+        near.into_iter().map(|(_, keyframe)| keyframe).collect()
+    }
+}

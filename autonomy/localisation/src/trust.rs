@@ -1,0 +1,163 @@
+//! How far a pose in a known map can be believed.
+//!
+//! One scan proves nothing: people stand about the robot, a door was closed. What speaks against the pose has to last.
+
+use geometry::Vector3;
+use vocab::{Span, Stamp};
+
+/// A scan contradicts the pose if the keyframes saw through such a share of the points that they can speak of.
+const CONTRADICTED: f64 = 0.3;
+/// Fewer points than this share of those asked about are no evidence: nobody has mapped what the robot sees.
+const SPOKEN_OF: f64 = 0.25;
+/// The pose is unsure, and lost, if it may be so far off, metres.
+const UNSURE: f64 = 0.15;
+const LOST: f64 = 0.8;
+/// A contradiction makes the pose unsure after so long, and lost.
+const UNSURE_AFTER: Span = Span::from_millis(500);
+const LOST_AFTER: Span = Span::from_millis(2_500);
+/// And is forgotten after so long without one.
+const FORGOTTEN: Span = Span::from_millis(1_000);
+/// Fewer points than this see nothing.
+const DARK: usize = 60;
+
+/// What speaks for and against a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Points of the scan.
+    pub seen: usize,
+    /// Share of them on known surfaces.
+    pub matched: f64,
+    /// Of those asked about, on something that a keyframe saw.
+    pub agreed: usize,
+    /// Of those asked about, where keyframes saw through.
+    pub through: usize,
+    /// Asked about.
+    pub asked: usize,
+    /// Standard deviation of the place in its least certain direction, metres.
+    pub deviation: f64,
+    /// Directions that the scan does not tell, base frame.
+    pub blind: [Option<Vector3>; 3],
+}
+
+impl Evidence {
+    /// Share of the points of which the keyframes can speak that stand where they saw through; none if those are too few.
+    pub fn contradicted(&self) -> Option<f64> {
+        let spoken = self.agreed + self.through;
+        let enough = spoken > 0 && spoken as f64 >= SPOKEN_OF * self.asked as f64;
+        enough.then(|| self.through as f64 / spoken as f64)
+    }
+}
+
+/// Whether the pose can be believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trust {
+    /// It can.
+    Localised,
+    /// Not quite.
+    Uncertain(Doubt),
+    /// It cannot.
+    Lost(Doubt),
+}
+
+/// What speaks against a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Doubt {
+    /// What is seen is not what the map shows there.
+    Contradicted {
+        /// Share of the points.
+        share: f64,
+    },
+    /// It may be far off, metres.
+    Vague {
+        /// One standard deviation.
+        deviation: f64,
+    },
+    /// The LiDAR sees nothing.
+    Dark,
+    /// The map shows nothing of what is seen: the robot has left it.
+    Unmapped,
+}
+
+/// Judges scan after scan.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Judge {
+    /// Since when scans contradict the pose, and when the last one did.
+    contradicted: Option<(Stamp, Stamp)>,
+}
+
+impl Judge {
+    /// Takes in what speaks for and against the pose at a scan.
+    pub fn judge(&mut self, at: Stamp, evidence: &Evidence) -> Trust {
+        let contradicted = evidence.contradicted().filter(|share| *share > CONTRADICTED);
+        self.contradicted = match (self.contradicted, contradicted) {
+            (Some((since, last)), Some(_)) if at - last <= FORGOTTEN => Some((since, at)),
+            (_, Some(_)) => Some((at, at)),
+            (Some((_, last)), None) if at - last > FORGOTTEN => None,
+            (held, None) => held,
+        };
+        let lasted = self.contradicted.map_or(Span::ZERO, |(since, last)| last - since);
+        let doubt = contradicted.map(|share| Doubt::Contradicted { share });
+        let deviation = evidence.deviation;
+        match doubt {
+            Some(doubt) if lasted >= LOST_AFTER => Trust::Lost(doubt),
+            _ if deviation > LOST => Trust::Lost(Doubt::Vague { deviation }),
+            Some(doubt) if lasted >= UNSURE_AFTER => Trust::Uncertain(doubt),
+            _ if deviation > UNSURE => Trust::Uncertain(Doubt::Vague { deviation }),
+            _ if evidence.seen < DARK => Trust::Uncertain(Doubt::Dark),
+            _ if evidence.asked > 0 && evidence.contradicted().is_none() => Trust::Uncertain(Doubt::Unmapped),
+            _ => Trust::Localised,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(millis: i64) -> Stamp {
+        Stamp::from_parts(100, 0) + Span::from_millis(millis)
+    }
+
+    fn evidence(agreed: usize, through: usize) -> Evidence {
+        Evidence {
+            seen: 4_000,
+            matched: 0.8,
+            agreed,
+            through,
+            asked: 400,
+            deviation: 0.01,
+            ..Evidence::default()
+        }
+    }
+
+    #[test]
+    fn people_about_the_robot_do_not_shake_it_and_another_place_does_when_it_lasts() {
+        let mut judge = Judge::default();
+        assert_eq!(judge.judge(at(0), &evidence(300, 60)), Trust::Localised);
+        for millis in (100..=400).step_by(100) {
+            assert_eq!(judge.judge(at(millis), &evidence(150, 200)), Trust::Localised, "{millis}");
+        }
+        assert_eq!(judge.judge(at(500), &evidence(300, 60)), Trust::Localised);
+        for millis in (2_000..2_500).step_by(100) {
+            assert_eq!(judge.judge(at(millis), &evidence(150, 200)), Trust::Localised, "{millis}");
+        }
+        let share = 200.0 / 350.0;
+        for millis in (2_500..4_500).step_by(100) {
+            let unsure = Trust::Uncertain(Doubt::Contradicted { share });
+            assert_eq!(judge.judge(at(millis), &evidence(150, 200)), unsure, "{millis}");
+        }
+        assert_eq!(judge.judge(at(4_500), &evidence(150, 200)), Trust::Lost(Doubt::Contradicted { share }));
+        assert_eq!(judge.judge(at(4_600), &evidence(300, 60)), Trust::Localised);
+    }
+
+    #[test]
+    fn what_it_cannot_know_it_says() {
+        let mut judge = Judge::default();
+        let vague = |deviation| Evidence { deviation, ..evidence(300, 0) };
+        assert_eq!(judge.judge(at(0), &vague(0.3)), Trust::Uncertain(Doubt::Vague { deviation: 0.3 }));
+        assert_eq!(judge.judge(at(0), &vague(1.0)), Trust::Lost(Doubt::Vague { deviation: 1.0 }));
+        let dark = Evidence { deviation: 0.01, ..Evidence::default() };
+        assert_eq!(judge.judge(at(0), &dark), Trust::Uncertain(Doubt::Dark));
+        assert_eq!(judge.judge(at(0), &evidence(20, 20)), Trust::Uncertain(Doubt::Unmapped));
+    }
+}

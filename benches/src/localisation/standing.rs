@@ -1,0 +1,160 @@
+//! A robot that is switched on somewhere in the site, and has to say where from one sweep.
+
+use crate::Arguments;
+use crate::known::KnownSite;
+use anyhow::{Context, Result};
+use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
+use localisation::{Atlas, Hypothesis};
+use mapping::Place;
+use messages::Sensor;
+use points::Downsampler;
+use rustix::time::{ClockId, clock_gettime};
+use sim::{SimConfig, Simulator, Start};
+use std::sync::Arc;
+use vocab::{Span, Vec3};
+
+/// A place counts as found within this: metres and radians.
+const RIGHT: (f64, f64) = (0.2, 0.052);
+/// The robot has so much room about it, metres, at so many heights over the floor.
+const ROOM: f64 = 0.45;
+const HEIGHTS: [f64; 3] = [0.25, 0.5, 0.75];
+/// It stands so near to a keyframe, metres, and in sight of it.
+const NEAR: f64 = 4.0;
+/// Draws for each place at most.
+const DRAWS: usize = 400;
+
+/// Names of the columns.
+pub fn print_header() {
+    println!(
+        "{:<8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11}{:>9}",
+        "site", "places", "first", "second", "absent", "none", "median ms", "p99 ms"
+    );
+}
+
+/// Tries random places.
+pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
+    let atlas = Atlas::new(Arc::clone(&known.guide));
+    let mut rng = RngTree::new(arguments.seed).child("places").rng();
+    let mut downsampler = Downsampler::default();
+    let (mut first, mut later, mut absent, mut none) = (0, 0, 0, 0);
+    let mut times = Vec::new();
+    for number in 0..arguments.places {
+        let start = random_place(known, &mut rng).context("no place has room for the robot")?;
+        let (xyz, sensor, map_from_base) = sweep(known, arguments, start, number as u64)?;
+        let before = thread_ms();
+        let place = Place::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
+        // A robot knows which way is up.
+        let up_from_base = untwisted(&map_from_base, &mut rng);
+        let found = atlas.seek(&place, &up_from_base.rotation);
+        times.push(thread_ms() - before);
+        let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
+        match right {
+            Some(0) => first += 1,
+            Some(_) => later += 1,
+            None if found.is_empty() => none += 1,
+            None => absent += 1,
+        }
+        if arguments.each {
+            print_each(number, &start, right, &found);
+        }
+    }
+    times.sort_by(f64::total_cmp);
+    let at = |share: f64| times.get((share * (times.len() - 1) as f64) as usize).copied().unwrap_or(f64::NAN);
+    println!(
+        "{:<8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11.1}{:>9.1}",
+        known.site.name(),
+        arguments.places,
+        first,
+        later,
+        absent,
+        none,
+        at(0.5),
+        at(0.99)
+    );
+    Ok(())
+}
+
+fn print_each(number: usize, start: &Start, right: Option<usize>, found: &[Hypothesis]) {
+    let place = format!("{:.1},{:.1},{:.1}", start.position.x, start.position.y, start.position.z);
+    let right = right.map_or_else(|| "-".to_owned(), |index| index.to_string());
+    let list: Vec<String> =
+        found.iter().take(4).map(|one| format!("{:.3}/{:.3}", one.fit, one.contradicted)).collect();
+    println!("{number:>4} {place:>16} {right:>3}  {}", list.join("  "));
+}
+
+/// Where the robot has room and the map shows what it sees.
+fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
+    let keyframes = known.guide.keyframes();
+    for _ in 0..DRAWS {
+        let index = ((rng.uniform() * keyframes.len() as f64) as usize).min(keyframes.len() - 1);
+        let at = (known.site_from_map * keyframes[index].0).translation.vector;
+        let (away, toward) = (NEAR * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
+        let over = at + Vector3::new(away * toward.cos(), away * toward.sin(), 0.0);
+        let offset = over - at;
+        let hidden =
+            offset.norm() > 1e-3 && known.site.cast(&at, &offset.normalize(), offset.norm()).is_some();
+        if hidden {
+            continue;
+        }
+        let Some((down, _)) = known.site.cast(&over, &-Vector3::z(), 1.5) else { continue };
+        let floor = over - Vector3::z() * down;
+        let clear = HEIGHTS.iter().all(|height| {
+            let middle = floor + Vector3::z() * *height;
+            known.site.distance(&middle, ROOM).is_none_or(|distance| distance >= ROOM.min(*height - 0.02))
+        });
+        if clear {
+            let position = Vec3::new(floor.x, floor.y, floor.z);
+            return Some(Start { position, yaw: rng.range(0.0, std::f64::consts::TAU) });
+        }
+    }
+    None
+}
+
+/// One sweep of a standing robot in its base's frame, where its LiDAR is, and where the base is in the map.
+fn sweep(
+    known: &KnownSite,
+    arguments: &Arguments,
+    start: Start,
+    number: u64,
+) -> Result<(Vec<[f32; 3]>, [f32; 3], Isometry)> {
+    let config = SimConfig {
+        lidar_columns: arguments.columns,
+        people: arguments.people,
+        start: Some(start),
+        ..SimConfig::new(known.site.name(), 10_000 * arguments.seed + number)
+    };
+    let mut simulator = Simulator::on(Arc::clone(&known.site), config);
+    let base_from_lidar = simulator.boot().mounting.base_from_lidar;
+    let base_from_lidar =
+        base_from_lidar.as_ref().and_then(isometry_from_pose).unwrap_or_else(Isometry::identity);
+    let mut events = Vec::new();
+    simulator.advance(simulator.now() + Span::from_millis(350), &mut events);
+    let scan = events.iter().find_map(|event| match &event.sensor {
+        Sensor::Scan(scan) => Some(scan),
+        _ => None,
+    });
+    let scan = scan.context("the LiDAR said nothing")?;
+    let turn = base_from_lidar.cast::<f32>();
+    let xyz = scan.xyz.iter().map(|p| (turn * nalgebra::Point3::from(*p)).into()).collect();
+    let site_from_base =
+        isometry_from_pose(&simulator.truth().site_from_base).context("a true pose is no pose")?;
+    let sensor = turn.translation.vector.into();
+    Ok((xyz, sensor, known.site_from_map.inverse() * site_from_base))
+}
+
+/// The same tilt with a heading of its own.
+fn untwisted(map_from_base: &Isometry, rng: &mut Rng) -> Isometry {
+    let turn = so3::exp(&(Vector3::z() * rng.range(0.0, std::f64::consts::TAU)));
+    Isometry::from_parts(nalgebra::Translation3::identity(), turn * map_from_base.rotation)
+}
+
+fn is_right(found: &Isometry, truth: &Isometry) -> bool {
+    let off = truth.inverse() * found;
+    off.translation.vector.norm() <= RIGHT.0 && so3::log(&off.rotation).norm() <= RIGHT.1
+}
+
+/// CPU time of this thread, milliseconds.
+fn thread_ms() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
+}
