@@ -50,11 +50,11 @@ impl KnownSite {
                 isometry_from_pose(&node.map_from_keyframe).context("a keyframe has no pose")?;
             let place = places.remove(&node.id).context("a keyframe has no cloud")?;
             let site_from_keyframe = truth.at(node.stamp).context("no truth was kept")?;
-            pairs.push((map_from_keyframe.translation.vector, site_from_keyframe.translation.vector));
+            pairs.push((site_from_keyframe.translation.vector, map_from_keyframe.translation.vector));
             keyframes.push((map_from_keyframe, place));
         }
         let alignment = geometry::umeyama(&pairs, false).context("the walk was too short")?;
-        let site_from_map = alignment.apply(&Isometry::identity());
+        let site_from_map = alignment.truth_from_estimate;
         Ok(Self { site, guide: Arc::new(Guide::new(keyframes)), site_from_map })
     }
 }

@@ -41,6 +41,8 @@ pub(crate) struct Client {
     commands: Vec<Command>,
     theme: Option<Theme>,
     start: Start,
+    /// Whether the frame to come is the first.
+    bare: bool,
 }
 
 /// How far the page has come since it was opened; each step is noted once in the browser's timeline.
@@ -81,6 +83,7 @@ impl Client {
             commands: Vec::new(),
             theme: None,
             start: Start::Opened,
+            bare: true,
         }))
     }
 
@@ -210,9 +213,14 @@ impl eframe::App for Client {
         if let Some(eye) = self.viewport.eye() {
             core.apply(Event::Looked(eye));
         }
-        panels::show_labels(ui, &tokens, &self.viewport.labels(&core.model), &mut commands);
-        panels::show(&ctx, &core.model, &mut self.panels, &mut commands);
-        self.inputs.lay(&self.panels, &tokens);
+        if std::mem::take(&mut self.bare) {
+            // The map first: shaping all text for the first time takes as long as all else, and can follow a frame later.
+            ctx.request_repaint();
+        } else {
+            panels::show_labels(ui, &tokens, &self.viewport.labels(&core.model), &mut commands);
+            panels::show(&ctx, &core.model, &mut self.panels, &mut commands);
+            self.inputs.lay(&self.panels, &tokens);
+        }
         for command in commands.drain(..) {
             // What a command changes is drawn at once; driving changes nothing that is drawn.
             if !matches!(command, Command::Drive(_)) {

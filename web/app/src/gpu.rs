@@ -1,7 +1,9 @@
 //! Which graphics interface to draw with: WebGL2 unless WebGPU is asked for or known to be good.
 //!
 //! A browser may offer WebGPU on a software device whose pictures never reach the screen, and report success all the
-//! while. WebGPU is therefore chosen by itself only when its adapter is real hardware.
+//! while. WebGPU is therefore chosen by itself only when its adapter is real hardware. Asking for the adapter starts all of
+//! WebGPU, which takes half a second where the processor draws: the first visit draws with WebGL2 and asks once the map is on the
+//! screen, for the next visit to know.
 
 use crate::browser;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -17,14 +19,34 @@ pub(crate) enum BackEnd {
     WebGpu,
 }
 
-/// `?gpu=webgl` and `?gpu=webgpu` decide; else what the browser has.
+/// Where it is kept that WebGPU was good at the last visit, and what is written there then.
+const KEPT_KEY: &str = "autoinspect.gpu";
+const GOOD: &str = "webgpu";
+/// The first map is on the screen long before, milliseconds.
+const ASK_AFTER_MS: i32 = 10_000;
+
+/// `?gpu=webgl` and `?gpu=webgpu` decide; else what was good at the last visit, if it still is.
 pub(crate) async fn choose() -> BackEnd {
     match browser::query("gpu").as_deref() {
         Some("webgpu") => BackEnd::WebGpu,
         Some("webgl") => BackEnd::WebGl,
-        _ if webgpu_on_hardware().await.unwrap_or(false) => BackEnd::WebGpu,
+        _ if was_good() && webgpu_on_hardware().await.unwrap_or(false) => BackEnd::WebGpu,
         _ => BackEnd::WebGl,
     }
+}
+
+/// Finds out for the next visit whether WebGPU is good.
+pub(crate) async fn find_out() {
+    browser::pause(ASK_AFTER_MS).await;
+    let good = webgpu_on_hardware().await.unwrap_or(false);
+    let Some(storage) = browser::lasting_storage() else { return };
+    // A browser that stores nothing draws with WebGL2 every time.
+    let _ = if good { storage.set_item(KEPT_KEY, GOOD) } else { storage.remove_item(KEPT_KEY) };
+}
+
+fn was_good() -> bool {
+    let kept = browser::lasting_storage().and_then(|storage| storage.get_item(KEPT_KEY).ok().flatten());
+    kept.as_deref() == Some(GOOD)
 }
 
 /// Whether WebGPU has an adapter that is no software one. Read by name: the attributes are younger than the bindings.

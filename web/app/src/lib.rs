@@ -49,6 +49,8 @@ mod web {
         reach_server(&core).await;
         let back_end = gpu::choose().await;
         let create = Box::new(|context: &eframe::CreationContext<'_>| Client::create(core, context));
-        WebRunner::new().start(canvas, gpu::options(back_end), create).await
+        WebRunner::new().start(canvas, gpu::options(back_end), create).await?;
+        wasm_bindgen_futures::spawn_local(gpu::find_out());
+        Ok(())
     }
 }
