@@ -32,6 +32,7 @@ const OURS: &[(&str, &[&str])] = &[
         &[
             "factors",
             "geometry",
+            "localisation",
             "mapping",
             "messages",
             "navigation",

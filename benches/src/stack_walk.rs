@@ -169,7 +169,7 @@ impl StackWalk {
             match effect {
                 Effect::StartJob {
                     job,
-                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_),
+                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
                 } => self.jobs.push_back(job),
                 Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}

@@ -6,11 +6,14 @@
 //! place most of it. `docs/maths/localisation.md` has the method and its numbers.
 
 mod guide;
+mod outline;
 mod relocalise;
+mod thin;
 mod tracker;
 mod trust;
 
 pub use guide::{Guide, Sightings};
-pub use relocalise::{Atlas, Hypothesis};
+pub use relocalise::{Atlas, Hypothesis, Standing, standing};
+pub use thin::Thinner;
 pub use tracker::{Fix, Scan, Tracker};
 pub use trust::{Doubt, Evidence, Trust};

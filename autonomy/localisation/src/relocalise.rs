@@ -5,7 +5,8 @@
 //! like parts, so that one scan often fits in several; whoever asks must not believe the first one before the others are out.
 
 use crate::guide::Guide;
-use geometry::{Isometry, Vector3, so3};
+use crate::outline::Outlines;
+use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::ORIGINS;
 use mapping::Place;
 use mapping::places::Places;
@@ -17,10 +18,12 @@ use std::sync::Arc;
 /// Places looked at that look alike, and their greatest distance of descriptors.
 const LOOKED_AT: usize = 24;
 const RESEMBLANCE: f32 = 0.85;
+/// Spots looked at whose outline is alike.
+const COVERED: usize = 100;
 /// Two starts are different beyond this: metres and radians.
 const STARTS_APART: (f64, f64) = (1.0, 0.3);
-/// Besides each place that looks alike, starts so far aside, metres.
-const ASIDE: f64 = 1.2;
+/// Starts about a place that somebody told: metres aside, and radians.
+const ABOUT: ([f64; 5], [f64; 5]) = ([-1.0, -0.5, 0.0, 0.5, 1.0], [-0.35, -0.17, 0.0, 0.17, 0.35]);
 /// Points that try starts out, and steps.
 const COARSE_POINTS: usize = 300;
 const COARSE_STEPS: usize = 8;
@@ -37,6 +40,7 @@ const APART: (f64, f64) = (0.5, 0.15);
 pub struct Atlas {
     guide: Arc<Guide>,
     places: Places,
+    outlines: Outlines,
 }
 
 /// A place where a scan may have been taken.
@@ -50,7 +54,36 @@ pub struct Hypothesis {
     pub contradicted: f64,
 }
 
+/// What one scan says of the robot's place.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Standing {
+    /// It is there, and nowhere else.
+    There(Hypothesis),
+    /// It is at one of these, the best first; the robot has to move for the others to fail.
+    OneOf(Vec<Hypothesis>),
+    /// It is nowhere that the map shows well.
+    Nowhere,
+}
+
+/// Least fit, and greatest contradiction, of a place that may be the right one.
+const MAY_BE: (f64, f64) = (0.72, 0.1);
+/// Greatest share of the best one's quality that another place may have, if nothing more is to be asked.
+const ALONE: f64 = 0.85;
+
+/// What the places where a scan may have been taken ([`Atlas::seek`]) say of where it was.
+pub fn standing(found: &[Hypothesis]) -> Standing {
+    let Some(best) = found.first().filter(|best| best.may_be()) else { return Standing::Nowhere };
+    let rivals: Vec<Hypothesis> =
+        found.iter().filter(|one| one.quality() >= ALONE * best.quality()).copied().collect();
+    if rivals.len() == 1 { Standing::There(*best) } else { Standing::OneOf(rivals) }
+}
+
 impl Hypothesis {
+    /// Whether it can be the right one at all.
+    fn may_be(&self) -> bool {
+        self.fit >= MAY_BE.0 && self.contradicted <= MAY_BE.1
+    }
+
     /// How good it is: what fits, less what cannot be.
     pub fn quality(&self) -> f64 {
         self.fit * (1.0 - self.contradicted)
@@ -64,7 +97,8 @@ impl Atlas {
         for (_, place) in guide.keyframes() {
             places.push(Arc::clone(&place.views()[0]));
         }
-        Self { guide, places }
+        let outlines = Outlines::new(&guide);
+        Self { guide, places, outlines }
     }
 
     /// The known map.
@@ -74,16 +108,34 @@ impl Atlas {
 
     /// Where a scan may have been taken, the base being turned like that in a frame whose z axis points up: places apart from each
     /// other, best first. Costs some 0.2 s, whatever the map's size but for a look at each keyframe's ring key.
-    pub fn seek(&self, place: &Place, up_from_base: &geometry::Rotation) -> Vec<Hypothesis> {
+    pub fn seek(&self, place: &Place, up_from_base: &Rotation) -> Vec<Hypothesis> {
+        self.try_starts(place, &self.starts(place, up_from_base))
+    }
+
+    /// As [`Self::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs some 0.1 s.
+    pub fn seek_about(&self, place: &Place, map_from_base: &Isometry) -> Vec<Hypothesis> {
+        let moved = |x: f64, y: f64, yaw: f64| {
+            let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
+            let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
+            Isometry::from_parts(Translation3::from(at), turn)
+        };
+        let mut starts = Vec::new();
+        for x in ABOUT.0 {
+            for y in ABOUT.0 {
+                starts.extend(ABOUT.1.map(|yaw| moved(x, y, yaw)));
+            }
+        }
+        self.try_starts(place, &starts)
+    }
+
+    /// Fits a scan from all these starts and settles the best.
+    fn try_starts(&self, place: &Place, starts: &[Isometry]) -> Vec<Hypothesis> {
         let points: Vec<[f32; 3]> = place.points().collect();
         let few: Vec<[f32; 3]> =
             points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
         let surfaces = self.guide.surfaces();
-        let mut fits: Vec<Fit> = self
-            .starts(place, up_from_base)
-            .iter()
-            .map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS))
-            .collect();
+        let mut fits: Vec<Fit> =
+            starts.iter().map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS)).collect();
         // Stable, so that of equals the one that looks more alike comes first.
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
         let mut settled: Vec<Hypothesis> = Vec::new();
@@ -107,7 +159,7 @@ impl Atlas {
     }
 
     /// Poses of the base from which fits are tried.
-    fn starts(&self, place: &Place, up_from_base: &geometry::Rotation) -> Vec<Isometry> {
+    fn starts(&self, place: &Place, up_from_base: &Rotation) -> Vec<Isometry> {
         let level = level_from_base(up_from_base);
         let keyframes = self.guide.keyframes();
         let mut alike: Vec<Isometry> = Vec::new();
@@ -124,15 +176,10 @@ impl Atlas {
                 alike.push(guess);
             }
         }
-        let around = [(0.0, 0.0), (ASIDE, 0.0), (-ASIDE, 0.0), (0.0, ASIDE), (0.0, -ASIDE)];
-        let aside = |guess: &Isometry| {
-            let guess = *guess;
-            around.map(|(x, y)| {
-                let moved = guess.translation.vector + Vector3::new(x, y, 0.0);
-                Isometry::from_parts(Translation3::from(moved), guess.rotation)
-            })
-        };
-        alike.iter().flat_map(aside).collect()
+        let points: Vec<[f32; 3]> = place.points().collect();
+        let covering = self.outlines.search(&points, &level, COVERED);
+        alike.extend(covering.iter().map(|cover| cover.map_from_base));
+        alike
     }
 }
 

@@ -61,19 +61,20 @@ pub struct Tracker {
     guide: Arc<Guide>,
     map_from_base: Uncertain,
     /// Odometry's pose and covariance at the last scan.
-    last: (Isometry, Matrix6),
+    last: (Isometry, Option<Matrix6>),
     judge: Judge,
 }
 
 impl Tracker {
-    /// Begins where the base is said to be, by somebody who may be so wrong, at a scan's odometry.
+    /// Begins where the base is said to be, by somebody who may be so wrong, at a moment of odometry, with odometry's covariance then if
+    /// that is known.
     pub fn new(
         guide: Arc<Guide>,
         map_from_base: Uncertain,
         odom_from_base: &Isometry,
-        covariance: &Matrix6,
+        covariance: Option<Matrix6>,
     ) -> Self {
-        Self { guide, map_from_base, last: (*odom_from_base, *covariance), judge: Judge::default() }
+        Self { guide, map_from_base, last: (*odom_from_base, covariance), judge: Judge::default() }
     }
 
     /// The known map.
@@ -98,7 +99,7 @@ impl Tracker {
         let mut evidence = Evidence { seen: scan.points.len(), ..Evidence::default() };
         if let Some(fitted) = fitted {
             self.map_from_base = fitted.map_from_base;
-            evidence.matched = fitted.matched;
+            (evidence.matched, evidence.mapped) = (fitted.matched, fitted.mapped);
             evidence.blind = fitted.blind;
             let Sightings { agreed, through, asked } =
                 self.guide.sightings(&fitted.map_from_base.pose, scan.points);
@@ -116,13 +117,13 @@ impl Tracker {
     /// The pose moved on by what odometry saw since the last scan, and its doubt grown by as much as odometry's and by what the way
     /// itself is worth.
     fn carry(&mut self, scan: &Scan) -> Uncertain {
-        let (before, known) = std::mem::replace(&mut self.last, (scan.odom_from_base, scan.covariance));
+        let (before, known) = std::mem::replace(&mut self.last, (scan.odom_from_base, Some(scan.covariance)));
         let moved = before.inverse() * scan.odom_from_base;
         let (walked, turned) = (moved.translation.vector.norm(), moved.rotation.angle());
         let by_way = |still: f64, per_metre: f64, per_radian: f64| {
             (still + per_metre * walked + per_radian * turned).powi(2)
         };
-        let grown = (scan.covariance - known).diagonal();
+        let grown = (scan.covariance - known.unwrap_or(scan.covariance)).diagonal();
         let [turn_grown, place_grown] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));
         let turn = by_way(STILL.0, WALKED.0, TURNED.0) + turn_grown;
         let place = by_way(STILL.1, WALKED.1, TURNED.1) + place_grown;
@@ -133,8 +134,9 @@ impl Tracker {
 
 struct Fitted {
     map_from_base: Uncertain,
-    /// Share of the points near a known surface.
+    /// Share of the points on known surfaces, and of those that have any about.
     matched: f64,
+    mapped: f64,
     blind: [Option<Vector3>; 3],
 }
 
@@ -146,14 +148,14 @@ fn fit(guide: &Guide, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
     let squares: f64 = points.iter().map(|p| p.iter().map(|c| f64::from(c * c)).sum::<f64>()).sum();
     let arm = (squares / points.len().max(1) as f64).sqrt().max(0.5);
     let mut pose = predicted.pose;
-    let (mut information, mut matched) = (Matrix6::zeros(), 0.0);
+    let (mut information, mut matched, mut mapped) = (Matrix6::zeros(), 0.0, 0.0);
     for _ in 0..ITERATIONS {
         let options =
             MatchOptions { gate: MATCHING.gate * widen, kernel: MATCHING.kernel * widen, ..MATCHING };
         let at = linearise(guide.surfaces(), points, &pose, &options);
         let seen = condition(&at.information, &at.gradient, arm, FEIGNED);
         information = seen.information / CORRELATED;
-        matched = at.inliers as f64 / points.len().max(1) as f64;
+        [matched, mapped] = [at.inliers, at.matched].map(|count| count as f64 / points.len().max(1) as f64);
         let off = se3::local(&predicted.pose, &pose);
         let Some(factor) = (information + prior).cholesky() else { break };
         let step: Vector6 = factor.solve(&-(seen.gradient / CORRELATED + prior * off));
@@ -169,7 +171,7 @@ fn fit(guide: &Guide, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
     let covariance = (information + prior).cholesky().map_or(predicted.covariance, |factor| factor.inverse());
     let covariance = (covariance + covariance.transpose()) * 0.5;
     let blind = blind_directions(&information, BLIND);
-    Fitted { map_from_base: Uncertain { pose, covariance }, matched, blind }
+    Fitted { map_from_base: Uncertain { pose, covariance }, matched, mapped, blind }
 }
 
 fn floor() -> Matrix6 {

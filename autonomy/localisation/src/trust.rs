@@ -7,6 +7,9 @@ use vocab::{Span, Stamp};
 
 /// A scan contradicts the pose if the keyframes saw through such a share of the points that they can speak of.
 const CONTRADICTED: f64 = 0.3;
+/// Or if such a share at most of the points that have known surfaces about lie on them, where that is such a share of all at least.
+const FITTING: f64 = 0.55;
+const MAPPED: f64 = 0.3;
 /// Fewer points than this share of those asked about are no evidence: nobody has mapped what the robot sees.
 const SPOKEN_OF: f64 = 0.25;
 /// The pose is unsure, and lost, if it may be so far off, metres.
@@ -25,8 +28,10 @@ const DARK: usize = 60;
 pub struct Evidence {
     /// Points of the scan.
     pub seen: usize,
-    /// Share of them on known surfaces.
+    /// Share of them on known surfaces, and share of them that have any about.
     pub matched: f64,
+    /// See [`Self::matched`].
+    pub mapped: f64,
     /// Of those asked about, on something that a keyframe saw.
     pub agreed: usize,
     /// Of those asked about, where keyframes saw through.
@@ -45,6 +50,12 @@ impl Evidence {
         let spoken = self.agreed + self.through;
         let enough = spoken > 0 && spoken as f64 >= SPOKEN_OF * self.asked as f64;
         enough.then(|| self.through as f64 / spoken as f64)
+    }
+
+    /// Share of the points that have known surfaces about and lie on none, if that is too much.
+    fn misfit(&self) -> Option<f64> {
+        let share = 1.0 - self.matched / self.mapped.max(1e-9);
+        (self.mapped >= MAPPED && share > 1.0 - FITTING).then_some(share)
     }
 }
 
@@ -88,7 +99,8 @@ pub(crate) struct Judge {
 impl Judge {
     /// Takes in what speaks for and against the pose at a scan.
     pub fn judge(&mut self, at: Stamp, evidence: &Evidence) -> Trust {
-        let contradicted = evidence.contradicted().filter(|share| *share > CONTRADICTED);
+        let contradicted =
+            evidence.contradicted().filter(|share| *share > CONTRADICTED).or(evidence.misfit());
         self.contradicted = match (self.contradicted, contradicted) {
             (Some((since, last)), Some(_)) if at - last <= FORGOTTEN => Some((since, at)),
             (_, Some(_)) => Some((at, at)),
@@ -102,8 +114,8 @@ impl Judge {
             Some(doubt) if lasted >= LOST_AFTER => Trust::Lost(doubt),
             _ if deviation > LOST => Trust::Lost(Doubt::Vague { deviation }),
             Some(doubt) if lasted >= UNSURE_AFTER => Trust::Uncertain(doubt),
-            _ if deviation > UNSURE => Trust::Uncertain(Doubt::Vague { deviation }),
             _ if evidence.seen < DARK => Trust::Uncertain(Doubt::Dark),
+            _ if deviation > UNSURE => Trust::Uncertain(Doubt::Vague { deviation }),
             _ if evidence.asked > 0 && evidence.contradicted().is_none() => Trust::Uncertain(Doubt::Unmapped),
             _ => Trust::Localised,
         }
@@ -122,6 +134,7 @@ mod tests {
         Evidence {
             seen: 4_000,
             matched: 0.8,
+            mapped: 1.0,
             agreed,
             through,
             asked: 400,

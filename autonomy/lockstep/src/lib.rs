@@ -7,7 +7,11 @@ pub use digest::{Digest, Stepper, replay};
 pub use walk::{JobPace, Lockstep};
 
 #[cfg(test)]
+mod day;
+#[cfg(test)]
 mod extend_tests;
+#[cfg(test)]
+mod localise_tests;
 #[cfg(test)]
 mod loops_tests;
 #[cfg(test)]

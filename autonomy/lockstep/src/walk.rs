@@ -152,21 +152,15 @@ impl Lockstep {
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
                 Effect::StartJob { job, work: Job::LoadMap { map, .. } } => {
-                    let result = match self.maps.get(&map) {
-                        Some(known) => {
-                            self.places.clone_from(&known.places);
-                            JobResult::MapLoaded(Arc::clone(known))
-                        }
-                        None => {
-                            let reason = "there is no such map".to_owned();
-                            JobResult::MapNotLoaded { map, reason }
-                        }
-                    };
-                    self.working.push((self.pace.ticks, JobDone { job, result }));
+                    if let Some(known) = self.maps.get(&map) {
+                        self.places.clone_from(&known.places);
+                    }
+                    self.read_map(job, map);
                 }
+                Effect::StartJob { job, work: Job::ReadMap(map) } => self.read_map(job, map),
                 Effect::StartJob {
                     job,
-                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_),
+                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
                 } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
@@ -176,6 +170,12 @@ impl Lockstep {
             }
         }
         self.effects = effects;
+    }
+
+    fn read_map(&mut self, job: u64, map: MapId) {
+        let absent = || JobResult::MapNotLoaded { map, reason: "there is no such map".to_owned() };
+        let result = self.maps.get(&map).map_or_else(absent, |known| JobResult::MapLoaded(Arc::clone(known)));
+        self.working.push((self.pace.ticks, JobDone { job, result }));
     }
 
     fn keep_place(&mut self, keyframe: &Keyframe) {

@@ -7,6 +7,7 @@
 mod control;
 mod health;
 mod known;
+mod localisation_phase;
 mod localising;
 mod loops;
 mod mapping_phase;
@@ -19,8 +20,9 @@ pub use known::known_place;
 pub use work::Work;
 
 use control::{Admission, Control};
-use geometry::{Isometry, pose_from_isometry, vec_from_plain, vec_to_plain};
+use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
+use localisation_phase::{LocalisationPhase, Turn};
 use localising::{Localiser, Located, Said};
 use loops::News;
 use mapping::Odometer;
@@ -50,6 +52,7 @@ struct Running {
     control: Control,
     watch: Watch,
     mapping: MappingPhase,
+    localisation: LocalisationPhase,
     motion: Motion,
     jobs: u64,
     points_used: u32,
@@ -88,7 +91,8 @@ impl Stack {
     /// What a job takes that a step has just started; none if nothing but its description is needed, or it was fetched
     /// before. Changes nothing that a later step depends on: a replay never calls this.
     pub fn take_work(&mut self, job: u64) -> Option<Work> {
-        self.running.as_mut()?.mapping.take_work(job)
+        let running = self.running.as_mut()?;
+        running.localisation.take_work(job).or_else(|| running.mapping.take_work(job))
     }
 }
 
@@ -104,6 +108,7 @@ impl Running {
             control: Control::default(),
             watch: Watch::default(),
             mapping,
+            localisation: LocalisationPhase::default(),
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
             points_used: 0,
@@ -153,7 +158,9 @@ impl Running {
             effects.extend(self.motion.forget_map().map(Effect::Drive));
         }
         let grown = self.mapping.add(&located);
-        let map_from_base = self.mapping.map_from_odom() * located.odom_from_base;
+        let turn = self.localisation.add(&located, self.mapping.sensor());
+        self.tell_turn(at, turn, effects);
+        let map_from_base = self.map_from_odom() * located.odom_from_base;
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
         if self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
@@ -180,7 +187,7 @@ impl Running {
             }
             None => {}
         }
-        self.mapping.start_jobs(&mut self.jobs, effects);
+        self.start_jobs(effects);
         if let Some(quality) = self.mapping.quality(at) {
             publish(effects, Publication::Quality(quality));
         }
@@ -208,7 +215,31 @@ impl Running {
         if let Some(text) = news.trouble {
             effects.push(notice(at, Severity::Warning, text));
         }
+        self.start_jobs(effects);
+    }
+
+    fn start_jobs(&mut self, effects: &mut Vec<Effect>) {
         self.mapping.start_jobs(&mut self.jobs, effects);
+        self.localisation.start_jobs(&mut self.jobs, effects);
+    }
+
+    /// Says that the place in a saved map is known, or not any more. Where the robot went before means nothing then.
+    fn tell_turn(&mut self, at: Stamp, turn: Option<Turn>, effects: &mut Vec<Effect>) {
+        let (severity, text) = match turn {
+            Some(Turn::Found) => (Severity::Info, "The robot knows where it is in the map."),
+            Some(Turn::Lost) => (
+                Severity::Warning,
+                "The robot has lost its place in the map. It has stopped and looks for itself.",
+            ),
+            None => return,
+        };
+        effects.extend(self.motion.forget_goal().map(Effect::Drive));
+        effects.push(notice(at, severity, text.to_owned()));
+    }
+
+    /// Where odometry's frame is in the map that is in use.
+    fn map_from_odom(&self) -> Isometry {
+        self.localisation.map_from_odom().unwrap_or_else(|| self.mapping.map_from_odom())
     }
 
     fn estimate(&self, located: &Located, map_from_base: &Isometry) -> Estimate {
@@ -216,13 +247,14 @@ impl Running {
             stamp: located.stamp,
             map_from_base: pose_from_isometry(map_from_base),
             velocity: located.velocity,
-            covariance: Covariance6(rows(&located.covariance)),
+            covariance: Covariance6(rows(&self.localisation.covariance().unwrap_or(located.covariance))),
             degenerate: located.degenerate.map(|direction| direction.map(|d| vec_to_plain(&d))),
             distance: self.odometer.distance(),
         }
     }
 
     fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+        self.localisation.tick(at);
         let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         if let Some(drive) = self.motion.tick(at, &frames) {
@@ -246,6 +278,9 @@ impl Running {
         if let Some(state) = self.mapping.changed() {
             publish(effects, Publication::Mapping(state));
         }
+        if let Some(state) = self.localisation.changed() {
+            publish(effects, Publication::Localisation(state));
+        }
         let frames = self.frames(self.last.as_deref());
         if let Some(state) = self.motion.changed(&frames) {
             publish(effects, Publication::Motion(state));
@@ -255,7 +290,7 @@ impl Running {
     /// With the base at its last place; at the origin before the first.
     fn frames(&self, last: Option<&Located>) -> Frames {
         Frames {
-            map_from_odom: self.mapping.map_from_odom(),
+            map_from_odom: self.map_from_odom(),
             odom_from_base: last.map_or_else(Isometry::identity, |last| last.odom_from_base),
         }
     }
@@ -282,10 +317,32 @@ impl Running {
     fn obey(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) -> Result<(), String> {
         match &command.order {
             Order::TakeControl { .. } | Order::ReleaseControl => Ok(()),
-            Order::StartMapping(session) => self.mapping.start(*session),
+            Order::StartMapping(session) => {
+                self.mapping.start(*session)?;
+                self.localisation.leave();
+                Ok(())
+            }
             Order::ExtendMap { session, map } => {
                 self.mapping.extend(*session, *map)?;
-                self.mapping.start_jobs(&mut self.jobs, effects);
+                self.localisation.leave();
+                self.start_jobs(effects);
+                Ok(())
+            }
+            Order::Localise { map, at: place } => {
+                if !self.mapping.is_idle() {
+                    return Err("A map is being made. Finish or discard it first.".to_owned());
+                }
+                let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
+                let place =
+                    place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
+                self.localisation.begin(*map, place);
+                effects.extend(self.motion.forget_map().map(Effect::Drive));
+                self.start_jobs(effects);
+                Ok(())
+            }
+            Order::LeaveMap => {
+                self.localisation.leave();
+                effects.extend(self.motion.forget_map().map(Effect::Drive));
                 Ok(())
             }
             Order::DiscardMapping => self.mapping.discard(),
@@ -321,8 +378,10 @@ impl Running {
     }
 
     fn loaded(&mut self, at: Stamp, job: u64, read: Result<&KnownMap, &str>, effects: &mut Vec<Effect>) {
-        if let Err(text) = self.mapping.loaded(job, read) {
-            effects.push(notice(at, Severity::Error, text));
+        for refused in [self.mapping.loaded(job, read), self.localisation.loaded(job, read)] {
+            if let Err(text) = refused {
+                effects.push(notice(at, Severity::Error, text));
+            }
         }
     }
 
@@ -336,17 +395,21 @@ impl Running {
 
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
+            JobResult::Relocalised(answer) => {
+                self.localisation.answered(done.job, Some(&answer));
+            }
             JobResult::LoopVerified(_)
             | JobResult::VisitCompared(_)
             | JobResult::PlaceSought(_)
             | JobResult::LoopNotVerified => {
+                self.localisation.answered(done.job, None);
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
                 self.save_closed_map(at, effects);
             }
             JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
             JobResult::MapNotLoaded { reason, .. } => {
-                let reason = format!("The map cannot be extended: {reason}.");
+                let reason = format!("The map cannot be used: {reason}.");
                 self.loaded(at, done.job, Err(&reason), effects);
             }
             JobResult::MapSaved { map, .. } => {

@@ -118,6 +118,16 @@ impl MappingPhase {
         Self { sensor: sensor.into(), leave_loops_open: record.leave_loops_open, ..Self::default() }
     }
 
+    /// Where the LiDAR is, base frame, metres.
+    pub fn sensor(&self) -> [f32; 3] {
+        self.sensor
+    }
+
+    /// Whether there is no session, nor one being saved.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.phase, Phase::Idle)
+    }
+
     /// Where the odometry's frame is in the map of the last session; the same frame before the first. A loop closure moves
     /// it.
     pub fn map_from_odom(&self) -> Isometry {

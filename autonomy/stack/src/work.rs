@@ -1,5 +1,6 @@
 //! Work that is too long for a step, as it leaves the stack.
 
+use crate::localisation_phase::Ask;
 use crate::loops::plain;
 use crate::mapping_phase::rows;
 use geometry::pose_from_isometry;
@@ -14,6 +15,7 @@ pub struct Work(Kind);
 enum Kind {
     Compare { asked: Asked, comparison: Comparison, gates: Gates },
     Seek(Box<Seek>),
+    Ask(Box<Ask>),
 }
 
 /// What was asked of a job.
@@ -50,6 +52,10 @@ impl Work {
         Self(Kind::Seek(Box::new(seek)))
     }
 
+    pub(crate) fn ask(ask: Ask) -> Self {
+        Self(Kind::Ask(Box::new(ask)))
+    }
+
     /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
     /// every other metre walked.
     pub fn run(self) -> JobResult {
@@ -65,6 +71,7 @@ impl Work {
                     }
                 }
             }
+            Kind::Ask(ask) => JobResult::Relocalised(Box::new(ask.run())),
             Kind::Seek(seek) => {
                 let task = seek.task;
                 JobResult::PlaceSought(SoughtPlace { task, found: seek.run() })

@@ -4,7 +4,7 @@ use crate::Arguments;
 use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
-use localisation::{Atlas, Hypothesis};
+use localisation::{Atlas, Hypothesis, Standing, standing};
 use mapping::Place;
 use messages::Sensor;
 use points::Downsampler;
@@ -23,11 +23,12 @@ const NEAR: f64 = 4.0;
 /// Draws for each place at most.
 const DRAWS: usize = 400;
 
-/// Names of the columns.
+/// Names of the columns: places that are told, rightly or not; where several may be it, the right one among them or not; and where
+/// nothing fits.
 pub fn print_header() {
     println!(
-        "{:<8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11}{:>9}",
-        "site", "places", "first", "second", "absent", "none", "median ms", "p99 ms"
+        "{:<8}{:>8}{:>8}{:>8}{:>11}{:>9}{:>9}{:>11}{:>9}",
+        "site", "places", "right", "WRONG", "ambiguous", "without", "nowhere", "median ms", "p99 ms"
     );
 }
 
@@ -36,7 +37,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
     let atlas = Atlas::new(Arc::clone(&known.guide));
     let mut rng = RngTree::new(arguments.seed).child("places").rng();
     let mut downsampler = Downsampler::default();
-    let (mut first, mut later, mut absent, mut none) = (0, 0, 0, 0);
+    let (mut told, mut wrong, mut ambiguous, mut without, mut nowhere) = (0, 0, 0, 0, 0);
     let mut times = Vec::new();
     for number in 0..arguments.places {
         let start = random_place(known, &mut rng).context("no place has room for the robot")?;
@@ -48,38 +49,43 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         let found = atlas.seek(&place, &up_from_base.rotation);
         times.push(thread_ms() - before);
         let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
-        match right {
-            Some(0) => first += 1,
-            Some(_) => later += 1,
-            None if found.is_empty() => none += 1,
-            None => absent += 1,
+        let is_right = |one: &Hypothesis| is_right(&one.map_from_base, &map_from_base);
+        match standing(&found) {
+            Standing::There(one) if is_right(&one) => told += 1,
+            Standing::There(_) => wrong += 1,
+            Standing::OneOf(several) if several.iter().any(is_right) => ambiguous += 1,
+            Standing::OneOf(_) => without += 1,
+            Standing::Nowhere => nowhere += 1,
         }
         if arguments.each {
-            print_each(number, &start, right, &found);
+            print_each(number, &start, &map_from_base, right, &found);
         }
     }
     times.sort_by(f64::total_cmp);
     let at = |share: f64| times.get((share * (times.len() - 1) as f64) as usize).copied().unwrap_or(f64::NAN);
     println!(
-        "{:<8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>11.1}{:>9.1}",
+        "{:<8}{:>8}{:>8}{:>8}{:>11}{:>9}{:>9}{:>11.1}{:>9.1}",
         known.site.name(),
         arguments.places,
-        first,
-        later,
-        absent,
-        none,
+        told,
+        wrong,
+        ambiguous,
+        without,
+        nowhere,
         at(0.5),
         at(0.99)
     );
     Ok(())
 }
 
-fn print_each(number: usize, start: &Start, right: Option<usize>, found: &[Hypothesis]) {
+fn print_each(number: usize, start: &Start, truth: &Isometry, right: Option<usize>, found: &[Hypothesis]) {
     let place = format!("{:.1},{:.1},{:.1}", start.position.x, start.position.y, start.position.z);
     let right = right.map_or_else(|| "-".to_owned(), |index| index.to_string());
+    let off =
+        found.first().map_or(f64::NAN, |one| (truth.inverse() * one.map_from_base).translation.vector.norm());
     let list: Vec<String> =
         found.iter().take(4).map(|one| format!("{:.3}/{:.3}", one.fit, one.contradicted)).collect();
-    println!("{number:>4} {place:>16} {right:>3}  {}", list.join("  "));
+    println!("{number:>4} {place:>16} {right:>3} {off:>7.3}  {}", list.join("  "));
 }
 
 /// Where the robot has room and the map shows what it sees.
@@ -128,6 +134,9 @@ fn sweep(
     let base_from_lidar =
         base_from_lidar.as_ref().and_then(isometry_from_pose).unwrap_or_else(Isometry::identity);
     let mut events = Vec::new();
+    // It settles on its feet first.
+    simulator.advance(simulator.now() + Span::from_millis(1_500), &mut events);
+    events.clear();
     simulator.advance(simulator.now() + Span::from_millis(350), &mut events);
     let scan = events.iter().find_map(|event| match &event.sensor {
         Sensor::Scan(scan) => Some(scan),

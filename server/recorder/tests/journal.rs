@@ -127,6 +127,8 @@ fn any_order() -> impl Strategy<Value = Order> {
         (any_uuid(), any::<String>()).prop_map(|(id, name)| Order::FinishMapping { map: MapId(id), name }),
         (any_uuid(), any_uuid())
             .prop_map(|(id, map)| Order::ExtendMap { session: SessionId(id), map: MapId(map) }),
+        (any_uuid(), any::<bool>(), any_pose())
+            .prop_map(|(map, told, at)| Order::Localise { map: MapId(map), at: told.then_some(at) }),
         any_twist().prop_map(Order::Teleoperate),
         any_vec3().prop_map(Order::WalkTo),
         Just(Order::StopMotion),

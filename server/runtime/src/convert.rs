@@ -126,6 +126,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Graph(_)
         | Publication::Tied(_)
         | Publication::Mapping(_)
+        | Publication::Localisation(_)
         | Publication::Battery(_) => return None,
     })
 }

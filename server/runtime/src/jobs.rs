@@ -35,12 +35,12 @@ pub enum Work {
         /// What it takes.
         work: stack::Work,
     },
-    /// Read a saved map that a session goes on from.
+    /// Read a saved map.
     Load {
         /// The stack's number.
         job: u64,
-        /// The session.
-        session: SessionId,
+        /// The session that goes on from it, if any.
+        session: Option<SessionId>,
         /// The map.
         map: MapId,
     },
@@ -89,11 +89,14 @@ impl Jobs {
     pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
         match work {
             Job::SaveMap(map) => self.start(Work::Save { job, map }),
-            Job::LoadMap { session, map } => self.start(Work::Load { job, session, map }),
-            Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) => match stack.take_work(job) {
-                Some(work) => self.start(Work::Look { job, work }),
-                None => self.answer(job, JobResult::LoopNotVerified),
-            },
+            Job::LoadMap { session, map } => self.start(Work::Load { job, session: Some(session), map }),
+            Job::ReadMap(map) => self.start(Work::Load { job, session: None, map }),
+            Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_) => {
+                match stack.take_work(job) {
+                    Some(work) => self.start(Work::Look { job, work }),
+                    None => self.answer(job, JobResult::LoopNotVerified),
+                }
+            }
         }
     }
 
@@ -169,8 +172,8 @@ impl Worker {
         }
     }
 
-    /// Reads a saved map, and makes its clouds the session's, which the robot need not wait for.
-    fn load(&self, job: u64, session: SessionId, map: MapId) {
+    /// Reads a saved map, and makes its clouds a session's that goes on from it, which the robot need not wait for.
+    fn load(&self, job: u64, session: Option<SessionId>, map: MapId) {
         let known = match self.known_map(map) {
             Ok(known) => known,
             Err(error) => {
@@ -178,7 +181,9 @@ impl Worker {
             }
         };
         self.done(job, JobResult::MapLoaded(Arc::new(known)));
-        if let Err(error) = self.store.keep_clouds_of(map, session) {
+        if let Some(session) = session
+            && let Err(error) = self.store.keep_clouds_of(map, session)
+        {
             let text = format!(
                 "The extended map will not be whole: {}. Discard it and free some disk.",
                 sentence(&error)

@@ -1,6 +1,6 @@
 //! What enters the stack.
 
-use crate::{ComparedVisit, KnownMap, Sensor, SoughtPlace, VerifiedLoop};
+use crate::{ComparedVisit, KnownMap, Relocalised, Sensor, SoughtPlace, VerifiedLoop};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
@@ -134,6 +134,15 @@ pub enum Order {
         /// The saved map.
         map: MapId,
     },
+    /// Be localised in a saved map, from now on.
+    Localise {
+        /// The saved map.
+        map: MapId,
+        /// The base in it, if somebody knows: to a metre and 20 degrees.
+        at: Option<Pose>,
+    },
+    /// Be in no map any more.
+    LeaveMap,
 }
 
 /// The result of a job, with its number.
@@ -179,4 +188,6 @@ pub enum JobResult {
     },
     /// The robot's place was looked for in a saved map.
     PlaceSought(SoughtPlace),
+    /// Where the robot may stand in a saved map.
+    Relocalised(Box<Relocalised>),
 }

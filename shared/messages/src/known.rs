@@ -28,6 +28,36 @@ pub struct KnownPlace {
     pub views: [[Vec<u8>; 2]; 3],
 }
 
+/// A question to a known map: where may this scan have been taken? What the work needs besides lies with the stack, see
+/// `Stack::take_work`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RelocaliseTask {
+    /// Where the robot is looked for.
+    pub map: MapId,
+    /// Number of the question.
+    pub number: u64,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Relocalised {
+    /// What was asked.
+    pub task: RelocaliseTask,
+    /// Places, the best first.
+    pub places: Vec<PossiblePlace>,
+}
+
+/// A place where a scan may have been taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PossiblePlace {
+    /// The base when the scan was taken.
+    pub map_from_base: Pose,
+    /// How well the scan fits the known surfaces there, 0 to 1.
+    pub fit: f64,
+    /// Share of its points that stand where the map's keyframes saw through.
+    pub contradicted: f64,
+}
+
 /// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_work`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlaceTask {

@@ -1,6 +1,6 @@
 //! What leaves the stack.
 
-use crate::{BatteryState, LoopDecision, LoopTask, PlaceTask, Tied, VisitTask};
+use crate::{BatteryState, LoopDecision, LoopTask, PlaceTask, RelocaliseTask, Tied, VisitTask};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -56,6 +56,10 @@ pub enum Job {
     },
     /// Look for the robot's place in that map; as for [`Self::VerifyLoop`].
     SeekPlace(PlaceTask),
+    /// Read a saved map to be localised in.
+    ReadMap(MapId),
+    /// Look where the robot may stand in it; as for [`Self::VerifyLoop`].
+    Relocalise(RelocaliseTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.
@@ -86,6 +90,8 @@ pub enum Publication {
     Quality(MapQuality),
     /// State of mapping.
     Mapping(MappingState),
+    /// State of localisation in a saved map.
+    Localisation(LocalisationState),
     /// State of motion.
     Motion(MotionState),
     /// Who controls.
@@ -187,6 +193,46 @@ pub enum EdgeKind {
     Odometry,
     /// The walk came back to a place.
     Loop,
+}
+
+/// State of localisation in a saved map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum LocalisationState {
+    /// No saved map is in use.
+    #[default]
+    Idle,
+    /// It is being read.
+    Loading {
+        /// Which.
+        map: MapId,
+    },
+    /// The robot looks for its place in it.
+    Relocalising {
+        /// Which.
+        map: MapId,
+        /// Places where it may be, as far as it knows; 0 where it has to move to see more.
+        places: u32,
+    },
+    /// It knows its place.
+    Localised {
+        /// In which.
+        map: MapId,
+        /// What speaks against it, if anything does.
+        doubt: Option<LocalisationDoubt>,
+    },
+}
+
+/// What speaks against the robot's place in a saved map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum LocalisationDoubt {
+    /// What it sees is not what the map shows there.
+    Contradicted,
+    /// Nothing has told its place for too long.
+    Vague,
+    /// The LiDAR sees nothing.
+    Dark,
+    /// The map shows nothing of what it sees.
+    Unmapped,
 }
 
 /// State of mapping.

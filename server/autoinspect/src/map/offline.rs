@@ -230,11 +230,12 @@ impl Offline {
     fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
         match effect {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
-            Effect::StartJob { job, work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) } => {
-                self.jobs.push_back(job)
-            }
+            Effect::StartJob {
+                job,
+                work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
+            } => self.jobs.push_back(job),
             // Nobody orders it here.
-            Effect::StartJob { work: Job::LoadMap { .. }, .. } => {}
+            Effect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
             Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             Effect::Publish(Publication::Scan(_)) => {
                 self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());

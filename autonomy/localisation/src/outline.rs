@@ -1,0 +1,219 @@
+//! Where a scan may have been taken, told by the outline of what stands on the floor and nothing else.
+//!
+//! Each level of the map is a small picture from above of all that stands there. The scan's own outline is laid over it at every spot
+//! near a keyframe and in every heading, and what covers most is worth a closer look. That misses nothing that looks may miss, such as a
+//! place some metres off the lane in which the map was walked.
+
+use crate::guide::Guide;
+use geometry::{Isometry, Rotation, Vector3, so3};
+use nalgebra::Translation3;
+use std::f64::consts::TAU;
+
+/// Edge of a cell, metres.
+const CELL: f64 = 0.4;
+/// What stands between these heights over and under the base counts, metres: walls and racks, but neither floor nor roof.
+const BAND: (f64, f64) = (-0.1, 1.5);
+/// Keyframes of one level lie within this of its first one, metres.
+const LEVEL: f64 = 1.0;
+/// Spots are so far apart, and so near to a keyframe: metres.
+const STEP: f64 = 0.5;
+const NEAR: f64 = 5.0;
+/// Headings tried.
+const HEADINGS: usize = 72;
+/// The outline's points are within this range, metres, and so many at most.
+const RANGE: (f64, f64) = (0.8, 15.0);
+const POINTS: usize = 120;
+/// After so many of them, spots that cover less than this share are given up.
+const FIRST: usize = 24;
+const HOPELESS: f64 = 0.5;
+
+/// The levels of a map.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outlines(Vec<Level>);
+
+#[derive(Clone, Debug)]
+struct Level {
+    /// Of the bases.
+    height: f64,
+    /// Of the first cell's corner, cells.
+    corner: [i64; 2],
+    size: [usize; 2],
+    /// Whether something stands in the cell or beside it, row by row.
+    cells: Vec<bool>,
+    /// Where the robot may be.
+    spots: Vec<[f64; 2]>,
+}
+
+/// A pose of the base that covers much.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cover {
+    pub map_from_base: Isometry,
+    /// Share of the outline that something known covers.
+    pub share: f64,
+}
+
+impl Outlines {
+    /// Of a known map. Linear in its points.
+    pub fn new(guide: &Guide) -> Self {
+        let mut order: Vec<&Isometry> = guide.keyframes().iter().map(|(pose, _)| pose).collect();
+        order.sort_by(|a, b| a.translation.z.total_cmp(&b.translation.z));
+        let mut heights: Vec<f64> = Vec::new();
+        for pose in order {
+            if heights.last().is_none_or(|height| pose.translation.z - height > LEVEL) {
+                heights.push(pose.translation.z);
+            }
+        }
+        Self(heights.iter().filter_map(|height| Level::new(guide, *height)).collect())
+    }
+
+    /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
+    /// first, two for each spot at most. Costs some 60 ms for each 2,000 m² walked.
+    pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
+        let outline = outline(points, level_from_base);
+        if outline.len() < FIRST {
+            return Vec::new();
+        }
+        let turned: Vec<Vec<[f64; 2]>> = (0..HEADINGS)
+            .map(|heading| {
+                let (sin, cos) = angle(heading).sin_cos();
+                outline.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
+            })
+            .collect();
+        let mut found = Vec::new();
+        for level in &self.0 {
+            for spot in &level.spots {
+                for (share, heading) in level.best(*spot, &turned) {
+                    let place = Translation3::new(spot[0], spot[1], level.height);
+                    let turn = so3::exp(&(Vector3::z() * angle(heading))) * level_from_base;
+                    found.push(Cover { map_from_base: Isometry::from_parts(place, turn), share });
+                }
+            }
+        }
+        found.sort_by(|a, b| b.share.total_cmp(&a.share));
+        found.truncate(most);
+        found
+    }
+}
+
+impl Level {
+    fn new(guide: &Guide, height: f64) -> Option<Self> {
+        let own = |pose: &Isometry| (0.0..=LEVEL).contains(&(pose.translation.z - height));
+        let mut stands: Vec<[i64; 2]> = Vec::new();
+        for (pose, place) in guide.keyframes().iter().filter(|(pose, _)| own(pose)) {
+            let turn = pose.rotation.to_rotation_matrix();
+            for point in place.points() {
+                let offset = turn * Vector3::from(point.map(f64::from));
+                if (BAND.0..=BAND.1).contains(&offset.z) {
+                    let at = offset + pose.translation.vector;
+                    stands.push([at.x, at.y].map(cell));
+                }
+            }
+        }
+        let first = *stands.first()?;
+        let (least, most) = stands.iter().fold((first, first), |(least, most), at| {
+            ([least[0].min(at[0]), least[1].min(at[1])], [most[0].max(at[0]), most[1].max(at[1])])
+        });
+        let corner = least.map(|c| c - 1);
+        let size = [0, 1].map(|axis| (most[axis] - least[axis] + 3) as usize);
+        let mut cells = vec![false; size[0] * size[1]];
+        for at in stands {
+            for (x, y) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
+                let [column, row] = [at[0] + x - corner[0], at[1] + y - corner[1]].map(|c| c as usize);
+                cells[row * size[0] + column] = true;
+            }
+        }
+        let near: Vec<Vector3> = guide
+            .keyframes()
+            .iter()
+            .map(|(pose, _)| pose.translation.vector)
+            .filter(|at| (at.z - height).abs() <= LEVEL)
+            .collect();
+        Some(Self { height, corner, size, cells, spots: spots(&near) })
+    }
+
+    /// The two headings at a spot that cover most, as far as any is worth it, apart from each other.
+    fn best(&self, spot: [f64; 2], turned: &[Vec<[f64; 2]>]) -> impl Iterator<Item = (f64, usize)> {
+        let mut best: [Option<(f64, usize)>; 2] = [None; 2];
+        for (heading, outline) in turned.iter().enumerate() {
+            let Some(share) = self.share(spot, outline) else { continue };
+            let beats = |held: Option<(f64, usize)>| held.is_none_or(|(other, _)| share > other);
+            let beside = best[0].is_some_and(|(_, other)| {
+                let apart = heading.abs_diff(other);
+                apart.min(HEADINGS - apart) <= HEADINGS / 12
+            });
+            if beats(best[0]) {
+                if !beside {
+                    best[1] = best[0];
+                }
+                best[0] = Some((share, heading));
+            } else if !beside && beats(best[1]) {
+                best[1] = Some((share, heading));
+            }
+        }
+        best.into_iter().flatten()
+    }
+
+    /// Share of an outline that is covered at a spot; none if it is hopeless.
+    fn share(&self, spot: [f64; 2], outline: &[[f64; 2]]) -> Option<f64> {
+        let covers = |points: &[[f64; 2]]| points.iter().filter(|at| self.stands(spot, at)).count();
+        let (first, rest) = outline.split_at(FIRST.min(outline.len()));
+        let begun = covers(first);
+        if (begun as f64) < HOPELESS * first.len() as f64 {
+            return None;
+        }
+        Some((begun + covers(rest)) as f64 / outline.len() as f64)
+    }
+
+    #[inline]
+    fn stands(&self, spot: [f64; 2], at: &[f64; 2]) -> bool {
+        let column = cell(spot[0] + at[0]) - self.corner[0];
+        let row = cell(spot[1] + at[1]) - self.corner[1];
+        let within = (0..self.size[0] as i64).contains(&column) && (0..self.size[1] as i64).contains(&row);
+        within && self.cells[row as usize * self.size[0] + column as usize]
+    }
+}
+
+/// Where the points of a scan stand about its base, level, metres: one for each cell, spread evenly.
+fn outline(points: &[[f32; 3]], level_from_base: &Rotation) -> Vec<[f64; 2]> {
+    let turn = level_from_base.to_rotation_matrix();
+    let mut cells: Vec<[i64; 2]> = points
+        .iter()
+        .map(|point| turn * Vector3::from(point.map(f64::from)))
+        .filter(|at| (BAND.0..=BAND.1).contains(&at.z) && (RANGE.0..=RANGE.1).contains(&at.xy().norm()))
+        .map(|at| [at.x, at.y].map(cell))
+        .collect();
+    cells.sort_unstable();
+    cells.dedup();
+    // An odd stride that shares no factor with the rows mixes near and far, so that the first few already speak for all.
+    let count = cells.len();
+    let kept = count.min(POINTS);
+    let middle = |c: i64| (c as f64 + 0.5) * CELL;
+    (0..kept).map(|index| cells[(index * 7919) % count.max(1)].map(middle)).collect()
+}
+
+/// Places on a grid that are near to one of these.
+fn spots(near: &[Vector3]) -> Vec<[f64; 2]> {
+    let reach = (NEAR / STEP).ceil() as i64;
+    let mut spots: Vec<[i64; 2]> = Vec::new();
+    for at in near {
+        let [x, y] = [at.x, at.y].map(|c| (c / STEP).round() as i64);
+        for dx in -reach..=reach {
+            for dy in -reach..=reach {
+                if ((dx * dx + dy * dy) as f64).sqrt() * STEP <= NEAR {
+                    spots.push([x + dx, y + dy]);
+                }
+            }
+        }
+    }
+    spots.sort_unstable();
+    spots.dedup();
+    spots.into_iter().map(|spot| spot.map(|c| c as f64 * STEP)).collect()
+}
+
+fn cell(metres: f64) -> i64 {
+    (metres / CELL).floor() as i64
+}
+
+fn angle(heading: usize) -> f64 {
+    heading as f64 * TAU / HEADINGS as f64
+}

@@ -1,0 +1,127 @@
+//! A robot that is driven by an operator who sees where it is, and the map of a first day: what several tests share.
+
+use crate::Lockstep;
+use geometry::{Vector3, vec_from_plain};
+use messages::{
+    Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, Order, PoseGraph,
+    Publication,
+};
+use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
+use std::sync::{Arc, OnceLock};
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span};
+
+/// The map of the first day.
+pub(crate) const FIRST: MapId = MapId(Uuid::from_u128(5));
+
+/// A robot driven along routes, and what its stack says.
+pub(crate) struct Day {
+    pub(crate) lockstep: Lockstep,
+    commands: u128,
+    pub(crate) estimate: Pose,
+    pub(crate) graph: Arc<PoseGraph>,
+    pub(crate) mapping: MappingState,
+    /// Every state of mapping.
+    pub(crate) states: Vec<MappingState>,
+    pub(crate) localisation: LocalisationState,
+    pub(crate) refusals: Vec<String>,
+    pub(crate) finished: Option<Arc<FinishedMap>>,
+}
+
+impl Day {
+    pub(crate) fn begin(start: Start, seed: u64, session: Option<SessionId>) -> Self {
+        Self::among(0, start, seed, session)
+    }
+
+    /// With so many people about.
+    pub(crate) fn among(people: u32, start: Start, seed: u64, session: Option<SessionId>) -> Self {
+        let config = SimConfig {
+            lidar_columns: 200,
+            people,
+            start: Some(start),
+            ..SimConfig::new(SiteName::B1, seed)
+        };
+        Self {
+            lockstep: Lockstep::new(config, session, true),
+            commands: 0,
+            estimate: Pose::IDENTITY,
+            graph: Arc::default(),
+            mapping: MappingState::Idle,
+            states: Vec::new(),
+            localisation: LocalisationState::Idle,
+            refusals: Vec::new(),
+            finished: None,
+        }
+    }
+
+    pub(crate) fn order(&mut self, order: Order) {
+        self.commands += 1;
+        let (id, by) = (CommandId(Uuid::from_u128(self.commands)), ClientId(Uuid::from_u128(1)));
+        self.lockstep.give(Input::Command(Command { id, by, order }));
+    }
+
+    pub(crate) fn run(&mut self, seconds: f64) {
+        let until = self.lockstep.now() + Span::from_secs_f64(seconds);
+        let Self { lockstep, estimate, graph, mapping, states, localisation, refusals, finished, .. } = self;
+        lockstep.advance(until, &mut |_, effect| match effect {
+            Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            Effect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
+            Effect::Publish(Publication::Mapping(now)) => {
+                *mapping = now.clone();
+                states.push(now.clone());
+            }
+            Effect::Publish(Publication::Localisation(now)) => *localisation = *now,
+            Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
+            Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
+            _ => {}
+        });
+    }
+
+    /// By an operator who sees where the robot is.
+    pub(crate) fn drive(&mut self, start: Start, waypoints: &[[f64; 2]]) {
+        let route = Route { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
+        let mut walker = RouteWalker::new(route);
+        while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
+            if drive.velocity != vocab::Twist::default() {
+                self.order(Order::Teleoperate(drive.velocity));
+            }
+            self.run(0.1);
+        }
+    }
+
+    pub(crate) fn finish(&mut self, map: MapId) -> Arc<FinishedMap> {
+        self.order(Order::FinishMapping { map, name: "Hall".to_owned() });
+        for _ in 0..200 {
+            self.run(0.1);
+            if self.mapping == MappingState::Idle {
+                break;
+            }
+        }
+        assert_eq!(self.refusals, [""; 0]);
+        self.finished.take().unwrap_or_else(|| panic!("not saved: {:?}", self.mapping))
+    }
+
+    pub(crate) fn true_place(&mut self) -> Vector3 {
+        vec_from_plain(self.lockstep.simulator().truth().site_from_base.position)
+    }
+
+    /// How far the estimate is off, in the frame of a map that began at `origin` with the site's heading, metres.
+    pub(crate) fn error(&mut self, origin: &Vector3) -> f64 {
+        (self.true_place() - origin - vec_from_plain(self.estimate.position)).norm()
+    }
+}
+
+/// The map of a round through the main hall, what was saved, and where it began.
+pub(crate) fn first() -> &'static (Arc<KnownMap>, Arc<FinishedMap>, Vector3) {
+    static FIRST_DAY: OnceLock<(Arc<KnownMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
+    FIRST_DAY.get_or_init(|| {
+        let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
+        let mut day = Day::begin(route.start, 3, Some(SessionId(Uuid::from_u128(1))));
+        day.run(1.0);
+        let origin = day.true_place();
+        day.drive(route.start, &route.waypoints);
+        let finished = day.finish(FIRST);
+        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+        (known, finished, origin)
+    })
+}

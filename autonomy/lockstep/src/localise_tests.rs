@@ -1,0 +1,97 @@
+//! Being localised in a saved map: found standing still, told by a person, kept while walking among people, lost and found again.
+
+use crate::day::{Day, FIRST, first};
+use crate::replay;
+use messages::{LocalisationDoubt, LocalisationState, Order};
+use sim::{Fault, Start};
+use stack::Stack;
+use std::sync::Arc;
+use vocab::{MapId, Pose, Quat, Span, Vec3};
+
+const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
+
+fn another_day(start: Start, seed: u64) -> Day {
+    let mut day = Day::among(6, start, seed, None);
+    day.lockstep.keep_map(Arc::clone(&first().0));
+    day
+}
+
+fn at([x, y]: [f64; 2], yaw: f64) -> Start {
+    Start { position: Vec3::new(x, y, 0.0), yaw }
+}
+
+#[test]
+fn switched_on_somewhere_in_its_map_the_robot_finds_itself_and_keeps_its_place_among_people() {
+    let origin = first().2;
+    let start = at([29.0, 21.5], -1.5);
+    let mut day = another_day(start, 14);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(0.5);
+    assert!(
+        matches!(day.localisation, LocalisationState::Relocalising { map: FIRST, .. }),
+        "{:?}",
+        day.localisation
+    );
+    day.run(2.5);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
+    let (mut squares, mut worst, mut count) = (0.0, 0.0_f64, 0.0);
+    for leg in [[29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.2, 23.5]].windows(2) {
+        day.drive(at(leg[0], 0.0), &leg[1..]);
+        let error = day.error(&origin);
+        (squares, worst, count) = (squares + error * error, worst.max(error), count + 1.0);
+        assert_eq!(day.localisation, LOCALISED);
+    }
+    assert!((squares / count).sqrt() < 0.03 && worst < 0.05, "{} {worst}", (squares / count).sqrt());
+    let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), day.lockstep.digest().hex());
+}
+
+#[test]
+fn a_person_tells_the_place_roughly_and_it_snaps() {
+    let origin = first().2;
+    let start = at([21.0, 17.2], 0.0);
+    let mut day = another_day(start, 15);
+    let position = Vec3::new(start.position.x - origin.x + 0.4, start.position.y - origin.y - 0.3, 0.0);
+    let orientation = Quat { x: 0.0, y: 0.0, z: 0.05, w: (1.0 - 0.05_f64 * 0.05).sqrt() };
+    day.order(Order::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
+    day.run(2.0);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
+}
+
+#[test]
+fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soon_after() {
+    let origin = first().2;
+    let start = at([29.0, 21.5], -1.5);
+    let mut day = another_day(start, 17);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    assert_eq!(day.localisation, LOCALISED);
+    let now = day.lockstep.simulator().elapsed();
+    let until = now + Span::from_millis(20_000);
+    day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until });
+    day.drive(start, &[[29.0, 17.2], [22.0, 17.2]]);
+    assert!(day.lockstep.simulator().elapsed() < until);
+    let dark = LocalisationState::Localised { map: FIRST, doubt: Some(LocalisationDoubt::Dark) };
+    assert_eq!(day.localisation, dark);
+    day.drive(at([22.0, 17.2], 0.0), &[[21.0, 17.2], [21.0, 23.0]]);
+    assert!(day.lockstep.simulator().elapsed() > until);
+    day.run(1.0);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.03, "{} m", day.error(&origin));
+}
+
+#[test]
+fn a_map_that_does_not_exist_is_said_and_left() {
+    let mut day = another_day(at([29.0, 21.5], -1.5), 16);
+    let absent = MapId(uuid::Uuid::from_u128(99));
+    day.order(Order::Localise { map: absent, at: None });
+    day.run(0.5);
+    assert_eq!(day.localisation, LocalisationState::Idle);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(0.3);
+    day.order(Order::LeaveMap);
+    day.run(0.3);
+    assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 0));
+}
