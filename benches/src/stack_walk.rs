@@ -3,7 +3,8 @@
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
-    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication,
+    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, KnownMap, Order,
+    Publication,
 };
 use rustix::time::{ClockId, clock_gettime};
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
@@ -43,6 +44,15 @@ pub enum StepOf {
 /// One step: what it was for, the CPU time it took (milliseconds), and what it said.
 pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[Effect]);
 
+/// A job that is to be done.
+#[derive(Clone, Copy, Debug)]
+enum Waiting {
+    /// What the stack hands out.
+    Work(u64),
+    /// Reading a saved map.
+    Map(u64, MapId),
+}
+
 /// A robot that walks a route of its site again and again while it maps.
 pub struct StackWalk {
     simulator: Simulator,
@@ -50,18 +60,48 @@ pub struct StackWalk {
     walker: RouteWalker,
     stack: Stack,
     effects: Vec<Effect>,
-    jobs: VecDeque<u64>,
+    jobs: VecDeque<Waiting>,
     finished: Option<Arc<FinishedMap>>,
     truth: Option<Vec<(Stamp, Isometry)>>,
     rounds: u32,
+    /// What reading a saved map gives.
+    known: Option<Arc<KnownMap>>,
 }
 
 impl StackWalk {
-    /// Ready to walk a route of `site`, `round` mostly.
+    /// Ready to walk a route of `site`, `round` mostly, and to map it.
     ///
     /// # Errors
     /// When the site has no such route.
     pub fn new(site: &Arc<Site>, route: &str, plan: &Plan, heard: Heard<'_>) -> Result<Self> {
+        let mut walk = Self::prepared(site, route, plan)?;
+        walk.boot(Some(SessionId(Uuid::from_u128(1))), heard);
+        Ok(walk)
+    }
+
+    /// Ready to walk a route of `site` by a map that is known of it; the robot has to find itself in it first.
+    ///
+    /// # Errors
+    /// When the site has no such route.
+    pub fn localised(
+        site: &Arc<Site>,
+        route: &str,
+        plan: &Plan,
+        known: Arc<KnownMap>,
+        heard: Heard<'_>,
+    ) -> Result<Self> {
+        let mut walk = Self::prepared(site, route, plan)?;
+        let map = known.map;
+        walk.known = Some(known);
+        walk.boot(None, heard);
+        walk.order(
+            [Order::TakeControl { name: "bench".to_owned() }, Order::Localise { map, at: None }],
+            heard,
+        );
+        Ok(walk)
+    }
+
+    fn prepared(site: &Arc<Site>, route: &str, plan: &Plan) -> Result<Self> {
         let route = site.route(route).cloned().with_context(|| format!("the site has no route {route}"))?;
         let config = SimConfig {
             lidar_columns: plan.columns,
@@ -69,7 +109,7 @@ impl StackWalk {
             start: Some(route.start),
             ..SimConfig::new(site.name(), plan.seed)
         };
-        let mut walk = Self {
+        Ok(Self {
             simulator: Simulator::on(Arc::clone(site), config),
             walker: RouteWalker::new(route.clone()),
             route,
@@ -79,10 +119,27 @@ impl StackWalk {
             finished: None,
             truth: plan.keep_truth.then(Vec::new),
             rounds: 0,
-        };
-        let boot = BootRecord { start_mapping: Some(SessionId(Uuid::from_u128(1))), ..walk.simulator.boot() };
-        walk.step(walk.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
-        Ok(walk)
+            known: None,
+        })
+    }
+
+    fn boot(&mut self, session: Option<SessionId>, heard: Heard<'_>) {
+        let boot = BootRecord { start_mapping: session, ..self.simulator.boot() };
+        self.step(self.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
+    }
+
+    fn order<const N: usize>(&mut self, orders: [Order; N], heard: Heard<'_>) {
+        let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
+        for (number, order) in (1..).zip(orders) {
+            let command = Command { id: CommandId(Uuid::from_u128(number)), by, order };
+            self.step(now, StepOf::Other, Input::Command(command), heard);
+            self.work(now, heard);
+        }
+    }
+
+    /// The way that was truly walked so far, as far as it was kept.
+    pub fn truth(&self) -> Truth {
+        Truth(self.truth.clone().unwrap_or_default())
     }
 
     /// Walks until so long after the start.
@@ -129,17 +186,9 @@ impl StackWalk {
     /// # Errors
     /// When the stack makes none.
     pub fn finish(mut self, heard: Heard<'_>) -> Result<(Arc<FinishedMap>, Truth)> {
-        let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
         let map = MapId(Uuid::from_u128(1));
-        let orders = [
-            Order::TakeControl { name: "bench".to_owned() },
-            Order::FinishMapping { map, name: "bench".to_owned() },
-        ];
-        for (number, order) in (1..).zip(orders) {
-            let command = Command { id: CommandId(Uuid::from_u128(number)), by, order };
-            self.step(now, StepOf::Other, Input::Command(command), heard);
-            self.work(now, heard);
-        }
+        let finish = Order::FinishMapping { map, name: "bench".to_owned() };
+        self.order([Order::TakeControl { name: "bench".to_owned() }, finish], heard);
         let Some(finished) = self.finished else { bail!("the stack made no map") };
         Ok((finished, Truth(self.truth.unwrap_or_default())))
     }
@@ -155,8 +204,16 @@ impl StackWalk {
     }
 
     fn work(&mut self, at: Stamp, heard: Heard<'_>) {
-        while let Some(job) = self.jobs.pop_front() {
-            let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+        while let Some(waiting) = self.jobs.pop_front() {
+            let (job, result) = match (waiting, &self.known) {
+                (Waiting::Work(job), _) => {
+                    (job, self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run))
+                }
+                (Waiting::Map(job, _), Some(known)) => (job, JobResult::MapLoaded(Arc::clone(known))),
+                (Waiting::Map(job, map), None) => {
+                    (job, JobResult::MapNotLoaded { map, reason: "there is no map".to_owned() })
+                }
+            };
             self.step(at, StepOf::Verified, Input::JobDone(JobDone { job, result }), heard);
         }
     }
@@ -170,7 +227,10 @@ impl StackWalk {
                 Effect::StartJob {
                     job,
                     work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
-                } => self.jobs.push_back(job),
+                } => self.jobs.push_back(Waiting::Work(job)),
+                Effect::StartJob { job, work: Job::ReadMap(map) } => {
+                    self.jobs.push_back(Waiting::Map(job, map));
+                }
                 Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }

@@ -20,6 +20,9 @@ const UNSURE_AFTER: Span = Span::from_millis(500);
 const LOST_AFTER: Span = Span::from_millis(2_500);
 /// And is forgotten after so long without one.
 const FORGOTTEN: Span = Span::from_millis(1_000);
+/// Once something has spoken against the pose, or no scan has come for a while, it is believed again when nothing has for so long.
+const CONFIRMED_AFTER: Span = Span::from_millis(500);
+const GAP: Span = Span::from_millis(500);
 /// Fewer points than this see nothing.
 const DARK: usize = 60;
 
@@ -94,23 +97,51 @@ pub enum Doubt {
 pub(crate) struct Judge {
     /// Since when scans contradict the pose, and when the last one did.
     contradicted: Option<(Stamp, Stamp)>,
+    /// The last scan.
+    last: Option<Stamp>,
+    /// What spoke against the pose last, and when; forgotten once nothing has for long enough.
+    doubted: Option<(Doubt, Stamp)>,
 }
 
 impl Judge {
     /// Takes in what speaks for and against the pose at a scan.
     pub fn judge(&mut self, at: Stamp, evidence: &Evidence) -> Trust {
-        let contradicted =
+        if self.last.replace(at).is_some_and(|last| at - last > GAP) {
+            self.doubted = Some((Doubt::Dark, at));
+        }
+        let contradiction =
             evidence.contradicted().filter(|share| *share > CONTRADICTED).or(evidence.misfit());
-        self.contradicted = match (self.contradicted, contradicted) {
-            (Some((since, last)), Some(_)) if at - last <= FORGOTTEN => Some((since, at)),
-            (_, Some(_)) => Some((at, at)),
-            (Some((_, last)), None) if at - last > FORGOTTEN => None,
-            (held, None) => held,
+        self.remember(at, contradiction.is_some());
+        let contradiction = contradiction.map(|share| Doubt::Contradicted { share });
+        let trust = self.weigh(evidence, contradiction);
+        let spoken = match trust {
+            Trust::Uncertain(doubt) | Trust::Lost(doubt) => Some(doubt),
+            Trust::Localised => contradiction.filter(|_| self.doubted.is_some()),
         };
+        if let Some(doubt) = spoken {
+            self.doubted = Some((doubt, at));
+        }
+        self.doubted = self.doubted.filter(|(_, since)| at - *since < CONFIRMED_AFTER);
+        match (trust, self.doubted) {
+            (Trust::Localised, Some((doubt, _))) => Trust::Uncertain(doubt),
+            _ => trust,
+        }
+    }
+
+    fn remember(&mut self, at: Stamp, contradicted: bool) {
+        self.contradicted = match (self.contradicted, contradicted) {
+            (Some((since, last)), true) if at - last <= FORGOTTEN => Some((since, at)),
+            (_, true) => Some((at, at)),
+            (Some((_, last)), false) if at - last > FORGOTTEN => None,
+            (held, false) => held,
+        };
+    }
+
+    /// As if nothing had ever spoken against the pose but what does now, and for how long.
+    fn weigh(&self, evidence: &Evidence, contradiction: Option<Doubt>) -> Trust {
         let lasted = self.contradicted.map_or(Span::ZERO, |(since, last)| last - since);
-        let doubt = contradicted.map(|share| Doubt::Contradicted { share });
         let deviation = evidence.deviation;
-        match doubt {
+        match contradiction {
             Some(doubt) if lasted >= LOST_AFTER => Trust::Lost(doubt),
             _ if deviation > LOST => Trust::Lost(Doubt::Vague { deviation }),
             Some(doubt) if lasted >= UNSURE_AFTER => Trust::Uncertain(doubt),
@@ -151,6 +182,9 @@ mod tests {
             assert_eq!(judge.judge(at(millis), &evidence(150, 200)), Trust::Localised, "{millis}");
         }
         assert_eq!(judge.judge(at(500), &evidence(300, 60)), Trust::Localised);
+        for millis in (600..2_000).step_by(100) {
+            assert_eq!(judge.judge(at(millis), &evidence(300, 60)), Trust::Localised, "{millis}");
+        }
         for millis in (2_000..2_500).step_by(100) {
             assert_eq!(judge.judge(at(millis), &evidence(150, 200)), Trust::Localised, "{millis}");
         }
@@ -160,7 +194,23 @@ mod tests {
             assert_eq!(judge.judge(at(millis), &evidence(150, 200)), unsure, "{millis}");
         }
         assert_eq!(judge.judge(at(4_500), &evidence(150, 200)), Trust::Lost(Doubt::Contradicted { share }));
-        assert_eq!(judge.judge(at(4_600), &evidence(300, 60)), Trust::Localised);
+        for millis in (4_600..5_000).step_by(100) {
+            let unsure = Trust::Uncertain(Doubt::Contradicted { share });
+            assert_eq!(judge.judge(at(millis), &evidence(300, 60)), unsure, "{millis}");
+        }
+        assert_eq!(judge.judge(at(5_000), &evidence(300, 60)), Trust::Localised);
+    }
+
+    #[test]
+    fn after_darkness_the_place_has_to_be_confirmed() {
+        let mut judge = Judge::default();
+        assert_eq!(judge.judge(at(0), &evidence(300, 0)), Trust::Localised);
+        let dark = Trust::Uncertain(Doubt::Dark);
+        assert_eq!(judge.judge(at(3_000), &evidence(300, 0)), dark);
+        let contradicted = Trust::Uncertain(Doubt::Contradicted { share: 200.0 / 350.0 });
+        assert_eq!(judge.judge(at(3_100), &evidence(150, 200)), contradicted);
+        assert_eq!(judge.judge(at(3_500), &evidence(300, 0)), contradicted);
+        assert_eq!(judge.judge(at(3_600), &evidence(300, 0)), Trust::Localised);
     }
 
     #[test]

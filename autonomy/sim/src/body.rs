@@ -96,6 +96,27 @@ impl Body {
     pub(crate) fn advance(&mut self, site: &Site, wanted: &Twist) {
         let before = [self.walker.x, self.walker.y, self.walker.yaw];
         self.walker.step(site, wanted, BLOCK_SECONDS);
+        self.follow(before);
+    }
+
+    /// Where the walker is: x, y (metres), yaw (radians), site frame.
+    pub(crate) fn place(&self) -> [f64; 3] {
+        [self.walker.x, self.walker.y, self.walker.yaw]
+    }
+
+    /// One block in somebody's arms, to that place; the ground is felt again when it is `put_down`.
+    pub(crate) fn carry(&mut self, site: &Site, [x, y, yaw]: [f64; 3], put_down: bool) {
+        let before = self.place();
+        let footing = self.walker.footing;
+        self.walker = Walker::new(site, x, y, footing.height, yaw);
+        if !put_down {
+            self.walker.footing = footing;
+        }
+        self.follow(before);
+    }
+
+    /// Moves smoothly to where the walker is now from where it was a block ago.
+    fn follow(&mut self, before: [f64; 3]) {
         let after = [self.walker.x, self.walker.y, self.walker.yaw];
         let footing = self.walker.footing;
         let (speed, turning) = self.walker.pace();

@@ -1,7 +1,8 @@
 //! The solids that a site is made of, as exact shapes in f64: bounds and signed distances. Ray casting uses the packed
 //! f32 twins in `packed`.
 
-use geometry::{Rotation, Vector3};
+use geometry::{Isometry, Rotation, Vector3};
+use nalgebra::Point3;
 
 /// What a surface is made of, as far as a LiDAR of 905 nm can tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,6 +130,28 @@ impl Shape {
                 (center - reach, center + reach)
             }
             Self::Triangle([a, b, c]) => (a.inf(b).inf(c), a.sup(b).sup(c)),
+        }
+    }
+
+    /// The same shape elsewhere.
+    pub fn moved(&self, by: &Isometry) -> Self {
+        let at = |point: &Vector3| (by * Point3::from(*point)).coords;
+        match self {
+            Self::Block { min, max } => {
+                let (center, half) = (at(&((min + max) / 2.0)), (max - min) / 2.0);
+                if by.rotation.angle() == 0.0 {
+                    return Self::Block { min: center - half, max: center + half };
+                }
+                Self::Crate { center, half, site_from_crate: by.rotation }
+            }
+            Self::Crate { center, half, site_from_crate } => Self::Crate {
+                center: at(center),
+                half: *half,
+                site_from_crate: by.rotation * site_from_crate,
+            },
+            Self::Rod { from, to, radius } => Self::Rod { from: at(from), to: at(to), radius: *radius },
+            Self::Ball { center, radius } => Self::Ball { center: at(center), radius: *radius },
+            Self::Triangle(corners) => Self::Triangle(corners.each_ref().map(at)),
         }
     }
 

@@ -84,9 +84,34 @@ pub struct Truth {
     pub velocity: Twist,
 }
 
+/// A robot in somebody's arms: x, y (metres) and yaw (radians) at both ends, and the blocks of 10 ms that it takes.
+#[derive(Clone, Copy, Debug)]
+struct Carried {
+    from: [f64; 3],
+    to: [f64; 3],
+    done: i64,
+    blocks: i64,
+}
+
+impl Carried {
+    /// Smoothly from rest to rest.
+    fn at(&self) -> [f64; 3] {
+        let share = (self.done as f64 / self.blocks as f64).min(1.0);
+        let eased = share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
+        [0, 1, 2].map(|axis| self.from[axis] + (self.to[axis] - self.from[axis]) * eased)
+    }
+}
+
+/// An angle between -π and π.
+fn wrapped(angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    sin.atan2(cos)
+}
+
 /// The world with its robot.
 #[derive(Clone, Debug)]
 pub struct Simulator {
+    carried: Option<Carried>,
     epoch: Stamp,
     site: Arc<Site>,
     body: Body,
@@ -138,6 +163,7 @@ impl Simulator {
             blocks: 0,
             command: None,
             truths: VecDeque::new(),
+            carried: None,
             site,
         }
     }
@@ -166,6 +192,14 @@ impl Simulator {
     /// Moves like this from now on, for half a second or until the next command.
     pub fn command(&mut self, drive: Drive) {
         self.command = Some((self.now(), drive));
+    }
+
+    /// Somebody takes the robot up and carries it away, with its LiDAR covered and its legs limp, and puts it down there after so long.
+    pub fn carry(&mut self, to: Start, takes: Span) {
+        let from = self.body.place();
+        let to = [to.position.x, to.position.y, from[2] + wrapped(to.yaw - from[2])];
+        let blocks = (takes.nanos() / BLOCK_NANOS).max(1);
+        self.carried = Some(Carried { from, to, done: 0, blocks });
     }
 
     /// Adds a fault; its times count from the start of the simulation, see [`Simulator::elapsed`].
@@ -221,7 +255,7 @@ impl Simulator {
 
     fn block(&mut self, out: &mut Vec<SimEvent>) {
         let (start, elapsed) = (self.now(), self.elapsed());
-        self.body.advance(&self.site, &self.wanted());
+        let carried = self.advance_body();
         let place = self.body.motion().at(0).translation.vector;
         self.people.advance(BLOCK_SECONDS, &place);
         let (speed, turning) = self.body.pace();
@@ -235,14 +269,31 @@ impl Simulator {
         let first = out.len();
         self.sense_imu(start, elapsed, out);
         let walking = speed + turning.abs() > 0.02;
-        let legs = self.legs.sample(start, &truth.velocity, walking, self.faults.leg_slip(elapsed));
+        let felt = if carried { Twist::default() } else { truth.velocity };
+        let legs = self.legs.sample(start, &felt, walking, self.faults.leg_slip(elapsed));
         out.push(SimEvent { at: start + Span::from_millis(1), sensor: Sensor::Legs(legs) });
         if self.blocks % BLOCKS_PER_BATTERY == 0 {
             out.push(SimEvent { at: start, sensor: Sensor::Battery(self.battery.state(start)) });
         }
-        self.sense_lidar(start, elapsed, out);
+        self.sense_lidar(start, elapsed, carried, out);
         out[first..].sort_by_key(|event| event.at);
         self.blocks += 1;
+    }
+
+    /// One block of motion; says whether the robot is carried.
+    fn advance_body(&mut self) -> bool {
+        let wanted = self.wanted();
+        let Some(carried) = &mut self.carried else {
+            self.body.advance(&self.site, &wanted);
+            return false;
+        };
+        carried.done += 1;
+        let put_down = carried.done >= carried.blocks;
+        self.body.carry(&self.site, carried.at(), put_down);
+        if put_down {
+            self.carried = None;
+        }
+        true
     }
 
     /// What the legs should do now.
@@ -267,11 +318,11 @@ impl Simulator {
         }
     }
 
-    fn sense_lidar(&mut self, start: Stamp, elapsed: Span, out: &mut Vec<SimEvent>) {
+    fn sense_lidar(&mut self, start: Stamp, elapsed: Span, carried: bool, out: &mut Vec<SimEvent>) {
         let block = (self.blocks % BLOCKS_PER_SWEEP) as u32;
         let sweep_start = start - Span::from_nanos(BLOCK_NANOS * i64::from(block));
         let silent = self.faults.lidar_silent(elapsed);
-        let blind = silent || self.faults.lidar_blind(elapsed);
+        let blind = silent || carried || self.faults.lidar_blind(elapsed);
         let motion = self.body.motion();
         let poses = |seconds| motion.between(seconds);
         let scan = self.lidar.advance(&self.site, &self.people, block, sweep_start, blind, poses);

@@ -3,11 +3,10 @@
 use crate::Arguments;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
-use geometry::{Isometry, Rotation, isometry_from_pose};
+use geometry::{Isometry, isometry_from_pose};
 use localisation::Guide;
-use mapping::Place;
-use messages::{Effect, Publication};
-use points::Downsampler;
+use mapping::{Place, PlaceParts};
+use messages::{Effect, KnownMap, KnownPlace, Publication};
 use sim::{Site, SiteName};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,6 +16,8 @@ use vocab::Span;
 pub struct KnownSite {
     pub site: Arc<Site>,
     pub guide: Arc<Guide>,
+    /// As the stack reads it.
+    pub known: Arc<KnownMap>,
     pub site_from_map: Isometry,
 }
 
@@ -31,30 +32,34 @@ impl KnownSite {
             keep_truth: true,
         };
         let mut places = BTreeMap::new();
-        let mut downsampler = Downsampler::default();
         let mut heard = |_, _, effects: &[Effect]| {
             for effect in effects {
                 let Effect::Publish(Publication::Keyframe(keyframe)) = effect else { continue };
-                let rotation = isometry_from_pose(&keyframe.map_from_keyframe)
-                    .map_or_else(Rotation::identity, |pose| pose.rotation);
-                let place = Place::new(&keyframe.cloud.xyz, &rotation, keyframe.lidar, &mut downsampler);
-                places.insert(keyframe.id, place);
+                let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
+                places
+                    .extend(stack::known_place(pose, xyz, keyframe.lidar).map(|place| (keyframe.id, place)));
             }
         };
         let mut walk = StackWalk::new(&site, "round", &plan, &mut heard)?;
         walk.walk(Span::from_secs_f64(arguments.minutes * 60.0), &mut heard)?;
         let (finished, truth) = walk.finish(&mut heard)?;
-        let (mut keyframes, mut pairs) = (Vec::new(), Vec::new());
+        let (mut keyframes, mut pairs, mut kept) = (Vec::new(), Vec::new(), Vec::new());
         for node in &finished.graph.nodes {
             let map_from_keyframe =
                 isometry_from_pose(&node.map_from_keyframe).context("a keyframe has no pose")?;
             let place = places.remove(&node.id).context("a keyframe has no cloud")?;
             let site_from_keyframe = truth.at(node.stamp).context("no truth was kept")?;
             pairs.push((site_from_keyframe.translation.vector, map_from_keyframe.translation.vector));
-            keyframes.push((map_from_keyframe, place));
+            let KnownPlace { lidar, points, ranges, views } = place.clone();
+            let parts = PlaceParts { points, ranges, views };
+            keyframes
+                .push((map_from_keyframe, Place::from_parts(parts, lidar).context("a place is broken")?));
+            kept.push(place);
         }
         let alignment = geometry::umeyama(&pairs, false).context("the walk was too short")?;
         let site_from_map = alignment.truth_from_estimate;
-        Ok(Self { site, guide: Arc::new(Guide::new(keyframes)), site_from_map })
+        let (map, graph) = (finished.map, finished.graph.as_ref().clone());
+        let known = Arc::new(KnownMap { map, graph, places: kept });
+        Ok(Self { site, guide: Arc::new(Guide::new(keyframes)), known, site_from_map })
     }
 }

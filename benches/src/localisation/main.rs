@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "the table is the point")]
 
 mod known;
+mod rounds;
 mod standing;
 
 use anyhow::Result;
@@ -33,6 +34,18 @@ struct Arguments {
     /// Random places where the robot has to find itself, standing still.
     #[arg(long, default_value_t = 200)]
     places: usize,
+    /// Rounds walked by the map on other days, each with its own seed.
+    #[arg(long, default_value_t = 1)]
+    days: u64,
+    /// How long each is, minutes.
+    #[arg(long, default_value_t = 60.0)]
+    day_minutes: f64,
+    /// Share of the furniture that stands elsewhere then, or is gone.
+    #[arg(long, default_value_t = 0.25)]
+    moved: f64,
+    /// People walking about then.
+    #[arg(long, default_value_t = 10)]
+    day_people: u32,
     /// One line for each place.
     #[arg(long)]
     each: bool,
@@ -40,11 +53,19 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    standing::print_header();
     for name in &arguments.sites {
         let name: SiteName = name.parse()?;
         let known = KnownSite::map(name, &arguments)?;
-        standing::run(&known, &arguments)?;
+        if arguments.places > 0 {
+            standing::print_header();
+            standing::run(&known, &arguments)?;
+        }
+        if arguments.days > 0 {
+            rounds::print_header();
+        }
+        for day in 1..=arguments.days {
+            rounds::run(&known, &arguments, day)?;
+        }
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Between the log schema and the contract with clients. They are alike today and need not stay so.
 
 use api::{Event, LoopsChanged, Order};
-use messages::{EdgeKind, MappingState, MotionState, Publication};
+use messages::{EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, Publication};
 
 /// A client's order for the stack.
 pub fn order(order: Order) -> messages::Order {
@@ -19,6 +19,8 @@ pub fn order(order: Order) -> messages::Order {
         Order::AcceptLoop { from, to } => messages::Order::AcceptLoop { from, to },
         Order::RejectLoop { from, to } => messages::Order::RejectLoop { from, to },
         Order::ProposeLoop { from, to, guess } => messages::Order::ProposeLoop { from, to, guess },
+        Order::Localise { map, at } => messages::Order::Localise { map, at },
+        Order::LeaveMap => messages::Order::LeaveMap,
     }
 }
 
@@ -54,6 +56,24 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
             }
         }
         MappingState::Saving { session: _, map } => api::Mapping::Saving { map: *map },
+    }
+}
+
+/// State of localisation in a saved map.
+pub fn localisation(state: &LocalisationState) -> api::Localisation {
+    let plain = |doubt: LocalisationDoubt| match doubt {
+        LocalisationDoubt::Contradicted => api::Doubt::Contradicted,
+        LocalisationDoubt::Vague => api::Doubt::Vague,
+        LocalisationDoubt::Dark => api::Doubt::Dark,
+        LocalisationDoubt::Unmapped => api::Doubt::Unmapped,
+    };
+    match *state {
+        LocalisationState::Idle => api::Localisation::Idle,
+        LocalisationState::Loading { map } => api::Localisation::Loading { map },
+        LocalisationState::Relocalising { map, places } => api::Localisation::Relocalising { map, places },
+        LocalisationState::Localised { map, doubt } => {
+            api::Localisation::Localised { map, doubt: doubt.map(plain) }
+        }
     }
 }
 

@@ -2,12 +2,12 @@
 //! closure sends poses and no points.
 
 use crate::convert;
-use api::{Anchor, Event, LoopsChanged, TileEntry, TileHash, TilesChanged};
+use api::{Anchor, Event, Graph, LoopsChanged, TileEntry, TileHash, TilesChanged};
 use map_codec::{LevelPoints, LevelSplitter, SplitOptions};
-use messages::{Keyframe, MappingState};
+use messages::{Keyframe, LocalisationState, MappingState};
 use std::sync::Arc;
 use store::{Store, StoreError};
-use vocab::{Aabb, KeyframeId, SessionId};
+use vocab::{Aabb, KeyframeId, MapId, SessionId};
 
 /// Greatest step of a tile's lattice, metres: four per voxel of a keyframe's cloud.
 const RESOLUTION: f32 = 0.01;
@@ -18,6 +18,8 @@ pub struct LiveMap {
     session: Option<SessionId>,
     /// Whether the map that the session goes on from is shown.
     base_shown: bool,
+    /// The saved map that is shown because the robot is localised in it.
+    known: Option<MapId>,
     splitter: LevelSplitter,
     tiles: Vec<TileHash>,
 }
@@ -32,6 +34,7 @@ impl LiveMap {
             store,
             session: None,
             base_shown: false,
+            known: None,
             splitter: LevelSplitter::new(SplitOptions::default()),
             tiles: Vec::new(),
         }
@@ -77,6 +80,32 @@ impl LiveMap {
         let decisions = self.store.map(*map)?.decisions.into_iter().map(convert::loop_decision);
         let loops = Event::Loops(LoopsChanged { reset: false, added: decisions.collect() });
         Ok(vec![tiles, loops])
+    }
+
+    /// What to tell clients of the saved map that the robot is localised in: its tiles and its graph, from when on it knows its place
+    /// until it is in another map or none.
+    ///
+    /// # Errors
+    /// When that map cannot be read.
+    pub fn show_known(&mut self, state: &LocalisationState) -> Result<Vec<Event>, StoreError> {
+        let wanted = match state {
+            LocalisationState::Localised { map, .. } => Some(*map),
+            // Where the robot has lost its place, its map stays on show.
+            LocalisationState::Relocalising { map, .. } => self.known.filter(|known| known == map),
+            LocalisationState::Idle | LocalisationState::Loading { .. } => None,
+        };
+        let before = std::mem::replace(&mut self.known, wanted);
+        if before == wanted || self.session.is_some() {
+            return Ok(Vec::new());
+        }
+        let (added, graph) = match wanted {
+            Some(map) => {
+                (self.store.map_tiles(map)?.tiles, convert::graph(&self.store.map(map)?.graph(), None))
+            }
+            None => (Vec::new(), Graph::default()),
+        };
+        // The graph first, since tiles hang on its keyframes.
+        Ok(vec![Event::Graph(graph), Event::Tiles(TilesChanged { reset: true, added })])
     }
 
     /// Adds a keyframe's cloud, and returns what to tell clients.

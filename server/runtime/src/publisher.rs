@@ -12,6 +12,7 @@ use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
 use messages::{CorrectedScan, Estimate, Keyframe, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use store::StoreError;
 
 /// Shortest time between estimates to clients: 20 Hz.
 const ESTIMATE_EVERY: Duration = Duration::from_millis(50);
@@ -76,6 +77,11 @@ impl Publisher {
                 self.board.set(Event::Mapping(convert::mapping(&state)));
                 self.show_base(&state);
             }
+            Publication::Localisation(state) => {
+                self.board.set(Event::Localisation(convert::localisation(&state)));
+                let shown = self.live_map.show_known(&state);
+                self.show(shown);
+            }
             Publication::Battery(state) => self.board.set(Event::Battery(self.battery.look(&state))),
             other => {
                 if let Some(event) = convert::event(other) {
@@ -100,10 +106,16 @@ impl Publisher {
     }
 
     fn show_base(&mut self, state: &messages::MappingState) {
-        match self.live_map.show_base(state) {
+        let shown = self.live_map.show_base(state);
+        self.show(shown);
+    }
+
+    /// Tells clients of a saved map.
+    fn show(&mut self, shown: Result<Vec<Event>, StoreError>) {
+        match shown {
             Ok(events) => events.into_iter().for_each(|event| self.board.set(event)),
             Err(error) => {
-                let text = format!("The map that is extended cannot be shown: {}.", sentence(&error));
+                let text = format!("The map in use cannot be shown: {}.", sentence(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
         }

@@ -62,6 +62,15 @@ pub enum Order {
         /// Guess of `to` in `from`, right to a metre or two.
         guess: Pose,
     },
+    /// Be localised in a saved map from now on: the robot finds itself in it, and walks by it.
+    Localise {
+        /// The saved map.
+        map: MapId,
+        /// The base in it, if somebody knows: to a metre and 20 degrees.
+        at: Option<Pose>,
+    },
+    /// Be in no map any more.
+    LeaveMap,
 }
 
 /// What became of a command.

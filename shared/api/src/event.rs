@@ -17,6 +17,8 @@ pub enum Event {
     Quality(Quality),
     /// State of mapping.
     Mapping(Mapping),
+    /// State of localisation in a saved map.
+    Localisation(Localisation),
     /// State of motion.
     Motion(Motion),
     /// Who controls.
@@ -180,6 +182,58 @@ pub enum Mapping {
         /// Which version it becomes.
         map: MapId,
     },
+}
+
+/// State of localisation in a saved map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Localisation {
+    /// No saved map is in use.
+    #[default]
+    Idle,
+    /// It is being read.
+    Loading {
+        /// Which.
+        map: MapId,
+    },
+    /// The robot looks for its place in it.
+    Relocalising {
+        /// Which.
+        map: MapId,
+        /// Places where it may be, as far as it knows; 0 where it has to move to see more.
+        places: u32,
+    },
+    /// It knows its place.
+    Localised {
+        /// In which.
+        map: MapId,
+        /// What speaks against it, if anything does.
+        doubt: Option<Doubt>,
+    },
+}
+
+impl Localisation {
+    /// The saved map in use, if any.
+    pub fn map(&self) -> Option<MapId> {
+        match self {
+            Self::Idle => None,
+            Self::Loading { map } | Self::Relocalising { map, .. } | Self::Localised { map, .. } => {
+                Some(*map)
+            }
+        }
+    }
+}
+
+/// What speaks against the robot's place in a saved map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Doubt {
+    /// What it sees is not what the map shows there.
+    Contradicted,
+    /// Nothing has told its place for too long.
+    Vague,
+    /// The LiDAR sees nothing.
+    Dark,
+    /// The map shows nothing of what it sees.
+    Unmapped,
 }
 
 /// State of motion.

@@ -143,8 +143,7 @@ impl Stage {
         }
         renderer.select_pair(pair_in_focus(model).map(|pair| [pair.from.0, pair.to.0]));
         if self.told.track != Some(model.track.revision()) {
-            let way: Vec<DVec3> =
-                if live { model.track.positions(&shown.graph).map(vector).collect() } else { Vec::new() };
+            let way: Vec<DVec3> = if live { model.way().map(vector).collect() } else { Vec::new() };
             renderer.set_trajectory(&way);
             self.told.track = Some(model.track.revision());
         }

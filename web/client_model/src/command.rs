@@ -20,6 +20,10 @@ pub enum Command {
     StartMapping,
     /// Begin to map on from a saved map.
     ExtendMap(MapId),
+    /// Be localised in a saved map.
+    UseMap(MapId),
+    /// Be in no map any more.
+    LeaveMap,
     /// End mapping and save under this name.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.

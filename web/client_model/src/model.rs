@@ -12,10 +12,10 @@ use crate::{
     MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, MapSummary, Mapping, Motion, Order, Platform, Quality,
-    Severity, StreamRequest,
+    Battery, ClientMessage, Control, Estimate, Health, Localisation, MapSummary, Mapping, Motion, Order,
+    Platform, Quality, Severity, StreamRequest,
 };
-use vocab::{ClientId, KeyframeId, MapId, Stamp};
+use vocab::{ClientId, KeyframeId, MapId, Stamp, Vec3};
 
 /// Something selected in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,6 +64,8 @@ pub struct Model {
     pub control: Control,
     /// State of mapping.
     pub mapping: Mapping,
+    /// State of localisation in a saved map.
+    pub localisation: Localisation,
     /// The server itself.
     pub platform: Option<Aged<Platform>>,
     /// The map being made.
@@ -135,6 +137,7 @@ impl Model {
             robot: Robot::default(),
             control: Control::default(),
             mapping: Mapping::Idle,
+            localisation: Localisation::Idle,
             platform: None,
             live: MapView::live(),
             quality: Quality::default(),
@@ -165,6 +168,12 @@ impl Model {
             planned: ClientTime(f64::NEG_INFINITY),
             ticked: now,
         }
+    }
+
+    /// The way the robot came, map frame, metres: all of the mapping session, or since it found itself in the saved map in use.
+    pub fn way(&self) -> impl Iterator<Item = Vec3> {
+        let walked_now = self.localisation.map().is_none();
+        self.track.positions(if walked_now { &self.live.graph.nodes } else { &[] })
     }
 
     /// Opens both sockets; once, before the first event.

@@ -44,6 +44,8 @@ impl Pending {
             Order::AcceptLoop { .. } => "Accepting the loop",
             Order::RejectLoop { .. } => "Rejecting the loop",
             Order::ProposeLoop { .. } => "Looking for the loop",
+            Order::Localise { .. } => "Using the map",
+            Order::LeaveMap => "Leaving the map",
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The way the robot came: keyframes, which loop closures may move, then what was seen of it since the last one.
 
-use api::{Estimate, Graph};
+use api::{Estimate, Graph, GraphNode};
 use vocab::{Stamp, Vec3};
 
 /// Positions of the base in the map, oldest first.
@@ -20,10 +20,9 @@ impl Track {
         self.revision
     }
 
-    /// The whole way: `graph`'s keyframes, then the positions since the last of them. Map frame, metres.
-    pub fn positions<'a>(&'a self, graph: &'a Graph) -> impl Iterator<Item = Vec3> + 'a {
-        graph
-            .nodes
+    /// The whole way: the session's keyframes, then the positions since the last of them. Map frame, metres.
+    pub(crate) fn positions<'a>(&'a self, keyframes: &'a [GraphNode]) -> impl Iterator<Item = Vec3> + 'a {
+        keyframes
             .iter()
             .map(|node| node.map_from_keyframe.position)
             .chain(self.tail.iter().map(|&(_, at)| at))

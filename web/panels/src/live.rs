@@ -1,6 +1,6 @@
 //! The right card of Live: the robot now.
 
-use crate::theme::Tokens;
+use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
 use crate::{PanelState, sensors, words};
@@ -34,6 +34,14 @@ fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     fact(ui, tokens, "Motion", words::motion(model.robot.motion.as_ref().map(|motion| &motion.value)));
     if let api::Motion::Blocked { reason, .. } = model.motion() {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, reason));
+    }
+    if let Some(map) = model.localisation.map() {
+        let known = model.maps.iter().flatten().find(|known| known.id == map);
+        fact(ui, tokens, "Map", known.map_or("One that was deleted", |known| known.name.as_str()));
+        let known = words::localisation(&model.localisation);
+        let text = egui::RichText::new(&known).size(theme::BODY).color(tokens.text);
+        let response = ui.add(egui::Label::new(text).wrap());
+        widgets::status_node(&response, "Localisation", &known);
     }
     let Some(estimate) = &model.robot.estimate else {
         widgets::remark(ui, tokens, "The robot has not said where it is yet.");

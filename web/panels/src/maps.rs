@@ -70,6 +70,7 @@ fn entry(
         });
     });
     if viewed && model.mapping == Mapping::Idle {
+        use_or_leave(ui, model, tokens, map, out);
         extend(ui, model, tokens, map, out);
     }
     let name = format!("Saved map {}", map.name);
@@ -78,7 +79,29 @@ fn entry(
     widgets::status_node(&shown.response, &name, &value);
 }
 
-/// What can be done with the map that is looked at.
+/// The robot walks by the map that is looked at, or no longer.
+fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<Command>) {
+    let waiting = model.waits_for(|order| matches!(order, Order::Localise { .. } | Order::LeaveMap));
+    let enabled = model.link.connected() && !waiting && !model.others_control();
+    if model.localisation.map() == Some(map.id) {
+        let name = format!("Leave {}", map.name);
+        let button = Button::new(&name).text("Leave this map").icon(icon::X).enabled(enabled).wide(ui);
+        if button.show(ui, tokens).clicked() {
+            out.push(Command::LeaveMap);
+        }
+        widgets::remark(ui, tokens, &words::localisation(&model.localisation));
+        return;
+    }
+    let name = format!("Use {}", map.name);
+    let button = Button::new(&name).text("Use this map").icon(icon::GPS_FIX).enabled(enabled).wide(ui);
+    if button.show(ui, tokens).clicked() {
+        out.push(Command::UseMap(map.id));
+        out.push(Command::ViewMap(None));
+    }
+    widgets::remark(ui, tokens, "The robot finds itself in it and walks by it.");
+}
+
+/// The map that is looked at grows.
 fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<Command>) {
     let waiting = model.waits_for(|order| matches!(order, Order::ExtendMap { .. }));
     let enabled = model.link.connected() && !waiting && !model.others_control();

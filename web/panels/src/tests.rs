@@ -162,6 +162,28 @@ fn saved_maps_can_be_viewed_by_name() {
 }
 
 #[test]
+fn the_map_that_is_looked_at_can_be_used_and_left() {
+    let maps = || api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]);
+    let cellar = MapId(Uuid::from_u128(8));
+    let look = |mut desk: Desk| {
+        desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(cellar))), &mut Vec::new());
+        desk.on(Screen::Map).shown(1440.0, 900.0)
+    };
+    let mut harness = look(Desk::connected().event(maps()));
+    assert!(harness.query_by_label("Use Hall").is_none(), "it is not looked at");
+    harness.get_by_label("Use Cellar").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::UseMap(cellar)));
+
+    let known = api::Localisation::Localised { map: cellar, doubt: None };
+    let mut harness = look(Desk::connected().event(maps()).event(api::Event::Localisation(known)));
+    assert!(harness.query_by_label("Use Cellar").is_none(), "it is in use");
+    harness.get_by_label("Leave Cellar").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::LeaveMap));
+}
+
+#[test]
 fn the_map_that_is_looked_at_can_be_extended() {
     let maps = api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]);
     let mut desk = Desk::connected().event(maps);

@@ -4,6 +4,7 @@ use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight};
 use crate::widgets::status_line;
 use crate::{Layout, PanelState, Width, icon, words};
+use api::Localisation;
 use client_model::{Command, LinkState, Model};
 use egui::{Color32, Ui};
 
@@ -135,7 +136,14 @@ fn position(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
             let figure = words::accuracy(sigma);
             if !model.link.connected() {
                 (icon::GPS_SLASH, tokens.bad, "Last position", words::age(estimate.age(model.now)))
-            } else if sigma > UNSURE_M {
+            } else if matches!(
+                model.localisation,
+                Localisation::Loading { .. } | Localisation::Relocalising { .. }
+            ) {
+                (icon::GPS_SLASH, tokens.warn, "Looking for itself", String::new())
+            } else if sigma > UNSURE_M
+                || matches!(model.localisation, Localisation::Localised { doubt: Some(_), .. })
+            {
                 (icon::WARNING, tokens.warn, "Position unsure", figure)
             } else if estimate.value.degenerate > 0 {
                 (icon::WARNING, tokens.warn, "Few landmarks", figure)

@@ -1,6 +1,8 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
-use api::{Battery, Estimate, LoopSource, LoopVerdict, Mapping, Motion, Severity, WhyWalk};
+use api::{
+    Battery, Doubt, Estimate, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity, WhyWalk,
+};
 use client_model::{ColourBy, LoopPair, LoopPick, Theme};
 use vocab::{Stamp, Vec3};
 
@@ -153,6 +155,24 @@ pub fn motion(motion: Option<&Motion>) -> &'static str {
         Motion::Teleoperated => "Driven by hand",
         Motion::Walking { .. } => "Walking",
         Motion::Blocked { .. } => "Path blocked",
+    }
+}
+
+/// What the robot knows of its place in a saved map.
+pub fn localisation(localisation: &Localisation) -> String {
+    match localisation {
+        Localisation::Idle => "In no map".to_owned(),
+        Localisation::Loading { .. } => "Reading the map".to_owned(),
+        Localisation::Relocalising { places: 0, .. } => "Looking for itself; drive it a little".to_owned(),
+        Localisation::Relocalising { places: 1, .. } => "Looking whether it is there".to_owned(),
+        Localisation::Relocalising { places, .. } => format!("In one of {places} places; drive it a little"),
+        Localisation::Localised { doubt: None, .. } => "Knows its place".to_owned(),
+        Localisation::Localised { doubt: Some(doubt), .. } => match doubt {
+            Doubt::Contradicted => "Unsure: what it sees is not what the map shows".to_owned(),
+            Doubt::Vague => "Unsure: nothing has told its place for a while".to_owned(),
+            Doubt::Dark => "Unsure: the LiDAR sees nothing".to_owned(),
+            Doubt::Unmapped => "Outside what the map shows".to_owned(),
+        },
     }
 }
 

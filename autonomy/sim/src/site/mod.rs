@@ -1,6 +1,7 @@
 //! Sites: places made of solids, with docks, floor outline, routes for recordings and rounds for people.
 
 mod b1;
+mod changes;
 mod parts;
 mod plant;
 mod structures;
@@ -11,8 +12,9 @@ use crate::bvh::Bvh;
 use crate::packed::{NOTHING, Packet};
 use crate::route::{Route, Start};
 use crate::shape::Solid;
-use geometry::Vector3;
+use geometry::{RngTree, Vector3};
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 use vocab::Vec3;
 
@@ -88,6 +90,10 @@ struct Plan {
     routes: Vec<Route>,
     /// Closed walks of people, at the feet.
     rounds: Vec<Vec<Vector3>>,
+    /// Which solids are one piece of furniture.
+    furniture: Vec<Range<usize>>,
+    /// Which solid is a door's leaf, and a point of its hinge.
+    leaves: Vec<(usize, Vector3)>,
 }
 
 /// A place.
@@ -101,15 +107,30 @@ pub struct Site {
     rounds: Vec<Vec<Vector3>>,
 }
 
+fn plan(name: SiteName) -> Plan {
+    match name {
+        SiteName::B1 => b1::plan(),
+        SiteName::Torus => torus::plan(),
+        SiteName::Plant => plant::plan(),
+        SiteName::Twins => twins::plan(),
+    }
+}
+
 impl Site {
     /// Builds a site. Always the same: the clutter's seed is fixed.
     pub fn new(name: SiteName) -> Self {
-        let plan = match name {
-            SiteName::B1 => b1::plan(),
-            SiteName::Torus => torus::plan(),
-            SiteName::Plant => plant::plan(),
-            SiteName::Twins => twins::plan(),
-        };
+        Self::of(name, plan(name))
+    }
+
+    /// The same site on another day: such a share of the furniture is moved or gone, and doors stand otherwise, but nothing in the way
+    /// of a route. The same for the same seed.
+    pub fn on_another_day(name: SiteName, seed: u64, share: f64) -> Self {
+        let mut plan = plan(name);
+        changes::change(&mut plan, &mut RngTree::new(seed).child("another day").rng(), share);
+        Self::of(name, plan)
+    }
+
+    fn of(name: SiteName, plan: Plan) -> Self {
         Self {
             name,
             bvh: Bvh::new(&plan.solids),

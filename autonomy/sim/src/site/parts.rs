@@ -49,6 +49,13 @@ impl Builder {
         self.plan.solids.push(Solid { shape, material });
     }
 
+    /// What `put` puts down is a piece of furniture: it may stand elsewhere on another day.
+    pub(super) fn movable(&mut self, put: impl FnOnce(&mut Self)) {
+        let first = self.plan.solids.len();
+        put(self);
+        self.plan.furniture.push(first..self.plan.solids.len());
+    }
+
     /// A box from any two opposite corners.
     pub(super) fn block(&mut self, a: Vector3, b: Vector3, material: Material) {
         self.add(Shape::Block { min: a.inf(&b), max: a.sup(&b) }, material);

@@ -60,6 +60,10 @@ impl Builder {
 
     /// A pallet with goods, its middle at `foot`, not higher than `height` in all.
     pub(super) fn pallet(&mut self, foot: Vector3, turned: bool, height: f64) {
+        self.movable(|b| b.put_pallet(foot, turned, height));
+    }
+
+    fn put_pallet(&mut self, foot: Vector3, turned: bool, height: f64) {
         let yaw = if turned { std::f64::consts::FRAC_PI_2 } else { 0.0 } + self.rng.range(-0.05, 0.05);
         self.turned(foot, at(1.1, 0.9, 0.14), yaw, Material::Wood);
         let foot = foot + Vector3::z() * 0.14;
@@ -106,6 +110,10 @@ impl Builder {
 
     /// A drum with its rims.
     pub(super) fn drum(&mut self, foot: Vector3, radius: f64, height: f64) {
+        self.movable(|b| b.put_drum(foot, radius, height));
+    }
+
+    fn put_drum(&mut self, foot: Vector3, radius: f64, height: f64) {
         self.rod(foot, foot + Vector3::z() * height, radius, Material::BluePaint);
         for ring in [0.33, 0.66] {
             let middle = foot + Vector3::z() * (height * ring);
@@ -215,6 +223,10 @@ impl Builder {
 
     /// A machine tool or skid in a cabinet, with control panel, lamp and feet; `size` is its footprint and height.
     pub(super) fn machine(&mut self, foot: Vector3, size: Vector3, yaw: f64) {
+        self.movable(|b| b.put_machine(foot, size, yaw));
+    }
+
+    fn put_machine(&mut self, foot: Vector3, size: Vector3, yaw: f64) {
         let turn = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw);
         let local = |x: f64, y: f64, z: f64| foot + turn * at(x * size.x, y * size.y, z);
         self.turned(local(0.0, 0.0, 0.0), at(size.x, size.y, 0.12), yaw, Material::DarkPaint);
@@ -255,6 +267,10 @@ impl Builder {
 
     /// A row of switch cabinets along x (or y if `turned`), doors with handles on their front side.
     pub(super) fn cabinets(&mut self, foot: Vector3, count: usize, turned: bool) {
+        self.movable(|b| b.put_cabinets(foot, count, turned));
+    }
+
+    fn put_cabinets(&mut self, foot: Vector3, count: usize, turned: bool) {
         for i in 0..count {
             let along = 0.82 * i as f64;
             let (low, size) = if turned {
@@ -290,6 +306,10 @@ impl Builder {
 
     /// A table with legs and things on it; `size` is its top.
     pub(super) fn table(&mut self, foot: Vector3, size: [f64; 2], yaw: f64) {
+        self.movable(|b| b.put_table(foot, size, yaw));
+    }
+
+    fn put_table(&mut self, foot: Vector3, size: [f64; 2], yaw: f64) {
         let turn = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw);
         let local = |x: f64, y: f64, z: f64| foot + turn * at(x * size[0], y * size[1], z);
         self.turned(local(0.0, 0.0, 0.72), at(size[0], size[1], 0.04), yaw, Material::Wood);
@@ -306,6 +326,10 @@ impl Builder {
 
     /// An office chair.
     pub(super) fn chair(&mut self, foot: Vector3, yaw: f64) {
+        self.movable(|b| b.put_chair(foot, yaw));
+    }
+
+    fn put_chair(&mut self, foot: Vector3, yaw: f64) {
         let back = at(-0.22 * yaw.cos(), -0.22 * yaw.sin(), 0.0);
         self.turned(foot + Vector3::z() * 0.44, at(0.46, 0.46, 0.08), yaw, Material::Cloth);
         self.turned(foot + back + Vector3::z() * 0.55, at(0.06, 0.42, 0.5), yaw, Material::Cloth);
@@ -315,6 +339,7 @@ impl Builder {
 
     /// A door leaf standing open: hinge, the way it points (radians), width and height.
     pub(super) fn leaf(&mut self, hinge: Vector3, yaw: f64, width: f64, height: f64, material: Material) {
+        self.plan.leaves.push((self.plan.solids.len(), hinge));
         let along = at(yaw.cos(), yaw.sin(), 0.0);
         let middle = hinge + along * (width / 2.0);
         self.turned(middle + Vector3::z() * 0.01, at(width, 0.045, height), yaw, material);

@@ -1,10 +1,11 @@
 //! Body, walls, ground, gait and inertial unit.
 
-use super::{drive, ideal_blind, imu, run, site_from_base};
-use crate::{GRAVITY, RouteWalker, STANDING_HEIGHT, Simulator, Site, SiteName};
+use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
+use crate::{GRAVITY, RouteWalker, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
 use geometry::{Isometry, RngTree, Vector3, isometry_from_pose, so3, vec_from_plain};
+use messages::Sensor;
 use std::sync::Arc;
-use vocab::Span;
+use vocab::{Span, Vec3};
 
 #[test]
 fn the_body_never_enters_walls_whatever_is_commanded() {
@@ -117,4 +118,30 @@ fn stairs_lift_the_robot_to_the_upper_floor() {
     assert!(highest < z + 0.05, "jumped to {highest} m");
     // 17 cm over 28 cm is 31 degrees.
     assert!((0.45..0.62).contains(&steepest), "nose up to {steepest}");
+}
+
+#[test]
+fn carried_away_the_robot_feels_it_with_its_imu_alone() {
+    let mut simulator = Simulator::new(SimConfig { ideal: true, lidar_columns: 50, ..quiet(SiteName::B1) });
+    run(&mut simulator, drive(0.0, 0.0, 0.0), 5);
+    let to = Start { position: Vec3::new(29.0, 17.2, 0.0), yaw: 1.0 };
+    simulator.carry(to, Span::from_millis(8_000));
+    let events = run(&mut simulator, drive(0.5, 0.0, 0.0), 80);
+    let place = site_from_base(&simulator.truth()).translation.vector;
+    assert!((place - Vector3::new(29.0, 17.2, place.z)).norm() < 0.05, "{place}");
+    assert!(scans(&events).iter().all(|scan| scan.xyz.is_empty()));
+    let fastest = imu(&events)
+        .iter()
+        .map(|sample| sample.specific_force.x.hypot(sample.specific_force.y))
+        .fold(0.0, f64::max);
+    assert!((0.5..8.0).contains(&fastest), "{fastest} m/s²");
+    for event in &events {
+        if let Sensor::Legs(legs) = &event.sensor {
+            let v = legs.base_velocity.linear;
+            assert!(v.x.hypot(v.y) < 0.01, "the legs hang: {v:?}");
+        }
+    }
+    run(&mut simulator, drive(0.5, 0.0, 0.0), 20);
+    let after = site_from_base(&simulator.truth()).translation.vector;
+    assert!((after - place).norm() > 0.4, "it walks on");
 }

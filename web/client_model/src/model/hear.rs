@@ -3,7 +3,7 @@
 use super::Model;
 use crate::pending::Pending;
 use crate::{Aged, CameraMove, Effect, Loading, Socket};
-use api::{CommandOutcome, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
+use api::{CommandOutcome, Localisation, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
 use vocab::MapId;
 
 /// A notice older than this is history, not news.
@@ -88,6 +88,7 @@ impl Model {
             api::Event::Loops(changed) => self.learn_loops(changed),
             api::Event::Quality(quality) => self.quality = quality,
             api::Event::Mapping(mapping) => self.learn_mapping(mapping, effects),
+            api::Event::Localisation(localisation) => self.learn_localisation(localisation),
             api::Event::Motion(value) => {
                 if !matches!(value, Motion::Idle | Motion::Teleoperated) {
                     self.walk_armed = false;
@@ -104,6 +105,15 @@ impl Model {
             }
             api::Event::CommandDone { id, outcome } => self.done(id, outcome),
             api::Event::Platform(value) => self.platform = Some(Aged { value, arrived }),
+        }
+    }
+
+    fn learn_localisation(&mut self, now: Localisation) {
+        let before = std::mem::replace(&mut self.localisation, now);
+        let found = |state| matches!(state, Localisation::Localised { .. });
+        // What was walked before was not in that map's frame.
+        if before.map() != now.map() || (found(now) && !found(before)) {
+            self.track.clear();
         }
     }
 

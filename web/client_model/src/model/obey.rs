@@ -23,6 +23,8 @@ impl Model {
                 let session = self.ids.session();
                 self.order_in_control(Order::ExtendMap { session, map }, effects);
             }
+            Command::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
+            Command::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
             Command::FinishMapping { name } => {
                 let map = self.ids.map();
                 self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);

@@ -53,6 +53,27 @@ fn a_snapshot_that_is_idle_shows_the_live_map() {
 }
 
 #[test]
+fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
+    let mut bench = Bench::connected();
+    let map = MapId(Uuid::from_u128(3));
+    let way = |bench: &Bench| bench.model.way().count();
+    for step in 0..10 {
+        bench.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
+    }
+    bench.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 2 }));
+    bench.event(api::Event::Estimate(estimate_at(10.0, 10.0)));
+    bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
+    assert_eq!(way(&bench), 0);
+    for step in 11..15 {
+        bench.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
+    }
+    let walked = way(&bench);
+    let doubt = Some(api::Doubt::Dark);
+    bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt }));
+    assert!(walked > 2 && way(&bench) == walked, "a doubt forgets nothing");
+}
+
+#[test]
 fn the_way_follows_corrections_of_the_graph() {
     let mut bench = Bench::connected();
     for step in 0..30 {
@@ -61,7 +82,7 @@ fn the_way_follows_corrections_of_the_graph() {
     let moved = Pose { position: Vec3::new(19.0, 5.0, 0.0), ..Pose::IDENTITY };
     let node = GraphNode { id: KeyframeId(0), stamp: Stamp::from_secs_f64(19.5), map_from_keyframe: moved };
     bench.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
-    let way: Vec<Vec3> = bench.model.track.positions(&bench.model.live.graph).collect();
+    let way: Vec<Vec3> = bench.model.way().collect();
     assert_eq!(way.len(), 11, "the keyframe, then what was seen since");
     assert_eq!((way[0].y, way[1].x), (5.0, 20.0));
 }
