@@ -15,8 +15,7 @@ const CELL: f64 = 0.4;
 const BAND: (f64, f64) = (-0.1, 1.5);
 /// Keyframes of one level lie within this of its first one, metres.
 const LEVEL: f64 = 1.0;
-/// Spots are so far apart, and so near to a keyframe: metres.
-const STEP: f64 = 0.5;
+/// Spots are the middles of cells so near to a keyframe, metres.
 const NEAR: f64 = 5.0;
 /// Headings tried.
 const HEADINGS: usize = 72;
@@ -40,8 +39,8 @@ struct Level {
     size: [usize; 2],
     /// Whether something stands in the cell or beside it, row by row.
     cells: Vec<bool>,
-    /// Where the robot may be.
-    spots: Vec<[f64; 2]>,
+    /// Cells where the robot may be.
+    spots: Vec<[i64; 2]>,
 }
 
 /// A pose of the base that covers much.
@@ -73,17 +72,20 @@ impl Outlines {
         if outline.len() < FIRST {
             return Vec::new();
         }
-        let turned: Vec<Vec<[f64; 2]>> = (0..HEADINGS)
+        // From the middle of the base's cell.
+        let steps = |metres: f64| (metres / CELL + 0.5).floor() as i64;
+        let turned: Vec<Vec<[i64; 2]>> = (0..HEADINGS)
             .map(|heading| {
                 let (sin, cos) = angle(heading).sin_cos();
-                outline.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y]).collect()
+                outline.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y].map(steps)).collect()
             })
             .collect();
         let mut found = Vec::new();
         for level in &self.0 {
             for spot in &level.spots {
                 for (share, heading) in level.best(*spot, &turned) {
-                    let place = Translation3::new(spot[0], spot[1], level.height);
+                    let [x, y] = spot.map(middle);
+                    let place = Translation3::new(x, y, level.height);
                     let turn = so3::exp(&(Vector3::z() * angle(heading))) * level_from_base;
                     found.push(Cover { map_from_base: Isometry::from_parts(place, turn), share });
                 }
@@ -132,7 +134,7 @@ impl Level {
     }
 
     /// The two headings at a spot that cover most, as far as any is worth it, apart from each other.
-    fn best(&self, spot: [f64; 2], turned: &[Vec<[f64; 2]>]) -> impl Iterator<Item = (f64, usize)> {
+    fn best(&self, spot: [i64; 2], turned: &[Vec<[i64; 2]>]) -> impl Iterator<Item = (f64, usize)> {
         let mut best: [Option<(f64, usize)>; 2] = [None; 2];
         for (heading, outline) in turned.iter().enumerate() {
             let Some(share) = self.share(spot, outline) else { continue };
@@ -154,8 +156,8 @@ impl Level {
     }
 
     /// Share of an outline that is covered at a spot; none if it is hopeless.
-    fn share(&self, spot: [f64; 2], outline: &[[f64; 2]]) -> Option<f64> {
-        let covers = |points: &[[f64; 2]]| points.iter().filter(|at| self.stands(spot, at)).count();
+    fn share(&self, spot: [i64; 2], outline: &[[i64; 2]]) -> Option<f64> {
+        let covers = |points: &[[i64; 2]]| points.iter().filter(|at| self.stands(spot, at)).count();
         let (first, rest) = outline.split_at(FIRST.min(outline.len()));
         let begun = covers(first);
         if (begun as f64) < HOPELESS * first.len() as f64 {
@@ -165,11 +167,11 @@ impl Level {
     }
 
     #[inline]
-    fn stands(&self, spot: [f64; 2], at: &[f64; 2]) -> bool {
-        let column = cell(spot[0] + at[0]) - self.corner[0];
-        let row = cell(spot[1] + at[1]) - self.corner[1];
-        let within = (0..self.size[0] as i64).contains(&column) && (0..self.size[1] as i64).contains(&row);
-        within && self.cells[row as usize * self.size[0] + column as usize]
+    fn stands(&self, spot: [i64; 2], at: &[i64; 2]) -> bool {
+        // What lies before the corner wraps round to far beyond the end.
+        let column = (spot[0] + at[0] - self.corner[0]) as usize;
+        let row = (spot[1] + at[1] - self.corner[1]) as usize;
+        column < self.size[0] && row < self.size[1] && self.cells[row * self.size[0] + column]
     }
 }
 
@@ -187,19 +189,18 @@ fn outline(points: &[[f32; 3]], level_from_base: &Rotation) -> Vec<[f64; 2]> {
     // An odd stride that shares no factor with the rows mixes near and far, so that the first few already speak for all.
     let count = cells.len();
     let kept = count.min(POINTS);
-    let middle = |c: i64| (c as f64 + 0.5) * CELL;
     (0..kept).map(|index| cells[(index * 7919) % count.max(1)].map(middle)).collect()
 }
 
-/// Places on a grid that are near to one of these.
-fn spots(near: &[Vector3]) -> Vec<[f64; 2]> {
-    let reach = (NEAR / STEP).ceil() as i64;
+/// Cells that are near to one of these.
+fn spots(near: &[Vector3]) -> Vec<[i64; 2]> {
+    let reach = (NEAR / CELL).ceil() as i64;
     let mut spots: Vec<[i64; 2]> = Vec::new();
     for at in near {
-        let [x, y] = [at.x, at.y].map(|c| (c / STEP).round() as i64);
+        let [x, y] = [at.x, at.y].map(cell);
         for dx in -reach..=reach {
             for dy in -reach..=reach {
-                if ((dx * dx + dy * dy) as f64).sqrt() * STEP <= NEAR {
+                if ((dx * dx + dy * dy) as f64).sqrt() * CELL <= NEAR {
                     spots.push([x + dx, y + dy]);
                 }
             }
@@ -207,7 +208,12 @@ fn spots(near: &[Vector3]) -> Vec<[f64; 2]> {
     }
     spots.sort_unstable();
     spots.dedup();
-    spots.into_iter().map(|spot| spot.map(|c| c as f64 * STEP)).collect()
+    spots
+}
+
+/// Of a cell, metres.
+fn middle(cell: i64) -> f64 {
+    (cell as f64 + 0.5) * CELL
 }
 
 fn cell(metres: f64) -> i64 {

@@ -10,8 +10,8 @@ const CONTRADICTED: f64 = 0.3;
 /// Or if such a share at most of the points that have known surfaces about lie on them, where that is such a share of all at least.
 const FITTING: f64 = 0.55;
 const MAPPED: f64 = 0.3;
-/// Fewer points than this share of those asked about are no evidence: nobody has mapped what the robot sees.
-const SPOKEN_OF: f64 = 0.25;
+/// Keyframes that can speak of fewer points than this say nothing: dense scans hide most of what is behind their nearest points.
+const SPOKEN_OF: usize = 20;
 /// The pose is unsure, and lost, if it may be so far off, metres.
 const UNSURE: f64 = 0.15;
 const LOST: f64 = 0.8;
@@ -51,7 +51,7 @@ impl Evidence {
     /// Share of the points of which the keyframes can speak that stand where they saw through; none if those are too few.
     pub fn contradicted(&self) -> Option<f64> {
         let spoken = self.agreed + self.through;
-        let enough = spoken > 0 && spoken as f64 >= SPOKEN_OF * self.asked as f64;
+        let enough = spoken >= SPOKEN_OF;
         enough.then(|| self.through as f64 / spoken as f64)
     }
 
@@ -147,7 +147,7 @@ impl Judge {
             Some(doubt) if lasted >= UNSURE_AFTER => Trust::Uncertain(doubt),
             _ if evidence.seen < DARK => Trust::Uncertain(Doubt::Dark),
             _ if deviation > UNSURE => Trust::Uncertain(Doubt::Vague { deviation }),
-            _ if evidence.asked > 0 && evidence.contradicted().is_none() => Trust::Uncertain(Doubt::Unmapped),
+            _ if evidence.mapped < MAPPED => Trust::Uncertain(Doubt::Unmapped),
             _ => Trust::Localised,
         }
     }
@@ -221,6 +221,7 @@ mod tests {
         assert_eq!(judge.judge(at(0), &vague(1.0)), Trust::Lost(Doubt::Vague { deviation: 1.0 }));
         let dark = Evidence { deviation: 0.01, ..Evidence::default() };
         assert_eq!(judge.judge(at(0), &dark), Trust::Uncertain(Doubt::Dark));
-        assert_eq!(judge.judge(at(0), &evidence(20, 20)), Trust::Uncertain(Doubt::Unmapped));
+        let unmapped = Evidence { matched: 0.1, mapped: 0.15, ..evidence(5, 5) };
+        assert_eq!(judge.judge(at(0), &unmapped), Trust::Uncertain(Doubt::Unmapped));
     }
 }

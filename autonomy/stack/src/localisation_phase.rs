@@ -384,7 +384,7 @@ impl Rival {
     /// Takes a scan in; says whether the robot may still be there.
     fn take(&mut self, scan: &Scan) -> bool {
         let Fix { trust, evidence, .. } = self.tracker.track(scan);
-        let quality = evidence.matched * (1.0 - evidence.contradicted().unwrap_or(1.0));
+        let quality = evidence.matched * (1.0 - evidence.contradicted().unwrap_or(0.0));
         self.scans += 1;
         self.quality += (quality - self.quality) / MEAN_OF.min(f64::from(self.scans));
         !matches!(trust, Trust::Lost(_))
