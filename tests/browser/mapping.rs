@@ -58,6 +58,7 @@ fn a_hall_is_mapped_saved_and_found_again() {
     wait_for_drawn_map(&mut page);
     page.screenshot().keep("saved-map-1440x900");
     extend(&mut page, "Test hall", "Larger hall");
+    localise(&mut page, "Larger hall");
 
     assert_eq!(page.complaints(), Vec::<String>::new());
     server.stop();
@@ -116,6 +117,18 @@ fn extend(page: &mut Page, map: &str, larger: &str) {
     page.click("button", "Finish and save");
     let saved = format!("Saved map {larger}");
     wait_for("the larger map", WALK_LIMIT, || page.find("status", &saved));
+}
+
+/// Lets the robot find itself in the saved map that is looked at, in which it stands.
+#[track_caller]
+fn localise(page: &mut Page, map: &str) {
+    page.click("button", &format!("Use {map}"));
+    page.click("button", "Live");
+    wait_for("the robot to find itself", WALK_LIMIT, || {
+        (page.status("Localisation")? == "Knows its place").then_some(())
+    });
+    wait_for_drawn_map(page);
+    page.screenshot().keep("localised-1440x900");
 }
 
 /// Looks at the loops, begins to add one by hand, and goes back.
