@@ -3,6 +3,7 @@
 pub mod stack_walk;
 
 use anyhow::{Context, Result, bail};
+use rustix::time::{ClockId, clock_gettime};
 use serde_json::Value;
 use std::process::{Command, Output};
 
@@ -27,4 +28,10 @@ pub fn json(command: &mut Command) -> Result<Value> {
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().last().unwrap_or_default();
     serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON but '{line}'"))
+}
+
+/// CPU time of this thread, milliseconds.
+pub fn thread_ms() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }

@@ -1,12 +1,12 @@
 //! The whole stack on a simulated walk, faster than time, in one thread: sensors in, loops verified as soon as they are asked for.
 
+use crate::thread_ms;
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
     BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, KnownMap, Order,
     Publication,
 };
-use rustix::time::{ClockId, clock_gettime};
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
 use stack::{Stack, Work};
 use std::collections::VecDeque;
@@ -283,10 +283,4 @@ pub fn ties(effects: &[Effect]) -> impl Iterator<Item = &messages::Tied> {
 /// Whether a step made a keyframe.
 pub fn made_keyframe(effects: &[Effect]) -> bool {
     effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Keyframe(_))))
-}
-
-/// CPU time of this thread, milliseconds.
-fn thread_ms() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }

@@ -13,7 +13,10 @@ const LEVEL: f64 = 1.5;
 /// Points asked about.
 const POINTS: usize = 400;
 
-/// Surfaces and sight of a known map: some 60 kB a keyframe.
+/// Fewer points of which the keyframes can speak than this say nothing: dense scans hide most of what is behind their nearest points.
+const SPOKEN_OF: usize = 20;
+
+/// Surfaces and sight of a known map.
 #[derive(Clone, Debug)]
 pub struct Guide {
     surfaces: GaussianMap,
@@ -25,21 +28,24 @@ pub struct Guide {
 pub struct Sightings {
     /// Points on something that they saw.
     pub agreed: usize,
-    /// Points where all of them saw through.
+    /// Points where one of them saw through and none saw anything.
     pub through: usize,
-    /// Points asked about.
-    pub asked: usize,
 }
 
 impl Sightings {
     /// Share of the points of which the keyframes can speak that stand where they saw through.
-    pub fn contradicted(&self) -> f64 {
+    pub fn share(&self) -> f64 {
         self.through as f64 / (self.agreed + self.through).max(1) as f64
+    }
+
+    /// The same, if those points are enough to say anything.
+    pub fn contradicted(&self) -> Option<f64> {
+        (self.agreed + self.through >= SPOKEN_OF).then(|| self.share())
     }
 }
 
 impl Guide {
-    /// Of keyframes, each with its pose in the map. Linear in their points: some 0.1 ms a keyframe.
+    /// Of keyframes, each with its pose in the map. Linear in their points.
     pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
         let config = GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() };
         let mut surfaces = GaussianMap::new(config);
@@ -63,11 +69,6 @@ impl Guide {
         &self.keyframes
     }
 
-    /// Bytes held, but for what the keyframes share with others.
-    pub fn bytes(&self) -> usize {
-        self.surfaces.bytes()
-    }
-
     /// What the nearest keyframes saw where points (base frame, metres) are. Linear in the keyframes, for finding those.
     pub fn sightings(&self, map_from_base: &Isometry, points: &[[f32; 3]]) -> Sightings {
         let views: Vec<_> = self
@@ -83,7 +84,6 @@ impl Guide {
         for point in points.iter().step_by(points.len().div_ceil(POINTS).max(1)) {
             let at = Point3::from(*point);
             let looks = || views.iter().map(|(turn, view)| view.look(&(turn * at).into()));
-            sightings.asked += 1;
             if looks().any(|sight| sight == Sight::Agrees) {
                 sightings.agreed += 1;
             } else if looks().any(|sight| sight == Sight::Through) {

@@ -66,7 +66,7 @@ impl Outlines {
     }
 
     /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
-    /// first, two for each spot at most. Costs some 60 ms for each 2,000 m² walked.
+    /// first, two for each spot at most. Linear in the area walked.
     pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
         let outline = outline(points, level_from_base);
         if outline.len() < FIRST {
@@ -186,7 +186,7 @@ fn outline(points: &[[f32; 3]], level_from_base: &Rotation) -> Vec<[f64; 2]> {
         .collect();
     cells.sort_unstable();
     cells.dedup();
-    // An odd stride that shares no factor with the rows mixes near and far, so that the first few already speak for all.
+    // A stride by a prime mixes near and far, so that the first few already speak for all.
     let count = cells.len();
     let kept = count.min(POINTS);
     (0..kept).map(|index| cells[(index * 7919) % count.max(1)].map(middle)).collect()

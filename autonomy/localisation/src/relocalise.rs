@@ -7,10 +7,9 @@
 use crate::guide::Guide;
 use crate::outline::Outlines;
 use geometry::{Isometry, Rotation, Vector3, so3};
-use mapping::ORIGINS;
-use mapping::Place;
 use mapping::places::Places;
 use mapping::scan_context::{first_from_second, level_from_base};
+use mapping::{ORIGINS, Place};
 use nalgebra::Translation3;
 use registration::{Fit, MatchOptions, refine, score};
 use std::sync::Arc;
@@ -107,12 +106,13 @@ impl Atlas {
     }
 
     /// Where a scan may have been taken, the base being turned like that in a frame whose z axis points up: places apart from each
-    /// other, best first. Costs some 0.2 s, whatever the map's size but for a look at each keyframe's ring key.
+    /// other, best first. Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear
+    /// in the area walked.
     pub fn seek(&self, place: &Place, up_from_base: &Rotation) -> Vec<Hypothesis> {
         self.try_starts(place, &self.starts(place, up_from_base))
     }
 
-    /// As [`Self::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs some 0.1 s.
+    /// As [`Self::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs as many fits.
     pub fn seek_about(&self, place: &Place, map_from_base: &Isometry) -> Vec<Hypothesis> {
         let moved = |x: f64, y: f64, yaw: f64| {
             let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
@@ -138,57 +138,49 @@ impl Atlas {
             starts.iter().map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS)).collect();
         // Stable, so that of equals the one that looks more alike comes first.
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
-        let mut settled: Vec<Hypothesis> = Vec::new();
-        for fit in distinct(&fits).into_iter().take(SETTLED) {
+        let settle = |fit: Fit| {
             let Fit { map_from_body, .. } = refine(surfaces, &points, &fit.map_from_body, &FINE, FINE_STEPS);
-            let sightings = self.guide.sightings(&map_from_body, &points);
-            settled.push(Hypothesis {
+            Hypothesis {
                 map_from_base: map_from_body,
                 fit: score(surfaces, &points, &map_from_body, &FINE),
-                contradicted: sightings.contradicted(),
-            });
-        }
-        settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
-        let mut chosen: Vec<Hypothesis> = Vec::new();
-        for one in settled {
-            if chosen.iter().all(|other| apart(&other.map_from_base, &one.map_from_base, APART)) {
-                chosen.push(one);
+                contradicted: self.guide.sightings(&map_from_body, &points).share(),
             }
-        }
-        chosen
+        };
+        let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
+        let mut settled: Vec<Hypothesis> = best.map(settle).collect();
+        settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
+        distinct(settled, |one| &one.map_from_base, APART)
     }
 
     /// Poses of the base from which fits are tried.
     fn starts(&self, place: &Place, up_from_base: &Rotation) -> Vec<Isometry> {
         let level = level_from_base(up_from_base);
         let keyframes = self.guide.keyframes();
-        let mut alike: Vec<Isometry> = Vec::new();
-        for resemblance in self.places.search(place.views(), 0..keyframes.len()) {
-            if alike.len() == LOOKED_AT || resemblance.alignment.distance > RESEMBLANCE {
-                break;
-            }
-            let (map_from_keyframe, _) = &keyframes[resemblance.place];
-            let origin = ORIGINS[resemblance.view];
+        let alike = self.places.search(place.views(), 0..keyframes.len());
+        let guesses = alike.iter().take_while(|one| one.alignment.distance <= RESEMBLANCE).map(|one| {
+            let (map_from_keyframe, _) = &keyframes[one.place];
             let its_level = level_from_base(&map_from_keyframe.rotation);
-            let guess =
-                map_from_keyframe * first_from_second(&resemblance.alignment, &its_level, &level, origin);
-            if alike.iter().all(|other| apart(other, &guess, STARTS_APART)) {
-                alike.push(guess);
-            }
-        }
+            map_from_keyframe * first_from_second(&one.alignment, &its_level, &level, ORIGINS[one.view])
+        });
+        let mut starts = distinct(guesses, |guess| guess, STARTS_APART);
+        starts.truncate(LOOKED_AT);
         let points: Vec<[f32; 3]> = place.points().collect();
         let covering = self.outlines.search(&points, &level, COVERED);
-        alike.extend(covering.iter().map(|cover| cover.map_from_base));
-        alike
+        starts.extend(covering.iter().map(|cover| cover.map_from_base));
+        starts
     }
 }
 
-/// Those fits that are no others' doubles, in their order.
-fn distinct(fits: &[Fit]) -> Vec<Fit> {
-    let mut chosen: Vec<Fit> = Vec::new();
-    for fit in fits {
-        if chosen.iter().all(|other| apart(&other.map_from_body, &fit.map_from_body, APART)) {
-            chosen.push(*fit);
+/// Those that are no others' doubles, in their order. Quadratic.
+fn distinct<T>(
+    all: impl IntoIterator<Item = T>,
+    pose: impl Fn(&T) -> &Isometry,
+    beyond: (f64, f64),
+) -> Vec<T> {
+    let mut chosen: Vec<T> = Vec::new();
+    for one in all {
+        if chosen.iter().all(|other| apart(pose(other), pose(&one), beyond)) {
+            chosen.push(one);
         }
     }
     chosen

@@ -1,10 +1,10 @@
 //! From scan to scan: odometry's motion carries the pose, the known surfaces correct it.
 
-use crate::guide::{Guide, Sightings};
+use crate::guide::Guide;
 use crate::trust::{Evidence, Judge, Trust};
-use geometry::{Isometry, Matrix6, Vector3, Vector6, se3};
+use geometry::{Isometry, Matrix6, Vector6, se3};
 use mapping::Uncertain;
-use registration::{MatchOptions, blind_directions, condition, linearise};
+use registration::{MatchOptions, condition, linearise};
 use std::sync::Arc;
 use vocab::Stamp;
 
@@ -21,8 +21,6 @@ const WIDENED: [(f64, f32); 3] = [(0.02, 1.0), (0.06, 2.0), (f64::INFINITY, 4.0)
 const CORRELATED: f64 = 10.0;
 /// Share of the strongest direction's information that noise alone can fake in a blind one.
 const FEIGNED: f64 = 1e-3;
-/// A direction is blind if one scan tells it no better than this, metres.
-const BLIND: f64 = 0.05;
 /// What odometry adds to the doubt: radians and metres a scan, for each metre walked, for each radian turned.
 const STILL: (f64, f64) = (1e-4, 5e-4);
 const WALKED: (f64, f64) = (1e-3, 0.01);
@@ -77,11 +75,6 @@ impl Tracker {
         Self { guide, map_from_base, last: (*odom_from_base, covariance), judge: Judge::default() }
     }
 
-    /// The known map.
-    pub fn guide(&self) -> &Arc<Guide> {
-        &self.guide
-    }
-
     /// Where odometry's frame is in the map.
     pub fn map_from_odom(&self) -> Isometry {
         self.map_from_base.pose * self.last.0.inverse()
@@ -92,7 +85,7 @@ impl Tracker {
         &self.map_from_base
     }
 
-    /// Takes in the next scan. Costs [`ITERATIONS`] looks at its points at most, some 0.2 ms each for 4,000.
+    /// Takes in the next scan. Costs eight looks at its points at most, and one at every keyframe's place.
     pub fn track(&mut self, scan: &Scan) -> Fix {
         let predicted = self.carry(scan);
         let fitted = (scan.points.len() >= MIN_POINTS).then(|| fit(&self.guide, &predicted, scan.points));
@@ -100,10 +93,7 @@ impl Tracker {
         if let Some(fitted) = fitted {
             self.map_from_base = fitted.map_from_base;
             (evidence.matched, evidence.mapped) = (fitted.matched, fitted.mapped);
-            evidence.blind = fitted.blind;
-            let Sightings { agreed, through, asked } =
-                self.guide.sightings(&fitted.map_from_base.pose, scan.points);
-            (evidence.agreed, evidence.through, evidence.asked) = (agreed, through, asked);
+            evidence.sightings = self.guide.sightings(&fitted.map_from_base.pose, scan.points);
         } else {
             self.map_from_base = predicted;
         }
@@ -137,7 +127,6 @@ struct Fitted {
     /// Share of the points on known surfaces, and of those that have any about.
     matched: f64,
     mapped: f64,
-    blind: [Option<Vector3>; 3],
 }
 
 /// The pose on which prediction and surfaces agree best.
@@ -170,8 +159,7 @@ fn fit(guide: &Guide, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
     }
     let covariance = (information + prior).cholesky().map_or(predicted.covariance, |factor| factor.inverse());
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    let blind = blind_directions(&information, BLIND);
-    Fitted { map_from_base: Uncertain { pose, covariance }, matched, mapped, blind }
+    Fitted { map_from_base: Uncertain { pose, covariance }, matched, mapped }
 }
 
 fn floor() -> Matrix6 {

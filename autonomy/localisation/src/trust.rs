@@ -2,7 +2,7 @@
 //!
 //! One scan proves nothing: people stand about the robot, a door was closed. What speaks against the pose has to last.
 
-use geometry::Vector3;
+use crate::guide::Sightings;
 use vocab::{Span, Stamp};
 
 /// A scan contradicts the pose if the keyframes saw through such a share of the points that they can speak of.
@@ -10,8 +10,6 @@ const CONTRADICTED: f64 = 0.3;
 /// Or if such a share at most of the points that have known surfaces about lie on them, where that is such a share of all at least.
 const FITTING: f64 = 0.55;
 const MAPPED: f64 = 0.3;
-/// Keyframes that can speak of fewer points than this say nothing: dense scans hide most of what is behind their nearest points.
-const SPOKEN_OF: usize = 20;
 /// The pose is unsure, and lost, if it may be so far off, metres.
 const UNSURE: f64 = 0.15;
 const LOST: f64 = 0.8;
@@ -35,26 +33,13 @@ pub struct Evidence {
     pub matched: f64,
     /// See [`Self::matched`].
     pub mapped: f64,
-    /// Of those asked about, on something that a keyframe saw.
-    pub agreed: usize,
-    /// Of those asked about, where keyframes saw through.
-    pub through: usize,
-    /// Asked about.
-    pub asked: usize,
+    /// What the keyframes about saw where they are.
+    pub sightings: Sightings,
     /// Standard deviation of the place in its least certain direction, metres.
     pub deviation: f64,
-    /// Directions that the scan does not tell, base frame.
-    pub blind: [Option<Vector3>; 3],
 }
 
 impl Evidence {
-    /// Share of the points of which the keyframes can speak that stand where they saw through; none if those are too few.
-    pub fn contradicted(&self) -> Option<f64> {
-        let spoken = self.agreed + self.through;
-        let enough = spoken >= SPOKEN_OF;
-        enough.then(|| self.through as f64 / spoken as f64)
-    }
-
     /// Share of the points that have known surfaces about and lie on none, if that is too much.
     fn misfit(&self) -> Option<f64> {
         let share = 1.0 - self.matched / self.mapped.max(1e-9);
@@ -110,7 +95,7 @@ impl Judge {
             self.doubted = Some((Doubt::Dark, at));
         }
         let contradiction =
-            evidence.contradicted().filter(|share| *share > CONTRADICTED).or(evidence.misfit());
+            evidence.sightings.contradicted().filter(|share| *share > CONTRADICTED).or(evidence.misfit());
         self.remember(at, contradiction.is_some());
         let contradiction = contradiction.map(|share| Doubt::Contradicted { share });
         let trust = self.weigh(evidence, contradiction);
@@ -162,16 +147,8 @@ mod tests {
     }
 
     fn evidence(agreed: usize, through: usize) -> Evidence {
-        Evidence {
-            seen: 4_000,
-            matched: 0.8,
-            mapped: 1.0,
-            agreed,
-            through,
-            asked: 400,
-            deviation: 0.01,
-            ..Evidence::default()
-        }
+        let sightings = Sightings { agreed, through };
+        Evidence { seen: 4_000, matched: 0.8, mapped: 1.0, sightings, deviation: 0.01 }
     }
 
     #[test]

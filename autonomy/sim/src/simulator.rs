@@ -111,8 +111,8 @@ fn wrapped(angle: f64) -> f64 {
 /// The world with its robot.
 #[derive(Clone, Debug)]
 pub struct Simulator {
-    carried: Option<Carried>,
     epoch: Stamp,
+    carried: Option<Carried>,
     site: Arc<Site>,
     body: Body,
     people: People,
@@ -194,7 +194,8 @@ impl Simulator {
         self.command = Some((self.now(), drive));
     }
 
-    /// Somebody takes the robot up and carries it away, with its LiDAR covered and its legs limp, and puts it down there after so long.
+    /// Somebody takes the robot up and carries it away, with its LiDAR covered and its legs limp, and puts it down there, on the same
+    /// floor, after so long.
     pub fn carry(&mut self, to: Start, takes: Span) {
         let from = self.body.place();
         let to = [to.position.x, to.position.y, from[2] + wrapped(to.yaw - from[2])];

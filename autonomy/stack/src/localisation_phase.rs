@@ -73,6 +73,8 @@ struct Rival {
     /// Mean of how well its scans fit.
     quality: f64,
     scans: u32,
+    /// Whether nothing speaks against it now.
+    sure: bool,
 }
 
 #[derive(Debug)]
@@ -132,7 +134,7 @@ pub(crate) struct Ask {
 }
 
 impl Ask {
-    /// Where the scan may have been taken: a pure function of what it owns, some 0.2 s, and a few ms for each ten keyframes the first time.
+    /// Where the scan may have been taken: a pure function of what it owns, see [`Atlas::seek`]; the first one makes the map's surfaces.
     pub fn run(self) -> Relocalised {
         let atlas = self.ground.atlas();
         let places = match &self.told {
@@ -215,13 +217,13 @@ impl LocalisationPhase {
             Phase::Localised(state) => state.track(&scan),
             Phase::Relocalising(state) => {
                 let found = state.try_rivals(&scan);
-                if found.is_none() && state.is_due(located) {
+                if !found && state.is_due(located) {
                     let rotation = &located.odom_from_base.rotation;
                     let place = Place::new(&located.cloud.xyz, rotation, sensor, &mut self.downsampler);
                     self.questions += 1;
                     state.ask(located, place, self.questions);
                 }
-                found.map(|_| Turn::Found)
+                found.then_some(Turn::Found)
             }
             Phase::Idle | Phase::Loading { .. } => None,
         };
@@ -338,12 +340,12 @@ impl LocalisationPhase {
 }
 
 impl Relocalising {
-    /// Tracks all places that the robot may be at; says which one is left.
-    fn try_rivals(&mut self, scan: &Scan) -> Option<()> {
+    /// Tracks all places that the robot may be at; says whether one is left that can be believed.
+    fn try_rivals(&mut self, scan: &Scan) -> bool {
         self.rivals.retain_mut(|rival| rival.take(scan));
         let best = self.rivals.iter().map(|rival| rival.quality).fold(0.0, f64::max);
         self.rivals.retain(|rival| rival.scans < SCANS || rival.quality >= OUT * best);
-        (self.rivals.len() == 1 && self.rivals[0].scans >= SCANS).then_some(())
+        matches!(self.rivals.as_slice(), [Rival { scans: SCANS.., sure: true, .. }])
     }
 
     /// Whether to ask where this scan may have been taken.
@@ -378,15 +380,16 @@ impl Rival {
         let guide = Arc::clone(ground.atlas().guide());
         // Odometry's own doubt counts from the first scan on.
         let tracker = Tracker::new(guide, map_from_base, odom_from_base, None);
-        Self { tracker, quality: 0.0, scans: 0 }
+        Self { tracker, quality: 0.0, scans: 0, sure: false }
     }
 
     /// Takes a scan in; says whether the robot may still be there.
     fn take(&mut self, scan: &Scan) -> bool {
         let Fix { trust, evidence, .. } = self.tracker.track(scan);
-        let quality = evidence.matched * (1.0 - evidence.contradicted().unwrap_or(0.0));
+        let quality = evidence.matched * (1.0 - evidence.sightings.share());
         self.scans += 1;
         self.quality += (quality - self.quality) / MEAN_OF.min(f64::from(self.scans));
+        self.sure = trust == Trust::Localised;
         !matches!(trust, Trust::Lost(_))
     }
 }

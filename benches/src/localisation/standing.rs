@@ -3,12 +3,12 @@
 use crate::Arguments;
 use crate::known::KnownSite;
 use anyhow::{Context, Result};
+use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
 use localisation::{Atlas, Hypothesis, Standing, standing};
 use mapping::Place;
 use messages::Sensor;
 use points::Downsampler;
-use rustix::time::{ClockId, clock_gettime};
 use sim::{SimConfig, Simulator, Start};
 use std::sync::Arc;
 use vocab::{Span, Vec3};
@@ -160,10 +160,4 @@ fn untwisted(map_from_base: &Isometry, rng: &mut Rng) -> Isometry {
 fn is_right(found: &Isometry, truth: &Isometry) -> bool {
     let off = truth.inverse() * found;
     off.translation.vector.norm() <= RIGHT.0 && so3::log(&off.rotation).norm() <= RIGHT.1
-}
-
-/// CPU time of this thread, milliseconds.
-fn thread_ms() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
