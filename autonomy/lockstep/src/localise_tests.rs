@@ -83,6 +83,31 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
 }
 
 #[test]
+fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
+    let origin = first().2;
+    let mut day = another_day(at([29.0, 17.2], 3.0), 18);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    assert_eq!(day.localisation, LOCALISED);
+    day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
+    day.run(10.0);
+    assert_ne!(day.localisation, LOCALISED);
+    // While it says that it knows, it does.
+    let mut again = None;
+    for tenth in 0..150 {
+        day.run(0.1);
+        let error = day.error(&origin);
+        assert!(day.localisation != LOCALISED || error < 0.1, "{error} m off after {tenth}");
+        if day.localisation == LOCALISED && error < 0.05 && again.is_none() {
+            again = Some(tenth);
+        }
+    }
+    let error = day.error(&origin);
+    assert!(again.is_some(), "{:?}, {error} m", day.localisation);
+    assert_eq!(day.localisation, LOCALISED);
+}
+
+#[test]
 fn a_map_that_does_not_exist_is_said_and_left() {
     let mut day = another_day(at([29.0, 21.5], -1.5), 16);
     let absent = MapId(uuid::Uuid::from_u128(99));

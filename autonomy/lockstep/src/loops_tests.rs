@@ -6,7 +6,7 @@ use messages::{
     Command, EdgeKind, Effect, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
     LoopVerdict, Order, PoseGraph, Publication,
 };
-use sim::{Fault, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
+use sim::{Fault, Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
 use stack::{Stack, Work};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
@@ -22,13 +22,18 @@ struct Walk {
     truths: Vec<Truth>,
 }
 
-/// Once round a hall and home. For 20 s the LiDAR is silent and the feet slip to the side.
+/// Out of a hall, through a door into a room, and home. On the way in the LiDAR is silent and the feet slip to the side: what it sees in
+/// the room then has nothing to do with what it saw before.
 fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
         let site = Arc::new(Site::new(SiteName::B1));
-        let Some(route) = site.route("short").cloned() else { panic!("no such route") };
-        let (from, until) = (Span::from_secs_f64(14.0), Span::from_secs_f64(34.0));
+        let Some(Route { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
+        let hall = [[18.2, 23.5], [26.0, 22.9], [18.0, 23.0]];
+        let room = [[15.4, 21.6], [15.4, 20.0], [12.5, 20.0], [6.5, 20.0], [12.5, 20.0], [15.4, 20.0]];
+        let waypoints = hall.into_iter().chain(room).chain([[15.4, 21.6]]).chain(hall[..2].to_vec()).collect();
+        let route = Route { name: "room", start, waypoints, speed: 0.9 };
+        let (from, until) = (Span::from_secs_f64(29.0), Span::from_secs_f64(44.0));
         let velocity = Vec3::new(0.0, 0.05, 0.0);
         let faults = vec![Fault::SilentLidar { from, until }, Fault::LegSlip { from, until, velocity }];
         let config = SimConfig {
@@ -305,12 +310,13 @@ fn a_person_takes_loops_back_and_closes_them_again() {
         assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
     }
     assert!(told.loops().is_empty());
-    assert!(told.apart(&by_odometry) < 1e-3, "{} m from the odometry", told.apart(&by_odometry));
+    // Over metres that were a guess, relinearisation leaves millimetres.
+    assert!(told.apart(&by_odometry) < 5e-3, "{} m from the odometry", told.apart(&by_odometry));
     for &(from, to) in &loops {
         assert_eq!(told.order(Order::AcceptLoop { from, to }), None);
     }
     assert_eq!(told.loops(), loops);
-    assert!(told.apart(&closed) < 1e-3, "{} m from before", told.apart(&closed));
+    assert!(told.apart(&closed) < 5e-3, "{} m from before", told.apart(&closed));
     assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
 }
 

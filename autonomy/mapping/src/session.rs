@@ -92,6 +92,8 @@ pub struct ScanPose {
     pub covariance: Matrix6,
     /// Whether the LiDAR did not see some direction.
     pub degenerate: bool,
+    /// Whether it saw nothing, or nothing that fits what was seen before: the pose is a guess then, and no waypoint.
+    pub blind: bool,
 }
 
 /// A stretch of the walk in which the LiDAR did not see some direction.
@@ -118,7 +120,7 @@ pub struct Session {
     trajectory_anchors: Vec<KeyframeId>,
     stretches: Vec<Stretch>,
     odometer: Odometer,
-    /// When the last scan was, and metres walked without one since the last waypoint.
+    /// When the last scan was that saw, and metres walked without one since the last waypoint.
     last_scan: Option<Stamp>,
     unseen: f64,
     /// The last waypoint in odometry's frame, with its covariance there.
@@ -194,7 +196,9 @@ impl Session {
         if self.last_scan.is_some_and(|last| scan.stamp - last > UNSEEN_AFTER) {
             self.unseen += step;
         }
-        self.last_scan = Some(scan.stamp);
+        if !scan.blind {
+            self.last_scan = Some(scan.stamp);
+        }
         // In odometry's frame: what moves the map is no walk.
         self.odometer.move_to(&scan.odom_from_base_at_scan.translation.vector);
         self.note(scan.scan_stamp, at_scan);
@@ -202,7 +206,7 @@ impl Session {
         if scan.degenerate && !self.visiting {
             self.note_degenerate(scan.stamp, step);
         }
-        self.waypoint(scan)
+        if scan.blind { None } else { self.waypoint(scan) }
     }
 
     /// A waypoint becomes a keyframe, that `edge` leads to from an old one; none leads to the first.

@@ -16,6 +16,7 @@ fn scan(stamp: Stamp, pose: &Isometry, degenerate: bool) -> ScanPose {
         odom_from_base_at_scan: *pose,
         covariance: Matrix6::zeros(),
         degenerate,
+        blind: false,
     }
 }
 
@@ -141,6 +142,22 @@ fn a_way_without_scans_is_known_worse() {
     let expected = [EDGE_FLOOR.1, EDGE_FLOOR.1, EDGE_FLOOR.1.hypot(0.12), EDGE_FLOOR.1];
     assert!(deviations.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{deviations:?}");
     assert_eq!(session.edges()[2].information[(0, 0)], EDGE_FLOOR.0.powi(-2), "the IMU holds the heading");
+}
+
+#[test]
+fn scans_that_saw_nothing_are_no_keyframes_and_make_the_way_vague() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    for tenth in 0..=100_i64 {
+        let pose = at(tenth as f64 * 0.1, 0.0);
+        let blind = (13..90).contains(&tenth);
+        let scan = scan(Stamp::from_nanos(tenth * 100_000_000), &pose, false);
+        session.add_scan(&ScanPose { blind, ..scan });
+    }
+    let places: Vec<f64> = session.nodes().iter().map(|node| node.map_from_keyframe.translation.x).collect();
+    assert_eq!(places.len(), 3, "{places:?}");
+    assert!((places[2] - 9.0).abs() < 1e-9);
+    let vague = session.edges()[1].information[(4, 4)].powf(-0.5);
+    assert!(vague > 0.03 * 6.5 && vague < 0.03 * 8.5, "{vague}");
 }
 
 #[test]

@@ -13,6 +13,9 @@ use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, se3, so3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
+/// How far off a robot may be that sees nothing of what it saw before, one standard deviation: radians and metres. Somebody may have
+/// carried it away.
+const ASTRAY: (f64, f64) = (0.5, 5.0);
 /// Noise of readings at the end of their range, per √Hz: rad/s and m/s².
 const SATURATED_GYRO: f64 = 3.0;
 const SATURATED_ACCEL: f64 = 10.0;
@@ -35,6 +38,22 @@ pub struct Queues {
     pub legs: VecDeque<Timed<Vector3>>,
     /// Poses of the external frame in its own origin.
     pub external: VecDeque<Timed<Isometry>>,
+}
+
+/// Where an estimate begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// The base: its place and heading count.
+    pub odom_from_base: Isometry,
+    /// How far that is a guess, `[rotation; translation]`, base frame.
+    pub guessed: Matrix6,
+}
+
+impl Default for Origin {
+    /// The origin by definition.
+    fn default() -> Self {
+        Self { odom_from_base: Isometry::identity(), guessed: Matrix6::zeros() }
+    }
 }
 
 /// The filter and what carries it.
@@ -66,16 +85,22 @@ pub struct Carrier {
 }
 
 impl Carrier {
-    /// At rest with the base at the origin. `odom_from_body` is the body's rotation; `deviations` those of the error.
+    /// At rest with the base at the origin. `level_from_body` is the body's rotation for a base that heads along x; `deviations` those
+    /// of the error.
     pub fn new(
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Isometry,
-        odom_from_body: Rotation,
+        origin: &Origin,
+        level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
-        let odom_from_base =
-            Isometry::from_parts(Vector3::zeros().into(), odom_from_body * body_from_base.rotation);
+        let (_, _, heading) = origin.odom_from_base.rotation.euler_angles();
+        let odom_from_level = Rotation::from_axis_angle(&Vector3::z_axis(), heading);
+        let odom_from_base = Isometry::from_parts(
+            origin.odom_from_base.translation,
+            odom_from_level * level_from_body * body_from_base.rotation,
+        );
         let odom_from_body = odom_from_base * body_from_base.inverse();
         let mut table = PoseTable::default();
         table.restart(begin, odom_from_body);
@@ -88,7 +113,7 @@ impl Carrier {
             rough: false,
             agreement: Agreement::default(),
             body_from_base,
-            guessed: Matrix6::zeros(),
+            guessed: origin.guessed,
             time: begin,
             bias_kept: None,
             gyro: Vector3::zeros(),
@@ -102,14 +127,19 @@ impl Carrier {
         self.time
     }
 
-    /// Books the present uncertainty of the pose as that of a guess: scans that fit each other from here on take it off the
-    /// filter, and say nothing of the way before. Alike in all directions, so that later turns do not seem to change it.
-    pub fn book_guess(&mut self) {
+    /// The present uncertainty of the pose as that of a guess, of a robot that sees nothing of what it saw before. Alike in all
+    /// directions, so that later turns do not seem to change it.
+    pub fn guess(&self) -> Matrix6 {
         let pose = self.estimate().covariance;
         let widest = |first: usize| (first..first + 3).map(|i| pose[(i, i)]).fold(0.0, f64::max);
-        let (rotation, position) = (widest(0), widest(3));
-        self.guessed =
-            Matrix6::from_diagonal(&Vector6::from_fn(|i, _| if i < 3 { rotation } else { position }));
+        let (rotation, position) = (widest(0) + ASTRAY.0 * ASTRAY.0, widest(3) + ASTRAY.1 * ASTRAY.1);
+        Matrix6::from_diagonal(&Vector6::from_fn(|i, _| if i < 3 { rotation } else { position }))
+    }
+
+    /// Books the present pose as a [guess](Self::guess): scans that fit each other from here on take its uncertainty off the filter, and
+    /// say nothing of the way before.
+    pub fn book_guess(&mut self) {
+        self.guessed = self.guess();
     }
 
     /// Newest leg velocity taken in.

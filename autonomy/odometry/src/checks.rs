@@ -97,7 +97,8 @@ pub fn lost_way() -> Finding {
         what: "The scans did not fit what was seen before, so the odometry began a new local map: how far the robot \
                went meanwhile is a guess."
             .into(),
-        remedy: "Use the IMU and the legs as well, or walk more slowly through doors and turns.".into(),
+        remedy: "If nobody carried the robot, use the IMU and the legs as well, or walk more slowly through doors and turns."
+            .into(),
     }
 }
 

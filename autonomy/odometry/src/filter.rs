@@ -5,8 +5,11 @@ use crate::motion::Motion;
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorMatrix, ErrorVector, GYRO_BIAS, POSITION, ROTATION, State, VELOCITY,
 };
-use geometry::{Matrix3, Matrix6, Vector3, Vector6, se3};
+use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, se3};
 use nalgebra::SMatrix;
+
+/// What is added to the expected pose's deviation before it is compared: radians and metres.
+const SPARE: (f64, f64) = (0.005, 0.03);
 
 /// A state and how sure of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,6 +108,17 @@ impl Filter {
         squared
     }
 
+    /// Whether a pose is within so many standard deviations, with some centimetres to spare, of the one that is expected.
+    pub fn expects(&self, odom_from_body: &Isometry, deviations: f64) -> bool {
+        let off = se3::local(&self.state.odom_from_body, odom_from_body);
+        let mut covariance: Matrix6 = self.covariance.fixed_view::<6, 6>(0, 0).into();
+        for index in 0..3 {
+            covariance[(index, index)] += SPARE.0 * SPARE.0;
+            covariance[(index + 3, index + 3)] += SPARE.1 * SPARE.1;
+        }
+        covariance.cholesky().is_some_and(|root| off.dot(&root.solve(&off)) <= deviations * deviations)
+    }
+
     /// Forgets all about the gyroscope's bias and starts anew at a value with that standard deviation, rad/s.
     pub fn replace_gyro_bias(&mut self, bias: Vector3, deviation: f64) {
         self.state.gyro_bias = bias;
@@ -128,7 +142,7 @@ impl Filter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::{Isometry, RngTree};
+    use geometry::RngTree;
 
     /// The reduced 6x6 form agrees with the full information form.
     #[test]

@@ -96,6 +96,10 @@ impl LocalMap {
         let first = self.map.is_empty();
         for _ in 0..if first { 6 } else { 1 } {
             self.thin_once(xyz, out);
+            // A blind scan says nothing about the next one.
+            if out.coarse.len() < MIN_POINTS {
+                break;
+            }
             let ratio = out.coarse.len() as f32 / wanted as f32;
             // Points on surfaces: halving the edge quadruples them, less where they are sparse.
             self.voxel = (self.voxel * ratio.powf(if first { 0.6 } else { 0.3 })).clamp(0.05, 2.0);

@@ -1,6 +1,6 @@
 //! The estimator as its callers see it: sensors in, events out.
 
-use crate::carrier::{Carrier, Queues, Timed};
+use crate::carrier::{Carrier, Origin, Queues, Timed};
 use crate::checks;
 use crate::config::OdometryConfig;
 use crate::event::{Estimate, Finding, FindingKind, OdometryEvent};
@@ -37,8 +37,10 @@ pub struct Odometry {
     newest: Option<Stamp>,
     /// Stamp of the first message of any source.
     oldest: Option<Stamp>,
-    /// `None` until started.
+    /// `None` until started, and while it begins anew.
     tracker: Option<Tracker>,
+    /// Where the estimate begins.
+    origin: Origin,
     findings: Vec<FindingKind>,
     /// Consecutive scans whose clock has nothing to do with the IMU's.
     apart: usize,
@@ -57,6 +59,7 @@ impl Odometry {
             newest: None,
             oldest: None,
             tracker: None,
+            origin: Origin::default(),
             findings: Vec::new(),
             apart: 0,
             imu_spoke: false,
@@ -144,14 +147,14 @@ impl Odometry {
         self.work(true, out);
     }
 
-    /// The estimate at an instant: between and after scans the pose is carried by the IMU. Before the start, the
-    /// origin with a large covariance.
+    /// The estimate at an instant: between and after scans the pose is carried by the IMU. Before the start, and while it begins anew,
+    /// where it is to begin, with a large covariance.
     pub fn predict(&self, at: Stamp) -> Estimate {
         match &self.tracker {
             Some(tracker) => tracker.predict(at, &self.queues),
             None => Estimate {
                 stamp: at,
-                odom_from_base: Isometry::identity(),
+                odom_from_base: self.origin.odom_from_base,
                 velocity: Vector3::zeros(),
                 turn_rate: Vector3::zeros(),
                 covariance: geometry::Matrix6::identity() * 1e6,
@@ -184,8 +187,16 @@ impl Odometry {
             let (Some(sweep), Some(tracker)) = (self.scans.pop_front(), &mut self.tracker) else { return };
             let mut found = Vec::new();
             tracker.take_scan(sweep, &mut self.queues, out, &mut found);
+            let astray = tracker.astray();
             for finding in found {
                 self.find(finding, out);
+            }
+            if let Some(origin) = astray {
+                (self.origin, self.tracker) = (origin, None);
+                self.oldest = self.newest;
+                if !self.start(last_call, out) {
+                    return;
+                }
             }
         }
         self.notice_silence(out);
@@ -228,6 +239,11 @@ impl Odometry {
             return true;
         };
         let Some(imu_newest) = self.queues.imu.newest() else { return false };
+        let silent = newest - imu_newest;
+        if silent > START_WINDOW && silent < CLOCKS_APART {
+            self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start), out);
+            return true;
+        }
         let begin = first_scan.map_or(imu_oldest, |(start, _)| start.min(imu_oldest));
         let seen = imu_newest - imu_oldest;
         if seen < STILL_WINDOW && !last_call {
@@ -250,7 +266,7 @@ impl Odometry {
         for finding in checks::at_start(&bearing, &self.config.mounting) {
             self.find(finding, out);
         }
-        self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, out));
+        self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, &self.origin, out));
         true
     }
 
@@ -258,7 +274,7 @@ impl Odometry {
     fn start_without_imu(&mut self, begin: Stamp, out: &mut Vec<OdometryEvent>) {
         self.config.sources.imu = false;
         self.queues.imu.clear();
-        self.tracker = Some(Tracker::without_imu(&self.config, begin, out));
+        self.tracker = Some(Tracker::without_imu(&self.config, begin, &self.origin, out));
     }
 
     /// Says once when a source that spoke has been silent for long.

@@ -65,15 +65,22 @@ impl Recovery {
 
     /// Whether a scan fits at a pose about as well as scans usually do.
     pub fn fits(&mut self, map: &LocalMap, thinned: &Thinned, map_from_body: &Isometry) -> bool {
+        self.fit(map, thinned, map_from_body) > POOR * self.typical
+    }
+
+    /// Whether a scan fits so well at a pose that nobody expected that it is hardly taken somewhere that looks alike.
+    pub fn fits_well(&mut self, map: &LocalMap, thinned: &Thinned, map_from_body: &Isometry) -> bool {
+        self.fit(map, thinned, map_from_body) > GOOD_ENOUGH * self.typical
+    }
+
+    fn fit(&mut self, map: &LocalMap, thinned: &Thinned, map_from_body: &Isometry) -> f64 {
         self.pick(thinned);
-        let fit = registration::score(map.gaussians(), &self.sample, map_from_body, &coarse(map));
-        fit > POOR * self.typical
+        registration::score(map.gaussians(), &self.sample, map_from_body, &coarse(map))
     }
 
     /// Remembers how well an accepted scan fits at its final pose, before it enters the map.
     pub fn learn(&mut self, map: &LocalMap, thinned: &Thinned, map_from_body: &Isometry) {
-        self.pick(thinned);
-        let fit = registration::score(map.gaussians(), &self.sample, map_from_body, &coarse(map));
+        let fit = self.fit(map, thinned, map_from_body);
         self.typical += (fit - self.typical) * if self.typical > 0.0 { LEARNING } else { 1.0 };
     }
 

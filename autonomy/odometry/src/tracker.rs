@@ -1,6 +1,6 @@
 //! The running estimate: starts it, and takes scans in.
 
-use crate::carrier::{Carrier, Queues, Timed};
+use crate::carrier::{Carrier, Origin, Queues, Timed};
 use crate::checks;
 use crate::config::OdometryConfig;
 use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
@@ -35,6 +35,12 @@ const COAST_STEADY: f64 = 0.85;
 const COAST_LEARNING: f64 = 0.05;
 /// After so long in which no scan fitted, the local map is begun anew.
 const LOST: Span = Span::from_millis(3_000);
+/// After so long in which no scan entered the map, one must fit as scans usually do: the robot may be elsewhere.
+const DARK: Span = Span::from_millis(1_000);
+/// And if that is no more than so many standard deviations from where it is expected, a poorer fit will do.
+const EXPECTED: f64 = 4.0;
+/// A robot on legs that seems to be faster than this does not know how it moves, m/s.
+const FASTEST: f64 = 3.0;
 /// After so long without a scan, guesses are compared before one is followed.
 const LONG_AGO: Span = Span::from_millis(150);
 
@@ -46,11 +52,15 @@ pub struct Tracker {
     map: LocalMap,
     last_scan: Option<Timed<Isometry>>,
     last_middle: Option<Timed<Isometry>>,
+    /// The last scan that entered the map.
+    last_entered: Option<Timed<Isometry>>,
     /// Scans taken in.
     scans: usize,
     recovery: Recovery,
     /// Start of the first of the scans, all to the last, that had enough points and did not fit.
     lost_since: Option<Stamp>,
+    /// Where to begin anew: the filter's velocity and sense of gravity are not to be believed any more.
+    astray: Option<Origin>,
     /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
     usual_share: f64,
     thinned: Thinned,
@@ -91,6 +101,7 @@ impl Tracker {
         config: &OdometryConfig,
         begin: Stamp,
         bearing: &Bearing,
+        origin: &Origin,
         out: &mut Vec<OdometryEvent>,
     ) -> Self {
         let body_from_base = config.mounting.base_from_imu.inverse();
@@ -105,14 +116,19 @@ impl Tracker {
         deviations[GRAVITY + 1] = tilt;
         let (gravity, still) = (-bearing.up, bearing.still);
         out.push(OdometryEvent::Started(Started { stamp: begin, gravity, gyro_bias, still }));
-        let mut tracker = Self::new(config, begin, body_from_base, rotation, &deviations);
+        let mut tracker = Self::new(config, begin, body_from_base, origin, rotation, &deviations);
         tracker.carrier.inertial = true;
         tracker.carrier.filter.state.gyro_bias = gyro_bias;
         tracker
     }
 
     /// Starts level at the base, with any velocity.
-    pub fn without_imu(config: &OdometryConfig, begin: Stamp, out: &mut Vec<OdometryEvent>) -> Self {
+    pub fn without_imu(
+        config: &OdometryConfig,
+        begin: Stamp,
+        origin: &Origin,
+        out: &mut Vec<OdometryEvent>,
+    ) -> Self {
         let mut deviations = deviations(1e-4);
         set(&mut deviations, VELOCITY, 5.0);
         set(&mut deviations, GYRO_BIAS, 1.0);
@@ -123,25 +139,28 @@ impl Tracker {
             gyro_bias: unknown,
             still: false,
         }));
-        Self::new(config, begin, Isometry::identity(), Rotation::identity(), &deviations)
+        Self::new(config, begin, Isometry::identity(), origin, Rotation::identity(), &deviations)
     }
 
     fn new(
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Isometry,
-        odom_from_body: Rotation,
+        origin: &Origin,
+        level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
         Self {
             config: *config,
-            carrier: Carrier::new(config, begin, body_from_base, odom_from_body, deviations),
+            carrier: Carrier::new(config, begin, body_from_base, origin, level_from_body, deviations),
             map: LocalMap::new(config),
             last_scan: None,
             last_middle: None,
+            last_entered: None,
             scans: 0,
             recovery: Recovery::default(),
             lost_since: None,
+            astray: None,
             usual_share: 0.0,
             thinned: Thinned::default(),
             corrected: Vec::new(),
@@ -156,6 +175,11 @@ impl Tracker {
     /// End of the newest scan taken in.
     pub fn last_scan_end(&self) -> Option<Stamp> {
         self.last_scan.map(|last| last.stamp)
+    }
+
+    /// Where all has to begin anew, from gravity on, if the way is lost.
+    pub fn astray(&self) -> Option<Origin> {
+        self.astray
     }
 
     /// Bytes of the local map.
@@ -208,10 +232,26 @@ impl Tracker {
         if sweep.end - since < LOST {
             return None;
         }
+        if self.carrier.inertial {
+            self.astray = Some(self.guess());
+            return Some(checks::lost_way());
+        }
         self.carrier.book_guess();
         self.map = LocalMap::new(&self.config);
         (self.recovery, self.usual_share, self.scans, self.lost_since) = (Recovery::default(), 0.0, 0, None);
         Some(checks::lost_way())
+    }
+
+    /// Where the robot may be, now that it sees nothing of what it saw before: where sensors carried it to, if they can be believed, or
+    /// where it was last sure.
+    fn guess(&self) -> Origin {
+        let now = self.carrier.estimate();
+        let sure = self.last_entered.map(|last| last.value * self.carrier.body_from_base);
+        let odom_from_base = match sure {
+            Some(sure) if now.velocity.norm() > FASTEST => sure,
+            _ => now.odom_from_base,
+        };
+        Origin { odom_from_base, guessed: self.carrier.guess() }
     }
 
     /// Takes a sweep without an IMU: part by part, and where a part does not fit as parts usually do, as a whole.
@@ -278,6 +318,7 @@ impl Tracker {
         }
         if *worth {
             self.map.insert(thinned, odom_from_body);
+            self.last_entered = self.last_scan;
         }
     }
 
@@ -345,7 +386,9 @@ impl Tracker {
         }
         let filter = &self.carrier.filter;
         let mut start = previous.map_or(filter.state, |fitted| fitted.state);
-        if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough) {
+        let dark = self.carrier.inertial
+            && self.last_entered.is_some_and(|entered| sweep.end - entered.stamp > DARK);
+        if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough && !dark) {
             return Some(judged(self.map.fit(filter, start, &self.thinned, Prediction::Close)));
         }
         let long_ago = self.last_scan.is_some_and(|last| sweep.end - last.stamp > LONG_AGO);
@@ -366,6 +409,15 @@ impl Tracker {
         }
         let mut fitted = judged(self.map.fit(filter, start, &self.thinned, Prediction::Loose));
         fitted.report.searched = searched;
+        if dark {
+            let found = &fitted.state.odom_from_body;
+            let fits = if self.carrier.filter.expects(found, EXPECTED) {
+                self.recovery.fits(&self.map, &self.thinned, found)
+            } else {
+                self.recovery.fits_well(&self.map, &self.thinned, found)
+            };
+            fitted.report.rejected |= !fits;
+        }
         Some(fitted)
     }
 

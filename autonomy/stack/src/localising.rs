@@ -21,6 +21,8 @@ pub(crate) struct Located {
     pub covariance: Matrix6,
     pub degenerate: [Option<Vector3>; 3],
     pub points_used: u32,
+    /// Whether the LiDAR saw nothing, or nothing that fits what was seen before.
+    pub blind: bool,
     /// Corrected points in the base frame.
     pub cloud: Arc<Cloud>,
 }
@@ -147,6 +149,7 @@ impl Localiser {
                         covariance: pose.estimate.covariance,
                         degenerate: pose.degenerate,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
+                        blind: pose.registration.rejected,
                         cloud: Arc::new(cloud),
                     })));
                 }

@@ -420,6 +420,7 @@ impl MappingPhase {
             odom_from_base_at_scan: located.odom_from_base_at_scan,
             covariance: located.covariance,
             degenerate: located.degenerate.iter().any(Option::is_some),
+            blind: located.blind,
         })?;
         let cloud = Arc::new(thinned(&mut self.downsampler, &located.cloud));
         let edge = match loops {

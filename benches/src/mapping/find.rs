@@ -76,6 +76,7 @@ fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
             odom_from_base_at_scan: keyframe.odom_from_base,
             covariance: keyframe.covariance,
             degenerate: keyframe.degenerate,
+            blind: false,
         });
     }
     let mut rng = RngTree::new(seed).child("drift").rng();

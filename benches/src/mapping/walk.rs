@@ -145,6 +145,7 @@ impl Recorder {
             odom_from_base_at_scan: pose.odom_from_base_at_scan,
             covariance: estimate.covariance,
             degenerate,
+            blind: pose.registration.rejected,
         });
         if added.is_none() {
             return;

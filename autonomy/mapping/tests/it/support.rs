@@ -85,6 +85,7 @@ impl Recorder {
                     odom_from_base_at_scan: pose.odom_from_base_at_scan,
                     covariance: estimate.covariance,
                     degenerate: pose.degenerate.iter().any(Option::is_some),
+                    blind: pose.registration.rejected,
                 });
                 if added.is_some() {
                     self.keyframes.push(Keyframe {

@@ -1,6 +1,6 @@
 //! Half a minute of walking through the test hall, with every combination of sources that makes sense.
 
-use crate::support::{b1, config, narrow_doors, poses, run};
+use crate::support::{b1, carried, config, narrow_doors, poses, run};
 use geometry::Vector3;
 use messages::Sensor;
 use odometry::{FindingKind, OdometryEvent};
@@ -92,6 +92,37 @@ fn lost_for_good_it_begins_anew_and_says_so() {
     assert!(error < 0.1, "{error} of {}", truth.translation.vector.norm());
     // And how far it was carried is no certainty.
     assert!(b.estimate.covariance[(3, 3)].sqrt() > 0.3, "{}", b.estimate.covariance);
+}
+
+/// Legs at rest in somebody's arms contradict an IMU that moves, and no scan says which is right.
+#[test]
+fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_put_down() {
+    let (walk, put_down) = carried();
+    let events = run(config(walk, &[]), walk.messages.iter().cloned());
+    let lost: Vec<FindingKind> = events
+        .iter()
+        .filter_map(|event| match event {
+            OdometryEvent::Finding(finding) => Some(finding.kind),
+            _ => None,
+        })
+        .collect();
+    let found = poses(&events);
+    assert_eq!(lost, [FindingKind::LostWay]);
+    let after = |seconds: f64| {
+        let at = *put_down + Span::from_secs_f64(seconds);
+        found.iter().find(|pose| pose.estimate.stamp >= at).unwrap().estimate
+    };
+    // It stands, upright, from five seconds on.
+    let (first, last) = (after(5.0), found.last().unwrap().estimate);
+    let moved = first.odom_from_base.inverse() * last.odom_from_base;
+    assert!(moved.translation.vector.norm() < 0.02, "{moved}");
+    assert!(moved.rotation.angle() < 0.01, "{moved}");
+    let truth = walk.truth_at(last.stamp).rotation.inverse() * Vector3::z();
+    let up = last.odom_from_base.rotation.inverse() * Vector3::z();
+    assert!(up.angle(&truth) < 0.01, "{}", up.angle(&truth));
+    assert!(found.last().unwrap().registration.inlier_share > 0.8);
+    // Where that is, it does not claim to know.
+    assert!(last.covariance[(3, 3)].sqrt() > 5.0 && last.covariance[(2, 2)].sqrt() > 0.5);
 }
 
 #[test]

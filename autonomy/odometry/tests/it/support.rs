@@ -32,30 +32,77 @@ pub fn narrow_doors() -> &'static Walk {
     })
 }
 
+/// Ten seconds of walking in b1, ten in somebody's arms to a room, with the LiDAR covered, and fifteen of standing there; made
+/// once.
+pub fn carried() -> &'static (Walk, Stamp) {
+    static WALK: OnceLock<(Walk, Stamp)> = OnceLock::new();
+    WALK.get_or_init(|| {
+        let mut walking = Walking::on(&Arc::new(Site::new(SiteName::B1)), None);
+        walking.go(10.0);
+        walking.walker = None;
+        let away = Start { position: vocab::Vec3 { x: 8.0, y: 36.0, z: 0.0 }, yaw: 1.0 };
+        walking.sim.carry(away, Span::from_millis(10_000));
+        walking.go(20.0);
+        let put_down = walking.sim.now();
+        walking.go(35.0);
+        (walking.end(), put_down)
+    })
+}
+
 fn walk(name: SiteName, seconds: f64) -> Walk {
-    let site = Arc::new(Site::new(name));
-    let route = site.routes()[0].clone();
-    walk_route(&site, route, seconds)
+    let mut walking = Walking::on(&Arc::new(Site::new(name)), None);
+    walking.go(seconds);
+    walking.end()
 }
 
 fn walk_route(site: &Arc<Site>, route: Route, seconds: f64) -> Walk {
-    let name = site.name();
-    let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(name, 3) };
-    config.start = Some(route.start);
-    let mut sim = Simulator::on(Arc::clone(site), config);
-    let boot = sim.boot().mounting;
-    let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
-    let mut walker = RouteWalker::new(route);
-    let (mut events, mut truth) = (Vec::new(), Vec::new());
-    while sim.elapsed().secs_f64() < seconds {
-        let Some(drive) = walker.drive(&sim.truth()) else { break };
-        sim.command(drive);
-        let until = sim.now() + Span::from_millis(10);
-        sim.advance(until, &mut events);
-        let now = sim.truth();
-        truth.push((now.stamp, geometry::isometry_from_pose(&now.site_from_base).unwrap()));
+    let mut walking = Walking::on(site, Some(route));
+    walking.go(seconds);
+    walking.end()
+}
+
+/// A walk being made.
+struct Walking {
+    sim: Simulator,
+    /// `None` once the robot is to stand still.
+    walker: Option<RouteWalker>,
+    mounting: Mounting,
+    events: Vec<sim::SimEvent>,
+    truth: Vec<(Stamp, Isometry)>,
+}
+
+impl Walking {
+    /// Along a route, or the site's first.
+    fn on(site: &Arc<Site>, route: Option<Route>) -> Self {
+        let route = route.unwrap_or_else(|| site.routes()[0].clone());
+        let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(site.name(), 3) };
+        config.start = Some(route.start);
+        let sim = Simulator::on(Arc::clone(site), config);
+        let boot = sim.boot().mounting;
+        let mounting =
+            Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
+        let walker = Some(RouteWalker::new(route));
+        Self { sim, walker, mounting, events: Vec::new(), truth: Vec::new() }
     }
-    Walk { mounting, messages: events.into_iter().map(|event| event.sensor).collect(), truth }
+
+    /// Goes on to so many seconds from the beginning, or to the route's end.
+    fn go(&mut self, seconds: f64) {
+        while self.sim.elapsed().secs_f64() < seconds {
+            if let Some(walker) = &mut self.walker {
+                let Some(drive) = walker.drive(&self.sim.truth()) else { break };
+                self.sim.command(drive);
+            }
+            let until = self.sim.now() + Span::from_millis(10);
+            self.sim.advance(until, &mut self.events);
+            let now = self.sim.truth();
+            self.truth.push((now.stamp, geometry::isometry_from_pose(&now.site_from_base).unwrap()));
+        }
+    }
+
+    fn end(self) -> Walk {
+        let messages = self.events.into_iter().map(|event| event.sensor).collect();
+        Walk { mounting: self.mounting, messages, truth: self.truth }
+    }
 }
 
 /// All sources, or those named.
