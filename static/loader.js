@@ -6,6 +6,21 @@ const progress = document.getElementById("loading-progress");
 const text = document.getElementById("loading-text");
 const retry = document.getElementById("loading-retry");
 
+// The browser makes a graphics context in a process of its own, which has time while the client is fetched and compiled. The client
+// asks for the same and gets this one. Not where it may draw with WebGPU: a canvas has one kind of context only.
+function makeContextEarly() {
+  const asked = new URLSearchParams(location.search).get("gpu");
+  let kept = null;
+  try {
+    kept = localStorage.getItem("autoinspect.gpu");
+  } catch {
+    // A browser that stores nothing draws with WebGL2.
+  }
+  if ((asked ?? kept) !== "webgpu") {
+    document.getElementById("scene").getContext("webgl2", { antialias: false });
+  }
+}
+
 /** A failure whose message is meant for the operator as it is. */
 class Problem extends Error {}
 
@@ -49,6 +64,9 @@ async function get(url, options) {
   return response;
 }
 
+/** A client that is here sooner needs no progress shown, milliseconds. */
+const PROGRESS_AFTER = 400;
+
 /** Shows how much of a response has come. Reads a copy: the browser keeps compiled code only with a response as it came. */
 async function watch(copy, bytesTotal) {
   const reader = copy.body.getReader();
@@ -58,7 +76,6 @@ async function watch(copy, bytesTotal) {
     progress.value = Math.min(1, bytes / bytesTotal);
     text.textContent = `Loading… ${Math.round(100 * progress.value)} %`;
   }
-  text.textContent = "Starting…";
 }
 
 async function compile() {
@@ -70,9 +87,12 @@ async function compile() {
   // The client's workers load the same two files.
   globalThis.autoinspectBundle = bundle;
   const [response, client] = await Promise.all([get(bundle.wasm), import(bundle.js)]);
+  const copy = response.clone();
   // What ends the copy early ends the response as well, which says so.
-  watch(response.clone(), manifest.wasm_bytes).catch(() => {});
+  const slow = setTimeout(() => watch(copy, manifest.wasm_bytes).catch(() => {}), PROGRESS_AFTER);
   await client.default({ module_or_path: response });
+  clearTimeout(slow);
+  text.textContent = "Starting…";
   performance.mark("autoinspect: client compiled");
   return client;
 }
@@ -100,6 +120,7 @@ function stopped(event) {
 addEventListener("error", stopped);
 addEventListener("unhandledrejection", stopped);
 
+makeContextEarly();
 load().catch((error) => {
   console.error(error);
   fail(error instanceof Problem ? error.message : `The client could not start: ${error.message ?? error}`);

@@ -72,7 +72,9 @@ impl Client {
         browser::add_font("Inter", theme::INTER_REGULAR);
         aria::install(ctx);
         core.borrow().wake(ctx);
-        let stage = Stage::new(scene::Renderer::new(&device.device, &device.queue, device.target_format));
+        let mut renderer = scene::Renderer::new(&device.device, &device.queue, device.target_format);
+        renderer.hurry();
+        let stage = Stage::new(renderer);
         device.renderer.write().callback_resources.insert(stage.renderer.clone());
         Ok(Box::new(Self {
             core,

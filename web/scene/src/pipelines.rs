@@ -8,21 +8,25 @@ use crate::uniforms::{Globals, Piece};
 use std::collections::BTreeMap;
 use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, VertexFormat, VertexStepMode};
 
-/// Pipelines and the layouts of what they read.
+/// What every picture needs, and the layouts of what pipelines read.
 pub(crate) struct Pipelines {
     pub(crate) globals_layout: BindGroupLayout,
     pub(crate) piece_layout: BindGroupLayout,
     pub(crate) picture_layout: BindGroupLayout,
     pub(crate) present_layout: BindGroupLayout,
     pub(crate) points: RenderPipeline,
-    pub(crate) solids: RenderPipeline,
     pub(crate) rows: RenderPipeline,
     pub(crate) columns: RenderPipeline,
     pub(crate) shade: RenderPipeline,
+    pub(crate) present: RenderPipeline,
+}
+
+/// What is drawn among and over the points.
+pub(crate) struct Figures {
+    pub(crate) solids: RenderPipeline,
     pub(crate) grid: RenderPipeline,
     pub(crate) lines: RenderPipeline,
     pub(crate) marks: RenderPipeline,
-    pub(crate) present: RenderPipeline,
 }
 
 impl Pipelines {
@@ -32,11 +36,10 @@ impl Pipelines {
         let piece_layout = layout(device, "scene: piece", &[uniform::<Piece>(0, true)]);
         let picture_layout = layout(device, "scene: picture", &[texture(0, false), texture(1, false)]);
         let present_layout = layout(device, "scene: present", &[texture(0, true), sampler(1)]);
-        let maker = Maker::new(device);
+        let maker = Maker::new(device, &["points", "fill", "shade", "present"]);
         let piece = [&globals_layout, &piece_layout];
         let picture = [&globals_layout, &picture_layout];
         let full = |entry| Draw { vertex: "vs_fill", fragment: entry, ..Draw::new("fill", &picture) };
-        let overlay = Draw { blend: true, ..Draw::new("overlay", &picture) };
         let present_entry = if target_format.is_srgb() { "fs_present_srgb" } else { "fs_present" };
         Self {
             points: maker.make(&Draw {
@@ -47,6 +50,36 @@ impl Pipelines {
                 depth: true,
                 ..Draw::new("points", &piece)
             }),
+            rows: maker.make(&full("fs_rows")),
+            columns: maker.make(&full("fs_columns")),
+            shade: maker.make(&Draw {
+                vertex: "vs_shade",
+                fragment: "fs_shade",
+                targets: &[FORMAT],
+                ..Draw::new("shade", &picture)
+            }),
+            present: maker.make(&Draw {
+                vertex: "vs_present",
+                fragment: present_entry,
+                targets: &[target_format],
+                ..Draw::new("present", &[&present_layout])
+            }),
+            globals_layout,
+            piece_layout,
+            picture_layout,
+            present_layout,
+        }
+    }
+}
+
+impl Figures {
+    /// For pictures whose points `pipelines` draws.
+    pub(crate) fn new(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
+        let maker = Maker::new(device, &["solids", "overlay"]);
+        let piece = [&pipelines.globals_layout, &pipelines.piece_layout];
+        let picture = [&pipelines.globals_layout, &pipelines.picture_layout];
+        let overlay = Draw { blend: true, ..Draw::new("overlay", &picture) };
+        Self {
             solids: maker.make(&Draw {
                 vertex: "vs_solids",
                 fragment: "fs_solids",
@@ -57,14 +90,6 @@ impl Pipelines {
                 )),
                 depth: true,
                 ..Draw::new("solids", &piece)
-            }),
-            rows: maker.make(&full("fs_rows")),
-            columns: maker.make(&full("fs_columns")),
-            shade: maker.make(&Draw {
-                vertex: "vs_shade",
-                fragment: "fs_shade",
-                targets: &[FORMAT],
-                ..Draw::new("shade", &picture)
             }),
             grid: maker.make(&Draw { vertex: "vs_grid", fragment: "fs_grid", targets: &[FORMAT], ..overlay }),
             lines: maker.make(&Draw {
@@ -101,16 +126,6 @@ impl Pipelines {
                 targets: &[FORMAT],
                 ..overlay
             }),
-            present: maker.make(&Draw {
-                vertex: "vs_present",
-                fragment: present_entry,
-                targets: &[target_format],
-                ..Draw::new("present", &[&present_layout])
-            }),
-            globals_layout,
-            piece_layout,
-            picture_layout,
-            present_layout,
         }
     }
 }
@@ -154,8 +169,9 @@ struct Maker<'a> {
 }
 
 impl<'a> Maker<'a> {
-    fn new(device: &'a wgpu::Device) -> Self {
-        let modules = shaders::sources().into_iter().map(|(name, source)| {
+    fn new(device: &'a wgpu::Device, shaders: &[&str]) -> Self {
+        let wanted = shaders::sources().into_iter().filter(|(name, _)| shaders.contains(name));
+        let modules = wanted.map(|(name, source)| {
             let descriptor = wgpu::ShaderModuleDescriptor {
                 label: Some(name),
                 source: wgpu::ShaderSource::Wgsl(source.into()),

@@ -7,7 +7,7 @@ use crate::lines::{Mark, Segment};
 use crate::loops::LoopEdge;
 use crate::overlay::{Marker, Node, Overlay, Polyline};
 use crate::pick::{Cone, Hit, PickOptions, Sign, meant, nearest_loop, nearest_point, nearest_sign};
-use crate::pipelines::Pipelines;
+use crate::pipelines::{Figures, Pipelines};
 use crate::robot::{self, RobotState};
 use crate::select::{Candidate, Chosen, choose};
 use crate::targets::{Targets, attachment};
@@ -25,6 +25,10 @@ pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipelines: Pipelines,
+    /// Made when they are first drawn.
+    figures: Option<Figures>,
+    /// Whether the next picture may do without them.
+    hurried: bool,
     globals: Uniform,
     pieces: Uniform,
     targets: Option<Targets>,
@@ -107,10 +111,18 @@ impl Renderer {
             overlay_palette: None,
             finished_view: None,
             drawn: Drawn::default(),
+            figures: None,
+            hurried: false,
             pipelines,
             device: device.clone(),
             queue: queue.clone(),
         }
+    }
+
+    /// Lets the next picture show points alone, without robot, grid, lines and markers; all of it is in the one after, which
+    /// [`Self::needs_redraw`] asks for. Compiling for them takes as long as for the points.
+    pub fn hurry(&mut self) {
+        self.hurried = true;
     }
 
     /// Puts a tile's points on the GPU, in place of those it had; they are drawn once the anchor has a pose. A block
@@ -270,8 +282,12 @@ impl Renderer {
         }
         self.rebuild_overlay(&view.palette);
         let eye = Eye::new(view.camera, size);
+        let points_alone = std::mem::take(&mut self.hurried) && self.figures.is_none();
+        if !points_alone && self.figures.is_none() {
+            self.figures = Some(Figures::new(&self.device, &self.pipelines));
+        }
         self.draw(encoder, &view, &eye);
-        self.finished_view = Some(asked);
+        self.finished_view = (!points_alone).then_some(asked);
     }
 
     /// Copies the picture into the viewport of the caller's pass. Draws nothing before the first [`Self::prepare`].

@@ -58,7 +58,7 @@ impl Renderer {
             let (tile, map_from_scan) = compared.as_ref()?;
             Some(tile.item(map_from_scan, LIVE_SPACING, unit_range(colour), view, eye))
         });
-        let robot = self.overlay.robot.filter(RobotState::is_finite).map(|robot| {
+        let robot = self.overlay.robot.filter(|robot| self.figures.is_some() && robot.is_finite()).map(|robot| {
             let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
             let relative =
                 DAffine3::from_rotation_translation(robot.orientation, robot.position - eye.position());
@@ -100,7 +100,8 @@ impl Renderer {
         });
         pass.set_bind_group(0, &self.globals.group, &[]);
         for (offset, item) in (0..).step_by(PIECE_STRIDE as usize).zip(items) {
-            pass.set_pipeline(if item.solid { &self.pipelines.solids } else { &self.pipelines.points });
+            let solids = self.figures.as_ref().map(|figures| &figures.solids).filter(|_| item.solid);
+            pass.set_pipeline(solids.unwrap_or(&self.pipelines.points));
             pass.set_bind_group(1, &pieces.group, &[offset]);
             pass.set_vertex_buffer(0, item.vertices.slice(..));
             pass.draw(0..item.count, 0..1);
@@ -138,13 +139,12 @@ impl Renderer {
         pass.set_bind_group(1, &targets.scene.group, &[]);
         pass.set_pipeline(&self.pipelines.shade);
         pass.draw(0..3, 0..1);
+        let Some(Figures { grid: grid_pipeline, lines, marks, .. }) = &self.figures else { return };
         if grid {
-            pass.set_pipeline(&self.pipelines.grid);
+            pass.set_pipeline(grid_pipeline);
             pass.draw(0..6, 0..1);
         }
-        for (instances, pipeline) in
-            [(&self.segments, &self.pipelines.lines), (&self.marks, &self.pipelines.marks)]
-        {
+        for (instances, pipeline) in [(&self.segments, lines), (&self.marks, marks)] {
             if instances.count > 0 {
                 pass.set_pipeline(pipeline);
                 pass.set_vertex_buffer(0, instances.buffer.slice(..));

@@ -240,6 +240,32 @@ fn the_clip_opens_the_ceiling_and_the_robot_is_yellow() {
 }
 
 #[test]
+fn a_hurried_picture_shows_points_alone_and_the_next_one_all_of_it() {
+    for studio in Studio::all() {
+        let mut renderer = furnished(&studio);
+        renderer.hurry();
+        let first = studio.shoot(&mut renderer, &hall_view(), "hurried");
+        assert!(renderer.needs_redraw(&hall_view()));
+        let next = studio.shoot(&mut renderer, &hall_view(), "hurried-next");
+        assert!(!renderer.needs_redraw(&hall_view()));
+        let mut unhurried = furnished(&studio);
+        let all = studio.shoot(&mut unhurried, &hall_view(), "unhurried");
+        assert!(next.pixels == all.pixels);
+        let mut bare = studio.renderer();
+        for (id, made) in (0..).zip(hall()) {
+            bare.upload_tile(TileId(id), WHOLE_MAP, &made.block());
+        }
+        let points = studio.shoot(&mut bare, &without_grid(), "points");
+        assert!(first.pixels == points.pixels && first.pixels != all.pixels);
+    }
+}
+
+fn without_grid() -> View {
+    let view = hall_view();
+    View { options: Options { grid: false, ..view.options }, ..view }
+}
+
+#[test]
 fn moving_an_anchor_moves_its_points() {
     for studio in Studio::all() {
         let mut renderer = studio.renderer();
