@@ -31,7 +31,8 @@ fn walk() -> &'static Walk {
         let Some(Route { start, .. }) = site.route("short").cloned() else { panic!("no such route") };
         let hall = [[18.2, 23.5], [26.0, 22.9], [18.0, 23.0]];
         let room = [[15.4, 21.6], [15.4, 20.0], [12.5, 20.0], [6.5, 20.0], [12.5, 20.0], [15.4, 20.0]];
-        let waypoints = hall.into_iter().chain(room).chain([[15.4, 21.6]]).chain(hall[..2].to_vec()).collect();
+        let waypoints =
+            hall.into_iter().chain(room).chain([[15.4, 21.6]]).chain(hall[..2].to_vec()).collect();
         let route = Route { name: "room", start, waypoints, speed: 0.9 };
         let (from, until) = (Span::from_secs_f64(29.0), Span::from_secs_f64(44.0));
         let velocity = Vec3::new(0.0, 0.05, 0.0);

@@ -79,8 +79,7 @@ impl Walking {
         config.start = Some(route.start);
         let sim = Simulator::on(Arc::clone(site), config);
         let boot = sim.boot().mounting;
-        let mounting =
-            Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
+        let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
         let walker = Some(RouteWalker::new(route));
         Self { sim, walker, mounting, events: Vec::new(), truth: Vec::new() }
     }

@@ -58,22 +58,23 @@ impl Renderer {
             let (tile, map_from_scan) = compared.as_ref()?;
             Some(tile.item(map_from_scan, LIVE_SPACING, unit_range(colour), view, eye))
         });
-        let robot = self.overlay.robot.filter(|robot| self.figures.is_some() && robot.is_finite()).map(|robot| {
-            let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
-            let relative =
-                DAffine3::from_rotation_translation(robot.orientation, robot.position - eye.position());
-            Item {
-                piece: Piece {
-                    relative_from_local: glam::Mat4::from(relative.as_affine3a()),
-                    kind: Vec4::ZERO,
-                    tint: unit_range(colour),
-                },
-                vertices: &self.robot_model,
-                count: self.robot_corners,
-                solid: true,
-                radius: 0.0,
-            }
-        });
+        let robot =
+            self.overlay.robot.filter(|robot| self.figures.is_some() && robot.is_finite()).map(|robot| {
+                let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
+                let relative =
+                    DAffine3::from_rotation_translation(robot.orientation, robot.position - eye.position());
+                Item {
+                    piece: Piece {
+                        relative_from_local: glam::Mat4::from(relative.as_affine3a()),
+                        kind: Vec4::ZERO,
+                        tint: unit_range(colour),
+                    },
+                    vertices: &self.robot_model,
+                    count: self.robot_corners,
+                    solid: true,
+                    radius: 0.0,
+                }
+            });
         tiles.chain(live).chain(compared).chain(robot).collect()
     }
 
