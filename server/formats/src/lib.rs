@@ -19,6 +19,7 @@ pub mod ros;
 pub mod rosbag1;
 pub mod rosbag2;
 pub mod scan_file;
+pub mod survey;
 pub mod tum;
 
 pub use error::{FormatError, legible};

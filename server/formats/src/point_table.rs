@@ -198,8 +198,7 @@ impl<'a> PointTable<'a> {
     pub fn to_scan(&self, stamp: Option<Stamp>) -> Result<(Scan, ScanReport), FormatError> {
         let mut xyz = self.positions()?;
         let (keep, dropped) = usable(&xyz);
-        let mut intensity =
-            self.first_field(&INTENSITY_NAMES).map_or(Vec::new(), |field| self.column::<f32>(field));
+        let mut intensity = self.intensity();
         let mut ring = self.first_field(&RING_NAMES).map_or(Vec::new(), |field| self.column::<u16>(field));
         let mut report = ScanReport { dropped, clock_mismatch: false };
         let mut times = self.first_field(&TIME_NAMES).map(|field| self.times(field));
@@ -231,14 +230,7 @@ impl<'a> PointTable<'a> {
     /// # Errors
     /// When x, y or z is missing.
     pub fn positions(&self) -> Result<Vec<[f32; 3]>, FormatError> {
-        let coordinate = |name: &'static str| {
-            self.field(name).filter(|field| field.count > 0).ok_or_else(|| FormatError::Malformed {
-                what: "point cloud",
-                place: format!("field '{name}'"),
-                problem: format!("it is missing; the fields are: {}", self.field_names()),
-            })
-        };
-        let (x, y, z) = (coordinate("x")?, coordinate("y")?, coordinate("z")?);
+        let (x, y, z) = (self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?);
         let packed_f32 = !self.big_endian
             && [x, y, z].iter().all(|field| field.scalar == ScalarType::F32)
             && y.offset == x.offset + 4
@@ -256,6 +248,27 @@ impl<'a> PointTable<'a> {
         }
         let (x, y, z) = (self.column::<f32>(x), self.column::<f32>(y), self.column::<f32>(z));
         Ok(x.into_iter().zip(y).zip(z).map(|((x, y), z)| [x, y, z]).collect())
+    }
+
+    /// All x, all y and all z in double precision, the unusable ones included.
+    ///
+    /// # Errors
+    /// When one is missing.
+    pub fn coordinates(&self) -> Result<[Vec<f64>; 3], FormatError> {
+        Ok([self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?].map(|field| self.column(field)))
+    }
+
+    /// Return strengths in sensor units; empty where there are none.
+    pub fn intensity(&self) -> Vec<f32> {
+        self.first_field(&INTENSITY_NAMES).map_or(Vec::new(), |field| self.column::<f32>(field))
+    }
+
+    fn coordinate(&self, name: &'static str) -> Result<&PointField, FormatError> {
+        self.field(name).filter(|field| field.count > 0).ok_or_else(|| FormatError::Malformed {
+            what: "point cloud",
+            place: format!("field '{name}'"),
+            problem: format!("it is missing; the fields are: {}", self.field_names()),
+        })
     }
 
     /// The first number of a column of this table for every point, converted.

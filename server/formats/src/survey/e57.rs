@@ -1,0 +1,94 @@
+//! E57 (ASTM E2807): several scans with their poses; Cartesian or spherical, integer or floating point.
+
+use super::{Centre, Gathered, Station, Survey, seen_from};
+use crate::{FormatError, legible};
+use ::e57::{CartesianCoordinate, E57Reader, PointCloud};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use vocab::{Pose, Quat, Vec3};
+
+/// Progress is told every so many points.
+const TELL_EVERY: u64 = 1 << 16;
+
+/// Reads all scans.
+///
+/// # Errors
+/// When a checksum is wrong, or the file contradicts itself.
+pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
+    let mut reader = E57Reader::from_file(path).map_err(malformed)?;
+    let scans = reader.pointclouds();
+    let total: u64 = scans.iter().fold(0, |sum, scan| sum.saturating_add(scan.records));
+    let mut centre = Centre::default();
+    let mut survey = Survey::default();
+    let mut done = 0;
+    for scan in &scans {
+        let station = read_scan(&mut reader, scan, &mut centre, &mut survey.unusable, &mut |more| {
+            done += more;
+            progress((done as f64 / total.max(1) as f64).min(1.0));
+        })?;
+        survey.stations.push(station);
+    }
+    survey.offset = centre.offset();
+    Ok(survey)
+}
+
+fn read_scan(
+    reader: &mut E57Reader<BufReader<File>>,
+    scan: &PointCloud,
+    centre: &mut Centre,
+    unusable: &mut usize,
+    done: &mut dyn FnMut(u64),
+) -> Result<Station, FormatError> {
+    let pose = pose(scan);
+    let mut points = reader.pointcloud_simple(scan).map_err(malformed)?;
+    points.apply_pose(false);
+    points.intensity_to_color(false);
+    points.normalize_intensity(false);
+    points.normalize_color(false);
+    let mut local = Centre::default();
+    let mut gathered = Gathered::new(if pose.is_some() { &mut local } else { &mut *centre });
+    let mut read = 0;
+    for point in points {
+        let point = point.map_err(malformed)?;
+        let intensity = point.intensity.unwrap_or(0.0);
+        match point.cartesian {
+            CartesianCoordinate::Valid { x, y, z } => gathered.add([x, y, z], intensity),
+            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => gathered.unusable += 1,
+        }
+        read += 1;
+        if read % TELL_EVERY == 0 {
+            done(TELL_EVERY);
+        }
+    }
+    done(read % TELL_EVERY);
+    let (xyz, intensity, left_out) = gathered.finish();
+    *unusable += left_out;
+    let name = scan.name.clone();
+    Ok(match pose {
+        Some(pose) => Station { name, ..seen_from(&pose, &local, xyz, intensity, centre) },
+        None => Station { name, survey_from_station: None, xyz, intensity },
+    })
+}
+
+/// Where the scanner stood, if the file says so.
+fn pose(scan: &PointCloud) -> Option<Pose> {
+    let transform = scan.transform.as_ref()?;
+    let (q, t) = (&transform.rotation, &transform.translation);
+    let length = (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z).sqrt();
+    let position = Vec3::new(t.x, t.y, t.z);
+    let finite = [position.x, position.y, position.z].iter().all(|value| value.is_finite());
+    if !(finite && length.is_finite() && length > 1e-6) {
+        return None;
+    }
+    let orientation = Quat { w: q.w / length, x: q.x / length, y: q.y / length, z: q.z / length };
+    Some(Pose { position, orientation })
+}
+
+fn malformed(error: ::e57::Error) -> FormatError {
+    FormatError::Malformed {
+        what: "E57 file",
+        place: "reading it".into(),
+        problem: format!("{}; copy or export it again", legible(&error.to_string(), 200)),
+    }
+}

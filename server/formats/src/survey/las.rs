@@ -1,0 +1,185 @@
+//! LAS 1.0 to 1.4 and LAZ: the points alone. What describes them beyond that (coordinate systems, extra bytes) is passed over, so that
+//! damage there does no harm.
+//!
+//! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
+
+use super::{Centre, Gathered, Station, Survey};
+use crate::FormatError;
+use laz::{LasZipDecompressor, LazVlr};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+const WHAT: &str = "LAS or LAZ file";
+/// Of every version; later ones append.
+const HEADER: usize = 227;
+/// Of version 1.4, which counts points in 64 bits.
+const HEADER_1_4: usize = 375;
+/// Before the bytes of a variable length record.
+const RECORD_HEADER: u64 = 54;
+/// Points decoded at a time.
+const BATCH: usize = 16_384;
+/// The least that a point takes: coordinates, intensity, flags.
+const POINT: usize = 20;
+
+/// What the header says of the points.
+struct Header {
+    size: u64,
+    points_at: u64,
+    records: u32,
+    compressed: bool,
+    point_size: usize,
+    count: u64,
+    scale: [f64; 3],
+    offset: [f64; 3],
+}
+
+/// Reads all points.
+///
+/// # Errors
+/// When the header contradicts itself or the file, or compressed points are damaged.
+pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut start = [0; HEADER_1_4];
+    let read = super::fill(&mut file, &mut start)?;
+    let header = Header::read(&start[..read], length)?;
+    let mut centre = Centre::default();
+    let mut gathered = Gathered::new(&mut centre);
+    if header.compressed {
+        let vlr = laszip_record(&mut file, &header)?;
+        file.seek(SeekFrom::Start(header.points_at))?;
+        let mut points = LasZipDecompressor::new(BufReader::new(file), vlr).map_err(compressed)?;
+        header.each(&mut gathered, progress, |bytes| {
+            points.decompress_many(bytes).map_err(|error| FormatError::Malformed {
+                what: WHAT,
+                place: "its compressed points".into(),
+                problem: format!("{error}; copy or export it again"),
+            })
+        })?;
+    } else {
+        file.seek(SeekFrom::Start(header.points_at))?;
+        let mut points = BufReader::with_capacity(1 << 20, file);
+        header.each(&mut gathered, progress, |bytes| Ok(points.read_exact(bytes)?))?;
+    }
+    let (xyz, intensity, unusable) = gathered.finish();
+    let station = Station { name: None, survey_from_station: None, xyz, intensity };
+    Ok(Survey { offset: centre.offset(), stations: vec![station], unusable })
+}
+
+impl Header {
+    /// Reads the header of a file of so many bytes.
+    fn read(bytes: &[u8], length: u64) -> Result<Self, FormatError> {
+        if bytes.len() < HEADER {
+            let missing = (HEADER - bytes.len()) as u64;
+            return Err(FormatError::Truncated { what: WHAT, at: bytes.len() as u64, missing });
+        }
+        let u16_at = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        let u32_at = |at: usize| u32::from(u16_at(at)) | u32::from(u16_at(at + 2)) << 16;
+        let u64_at = |at: usize| u64::from(u32_at(at)) | u64::from(u32_at(at + 4)) << 32;
+        let three = |at: usize| std::array::from_fn(|axis| f64::from_bits(u64_at(at + 8 * axis)));
+        let wide = bytes[25] >= 4 && usize::from(u16_at(94)) >= HEADER_1_4 && bytes.len() >= HEADER_1_4;
+        let (legacy, wide_count) = (u64::from(u32_at(107)), if wide { u64_at(247) } else { 0 });
+        let header = Self {
+            size: u64::from(u16_at(94)),
+            points_at: u64::from(u32_at(96)),
+            records: u32_at(100),
+            // LASzip marks compressed points in the format's highest bits.
+            compressed: bytes[104] & 0xc0 != 0,
+            point_size: usize::from(u16_at(105)),
+            count: if wide_count > 0 { wide_count } else { legacy },
+            scale: three(131),
+            offset: three(155),
+        };
+        header.check(length)?;
+        Ok(header)
+    }
+
+    fn check(&self, length: u64) -> Result<(), FormatError> {
+        let problem = |at: u64, problem: String| Err(FormatError::at_byte(WHAT, at, problem));
+        if self.size < HEADER as u64 || self.points_at < self.size {
+            return problem(96, format!("points cannot begin at byte {}", self.points_at));
+        }
+        let room = self.points_at - self.size;
+        if u64::from(self.records) * RECORD_HEADER > room {
+            return problem(100, format!("{} records do not fit into {room} bytes", self.records));
+        }
+        if self.point_size < POINT {
+            return problem(105, format!("a point cannot have {} bytes", self.point_size));
+        }
+        if !self.scale.iter().chain(&self.offset).all(|value| value.is_finite()) || self.scale.contains(&0.0)
+        {
+            return problem(131, "the scale or the offset of the coordinates is no number".into());
+        }
+        let needed = if self.compressed { self.count.min(1) } else { self.count }
+            .saturating_mul(self.point_size as u64)
+            .saturating_add(self.points_at);
+        if !self.compressed && needed > length || self.points_at > length {
+            let missing = needed.saturating_sub(length).max(1);
+            return Err(FormatError::Truncated { what: WHAT, at: length, missing });
+        }
+        Ok(())
+    }
+
+    /// Takes in all points, a batch at a time.
+    fn each(
+        &self,
+        gathered: &mut Gathered<'_>,
+        progress: &mut dyn FnMut(f64),
+        mut next: impl FnMut(&mut [u8]) -> Result<(), FormatError>,
+    ) -> Result<(), FormatError> {
+        let mut buffer = vec![0; BATCH * self.point_size];
+        let mut done = 0;
+        while done < self.count {
+            let batch = (self.count - done).min(BATCH as u64);
+            let bytes = &mut buffer[..batch as usize * self.point_size];
+            next(bytes)?;
+            for point in bytes.chunks_exact(self.point_size) {
+                let whole = |at: usize| {
+                    i32::from_le_bytes([point[at], point[at + 1], point[at + 2], point[at + 3]])
+                };
+                let place = std::array::from_fn(|axis| {
+                    f64::from(whole(4 * axis)) * self.scale[axis] + self.offset[axis]
+                });
+                gathered.add(place, f32::from(u16::from_le_bytes([point[12], point[13]])));
+            }
+            done += batch;
+            progress(done as f64 / self.count as f64);
+        }
+        Ok(())
+    }
+}
+
+/// The record that says how points were compressed.
+fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError> {
+    let mut at = header.size;
+    for _ in 0..header.records {
+        let mut record = [0; RECORD_HEADER as usize];
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(&mut record)?;
+        let length = u16::from_le_bytes([record[20], record[21]]);
+        let number = u16::from_le_bytes([record[18], record[19]]);
+        if record[2..18].starts_with(LazVlr::USER_ID.as_bytes()) && number == LazVlr::RECORD_ID {
+            let mut bytes = vec![0; usize::from(length)];
+            file.read_exact(&mut bytes)?;
+            let vlr = LazVlr::from_buffer(&bytes).map_err(compressed)?;
+            if vlr.items().is_empty() || vlr.items_size() != header.point_size as u64 {
+                let problem = format!("it does not describe points of {} bytes", header.point_size);
+                return Err(FormatError::at_byte(WHAT, at, problem));
+            }
+            return Ok(vlr);
+        }
+        at += RECORD_HEADER + u64::from(length);
+    }
+    Err(FormatError::at_byte(WHAT, header.size, "nothing says how its points are compressed"))
+}
+
+fn compressed(error: laz::LasZipError) -> FormatError {
+    match error {
+        laz::LasZipError::IoError(error) => FormatError::Io(error),
+        other => FormatError::Unsupported {
+            what: format!("this kind of LAZ file ({other})"),
+            remedy: "save it as LAS, or as LAZ of version 1.2",
+        },
+    }
+}
