@@ -65,6 +65,7 @@ const OURS: &[(&str, &[&str])] = &[
             "map_codec",
             "mapping",
             "messages",
+            "points",
             "ports",
             "recorder",
             "runtime",
@@ -87,6 +88,7 @@ const OURS: &[(&str, &[&str])] = &[
 /// What the tests of a crate may see beyond that.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("factors", &["formats"]),
+    ("lockstep", &["mapping", "points"]),
     ("mapping", &["messages", "odometry", "sim"]),
     ("odometry", &["messages", "sim"]),
 ];

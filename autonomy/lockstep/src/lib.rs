@@ -11,6 +11,8 @@ mod day;
 #[cfg(test)]
 mod extend_tests;
 #[cfg(test)]
+mod foreign_tests;
+#[cfg(test)]
 mod localise_tests;
 #[cfg(test)]
 mod loops_tests;

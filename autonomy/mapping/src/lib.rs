@@ -5,7 +5,7 @@
 //! small cloud of every keyframe (about 34 kB in all) and finds loops in four steps: `scan_context` and `places` recognise,
 //! `candidates` chooses, `verify` registers, `consistency` decides. On known ground it ties the robot to old keyframes instead
 //! (`visits`). `charts` finds one finished map in another. `dynamics` tells people from the site.
-//! `docs/maths/loops.md` has the method and its numbers.
+//! `vantage` makes keyframes of clouds that no robot has walked. `docs/maths/loops.md` has the method and its numbers.
 
 pub mod candidates;
 mod charts;
@@ -13,6 +13,7 @@ pub mod clique;
 pub mod consistency;
 pub mod drift;
 pub mod dynamics;
+mod floors;
 mod loops;
 mod odometer;
 mod place;
@@ -25,6 +26,7 @@ pub mod submap;
 mod testing;
 mod trail;
 mod uncertain;
+pub mod vantage;
 mod verify;
 pub mod view;
 mod visits;

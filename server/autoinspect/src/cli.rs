@@ -1,7 +1,7 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{export, info, map, merge, optimise, replay, sim_record, trajectory, up};
+use crate::{export, import, info, map, merge, optimise, replay, sim_record, trajectory, up};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -33,6 +33,8 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
+    /// Make a map of somebody else's point cloud, for a robot to work by.
+    Import(import::ImportArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
     /// Say what a recording holds and what is missing, or what a saved map is.
@@ -73,6 +75,7 @@ impl Cli {
             Command::Map(args) => map::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::Export(args) => export::run(&args),
+            Command::Import(args) => import::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),

@@ -7,6 +7,7 @@ mod calibration;
 mod cli;
 mod export;
 mod failure;
+mod import;
 mod info;
 mod journal;
 mod map;

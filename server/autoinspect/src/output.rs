@@ -50,6 +50,17 @@ pub fn print_line(text: &str) {
     let _ = writeln!(out, "{text}").and_then(|()| out.flush());
 }
 
+/// A bar on standard error for something that is done from 0 to 1000; invisible when standard error is no terminal.
+pub fn share_bar(doing: &'static str) -> ProgressBar {
+    let bar = progress_bar(1e3);
+    bar.set_style(
+        ProgressStyle::with_template("{wide_bar} {percent} %  {msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar.set_message(doing);
+    bar
+}
+
 /// A bar on standard error for `total` seconds of recording; invisible when standard error is no terminal.
 pub fn progress_bar(total: f64) -> ProgressBar {
     let target = if io::stderr().is_terminal() {

@@ -255,7 +255,8 @@ impl<'a> PointTable<'a> {
     /// # Errors
     /// When one is missing.
     pub fn coordinates(&self) -> Result<[Vec<f64>; 3], FormatError> {
-        Ok([self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?].map(|field| self.column(field)))
+        Ok([self.coordinate("x")?, self.coordinate("y")?, self.coordinate("z")?]
+            .map(|field| self.column(field)))
     }
 
     /// Return strengths in sensor units; empty where there are none.

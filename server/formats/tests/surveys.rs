@@ -74,7 +74,8 @@ fn what_cannot_be_read_is_refused_at_once_with_a_sentence() {
         ("../trajectories/freiburg1_xyz-groundtruth.txt", "begins like no"),
     ] {
         let began = Instant::now();
-        let problem = survey::read(&folder.join(name), &mut |_| {}).map(|s| s.points()).unwrap_err().to_string();
+        let problem =
+            survey::read(&folder.join(name), &mut |_| {}).map(|s| s.points()).unwrap_err().to_string();
         eprintln!("{name}: {problem}");
         assert!(problem.contains(words) && !problem.contains('\n'), "{name}: {problem}");
         assert!(began.elapsed() < Duration::from_secs(2), "{name}");
@@ -84,7 +85,8 @@ fn what_cannot_be_read_is_refused_at_once_with_a_sentence() {
 #[test]
 fn far_coordinates_keep_their_millimetres() {
     let Some(folder) = folder() else { return };
-    let [las, laz, text] = ["1.2-with-color.las", "simple.laz", "1.2-with-color.ptx"].map(|name| read(&folder.join(name)));
+    let [las, laz, text] =
+        ["1.2-with-color.las", "simple.laz", "1.2-with-color.ptx"].map(|name| read(&folder.join(name)));
     assert!(las.offset[0] > 600_000.0 && las.offset == text.offset && las.offset == laz.offset);
     for (a, b) in las.stations[0].xyz.iter().zip(&text.stations[0].xyz) {
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3), "{a:?} {b:?}");

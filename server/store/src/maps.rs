@@ -1,7 +1,10 @@
 //! Map versions: immutable directories that appear whole or not at all.
 
 use crate::sessions::{cloud_name, remove_encoded};
-use crate::{MapFiles, MapFilesReport, SavedMap, Store, StoreError, files, write_map_files};
+use crate::{
+    MapFiles, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
+    write_map_files_of,
+};
 use api::{MapSummary, TileList};
 use geometry::{Isometry, isometry_from_pose};
 use messages::FinishedMap;
@@ -74,6 +77,41 @@ impl Store {
             }
             Err(error) => {
                 rename(&temporary.join("clouds"), &session)?;
+                files::remove_directory(&temporary)?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Adds a map that was made elsewhere: `prepare` puts its keyframes' clouds into `clouds/` in the folder that it is given, and
+    /// whatever else belongs to it; `points` (map frame) are for the tiles.
+    ///
+    /// # Errors
+    /// When the id is taken, `prepare` fails, or the disk does; nothing of it is left then.
+    pub fn add_map(
+        &self,
+        finished: &FinishedMap,
+        points: MapPoints,
+        prepare: impl FnOnce(&Path) -> Result<(), StoreError>,
+    ) -> Result<MapFilesReport, StoreError> {
+        let place = self.dir().map(finished.map);
+        if place.exists() {
+            return Err(StoreError::MapExists { id: finished.map });
+        }
+        let temporary = self.dir().maps().join(format!(".{}", finished.map));
+        files::remove_directory(&temporary)?;
+        files::make_directory(&temporary.join("clouds"))?;
+        let written = prepare(&temporary)
+            .and_then(|()| {
+                write_map_files_of(&temporary, &self.tiles(), finished, MapFiles::default(), points)
+            })
+            .and_then(|report| rename(&temporary, &place).map(|()| report));
+        match written {
+            Ok(report) => {
+                files::sync_directory(&self.dir().maps())?;
+                Ok(report)
+            }
+            Err(error) => {
                 files::remove_directory(&temporary)?;
                 Err(error)
             }

@@ -2,6 +2,7 @@
 
 mod core_process;
 mod fake_gateway;
+mod import;
 mod merge;
 mod offline;
 mod optimise;

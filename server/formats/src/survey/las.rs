@@ -135,9 +135,8 @@ impl Header {
             let bytes = &mut buffer[..batch as usize * self.point_size];
             next(bytes)?;
             for point in bytes.chunks_exact(self.point_size) {
-                let whole = |at: usize| {
-                    i32::from_le_bytes([point[at], point[at + 1], point[at + 2], point[at + 3]])
-                };
+                let whole =
+                    |at: usize| i32::from_le_bytes([point[at], point[at + 1], point[at + 2], point[at + 3]]);
                 let place = std::array::from_fn(|axis| {
                     f64::from(whole(4 * axis)) * self.scale[axis] + self.offset[axis]
                 });

@@ -142,7 +142,8 @@ fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
     let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
     let one = [dot(x, x), dot(y, y), dot(z, z), dot(cross, z)];
     let none = [dot(x, y), dot(y, z), dot(z, x)];
-    let right = one.iter().all(|value| (value - 1.0).abs() < SKEW) && none.iter().all(|value| value.abs() < SKEW);
+    let right =
+        one.iter().all(|value| (value - 1.0).abs() < SKEW) && none.iter().all(|value| value.abs() < SKEW);
     if !right {
         return None;
     }
@@ -189,7 +190,8 @@ mod tests {
     #[test]
     fn points_of_a_made_up_scanner_keep_their_precision() {
         let plain = "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
-        let survey = read_text(&[plain, "637012.241 849028.312 431.5 1\n637014.241 849028.312 432.5 1\n"].concat());
+        let survey =
+            read_text(&[plain, "637012.241 849028.312 431.5 1\n637014.241 849028.312 432.5 1\n"].concat());
         let survey = survey.unwrap();
         assert_eq!(survey.offset, [637_010.0, 849_030.0, 0.0]);
         assert_eq!(survey.stations[0].survey_from_station, None);
@@ -212,7 +214,13 @@ mod tests {
 
     #[test]
     fn every_rotation_comes_back() {
-        let turns = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.7, 0.1]];
+        let turns = [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [0.5, -0.5, 0.5, 0.5],
+            [0.1, 0.7, -0.7, 0.1],
+        ];
         for [w, x, y, z] in turns {
             let axis = |v: [f64; 3]| {
                 let (u, dot) = ([x, y, z], x * v[0] + y * v[1] + z * v[2]);

@@ -1,0 +1,384 @@
+//! `autoinspect import`: a point cloud of somebody else's as a map that a robot can work by.
+
+mod upright;
+
+use crate::failure::Failure;
+use crate::{map, output};
+use clap::Args;
+use formats::FormatError;
+use formats::survey::{self, Station, Survey};
+use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
+use mapping::vantage::{VantageOptions, Vantages, vantages};
+use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
+use points::Downsampler;
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Instant, UNIX_EPOCH};
+use store::{MapFiles, MapPoints, Store, StoreError, TileFiles, write_cloud, write_map_files_of};
+use upright::Up;
+use uuid::Uuid;
+use vocab::{KeyframeId, MapId, SessionId, Stamp};
+
+/// Keyframes' clouds are thinned to this, metres.
+const THINNED: f32 = 0.1;
+/// How well neighbouring places are known against each other: radians and metres.
+const SETTLED: (f64, f64) = (1e-3, 5e-3);
+
+/// Make a map of somebody else's point cloud, for a robot to work by.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "FILE is PCD, PLY, LAS, LAZ, E57 or PTX, told by how it begins; scans with poses become one cloud. Coordinates far from their
+origin are moved near it, and import.json beside the map says by how much. Which axis points up is found by where the floors are; --up
+says it. The map is what `autoinspect map` writes; its keyframes are places that a robot could stand at, with what it would see from there.
+
+EXAMPLES:
+  autoinspect import site.laz --data data          for the robot whose platform keeps its maps there; stop it first
+  autoinspect import site.laz --out m
+  autoinspect import building.e57 --out m --name \"Building 4\" --json
+  autoinspect import model.las --out m --up y"
+)]
+pub struct ImportArgs {
+    /// The file to read.
+    file: PathBuf,
+    /// Folder for the results; what an earlier run left there is replaced.
+    #[arg(long, required_unless_present = "data", conflicts_with = "data")]
+    out: Option<PathBuf>,
+    /// The data directory of a platform, whose maps this one joins.
+    #[arg(long, value_name = "DIR")]
+    data: Option<PathBuf>,
+    /// Name of the map; the file's if none is given.
+    #[arg(long)]
+    name: Option<String>,
+    /// Which axis of the file points up.
+    #[arg(long, value_enum, default_value = "auto", allow_hyphen_values = true)]
+    up: Up,
+    /// Places to stand at are so far apart, metres.
+    #[arg(long, default_value_t = 1.5, value_parser = spacing)]
+    spacing: f32,
+    /// How far down and up the robot's LiDAR sees, degrees from level.
+    #[arg(long, value_name = "DOWN,UP", default_value = "-16,15", value_parser = field, allow_hyphen_values = true)]
+    field_of_view: Field,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Degrees from level, ascending.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Field([f32; 2]);
+
+/// What was read and made of it.
+#[derive(Debug, Serialize)]
+struct Report {
+    file: PathBuf,
+    /// Where the map is.
+    out: PathBuf,
+    name: String,
+    /// Usable ones.
+    points: u64,
+    /// Directions in which nothing was hit, and coordinates that are no numbers.
+    unusable: u64,
+    /// Scans of the file.
+    scans: u64,
+    /// What was taken off the file's coordinates, metres.
+    offset: [f64; 3],
+    /// Axis of the file that is the map's z.
+    up: Up,
+    /// Of the map, metres.
+    bounds: [[f32; 3]; 2],
+    /// Places to stand at.
+    places: u64,
+    seconds: Seconds,
+}
+
+#[derive(Debug, Default, Serialize)]
+struct Seconds {
+    read: f64,
+    places: f64,
+    write: f64,
+}
+
+/// Runs `autoinspect import`.
+pub fn run(args: &ImportArgs) -> Result<(), Failure> {
+    let mut seconds = Seconds::default();
+    let began = Instant::now();
+    let bar = output::share_bar("reading");
+    let survey = survey::read(&args.file, &mut |share| bar.set_position((share * 1e3) as u64));
+    bar.finish_and_clear();
+    let survey = survey.map_err(|error| unreadable(&args.file, &error))?;
+    let mut report = Report::of(args, &survey);
+    if survey.points() == 0 {
+        return Err(Failure::usage(format!("{} holds no points", args.file.display())));
+    }
+    let mut points = gather(survey.stations);
+    seconds.read = began.elapsed().as_secs_f64();
+
+    let began = Instant::now();
+    let mut thinned = thin(&points);
+    report.up = args.up.found(&thinned.xyz);
+    report.up.turn(&mut points.xyz);
+    report.up.turn(&mut thinned.xyz);
+    report.bounds = bounds(&points.xyz);
+    let options = VantageOptions {
+        spacing: args.spacing,
+        field: args.field_of_view.0.map(f32::to_radians),
+        ..VantageOptions::default()
+    };
+    let bar = output::share_bar("looking about");
+    let found = vantages(&thinned.xyz, &options, &mut |share| bar.set_position((share * 1e3) as u64));
+    bar.finish_and_clear();
+    report.places = found.places.len() as u64;
+    seconds.places = began.elapsed().as_secs_f64();
+
+    let began = Instant::now();
+    let finished = finished(args, &report.name, &found, id(&thinned));
+    let prepare = |map: &Path| write_clouds(&map.join("clouds"), &finished, &found, &thinned, &options);
+    if let Some(data) = &args.data {
+        let store = Store::open(data).map_err(Failure::usage)?;
+        store.add_map(&finished, points, prepare).map_err(Failure::failed)?;
+        report.out = store.dir().map(finished.map);
+    } else {
+        map::prepare(&report.out)?;
+        prepare(&report.out).map_err(Failure::failed)?;
+        let tiles = TileFiles::new(report.out.join("tiles"));
+        write_map_files_of(&report.out, &tiles, &finished, MapFiles::default(), points)
+            .map_err(Failure::failed)?;
+    }
+    seconds.write = began.elapsed().as_secs_f64();
+    report.seconds = seconds;
+    for name in ["import.json", "summary.json"] {
+        write_json(&report.out.join(name), &report)?;
+    }
+    output::print_human(args.json, &describe(&report));
+    output::print_json(args.json, &report)
+}
+
+fn unreadable(file: &Path, error: &FormatError) -> Failure {
+    Failure::usage(format!("{}: {error}", file.display()))
+}
+
+impl Report {
+    fn of(args: &ImportArgs, survey: &Survey) -> Self {
+        Self {
+            file: args.file.clone(),
+            out: args.out.clone().unwrap_or_default(),
+            name: name_of(args),
+            points: survey.points() as u64,
+            unusable: survey.unusable as u64,
+            scans: survey.stations.len() as u64,
+            offset: survey.offset,
+            up: args.up,
+            bounds: [[0.0; 3]; 2],
+            places: 0,
+            seconds: Seconds::default(),
+        }
+    }
+}
+
+/// As asked for, or as the file is called.
+fn name_of(args: &ImportArgs) -> String {
+    let file = args.file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    args.name.clone().or(file).unwrap_or_else(|| "Map".to_owned())
+}
+
+/// All points in the survey's frame.
+fn gather(stations: Vec<Station>) -> MapPoints {
+    let mut all = MapPoints::default();
+    for Station { survey_from_station, mut xyz, mut intensity, .. } in stations {
+        if let Some(pose) = survey_from_station.as_ref().and_then(isometry_from_pose) {
+            for point in &mut xyz {
+                let placed = pose.rotation * Vector3::from(point.map(f64::from)) + pose.translation.vector;
+                *point = placed.map(|coordinate| coordinate as f32).into();
+            }
+        }
+        intensity.resize(xyz.len(), 0.0);
+        if all.xyz.is_empty() {
+            all = MapPoints { xyz, intensity };
+        } else {
+            all.xyz.append(&mut xyz);
+            all.intensity.append(&mut intensity);
+        }
+    }
+    all
+}
+
+fn thin(points: &MapPoints) -> MapPoints {
+    let mut centroids = Vec::new();
+    Downsampler::default().centroids(&points.xyz, &points.intensity, THINNED, &mut centroids);
+    MapPoints {
+        xyz: centroids.iter().map(|centroid| centroid.xyz).collect(),
+        // What is averaged along with the places.
+        intensity: centroids.iter().map(|centroid| centroid.time).collect(),
+    }
+}
+
+fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
+    let of = |pick: fn(f32, f32) -> f32| {
+        std::array::from_fn(|axis| xyz.iter().map(|point| point[axis]).reduce(pick).unwrap_or(0.0))
+    };
+    [of(f32::min), of(f32::max)]
+}
+
+/// The places as keyframes, and the ways between them.
+fn finished(args: &ImportArgs, name: &str, found: &Vantages, id: Uuid) -> FinishedMap {
+    let nodes = (0..).zip(&found.places).map(|(number, place)| GraphNode {
+        id: KeyframeId(number),
+        stamp: Stamp::EPOCH,
+        map_from_keyframe: pose_from_isometry(&place.map_from_base),
+    });
+    let mut information = [[0.0; 6]; 6];
+    for (index, row) in information.iter_mut().enumerate() {
+        row[index] = if index < 3 { SETTLED.0 } else { SETTLED.1 }.powi(-2);
+    }
+    let pose = |index: usize| found.places[index].map_from_base;
+    let edges = found.ways.iter().map(|&[from, to]| GraphEdge {
+        from: KeyframeId(from as u32),
+        to: KeyframeId(to as u32),
+        kind: EdgeKind::Odometry,
+        from_from_to: pose_from_isometry(&(pose(from).inverse() * pose(to))),
+        information,
+    });
+    FinishedMap {
+        map: MapId(id),
+        name: name.to_owned(),
+        session: SessionId(Uuid::nil()),
+        extends: None,
+        at: modified(&args.file),
+        distance: 0.0,
+        graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() }),
+        trajectory: Vec::new(),
+        degenerate: Vec::new(),
+        decisions: Vec::new(),
+        unverified: 0,
+        visits: VisitCounts::default(),
+    }
+}
+
+/// The same points give the same id (FNV-1a of their bits).
+fn id(points: &MapPoints) -> Uuid {
+    let bits = points.xyz.iter().flatten().map(|coordinate| coordinate.to_bits());
+    let mix = |sum: u128, bits: u32| (sum ^ u128::from(bits)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
+    Uuid::from_u128(bits.fold(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d, mix))
+}
+
+/// When the file was last written, or long ago.
+fn modified(file: &Path) -> Stamp {
+    let since = fs::metadata(file).and_then(|about| about.modified()).ok();
+    let since = since.and_then(|at| at.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
+    Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
+}
+
+fn write_clouds(
+    clouds: &Path,
+    finished: &FinishedMap,
+    found: &Vantages,
+    points: &MapPoints,
+    options: &VantageOptions,
+) -> Result<(), StoreError> {
+    for (node, place) in finished.graph.nodes.iter().zip(&found.places) {
+        let base = place.map_from_base.translation.vector.map(|coordinate| coordinate as f32);
+        let about = |index: &u32| {
+            let point = points.xyz[*index as usize];
+            std::array::from_fn(|axis| point[axis] - base[axis])
+        };
+        let cloud = Cloud {
+            xyz: place.seen.iter().map(about).collect(),
+            intensity: place.seen.iter().map(|index| points.intensity[*index as usize]).collect(),
+        };
+        let keyframe = Keyframe {
+            session: finished.session,
+            id: node.id,
+            stamp: node.stamp,
+            map_from_keyframe: node.map_from_keyframe,
+            cloud: Arc::new(cloud),
+            lidar: [0.0, 0.0, options.lidar_height],
+        };
+        write_cloud(clouds, &keyframe)?;
+    }
+    Ok(())
+}
+
+fn write_json(path: &Path, report: &Report) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
+    fs::write(path, text + "\n")
+        .map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+}
+
+fn describe(report: &Report) -> String {
+    let [min, max] = report.bounds;
+    let size: [f32; 3] = std::array::from_fn(|axis| max[axis] - min[axis]);
+    let mut lines = vec![format!(
+        "{} in {}: {} points of {} scan(s), {:.1} x {:.1} x {:.1} m, {} of the file points up",
+        report.name,
+        report.out.display(),
+        report.points,
+        report.scans,
+        size[0],
+        size[1],
+        size[2],
+        report.up
+    )];
+    if report.unusable > 0 {
+        lines.push(format!("{} points without a place were left out", report.unusable));
+    }
+    if report.offset != [0.0; 3] {
+        let [x, y, z] = report.offset;
+        lines.push(format!("{x:.0} {y:.0} {z:.0} m were taken off the coordinates"));
+    }
+    lines.push(match report.places {
+        0 => "no floor was found to stand on: it can be looked at, but no robot can work by it".to_owned(),
+        places => format!("{places} places to stand at"),
+    });
+    lines.join("\n")
+}
+
+fn spacing(text: &str) -> Result<f32, String> {
+    let metres: f32 = text.parse().map_err(|_| "a number of metres is expected".to_owned())?;
+    if (0.5..=20.0).contains(&metres) { Ok(metres) } else { Err("0.5 to 20 m are possible".into()) }
+}
+
+fn field(text: &str) -> Result<Field, String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
+    match numbers.as_slice() {
+        &[down, up] if (-90.0..up).contains(&down) && up <= 90.0 => Ok(Field([down, up])),
+        _ => Err("two angles are expected, the lower first, like -16,15".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vocab::{Pose, Quat, Vec3};
+
+    #[test]
+    fn scans_with_poses_become_one_cloud() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let turned = Pose {
+            position: Vec3::new(10.0, 0.0, 0.0),
+            orientation: Quat { w: half, x: 0.0, y: 0.0, z: half },
+        };
+        let station = |pose, intensity| Station {
+            name: None,
+            survey_from_station: pose,
+            xyz: vec![[1.0, 2.0, 3.0]],
+            intensity,
+        };
+        let all = gather(vec![station(None, vec![7.0]), station(Some(turned), Vec::new())]);
+        assert_eq!(all.intensity, [7.0, 0.0]);
+        let apart =
+            |point: [f32; 3], wanted: [f32; 3]| (0..3).any(|axis| (point[axis] - wanted[axis]).abs() > 1e-5);
+        assert!(!apart(all.xyz[0], [1.0, 2.0, 3.0]) && !apart(all.xyz[1], [8.0, 1.0, 3.0]), "{:?}", all.xyz);
+        assert_eq!(bounds(&all.xyz)[0], [1.0, 1.0, 3.0]);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        assert_eq!(field("-16,15"), Ok(Field([-16.0, 15.0])));
+        for text in ["", "1", "15,-16", "-100,0", "a,b", "0,NaN"] {
+            assert!(field(text).is_err(), "{text}");
+        }
+        assert!(spacing("0").is_err() && spacing("nan").is_err() && spacing("1.5") == Ok(1.5));
+    }
+}

@@ -1,0 +1,94 @@
+//! `autoinspect import`: a cloud of somebody else's as a map.
+
+use crate::program::{data, json, refused, text};
+use std::fmt::Write as _;
+use std::fs;
+
+/// A room of 8 by 6 m, 2.6 m high, with a table, far from its origin and y up, a point every 0.1 m.
+fn room() -> String {
+    let mut points = Vec::new();
+    let mut plane = |corner: [f64; 3], u: [f64; 3], v: [f64; 3], long: usize, high: usize| {
+        for i in 0..=long {
+            for j in 0..=high {
+                let (s, t) = (i as f64 / long as f64, j as f64 / high as f64);
+                let [x, y, z]: [f64; 3] =
+                    std::array::from_fn(|axis| corner[axis] + u[axis] * s + v[axis] * t);
+                points.push([x + 450_000.0, z, 5_400_000.0 - y]);
+            }
+        }
+    };
+    for z in [0.0, 2.6] {
+        plane([0.0, 0.0, z], [8.0, 0.0, 0.0], [0.0, 6.0, 0.0], 80, 60);
+    }
+    for y in [0.0, 6.0] {
+        plane([0.0, y, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 2.6], 80, 26);
+    }
+    for x in [0.0, 8.0] {
+        plane([x, 0.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 2.6], 60, 26);
+    }
+    plane([2.0, 4.0, 0.8], [1.4, 0.0, 0.0], [0.0, 0.8, 0.0], 14, 8);
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\nend_header\n",
+        points.len()
+    );
+    for [x, y, z] in points {
+        writeln!(text, "{x:.3} {y:.3} {z:.3}").expect("strings take everything");
+    }
+    text
+}
+
+#[test]
+fn a_cloud_becomes_a_map_like_any_other() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = |name: &str| dir.path().join(name);
+    fs::write(path("room.ply"), room()).expect("writable");
+    let [file, out, again, store] = ["room.ply", "m", "again", "data"].map(path);
+    let report = json(&["import", text(&file), "--out", text(&out)]);
+    assert_eq!((&report["up"], &report["name"], &report["scans"]), (&"y".into(), &"room".into(), &1.into()));
+    assert_eq!(report["offset"], serde_json::json!([450_000.0, 0.0, 5_400_000.0]));
+    let bounds = |corner: usize, axis: usize| report["bounds"][corner][axis].as_f64().expect("a number");
+    assert!((bounds(1, 2) - bounds(0, 2) - 2.6).abs() < 1e-3, "{report}");
+    let places = report["places"].as_u64().expect("a number");
+    assert!((8..60).contains(&places), "{report}");
+    // It is a map like any other, and the same file gives the same one.
+    let exported = json(&["export", text(&out), "--out", text(&path("room.laz"))]);
+    assert!(exported["points"].as_u64() > Some(1_000), "{exported}");
+    json(&["import", text(&file), "--out", text(&again)]);
+    let graph = |map: &std::path::Path| fs::read(map.join("graph.json")).expect("readable");
+    assert_eq!(graph(&out), graph(&again));
+    // Into a platform's data, once.
+    let added = json(&["import", text(&file), "--data", text(&store), "--name", "Room"]);
+    assert_eq!(added["name"], "Room");
+    assert!(fs::read_dir(store.join("maps")).expect("readable").count() == 1);
+    let taken = crate::program::run(&["import", text(&file), "--data", text(&store)]);
+    assert_eq!(taken.status.code(), Some(1), "{}", String::from_utf8_lossy(&taken.stderr));
+}
+
+#[test]
+fn what_is_no_cloud_is_refused_in_one_sentence() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let out = dir.path().join("m");
+    let write = |name: &str, bytes: &[u8]| {
+        let path = dir.path().join(name);
+        fs::write(&path, bytes).expect("writable");
+        path
+    };
+    let mut inputs = vec![
+        dir.path().join("missing.las"),
+        write("empty.las", b""),
+        write("short.las", b"LASF"),
+        write("words.ptx", b"these are words\n"),
+        write("none.e57", b"ASTM-E57"),
+    ];
+    if let Some(folder) = data("map-import") {
+        inputs.extend(["empty.e57", "malformed/corrupt_crc.e57"].map(|name| folder.join(name)));
+        inputs.push(folder.join("malformed/garbage_nVariableLength.las"));
+    }
+    for input in &inputs {
+        let complaint = refused(&["import", text(input), "--out", text(&out)]);
+        let sentences = complaint.lines().filter(|line| line.starts_with("error:")).count();
+        assert_eq!(sentences, 1, "{}: {complaint}", input.display());
+        assert!(!out.exists());
+    }
+    refused(&["import", text(&inputs[0])]);
+}
