@@ -20,7 +20,8 @@ const LOST_AFTER: Span = Span::from_millis(2_500);
 const FORGOTTEN: Span = Span::from_millis(1_000);
 /// Once something has spoken against the pose, or no scan has come for a while, it is believed again when nothing has for so long.
 const CONFIRMED_AFTER: Span = Span::from_millis(500);
-const GAP: Span = Span::from_millis(500);
+/// Slow LiDARs turn twice a second.
+const GAP: Span = Span::from_millis(800);
 /// Fewer points than this see nothing.
 const DARK: usize = 60;
 

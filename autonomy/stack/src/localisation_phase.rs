@@ -27,8 +27,8 @@ const OUT: f64 = 0.85;
 const MEAN_OF: f64 = 10.0;
 /// And not before so many.
 const SCANS: u32 = 5;
-/// Without a scan for so long the LiDAR sees nothing.
-const DARK_AFTER: Span = Span::from_millis(500);
+/// Without a scan for so long the LiDAR sees nothing: slow ones turn twice a second.
+const DARK_AFTER: Span = Span::from_millis(800);
 
 /// The phase and what it needs.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{export, import, info, map, merge, optimise, replay, sim_record, trajectory, up};
+use crate::{export, import, info, localise, map, merge, optimise, replay, sim_record, trajectory, up};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -29,6 +29,8 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
+    /// Say where a recorded robot was in a known map.
+    Localise(localise::LocaliseArgs),
     /// Join maps of one site: those of several walks, or of a part that was added.
     Merge(merge::MergeArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
@@ -73,6 +75,7 @@ impl Cli {
         match self.command {
             Command::Up(args) => up::run(&args),
             Command::Map(args) => map::run(&args),
+            Command::Localise(args) => localise::run(&args),
             Command::Merge(args) => merge::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),

@@ -10,6 +10,7 @@ mod failure;
 mod import;
 mod info;
 mod journal;
+mod localise;
 mod map;
 mod merge;
 mod optimise;
@@ -20,6 +21,7 @@ mod robot;
 mod sim_record;
 #[cfg(test)]
 mod test_data;
+mod ticks;
 mod trajectory;
 mod up;
 

@@ -11,8 +11,9 @@ use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, KnownMap, Severity};
 use stack::Stack;
+use std::path::Path;
 use std::sync::Arc;
-use store::{Store, StoreError, map_clouds_and_sensors};
+use store::{SavedMap, Store, StoreError, map_clouds_and_sensors};
 use vocab::{MapId, SessionId};
 
 /// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
@@ -174,7 +175,7 @@ impl Worker {
 
     /// Reads a saved map, and makes its clouds a session's that goes on from it, which the robot need not wait for.
     fn load(&self, job: u64, session: Option<SessionId>, map: MapId) {
-        let known = match self.known_map(map) {
+        let known = match known_map(&self.store.dir().map(map)) {
             Ok(known) => known,
             Err(error) => {
                 return self.done(job, JobResult::MapNotLoaded { map, reason: sentence(&error) });
@@ -190,16 +191,6 @@ impl Worker {
             );
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
-    }
-
-    fn known_map(&self, map: MapId) -> Result<KnownMap, StoreError> {
-        let saved = self.store.map(map)?;
-        let mut places = Vec::with_capacity(saved.poses.len());
-        for read in map_clouds_and_sensors(&saved.path)? {
-            let (cloud, lidar) = read?;
-            places.extend(stack::known_place(&cloud.map_from_keyframe, &cloud.xyz, lidar));
-        }
-        Ok(KnownMap { map, graph: saved.graph(), places })
     }
 
     fn list_maps(&self) {
@@ -226,4 +217,18 @@ impl Worker {
             tracing::warn!("files of session {session} are left over: {}", sentence(&error));
         }
     }
+}
+
+/// What the stack takes of a saved map in this folder.
+///
+/// # Errors
+/// When there is no such map, or it cannot be read.
+pub fn known_map(path: &Path) -> Result<KnownMap, StoreError> {
+    let saved = SavedMap::read(path)?;
+    let mut places = Vec::with_capacity(saved.poses.len());
+    for read in map_clouds_and_sensors(&saved.path)? {
+        let (cloud, lidar) = read?;
+        places.extend(stack::known_place(&cloud.map_from_keyframe, &cloud.xyz, lidar));
+    }
+    Ok(KnownMap { map: saved.summary.id, graph: saved.graph(), places })
 }

@@ -26,4 +26,5 @@ mod publisher;
 mod recording;
 
 pub use crate::core::{Core, CoreConfig, StartError};
+pub use jobs::known_map;
 pub use recording::RecordingTarget;

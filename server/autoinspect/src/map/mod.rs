@@ -15,9 +15,9 @@ use clap::Args;
 use messages::BootRecord;
 use offline::{Mapped, Offline};
 use ports::Journal;
-use reader::Reader;
+pub(crate) use reader::Reader;
 use recorder::{Recording, RecordingMeta, RecordingWriter, TopicSelection};
-use sources::SourceName;
+pub(crate) use sources::{SourceName, sources};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -75,15 +75,7 @@ pub struct MapArgs {
 /// Runs `autoinspect map`.
 pub fn run(args: &MapArgs) -> Result<(), Failure> {
     let start = Instant::now();
-    let mut topics = TopicSelection::default();
-    for choice in &args.topic {
-        topics.choose(choice).map_err(Failure::usage)?;
-    }
-    let recordings = args
-        .inputs
-        .iter()
-        .map(|path| Recording::open(path, &topics).map_err(Failure::usage))
-        .collect::<Result<Vec<_>, _>>()?;
+    let recordings = open(&args.inputs, &args.topic)?;
     let boot = boot(&recordings, args)?;
     let journal = args.journal.as_deref().map(|path| journal(path, &boot)).transpose()?;
     prepare(&args.out)?;
@@ -105,8 +97,17 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     output::print_json(args.json, &summary)
 }
 
+/// Opens recordings whose topics serve the purposes that were chosen for them.
+pub(crate) fn open(inputs: &[PathBuf], choices: &[String]) -> Result<Vec<Recording>, Failure> {
+    let mut topics = TopicSelection::default();
+    for choice in choices {
+        topics.choose(choice).map_err(Failure::usage)?;
+    }
+    inputs.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
+}
+
 fn boot(recordings: &[Recording], args: &MapArgs) -> Result<BootRecord, Failure> {
-    let sources = sources::sources(&args.sources);
+    let sources = sources(&args.sources);
     let mut boot = recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
     if let Some(path) = &args.calibration {
         Calibration::read(path)?.apply(&mut boot.mounting)?;

@@ -5,6 +5,7 @@ use super::reader::{Message, Reader};
 use crate::failure::Failure;
 use crate::output;
 use crate::process::thread_cpu_time;
+use crate::ticks::Ticks;
 use lockstep::Digest;
 use messages::{
     BootRecord, Command, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication, Sensor,
@@ -17,12 +18,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Span, Stamp};
+use vocab::{ClientId, CommandId, MapId, Stamp};
 
-/// As on the robot.
-const TICK: Span = Span::from_millis(50);
-/// A longer gap between messages is not filled with ticks.
-const GAP_MAX: Span = Span::from_millis(2_000);
 /// Complaints shown while running; all are counted.
 const COMPLAINTS_SHOWN: usize = 5;
 
@@ -55,7 +52,7 @@ pub struct Offline {
     journal: Option<Box<dyn Journal>>,
     digest: Digest,
     now: Option<Stamp>,
-    next_tick: Stamp,
+    ticks: Ticks,
     effects: Vec<Effect>,
     /// Started and not done.
     jobs: VecDeque<u64>,
@@ -90,7 +87,7 @@ impl Offline {
             journal,
             digest: Digest::default(),
             now: None,
-            next_tick: Stamp::EPOCH,
+            ticks: Ticks::default(),
             effects: Vec::new(),
             jobs: VecDeque::new(),
             mapped: Tally::default(),
@@ -112,7 +109,7 @@ impl Offline {
                 continue;
             };
             if let Some(boot) = boot.take() {
-                (self.now, self.next_tick, self.mapped.first) = (Some(at), at, Some(at));
+                (self.now, self.mapped.first) = (Some(at), Some(at));
                 self.feed(at, Input::Boot(Box::new(boot)))?;
             }
             self.sensor(at, sensor)?;
@@ -163,12 +160,7 @@ impl Offline {
     }
 
     fn sensor(&mut self, at: Stamp, sensor: Sensor) -> Result<(), Failure> {
-        if at - self.next_tick > GAP_MAX {
-            self.next_tick = at;
-        }
-        while self.next_tick <= at {
-            let tick = self.next_tick;
-            self.next_tick += TICK;
+        while let Some(tick) = self.ticks.before(at) {
             self.feed(tick, Input::Tick)?;
         }
         if let Sensor::Scan(scan) = &sensor {

@@ -1,0 +1,155 @@
+//! `autoinspect localise`: where a recorded robot was in a known map, through the very stack that runs on the robot.
+
+mod walk;
+
+use crate::calibration::Calibration;
+use crate::failure::Failure;
+use crate::map::{Reader, SourceName, open, sources};
+use crate::output;
+use crate::robot::boot_record;
+use clap::Args;
+use serde::Serialize;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use vocab::{Pose, Quat, Stamp, Vec3};
+use walk::Walk;
+
+/// Say where a recorded robot was in a known map.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "INPUT is what `autoinspect map` takes. Without --initial the robot finds itself by what it sees. FILE gets a line for every scan whose
+place is known: stamp, then the base in the map.
+
+EXAMPLES:
+  autoinspect localise monday.mcap --map m --out monday.tum
+  autoinspect localise monday.mcap --map m --out monday.tum --initial 2.5,-1,0,90 --json
+  autoinspect trajectory compare truth.tum monday.tum"
+)]
+pub struct LocaliseArgs {
+    /// Recordings or folders of scans, one after the other in time.
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// Folder of the map: what `autoinspect map`, `merge` or `import` wrote, or one of the folders in a data directory's maps/.
+    #[arg(long)]
+    map: PathBuf,
+    /// The trajectory to write, TUM.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Where the robot begins, to a metre and 20 degrees: the base in the map, metres, and its heading, degrees.
+    #[arg(long, value_name = "X,Y,Z,YAW", value_parser = initial, allow_hyphen_values = true)]
+    initial: Option<Initial>,
+    /// The robot finds itself by what it sees; so it does without --initial.
+    #[arg(long, conflicts_with = "initial")]
+    global: bool,
+    /// What odometry may use; LiDAR alone works.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
+    sources: Vec<SourceName>,
+    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
+    #[arg(long)]
+    topic: Vec<String>,
+    /// Where sensors sit, if the recording does not say; see `autoinspect map --help`.
+    #[arg(long)]
+    calibration: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where the robot begins, as told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Initial(Pose);
+
+/// How well it went.
+#[derive(Debug, Serialize)]
+struct Report {
+    out: PathBuf,
+    scans: u64,
+    /// Scans whose place is known.
+    localised: u64,
+    /// Of those, scans at which something spoke against it.
+    doubted: u64,
+    /// How often the place was lost.
+    lost: u64,
+    /// From the first scan until the place was known, seconds; none if it never was.
+    found_after: Option<f64>,
+    /// CPU time of the stack for each scan, odometry included, milliseconds.
+    ms_per_scan: f64,
+    ms_per_scan_p99: f64,
+    /// Of all questions where the robot may be.
+    ms_searching: f64,
+}
+
+/// Runs `autoinspect localise`.
+pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
+    let recordings = open(&args.inputs, &args.topic)?;
+    let known = runtime::known_map(&args.map).map_err(Failure::usage)?;
+    let sources = sources(&args.sources);
+    let mut boot = recordings.first().map(|first| boot_record(first, sources)).unwrap_or_default();
+    if let Some(path) = &args.calibration {
+        Calibration::read(path)?.apply(&mut boot.mounting)?;
+    }
+    let duration = recordings.iter().map(|recording| recording.info().duration).sum();
+    let walk = Walk::new(known, args.initial.map(|Initial(pose)| pose));
+    let walked = walk.run(boot, Reader::start(recordings)?, duration);
+    write(&args.out, &walked.trajectory)?;
+    let mut ms: Vec<f64> = walked.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();
+    ms.sort_by(f64::total_cmp);
+    let report = Report {
+        out: args.out.clone(),
+        scans: walked.scans,
+        localised: walked.trajectory.len() as u64,
+        doubted: walked.doubted,
+        lost: walked.lost,
+        found_after: walked.found_after,
+        ms_per_scan: ms.iter().sum::<f64>() / ms.len().max(1) as f64,
+        ms_per_scan_p99: ms.get(ms.len() * 99 / 100).copied().unwrap_or(0.0),
+        ms_searching: walked.search_time.as_secs_f64() * 1e3,
+    };
+    output::print_human(args.json, &describe(&report));
+    output::print_json(args.json, &report)?;
+    if report.localised == 0 {
+        return Err(Failure::failed(format!("the robot was not found in {}", args.map.display())));
+    }
+    Ok(())
+}
+
+fn write(path: &Path, trajectory: &[(Stamp, Pose)]) -> Result<(), Failure> {
+    let write = || {
+        let mut out = BufWriter::new(File::create(path)?);
+        formats::tum::write(&mut out, trajectory)?;
+        out.flush()
+    };
+    write().map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+}
+
+fn describe(report: &Report) -> String {
+    let found = match report.found_after {
+        Some(seconds) => format!("found after {seconds:.1} s"),
+        None => "not found".to_owned(),
+    };
+    format!(
+        "{}: {} of {} scans localised, {found}, in doubt at {}, lost {} time(s)\n{:.1} ms CPU a scan, 99th percentile {:.1} ms, {:.0} ms searching",
+        report.out.display(),
+        report.localised,
+        report.scans,
+        report.doubted,
+        report.lost,
+        report.ms_per_scan,
+        report.ms_per_scan_p99,
+        report.ms_searching
+    )
+}
+
+fn initial(text: &str) -> Result<Initial, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
+    let &[x, y, z, yaw] = numbers.as_slice() else {
+        return Err("X,Y,Z,YAW is expected: metres and degrees".to_owned());
+    };
+    if ![x, y, z, yaw].iter().all(|number| number.is_finite()) {
+        return Err("finite numbers are expected".to_owned());
+    }
+    let half = 0.5 * yaw.to_radians();
+    let orientation = Quat { w: half.cos(), x: 0.0, y: 0.0, z: half.sin() };
+    Ok(Initial(Pose { position: Vec3::new(x, y, z), orientation }))
+}

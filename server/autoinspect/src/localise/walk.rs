@@ -1,0 +1,169 @@
+//! The stack in a known map without a robot: boot record, the order to be localised, sensors, ticks, and the jobs it starts.
+
+use crate::map::Reader;
+use crate::output;
+use crate::process::thread_cpu_time;
+use crate::ticks::Ticks;
+use messages::{
+    BootRecord, Command, Effect, Input, Job, JobDone, JobResult, KnownMap, LocalisationState, Order,
+    Publication, Sensor, Severity,
+};
+use stack::{Stack, Work};
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+use uuid::Uuid;
+use vocab::{ClientId, CommandId, Pose, Stamp};
+
+/// A stack being fed.
+pub struct Walk {
+    stack: Stack,
+    known: Arc<KnownMap>,
+    initial: Option<Pose>,
+    now: Option<Stamp>,
+    ticks: Ticks,
+    effects: Vec<Effect>,
+    jobs: VecDeque<(u64, bool)>,
+    state: LocalisationState,
+    first_scan: Option<Stamp>,
+    since_scan: Duration,
+    walked: Walked,
+}
+
+/// What came out.
+#[derive(Debug, Default)]
+pub struct Walked {
+    pub scans: u64,
+    /// Base in the map at every scan whose place is known.
+    pub trajectory: Vec<(Stamp, Pose)>,
+    pub doubted: u64,
+    pub lost: u64,
+    /// From the first scan on, seconds.
+    pub found_after: Option<f64>,
+    /// CPU time of the stack from one scan to the next.
+    pub scan_seconds: Vec<f64>,
+    /// Finding out where the robot may be.
+    pub search_time: Duration,
+}
+
+impl Walk {
+    /// In a map, beginning where somebody says.
+    pub fn new(known: KnownMap, initial: Option<Pose>) -> Self {
+        Self {
+            stack: Stack::new(),
+            known: Arc::new(known),
+            initial,
+            now: None,
+            ticks: Ticks::default(),
+            effects: Vec::new(),
+            jobs: VecDeque::new(),
+            state: LocalisationState::Idle,
+            first_scan: None,
+            since_scan: Duration::ZERO,
+            walked: Walked::default(),
+        }
+    }
+
+    /// Feeds everything. `duration` (seconds) is for the progress bar.
+    pub fn run(mut self, boot: BootRecord, reader: Reader, duration: f64) -> Walked {
+        let bar = output::progress_bar(duration);
+        let (mut boot, mut first) = (Some(boot), None);
+        for message in &reader.messages {
+            let (at, sensor) = match message {
+                Ok(message) => message,
+                Err(error) => {
+                    output::remark(&error.to_string());
+                    continue;
+                }
+            };
+            let first = *first.get_or_insert(at);
+            if let Some(boot) = boot.take() {
+                self.begin(at, boot);
+            }
+            while let Some(tick) = self.ticks.before(at) {
+                self.feed(tick, Input::Tick);
+            }
+            if let Sensor::Scan(_) = &sensor {
+                self.walked.scans += 1;
+                self.first_scan.get_or_insert(at);
+            }
+            self.feed(at, Input::Sensor(sensor));
+            bar.set_position((at - first).secs_f64() as u64);
+        }
+        bar.finish_and_clear();
+        reader.finish();
+        self.walked
+    }
+
+    fn begin(&mut self, at: Stamp, boot: BootRecord) {
+        self.feed(at, Input::Boot(Box::new(boot)));
+        let by = ClientId(Uuid::from_u128(1));
+        let orders = [
+            Order::TakeControl { name: "autoinspect localise".to_owned() },
+            Order::Localise { map: self.known.map, at: self.initial },
+        ];
+        for (number, order) in (1..).zip(orders) {
+            let id = CommandId(Uuid::from_u128(number));
+            self.feed(at, Input::Command(Command { id, by, order }));
+        }
+    }
+
+    /// Steps, and then does the jobs that the stack has started: their results come before the next input.
+    fn feed(&mut self, at: Stamp, input: Input) {
+        self.step(at, input);
+        while let Some((job, reads)) = self.jobs.pop_front() {
+            let start = thread_cpu_time();
+            let result = if reads {
+                JobResult::MapLoaded(Arc::clone(&self.known))
+            } else {
+                self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run)
+            };
+            self.walked.search_time += thread_cpu_time() - start;
+            self.step(at, Input::JobDone(JobDone { job, result }));
+        }
+    }
+
+    fn step(&mut self, at: Stamp, input: Input) {
+        // The clock never goes back, also where two recordings overlap.
+        let at = self.now.map_or(at, |now| now.max(at));
+        self.now = Some(at);
+        let start = thread_cpu_time();
+        self.stack.step(at, input, &mut self.effects);
+        self.since_scan += thread_cpu_time() - start;
+        for effect in std::mem::take(&mut self.effects) {
+            self.obey(effect);
+        }
+    }
+
+    fn obey(&mut self, effect: Effect) {
+        match effect {
+            Effect::StartJob { job, work: Job::ReadMap(_) } => self.jobs.push_back((job, true)),
+            Effect::StartJob { job, work: Job::Relocalise(_) } => self.jobs.push_back((job, false)),
+            Effect::Publish(Publication::Localisation(state)) => self.turn(state),
+            Effect::Publish(Publication::Scan(scan)) => {
+                self.walked.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
+                if let LocalisationState::Localised { doubt, .. } = self.state {
+                    self.walked.doubted += u64::from(doubt.is_some());
+                    self.walked.trajectory.push((scan.stamp, scan.map_from_base));
+                }
+            }
+            Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
+                output::remark(&notice.text);
+            }
+            Effect::Answer { refused: Some(reason), .. } => output::remark(&reason),
+            _ => {}
+        }
+    }
+
+    fn turn(&mut self, state: LocalisationState) {
+        let known = |state: &LocalisationState| matches!(state, LocalisationState::Localised { .. });
+        if known(&self.state) && !known(&state) {
+            self.walked.lost += 1;
+        }
+        if known(&state) && self.walked.found_after.is_none() {
+            let waited = self.first_scan.zip(self.now).map(|(first, now)| (now - first).secs_f64());
+            self.walked.found_after = waited;
+        }
+        self.state = state;
+    }
+}

@@ -1,0 +1,47 @@
+//! The clock of a recording: the ticks that a robot's stack would have had between its messages.
+
+use vocab::{Span, Stamp};
+
+/// As on the robot.
+const TICK: Span = Span::from_millis(50);
+/// A longer gap between messages is not filled with ticks.
+const GAP_MAX: Span = Span::from_millis(2_000);
+
+/// Ticks before messages.
+#[derive(Debug, Default)]
+pub struct Ticks {
+    next: Option<Stamp>,
+}
+
+impl Ticks {
+    /// The next tick that comes before a message, or with it; none once all have come.
+    pub fn before(&mut self, message: Stamp) -> Option<Stamp> {
+        let next = self.next.filter(|next| message - *next <= GAP_MAX).unwrap_or(message);
+        self.next = Some(next);
+        if next > message {
+            return None;
+        }
+        self.next = Some(next + TICK);
+        Some(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_come_every_twentieth_of_a_second_and_gaps_have_none() {
+        let at = |millis: i64| Stamp::from_parts(100, 0) + Span::from_millis(millis);
+        let mut ticks = Ticks::default();
+        let mut all = |message: i64| {
+            std::iter::from_fn(|| ticks.before(at(message)))
+                .map(|tick| (tick - at(0)).nanos() / 1_000_000)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(all(0), [0]);
+        assert_eq!(all(40), [0; 0]);
+        assert_eq!(all(160), [50, 100, 150]);
+        assert_eq!(all(10_000), [10_000]);
+    }
+}
