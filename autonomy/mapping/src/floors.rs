@@ -2,9 +2,9 @@
 //!
 //! Columns of 0.2 m and layers of 0.1 m. A layer is ground if the next thing over it is 1.2 m higher or more and most neighbouring
 //! columns have ground at nearly the same height. Stairs are ground; tables and shelves are not, since what counts hangs together
-//! over some square metres.
+//! over some square metres. Nor are roofs and the upper sides of ceilings: ground with nothing over it, and other ground below.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Edge of a column and height of a layer, metres.
 pub(crate) const COLUMN: f32 = 0.2;
@@ -17,6 +17,9 @@ const NOISE: i32 = 1;
 const STEP: i32 = 2;
 /// Of eight neighbours, so many have to have ground.
 const NEIGHBOURS: usize = 6;
+/// A piece of ground of which such a share has nothing over it and other ground so many layers below it or more is a roof.
+const ROOF: f64 = 0.7;
+const STOREY: i32 = 15;
 /// Ground that hangs together over fewer columns is none: 4 m².
 const COLUMNS_MIN: usize = 100;
 
@@ -44,10 +47,11 @@ impl Floors {
         cells.sort_unstable();
         cells.dedup();
         let mut candidates: BTreeMap<(i32, i32), Vec<i32>> = BTreeMap::new();
+        let mut open = BTreeSet::new();
         for column in cells.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
             for (index, &(x, y, layer)) in column.iter().enumerate() {
                 let free = match column.get(index + 1) {
-                    None => true,
+                    None => open.insert((x, y, layer)),
                     Some(next) if next.2 - layer > NOISE => next.2 - layer > HEADROOM,
                     Some(_) => false,
                 };
@@ -58,7 +62,7 @@ impl Floors {
         }
         let candidates = Self { layers: candidates };
         let steady = candidates.feet().filter(|foot| candidates.around(*foot).count() >= NEIGHBOURS);
-        Self::of(steady.collect()).without_small()
+        Self::of(steady.collect()).without_small_and_roofs(&open)
     }
 
     fn of(feet: Vec<Foot>) -> Self {
@@ -100,17 +104,25 @@ impl Floors {
         self.pieces().iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    fn without_small(self) -> Self {
-        let pieces = self.pieces();
-        let mut feet: Vec<Foot> =
-            pieces.into_iter().filter(|piece| piece.len() >= COLUMNS_MIN).flatten().collect();
+    /// `open` are places with nothing over them.
+    fn without_small_and_roofs(self, open: &BTreeSet<Foot>) -> Self {
+        let mut pieces = self.pieces();
+        pieces.retain(|piece| piece.len() >= COLUMNS_MIN);
+        let below = |foot: &Foot| {
+            self.layers.get(&(foot.0, foot.1)).is_some_and(|layers| layers[0] <= foot.2 - STOREY)
+        };
+        pieces.retain(|piece| {
+            let roof = piece.iter().filter(|foot| open.contains(foot) && below(foot)).count();
+            (roof as f64) < ROOF * piece.len() as f64
+        });
+        let mut feet: Vec<Foot> = pieces.into_iter().flatten().collect();
         feet.sort_unstable();
         Self::of(feet)
     }
 
     /// What hangs together.
     fn pieces(&self) -> Vec<Vec<Foot>> {
-        let mut waiting: std::collections::BTreeSet<Foot> = self.feet().collect();
+        let mut waiting: BTreeSet<Foot> = self.feet().collect();
         let mut pieces = Vec::new();
         while let Some(first) = waiting.pop_first() {
             let (mut piece, mut queue) = (vec![first], VecDeque::from([first]));

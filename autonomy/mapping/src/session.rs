@@ -1,7 +1,7 @@
 //! One mapping session.
 
 use crate::Odometer;
-use geometry::{Isometry, Matrix6, Rotation, se3, so3};
+use geometry::{Isometry, Matrix6, Rotation, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
 /// Floor of the standard deviation of an odometry edge: rotation (rad) and translation (m). What a cell size of some
@@ -90,6 +90,8 @@ pub struct ScanPose {
     pub odom_from_base_at_scan: Isometry,
     /// Of `odom_from_base`, `[rotation; translation]`, growing along the walk.
     pub covariance: Matrix6,
+    /// What of it stretches left on which nothing was followed, the same for all scans after them.
+    pub guessed: Matrix6,
     /// Whether the LiDAR did not see some direction.
     pub degenerate: bool,
     /// Whether it saw nothing, or nothing that fits what was seen before: the pose is a guess then, and no waypoint.
@@ -123,8 +125,8 @@ pub struct Session {
     /// When the last scan was that saw, and metres walked without one since the last waypoint.
     last_scan: Option<Stamp>,
     unseen: f64,
-    /// The last waypoint in odometry's frame, with its covariance there.
-    last_waypoint: Option<(Isometry, Matrix6)>,
+    /// The last waypoint in odometry's frame, with its covariance there and what of it is a guess.
+    last_waypoint: Option<(Isometry, Matrix6, Matrix6)>,
     /// The keyframe with which the robot moves, and whether it is on known ground.
     anchor: KeyframeId,
     visiting: bool,
@@ -233,7 +235,7 @@ impl Session {
     /// The robot's place is known anew, see [`crate::Tie`]: what was walked since moves along, and nothing else does.
     /// Linear in that.
     pub fn tie(&mut self, since: Stamp, anchor: KeyframeId, anchor_from_waypoint: &Isometry) {
-        let (Some((odom_from_waypoint, _)), Some(node)) =
+        let (Some((odom_from_waypoint, ..)), Some(node)) =
             (self.last_waypoint, self.nodes.get(anchor.0 as usize))
         else {
             return;
@@ -339,7 +341,7 @@ impl Session {
     fn waypoint(&mut self, scan: &ScanPose) -> Option<Waypoint> {
         let step = match &self.last_waypoint {
             None => None,
-            Some((last, covariance)) => {
+            Some((last, covariance, guessed)) => {
                 let pose = unit(&(last.inverse() * scan.odom_from_base));
                 let moved = pose.translation.vector.norm() > self.policy.distance
                     || so3::log(&pose.rotation).norm() > self.policy.rotation;
@@ -347,11 +349,14 @@ impl Session {
                     return None;
                 }
                 let unseen = UNSEEN_SHARE * std::mem::take(&mut self.unseen);
-                let information = edge_information(covariance, &scan.covariance, &pose, unseen);
+                let followed = (covariance - guessed, scan.covariance - scan.guessed);
+                let on_top = (scan.guessed - guessed).diagonal().map(|variance| variance.max(0.0))
+                    + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 1.0) * (unseen * unseen);
+                let information = edge_information(&followed.0, &followed.1, &pose, &on_top);
                 Some(Step { pose, information })
             }
         };
-        self.last_waypoint = Some((scan.odom_from_base, scan.covariance));
+        self.last_waypoint = Some((scan.odom_from_base, scan.covariance, scan.guessed));
         let map_from_base = self.map_from_odom * scan.odom_from_base;
         Some(Waypoint { stamp: scan.stamp, map_from_base, step })
     }
@@ -397,8 +402,8 @@ pub fn unit(pose: &Isometry) -> Isometry {
 ///
 /// What the absolute covariance grew by, after moving the old one into the new frame; only the diagonal of that
 /// difference is kept and floored, because the difference of two estimates of a filter need not be positive definite. Where it
-/// shrank, the pose was corrected by about as much. `unseen` is a deviation in metres that comes on top.
-fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry, unseen: f64) -> Matrix6 {
+/// shrank, the pose was corrected by about as much. `on_top` are variances that are added.
+fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry, on_top: &Vector6) -> Matrix6 {
     let ad = se3::adjoint(&from_from_to.inverse());
     let growth = after - ad * before * ad.transpose();
     Matrix6::from_fn(|row, column| {
@@ -406,8 +411,7 @@ fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry, 
             return 0.0;
         }
         let floor = if row < 3 { EDGE_FLOOR.0 } else { EDGE_FLOOR.1 };
-        let on_top = if row < 3 { 0.0 } else { unseen * unseen };
-        let variance = growth[(row, row)].abs().max(floor * floor) + on_top;
+        let variance = growth[(row, row)].abs().max(floor * floor) + on_top[row];
         if variance.is_finite() { 1.0 / variance } else { 0.0 }
     })
 }

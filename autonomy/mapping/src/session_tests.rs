@@ -15,6 +15,7 @@ fn scan(stamp: Stamp, pose: &Isometry, degenerate: bool) -> ScanPose {
         scan_stamp: stamp,
         odom_from_base_at_scan: *pose,
         covariance: Matrix6::zeros(),
+        guessed: Matrix6::zeros(),
         degenerate,
         blind: false,
     }
@@ -123,11 +124,11 @@ fn loops_come_and_go() {
 fn edges_lose_information_where_the_filter_lost_certainty() {
     let mut grown = Matrix6::zeros();
     grown[(3, 3)] = 0.25;
-    let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0), 0.0);
+    let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0), &Vector6::zeros());
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
     assert!((information[(4, 4)] - 1.0 / (EDGE_FLOOR.1 * EDGE_FLOOR.1)).abs() < 1e-3);
     // And where it regained certainty, having found its place again.
-    let information = edge_information(&grown, &Matrix6::zeros(), &at(1.0, 0.0), 0.0);
+    let information = edge_information(&grown, &Matrix6::zeros(), &at(1.0, 0.0), &Vector6::zeros());
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
 }
 
@@ -158,6 +159,27 @@ fn scans_that_saw_nothing_are_no_keyframes_and_make_the_way_vague() {
     assert!((places[2] - 9.0).abs() < 1e-9);
     let vague = session.edges()[1].information[(4, 4)].powf(-0.5);
     assert!(vague > 0.03 * 6.5 && vague < 0.03 * 8.5, "{vague}");
+}
+
+#[test]
+fn a_guess_makes_one_edge_vague_and_no_other() {
+    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    let variances = Vector6::new(0.25, 0.25, 0.25, 25.0, 25.0, 25.0);
+    for index in 0..4_i64 {
+        let guessed = if index < 2 { Matrix6::zeros() } else { Matrix6::from_diagonal(&variances) };
+        let pose = at(2.0 * index as f64, 0.3 * index as f64);
+        let scan = scan(Stamp::from_nanos(index * 100_000_000), &pose, false);
+        session.add_scan(&ScanPose { covariance: guessed, guessed, ..scan });
+    }
+    let deviation = |edge: usize, row: usize| session.edges()[edge].information[(row, row)].powf(-0.5);
+    for row in 3..6 {
+        assert!(
+            (deviation(0, row) - EDGE_FLOOR.1).abs() < 1e-9
+                && (deviation(2, row) - EDGE_FLOOR.1).abs() < 1e-9
+        );
+        assert!((deviation(1, row) - 5.0).abs() < 1e-3);
+    }
+    assert!((deviation(1, 2) - 0.5).abs() < 1e-3 && (deviation(2, 2) - EDGE_FLOOR.0).abs() < 1e-9);
 }
 
 #[test]

@@ -87,8 +87,8 @@ pub fn upright(xyz: &[[f32; 3]]) -> Axis {
     }
 }
 
-/// Finds places to stand at in a thinned cloud (some 0.1 m between points, z up) and what is seen from each. Linear in places and in
-/// the points within reach of them; `progress` hears the share of places done.
+/// Finds places to stand at in a thinned cloud (some 0.1 m between points, z up) and what is seen from each: some thousands of points,
+/// all held at once. Linear in places times the points within reach; `progress` hears the share of places done.
 pub fn vantages(xyz: &[[f32; 3]], options: &VantageOptions, progress: &mut dyn FnMut(f64)) -> Vantages {
     let floors = Floors::find(xyz);
     let feet = spread(&floors, options.spacing);
@@ -137,16 +137,24 @@ fn distance(a: &Foot, b: &Foot) -> f32 {
 /// Neighbours with ground all the way between them.
 fn ways(floors: &Floors, feet: &[Foot], spacing: f32) -> Vec<[usize; 2]> {
     let reach = 2.0 * spacing;
+    let square = |foot: &Foot| [foot.0, foot.1].map(|c| (c as f32 * COLUMN / reach).floor() as i32);
+    let mut squares: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+    for (index, foot) in feet.iter().enumerate() {
+        squares.entry(square(foot)).or_default().push(index);
+    }
     let mut ways = Vec::new();
     for (first, a) in feet.iter().enumerate() {
-        // Places are sorted by x.
-        let ahead = feet.iter().enumerate().skip(first + 1);
-        for (second, b) in ahead.take_while(|(_, b)| (b.0 - a.0) as f32 * COLUMN <= reach) {
-            if distance(a, b) <= reach && floors.walkable(*a, *b) {
+        let [i, j] = square(a);
+        let near = (i - 1..=i + 1).flat_map(|i| (j - 1..=j + 1).map(move |j| [i, j]));
+        let others = near.filter_map(|at| squares.get(&at)).flatten().filter(|second| **second > first);
+        for &second in others {
+            let b = feet[second];
+            if distance(a, &b) <= reach && floors.walkable(*a, b) {
                 ways.push([first, second]);
             }
         }
     }
+    ways.sort_unstable();
     ways
 }
 

@@ -41,11 +41,10 @@ fn places_are_on_the_floor_and_ways_go_through_the_door() {
     assert_eq!(last, 1.0);
     let places: Vec<Vector3> =
         found.places.iter().map(|place| place.map_from_base.translation.vector).collect();
-    assert!((15..60).contains(&places.len()), "{}", places.len());
+    assert!((10..40).contains(&places.len()), "{}", places.len());
     for (place, seen) in places.iter().zip(&found.places) {
-        // The roof is ground as well; nothing else off the floor is.
-        let level = [0.55, 3.15].iter().any(|height| (place.z - height).abs() < 0.11);
-        assert!(level, "{place}");
+        // Neither the table nor the ceiling's upper side is ground.
+        assert!((place.z - 0.55).abs() < 0.11, "{place}");
         let on_table = place.z < 1.0 && (2.0..3.4).contains(&place.x) && (4.0..4.8).contains(&place.y);
         assert!(!on_table && seen.seen.len() > 100, "{place}: {}", seen.seen.len());
     }

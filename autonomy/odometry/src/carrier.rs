@@ -127,8 +127,8 @@ impl Carrier {
         self.time
     }
 
-    /// The present uncertainty of the pose as that of a guess, of a robot that sees nothing of what it saw before. Alike in all
-    /// directions, so that later turns do not seem to change it.
+    /// The present uncertainty of the pose as that of a guess, of a robot that sees nothing of what it saw before. It is added to later
+    /// covariances as it is, alike in all directions.
     pub fn guess(&self) -> Matrix6 {
         let pose = self.estimate().covariance;
         let widest = |first: usize| (first..first + 3).map(|i| pose[(i, i)]).fold(0.0, f64::max);
@@ -329,6 +329,7 @@ impl Carrier {
             velocity: self.body_from_base.rotation.inverse() * at_base,
             turn_rate,
             covariance: adjoint * pose * adjoint.transpose() + self.guessed,
+            guessed: self.guessed,
         }
     }
 }

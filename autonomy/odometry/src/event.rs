@@ -13,7 +13,7 @@ pub enum OdometryEvent {
     Pose(Box<PoseEvent>),
     /// The sweep of the pose before it, with the motion taken out.
     Scan(CorrectedScan),
-    /// Something is wrong with a sensor or its setup; each finding is told once.
+    /// Something is wrong with a sensor or its setup; each kind is told once, but for a lost way.
     Finding(Finding),
 }
 
@@ -43,6 +43,9 @@ pub struct Estimate {
     pub turn_rate: Vector3,
     /// Covariance of `odom_from_base`, `[rotation; translation]`, perturbed on the right.
     pub covariance: Matrix6,
+    /// What of it stretches left on which nothing was followed: the same for every pose after them, so no part of what the way
+    /// between two such poses is worth.
+    pub guessed: Matrix6,
 }
 
 /// The estimate after one scan.
@@ -59,6 +62,8 @@ pub struct PoseEvent {
     pub degenerate: [Option<Vector3>; 3],
     /// How registration went.
     pub registration: RegistrationReport,
+    /// Whether the LiDAR saw nothing, or nothing that fits what was seen before: other sources carry the whole pose.
+    pub blind: bool,
     /// Bias of the gyroscope, rad/s, IMU frame.
     pub gyro_bias: Vector3,
     /// Bias of the accelerometer, m/s², IMU frame.

@@ -97,7 +97,7 @@ impl LocalMap {
         for _ in 0..if first { 6 } else { 1 } {
             self.thin_once(xyz, out);
             // A blind scan says nothing about the next one.
-            if out.coarse.len() < MIN_POINTS {
+            if xyz.len() < MIN_POINTS {
                 break;
             }
             let ratio = out.coarse.len() as f32 / wanted as f32;

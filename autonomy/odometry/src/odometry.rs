@@ -24,6 +24,8 @@ const START_WINDOW: Span = Span::from_millis(1_000);
 const BACKLOG: Span = Span::from_millis(600);
 /// IMU and LiDAR stamps farther apart than this have no common clock.
 const CLOCKS_APART: Span = Span::from_millis(3_000);
+/// An IMU that has not spoken during so many scans has stopped.
+const QUIET: usize = 3;
 /// Scans that may wait; more mean that something is badly wrong, and the oldest goes ahead as it is.
 const WAITING_MAX: usize = 40;
 
@@ -39,13 +41,15 @@ pub struct Odometry {
     oldest: Option<Stamp>,
     /// `None` until started, and while it begins anew.
     tracker: Option<Tracker>,
-    /// Where the estimate begins.
+    /// Where the estimate begins, and whether it does for a second time or more.
     origin: Origin,
+    anew: bool,
     findings: Vec<FindingKind>,
     /// Consecutive scans whose clock has nothing to do with the IMU's.
     apart: usize,
-    /// Whether the IMU spoke since the last scan.
+    /// Whether the IMU spoke since the last scan, and scans since it spoke.
     imu_spoke: bool,
+    quiet: usize,
     kept: Vec<u32>,
 }
 
@@ -60,9 +64,11 @@ impl Odometry {
             oldest: None,
             tracker: None,
             origin: Origin::default(),
+            anew: false,
             findings: Vec::new(),
             apart: 0,
             imu_spoke: false,
+            quiet: 0,
             kept: Vec::new(),
         }
     }
@@ -136,6 +142,7 @@ impl Odometry {
         if !sweep.timed && !scan.xyz.is_empty() {
             self.find(checks::missing_times(), out);
         }
+        self.quiet = if self.imu_spoke { 0 } else { self.quiet + 1 };
         self.compare_clocks(&sweep, out);
         let end = sweep.end;
         self.scans.push_back(sweep);
@@ -158,6 +165,7 @@ impl Odometry {
                 velocity: Vector3::zeros(),
                 turn_rate: Vector3::zeros(),
                 covariance: geometry::Matrix6::identity() * 1e6,
+                guessed: self.origin.guessed,
             },
         }
     }
@@ -181,6 +189,9 @@ impl Odometry {
     /// Starts if possible, then takes every scan whose time has come.
     fn work(&mut self, last_call: bool, out: &mut Vec<OdometryEvent>) {
         if self.tracker.is_none() && !self.start(last_call, out) {
+            while self.scans.len() > WAITING_MAX {
+                self.scans.pop_front();
+            }
             return;
         }
         while self.scans.front().is_some_and(|sweep| last_call || self.is_covered(sweep)) {
@@ -192,7 +203,7 @@ impl Odometry {
                 self.find(finding, out);
             }
             if let Some(origin) = astray {
-                (self.origin, self.tracker) = (origin, None);
+                (self.origin, self.tracker, self.anew) = (origin, None, true);
                 self.oldest = self.newest;
                 if !self.start(last_call, out) {
                     return;
@@ -239,8 +250,9 @@ impl Odometry {
             return true;
         };
         let Some(imu_newest) = self.queues.imu.newest() else { return false };
-        let silent = newest - imu_newest;
-        if silent > START_WINDOW && silent < CLOCKS_APART {
+        // One that has stopped speaking is not waited for; one whose clock is another is another matter.
+        if self.quiet > QUIET && newest - imu_newest > CLOCKS_APART {
+            self.find(checks::silent("IMU", "Check its cable, power and driver."), out);
             self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start), out);
             return true;
         }
@@ -266,8 +278,20 @@ impl Odometry {
         for finding in checks::at_start(&bearing, &self.config.mounting) {
             self.find(finding, out);
         }
+        let begin = if self.anew && bearing.still { begin.max(since) } else { begin };
+        if self.anew {
+            self.forget_before(begin);
+        }
         self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, &self.origin, out));
         true
+    }
+
+    /// Drops what was said before the robot stood still: the estimate begins there, at rest.
+    fn forget_before(&mut self, begin: Stamp) {
+        self.queues.imu.forget_before(begin);
+        self.queues.legs.retain(|legs| legs.stamp >= begin);
+        self.queues.external.retain(|external| external.stamp >= begin);
+        self.scans.retain(|sweep| sweep.start >= begin);
     }
 
     /// Begins without an IMU, and without waiting for one any more.
@@ -308,9 +332,9 @@ impl Odometry {
         }
     }
 
-    /// Tells a finding, once for each kind.
+    /// Tells a finding, once for each kind; that the way was lost, every time.
     fn find(&mut self, finding: Finding, out: &mut Vec<OdometryEvent>) {
-        if !self.findings.contains(&finding.kind) {
+        if finding.kind == FindingKind::LostWay || !self.findings.contains(&finding.kind) {
             self.findings.push(finding.kind);
             out.push(OdometryEvent::Finding(finding));
         }

@@ -384,18 +384,18 @@ impl Tracker {
         if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
             return None;
         }
-        let filter = &self.carrier.filter;
-        let mut start = previous.map_or(filter.state, |fitted| fitted.state);
+        let mut start = previous.map_or(self.carrier.filter.state, |fitted| fitted.state);
         let dark = self.carrier.inertial
             && self.last_entered.is_some_and(|entered| sweep.end - entered.stamp > DARK);
         if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough && !dark) {
-            return Some(judged(self.map.fit(filter, start, &self.thinned, Prediction::Close)));
+            return Some(judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Close)));
         }
         let long_ago = self.last_scan.is_some_and(|last| sweep.end - last.stamp > LONG_AGO);
         let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
         if !(long_ago && previous.is_none()) {
-            let fitted = judged(self.map.fit(filter, start, &self.thinned, Prediction::Loose));
+            let fitted = judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Loose));
             let fits = self.recovery.fits(&self.map, &self.thinned, &fitted.state.odom_from_body);
+            let fits = fits && (!dark || self.is_believable(&fitted));
             if previous.is_some() || (fits && !fitted.report.rejected) {
                 return Some(fitted);
             }
@@ -407,18 +407,20 @@ impl Tracker {
             start.odom_from_body = found.map_from_body;
             searched |= found.searched;
         }
-        let mut fitted = judged(self.map.fit(filter, start, &self.thinned, Prediction::Loose));
+        let mut fitted = judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Loose));
         fitted.report.searched = searched;
-        if dark {
-            let found = &fitted.state.odom_from_body;
-            let fits = if self.carrier.filter.expects(found, EXPECTED) {
-                self.recovery.fits(&self.map, &self.thinned, found)
-            } else {
-                self.recovery.fits_well(&self.map, &self.thinned, found)
-            };
-            fitted.report.rejected |= !fits;
-        }
+        fitted.report.rejected |= dark && !self.is_believable(&fitted);
         Some(fitted)
+    }
+
+    /// Whether a scan after darkness fits as well as it has to where it was found.
+    fn is_believable(&mut self, fitted: &Fitted) -> bool {
+        let found = &fitted.state.odom_from_body;
+        if self.carrier.filter.expects(found, EXPECTED) {
+            self.recovery.fits(&self.map, &self.thinned, found)
+        } else {
+            self.recovery.fits_well(&self.map, &self.thinned, found)
+        }
     }
 
     /// Without inertial readings, makes the motion during the sweep the one that its points imply.
@@ -451,6 +453,7 @@ impl Tracker {
             odom_from_base_at_scan: odom_from_body_at_scan * carrier.body_from_base,
             degenerate,
             registration: outcome.report,
+            blind: outcome.report.rejected || self.thinned.coarse.len() < MIN_POINTS,
             gyro_bias: state.gyro_bias,
             accel_bias: state.accel_bias,
             leg_scale: state.leg_scale,

@@ -140,6 +140,7 @@ impl Running {
     fn digest(&mut self, at: Stamp, said: Vec<Said>, effects: &mut Vec<Effect>) {
         for one in said {
             match one {
+                Said::Begun => effects.extend(self.motion.forget_map().map(Effect::Drive)),
                 Said::Located(located) => self.located(at, located, effects),
                 Said::Found(finding) => {
                     self.tell(at, &finding, effects);
@@ -163,7 +164,7 @@ impl Running {
         let map_from_base = self.map_from_odom() * located.odom_from_base;
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
-        if self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
+        if !located.blind && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
             self.observed = Some(located.stamp);
             self.motion.observe(&located.odom_from_base, &located.cloud.xyz);
         }

@@ -19,6 +19,8 @@ pub(crate) struct Located {
     pub velocity: Twist,
     /// Of `odom_from_base`.
     pub covariance: Matrix6,
+    /// What of it is a guess, see [`odometry::Estimate::guessed`].
+    pub guessed: Matrix6,
     pub degenerate: [Option<Vector3>; 3],
     pub points_used: u32,
     /// Whether the LiDAR saw nothing, or nothing that fits what was seen before.
@@ -29,6 +31,8 @@ pub(crate) struct Located {
 
 /// What odometry said.
 pub(crate) enum Said {
+    /// It begins, or begins anew in a frame that has nothing to do with what was seen before.
+    Begun,
     Located(Box<Located>),
     Found(Finding),
 }
@@ -125,6 +129,7 @@ impl Localiser {
             odom_from_base: estimate.odom_from_base,
             velocity: twist(&estimate.velocity, &estimate.turn_rate),
             covariance: estimate.covariance,
+            guessed: estimate.guessed,
             ..last.clone()
         })
     }
@@ -132,7 +137,7 @@ impl Localiser {
     fn collect(&mut self, said: &mut Vec<Said>) {
         for event in self.events.drain(..) {
             match event {
-                OdometryEvent::Started(_) => {}
+                OdometryEvent::Started(_) => said.push(Said::Begun),
                 OdometryEvent::Pose(pose) => self.pending = Some(pose),
                 OdometryEvent::Scan(scan) => {
                     let Some(pose) = self.pending.take() else { continue };
@@ -147,9 +152,10 @@ impl Localiser {
                         odom_from_base_at_scan: pose.odom_from_base_at_scan,
                         velocity: twist(&pose.estimate.velocity, &pose.estimate.turn_rate),
                         covariance: pose.estimate.covariance,
+                        guessed: pose.estimate.guessed,
                         degenerate: pose.degenerate,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
-                        blind: pose.registration.rejected,
+                        blind: pose.blind,
                         cloud: Arc::new(cloud),
                     })));
                 }

@@ -419,6 +419,7 @@ impl MappingPhase {
             scan_stamp: located.scan_stamp,
             odom_from_base_at_scan: located.odom_from_base_at_scan,
             covariance: located.covariance,
+            guessed: located.guessed,
             degenerate: located.degenerate.iter().any(Option::is_some),
             blind: located.blind,
         })?;

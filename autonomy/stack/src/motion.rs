@@ -1,6 +1,7 @@
 //! What the robot is told to do with its legs: nothing, what a hand says, or walk to a point.
 //!
-//! Goals are points of the map; terrain and paths are kept in the odometry's frame, in which nothing ever jumps. When a loop
+//! Goals are points of the map; terrain and paths are kept in the odometry's frame, in which nothing jumps unless odometry begins anew:
+//! then all is forgotten. When a loop
 //! closure moves the map, the obstacles round the robot stay where they are, and the way to the goal is planned anew.
 
 use geometry::{Isometry, Vector3, vec_to_plain};

@@ -75,6 +75,7 @@ fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
             scan_stamp: keyframe.stamp,
             odom_from_base_at_scan: keyframe.odom_from_base,
             covariance: keyframe.covariance,
+            guessed: Matrix6::zeros(),
             degenerate: keyframe.degenerate,
             blind: false,
         });

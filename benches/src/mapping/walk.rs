@@ -144,8 +144,9 @@ impl Recorder {
             scan_stamp: pose.scan_stamp,
             odom_from_base_at_scan: pose.odom_from_base_at_scan,
             covariance: estimate.covariance,
+            guessed: estimate.guessed,
             degenerate,
-            blind: pose.registration.rejected,
+            blind: pose.blind,
         });
         if added.is_none() {
             return;

@@ -25,6 +25,9 @@ pub fn write_durably(
 }
 
 /// Writes a document as JSON and hands it to the disk.
+///
+/// # Errors
+/// When the disk does.
 pub fn write_json<T: Serialize>(path: &Path, document: &T) -> Result<(), StoreError> {
     let bytes = serde_json::to_vec_pretty(document)
         .map_err(|source| StoreError::Document { path: path.to_owned(), source })?;

@@ -17,6 +17,7 @@ mod sessions;
 mod tiles;
 
 pub use error::StoreError;
+pub use files::write_json;
 pub use map_clouds::{MapCloud, MapClouds, Wanted, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFiles, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;

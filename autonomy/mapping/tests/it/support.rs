@@ -84,8 +84,9 @@ impl Recorder {
                     scan_stamp: pose.scan_stamp,
                     odom_from_base_at_scan: pose.odom_from_base_at_scan,
                     covariance: estimate.covariance,
+                    guessed: estimate.guessed,
                     degenerate: pose.degenerate.iter().any(Option::is_some),
-                    blind: pose.registration.rejected,
+                    blind: pose.blind,
                 });
                 if added.is_some() {
                     self.keyframes.push(Keyframe {

@@ -25,6 +25,8 @@ use vocab::{KeyframeId, MapId, SessionId, Stamp};
 const THINNED: f32 = 0.1;
 /// How well neighbouring places are known against each other: radians and metres.
 const SETTLED: (f64, f64) = (1e-3, 5e-3);
+/// And places on pieces of ground that no way joins.
+const BRIDGED: (f64, f64) = (1e-2, 0.1);
 
 /// Make a map of somebody else's point cloud, for a robot to work by.
 #[derive(Args, Debug)]
@@ -72,9 +74,21 @@ struct Field([f32; 2]);
 /// What was read and made of it.
 #[derive(Debug, Serialize)]
 struct Report {
-    file: PathBuf,
     /// Where the map is.
     out: PathBuf,
+    #[serde(flatten)]
+    origin: Origin,
+    /// Of the map, metres.
+    bounds: [[f32; 3]; 2],
+    /// Places to stand at.
+    places: u64,
+    seconds: Seconds,
+}
+
+/// Where a map came from: kept beside it as import.json.
+#[derive(Debug, Serialize)]
+struct Origin {
+    file: PathBuf,
     name: String,
     /// Usable ones.
     points: u64,
@@ -86,11 +100,9 @@ struct Report {
     offset: [f64; 3],
     /// Axis of the file that is the map's z.
     up: Up,
-    /// Of the map, metres.
-    bounds: [[f32; 3]; 2],
-    /// Places to stand at.
-    places: u64,
-    seconds: Seconds,
+    /// How far places are apart, metres, and how far down and up is seen from them, degrees.
+    spacing: f32,
+    field_of_view: [f32; 2],
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -108,7 +120,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let survey = survey::read(&args.file, &mut |share| bar.set_position((share * 1e3) as u64));
     bar.finish_and_clear();
     let survey = survey.map_err(|error| unreadable(&args.file, &error))?;
-    let mut report = Report::of(args, &survey);
+    let mut origin = Origin::of(args, &survey);
     if survey.points() == 0 {
         return Err(Failure::usage(format!("{} holds no points", args.file.display())));
     }
@@ -117,10 +129,10 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
 
     let began = Instant::now();
     let mut thinned = thin(&points);
-    report.up = args.up.found(&thinned.xyz);
-    report.up.turn(&mut points.xyz);
-    report.up.turn(&mut thinned.xyz);
-    report.bounds = bounds(&points.xyz);
+    origin.up = args.up.found(&thinned.xyz);
+    origin.up.turn(&mut points.xyz);
+    origin.up.turn(&mut thinned.xyz);
+    let bounds = bounds(&points.xyz);
     let options = VantageOptions {
         spacing: args.spacing,
         field: args.field_of_view.0.map(f32::to_radians),
@@ -129,27 +141,31 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let bar = output::share_bar("looking about");
     let found = vantages(&thinned.xyz, &options, &mut |share| bar.set_position((share * 1e3) as u64));
     bar.finish_and_clear();
-    report.places = found.places.len() as u64;
     seconds.places = began.elapsed().as_secs_f64();
 
     let began = Instant::now();
-    let finished = finished(args, &report.name, &found, id(&thinned));
-    let prepare = |map: &Path| write_clouds(&map.join("clouds"), &finished, &found, &thinned, &options);
-    if let Some(data) = &args.data {
+    let finished = finished(&args.file, &origin, &found, id(&thinned, &options));
+    let prepare = |map: &Path| {
+        write_clouds(&map.join("clouds"), &finished, &found, &thinned, &options)?;
+        store::write_json(&map.join("import.json"), &origin)
+    };
+    let out = if let Some(data) = &args.data {
         let store = Store::open(data).map_err(Failure::usage)?;
         store.add_map(&finished, points, prepare).map_err(Failure::failed)?;
-        report.out = store.dir().map(finished.map);
+        store.dir().map(finished.map)
     } else {
-        map::prepare(&report.out)?;
-        prepare(&report.out).map_err(Failure::failed)?;
-        let tiles = TileFiles::new(report.out.join("tiles"));
-        write_map_files_of(&report.out, &tiles, &finished, MapFiles::default(), points)
-            .map_err(Failure::failed)?;
-    }
+        let out = args.out.clone().unwrap_or_default();
+        map::prepare(&out)?;
+        prepare(&out).map_err(Failure::failed)?;
+        let tiles = TileFiles::new(out.join("tiles"));
+        write_map_files_of(&out, &tiles, &finished, MapFiles::default(), points).map_err(Failure::failed)?;
+        out
+    };
     seconds.write = began.elapsed().as_secs_f64();
-    report.seconds = seconds;
-    for name in ["import.json", "summary.json"] {
-        write_json(&report.out.join(name), &report)?;
+    let places = found.places.len() as u64;
+    let report = Report { out, origin, bounds, places, seconds };
+    if args.data.is_none() {
+        store::write_json(&report.out.join("summary.json"), &report).map_err(Failure::failed)?;
     }
     output::print_human(args.json, &describe(&report));
     output::print_json(args.json, &report)
@@ -159,20 +175,18 @@ fn unreadable(file: &Path, error: &FormatError) -> Failure {
     Failure::usage(format!("{}: {error}", file.display()))
 }
 
-impl Report {
+impl Origin {
     fn of(args: &ImportArgs, survey: &Survey) -> Self {
         Self {
             file: args.file.clone(),
-            out: args.out.clone().unwrap_or_default(),
             name: name_of(args),
             points: survey.points() as u64,
             unusable: survey.unusable as u64,
             scans: survey.stations.len() as u64,
             offset: survey.offset,
             up: args.up,
-            bounds: [[0.0; 3]; 2],
-            places: 0,
-            seconds: Seconds::default(),
+            spacing: args.spacing,
+            field_of_view: args.field_of_view.0,
         }
     }
 }
@@ -222,32 +236,37 @@ fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
 }
 
 /// The places as keyframes, and the ways between them.
-fn finished(args: &ImportArgs, name: &str, found: &Vantages, id: Uuid) -> FinishedMap {
+fn finished(file: &Path, origin: &Origin, found: &Vantages, id: Uuid) -> FinishedMap {
     let nodes = (0..).zip(&found.places).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,
         map_from_keyframe: pose_from_isometry(&place.map_from_base),
     });
-    let mut information = [[0.0; 6]; 6];
-    for (index, row) in information.iter_mut().enumerate() {
-        row[index] = if index < 3 { SETTLED.0 } else { SETTLED.1 }.powi(-2);
-    }
-    let pose = |index: usize| found.places[index].map_from_base;
-    let edges = found.ways.iter().map(|&[from, to]| GraphEdge {
-        from: KeyframeId(from as u32),
-        to: KeyframeId(to as u32),
-        kind: EdgeKind::Odometry,
-        from_from_to: pose_from_isometry(&(pose(from).inverse() * pose(to))),
-        information,
-    });
+    let edge = |[from, to]: [usize; 2], (turn, place): (f64, f64)| {
+        let mut information = [[0.0; 6]; 6];
+        for (index, row) in information.iter_mut().enumerate() {
+            row[index] = if index < 3 { turn } else { place }.powi(-2);
+        }
+        let [a, b] = [from, to].map(|index| found.places[index].map_from_base);
+        GraphEdge {
+            from: KeyframeId(from as u32),
+            to: KeyframeId(to as u32),
+            kind: EdgeKind::Odometry,
+            from_from_to: pose_from_isometry(&(a.inverse() * b)),
+            information,
+        }
+    };
+    let ways = found.ways.iter().map(|way| edge(*way, SETTLED));
+    let bridges = bridges(found).into_iter().map(|bridge| edge(bridge, BRIDGED));
+    let edges: Vec<GraphEdge> = ways.chain(bridges).collect();
     FinishedMap {
         map: MapId(id),
-        name: name.to_owned(),
+        name: origin.name.clone(),
         session: SessionId(Uuid::nil()),
         extends: None,
-        at: modified(&args.file),
+        at: modified(file),
         distance: 0.0,
-        graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() }),
+        graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges }),
         trajectory: Vec::new(),
         degenerate: Vec::new(),
         decisions: Vec::new(),
@@ -256,9 +275,37 @@ fn finished(args: &ImportArgs, name: &str, found: &Vantages, id: Uuid) -> Finish
     }
 }
 
-/// The same points give the same id (FNV-1a of their bits).
-fn id(points: &MapPoints) -> Uuid {
-    let bits = points.xyz.iter().flatten().map(|coordinate| coordinate.to_bits());
+/// What joins pieces of ground that no way joins: one graph needs to be one piece.
+fn bridges(found: &Vantages) -> Vec<[usize; 2]> {
+    let mut neighbours = vec![Vec::new(); found.places.len()];
+    for &[a, b] in &found.ways {
+        neighbours[a].push(b);
+        neighbours[b].push(a);
+    }
+    let mut reached = vec![false; found.places.len()];
+    let mut bridges = Vec::new();
+    for first in 0..found.places.len() {
+        if reached[first] {
+            continue;
+        }
+        if first > 0 {
+            bridges.push([0, first]);
+        }
+        let mut waiting = vec![first];
+        while let Some(place) = waiting.pop() {
+            if !std::mem::replace(&mut reached[place], true) {
+                waiting.extend(&neighbours[place]);
+            }
+        }
+    }
+    bridges
+}
+
+/// The same points, looked at from the same places, give the same id (FNV-1a of their bits).
+fn id(points: &MapPoints, options: &VantageOptions) -> Uuid {
+    let [down, up] = options.field;
+    let places = [options.spacing, down, up];
+    let bits = points.xyz.iter().flatten().chain(&places).map(|number| number.to_bits());
     let mix = |sum: u128, bits: u32| (sum ^ u128::from(bits)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
     Uuid::from_u128(bits.fold(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d, mix))
 }
@@ -300,31 +347,25 @@ fn write_clouds(
     Ok(())
 }
 
-fn write_json(path: &Path, report: &Report) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
-    fs::write(path, text + "\n")
-        .map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
-}
-
 fn describe(report: &Report) -> String {
     let [min, max] = report.bounds;
     let size: [f32; 3] = std::array::from_fn(|axis| max[axis] - min[axis]);
     let mut lines = vec![format!(
         "{} in {}: {} points of {} scan(s), {:.1} x {:.1} x {:.1} m, {} of the file points up",
-        report.name,
+        report.origin.name,
         report.out.display(),
-        report.points,
-        report.scans,
+        report.origin.points,
+        report.origin.scans,
         size[0],
         size[1],
         size[2],
-        report.up
+        report.origin.up
     )];
-    if report.unusable > 0 {
-        lines.push(format!("{} points without a place were left out", report.unusable));
+    if report.origin.unusable > 0 {
+        lines.push(format!("{} points without a place were left out", report.origin.unusable));
     }
-    if report.offset != [0.0; 3] {
-        let [x, y, z] = report.offset;
+    if report.origin.offset != [0.0; 3] {
+        let [x, y, z] = report.origin.offset;
         lines.push(format!("{x:.0} {y:.0} {z:.0} m were taken off the coordinates"));
     }
     lines.push(match report.places {
@@ -340,9 +381,9 @@ fn spacing(text: &str) -> Result<f32, String> {
 }
 
 fn field(text: &str) -> Result<Field, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
-    match numbers.as_slice() {
-        &[down, up] if (-90.0..up).contains(&down) && up <= 90.0 => Ok(Field([down, up])),
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[down, up]) if (-90.0..up).contains(&down) && up <= 90.0 => Ok(Field([down, up])),
         _ => Err("two angles are expected, the lower first, like -16,15".into()),
     }
 }
@@ -376,7 +417,7 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused() {
         assert_eq!(field("-16,15"), Ok(Field([-16.0, 15.0])));
-        for text in ["", "1", "15,-16", "-100,0", "a,b", "0,NaN"] {
+        for text in ["", "1", "15,-16", "-100,0", "a,b", "0,NaN", "a,-16,15"] {
             assert!(field(text).is_err(), "{text}");
         }
         assert!(spacing("0").is_err() && spacing("nan").is_err() && spacing("1.5") == Ok(1.5));

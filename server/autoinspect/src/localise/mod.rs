@@ -39,9 +39,6 @@ pub struct LocaliseArgs {
     /// Where the robot begins, to a metre and 20 degrees: the base in the map, metres, and its heading, degrees.
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = initial, allow_hyphen_values = true)]
     initial: Option<Initial>,
-    /// The robot finds itself by what it sees; so it does without --initial.
-    #[arg(long, conflicts_with = "initial")]
-    global: bool,
     /// What odometry may use; LiDAR alone works.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
     sources: Vec<SourceName>,
@@ -142,8 +139,8 @@ fn describe(report: &Report) -> String {
 }
 
 fn initial(text: &str) -> Result<Initial, String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
-    let &[x, y, z, yaw] = numbers.as_slice() else {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    let Ok(&[x, y, z, yaw]) = numbers.as_deref() else {
         return Err("X,Y,Z,YAW is expected: metres and degrees".to_owned());
     };
     if ![x, y, z, yaw].iter().all(|number| number.is_finite()) {

@@ -2,7 +2,7 @@
 
 use super::{Centre, Gathered, Station, Survey, seen_from};
 use crate::{FormatError, legible};
-use ::e57::{CartesianCoordinate, E57Reader, PointCloud};
+use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -40,6 +40,13 @@ fn read_scan(
     unusable: &mut usize,
     done: &mut dyn FnMut(u64),
 ) -> Result<Station, FormatError> {
+    if scan.records > 0 && scan.prototype.iter().all(|record| is_constant(&record.data_type)) {
+        return Err(FormatError::Malformed {
+            what: "E57 file",
+            place: format!("scan '{}'", legible(scan.name.as_deref().unwrap_or("without a name"), 60)),
+            problem: "none of its values takes a single bit".into(),
+        });
+    }
     let pose = pose(scan);
     let mut points = reader.pointcloud_simple(scan).map_err(malformed)?;
     points.apply_pose(false);
@@ -69,6 +76,14 @@ fn read_scan(
         Some(pose) => Station { name, ..seen_from(&pose, &local, xyz, intensity, centre) },
         None => Station { name, survey_from_station: None, xyz, intensity },
     })
+}
+
+/// Whether values of this type take no room at all: then any number of them is in the file.
+fn is_constant(kind: &RecordDataType) -> bool {
+    match kind {
+        RecordDataType::Single { .. } | RecordDataType::Double { .. } => false,
+        RecordDataType::ScaledInteger { min, max, .. } | RecordDataType::Integer { min, max } => min >= max,
+    }
 }
 
 /// Where the scanner stood, if the file says so.

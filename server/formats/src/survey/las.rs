@@ -17,8 +17,8 @@ const HEADER: usize = 227;
 const HEADER_1_4: usize = 375;
 /// Before the bytes of a variable length record.
 const RECORD_HEADER: u64 = 54;
-/// Points decoded at a time.
-const BATCH: usize = 16_384;
+/// Bytes of points decoded at a time, or one point.
+const BATCH: usize = 1 << 20;
 /// The least that a point takes: coordinates, intensity, flags.
 const POINT: usize = 20;
 
@@ -48,6 +48,7 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
     let mut gathered = Gathered::new(&mut centre);
     if header.compressed {
         let vlr = laszip_record(&mut file, &header)?;
+        check_chunks(&mut file, &header, length)?;
         file.seek(SeekFrom::Start(header.points_at))?;
         let mut points = LasZipDecompressor::new(BufReader::new(file), vlr).map_err(compressed)?;
         header.each(&mut gathered, progress, |bytes| {
@@ -128,10 +129,11 @@ impl Header {
         progress: &mut dyn FnMut(f64),
         mut next: impl FnMut(&mut [u8]) -> Result<(), FormatError>,
     ) -> Result<(), FormatError> {
-        let mut buffer = vec![0; BATCH * self.point_size];
+        let most = (BATCH / self.point_size).max(1);
+        let mut buffer = vec![0; most * self.point_size];
         let mut done = 0;
         while done < self.count {
-            let batch = (self.count - done).min(BATCH as u64);
+            let batch = (self.count - done).min(most as u64);
             let bytes = &mut buffer[..batch as usize * self.point_size];
             next(bytes)?;
             for point in bytes.chunks_exact(self.point_size) {
@@ -171,6 +173,30 @@ fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError
         at += RECORD_HEADER + u64::from(length);
     }
     Err(FormatError::at_byte(WHAT, header.size, "nothing says how its points are compressed"))
+}
+
+/// The decoder makes room for as many chunks as the file says there are.
+fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), FormatError> {
+    let mut word = [0; 8];
+    file.seek(SeekFrom::Start(header.points_at))?;
+    file.read_exact(&mut word)?;
+    if i64::from_le_bytes(word) == -1 {
+        file.seek(SeekFrom::End(-8))?;
+        file.read_exact(&mut word)?;
+    }
+    // Points of the oldest kind have no table, and begin where its place would be.
+    let Ok(table) = u64::try_from(i64::from_le_bytes(word)) else { return Ok(()) };
+    if table > length.saturating_sub(8) {
+        return Ok(());
+    }
+    file.seek(SeekFrom::Start(table))?;
+    file.read_exact(&mut word)?;
+    let chunks = u64::from(u32::from_le_bytes([word[4], word[5], word[6], word[7]]));
+    if chunks > header.count.max(1).min(length) {
+        let problem = format!("{chunks} chunks of {} points are impossible", header.count);
+        return Err(FormatError::at_byte(WHAT, table + 4, problem));
+    }
+    Ok(())
 }
 
 fn compressed(error: laz::LasZipError) -> FormatError {

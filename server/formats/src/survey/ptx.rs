@@ -2,7 +2,7 @@
 
 use super::{Centre, Gathered, Survey, seen_from};
 use crate::FormatError;
-use std::io::BufRead;
+use std::io::{BufRead, Read};
 use vocab::{Pose, Quat, Vec3};
 
 const WHAT: &str = "PTX file";
@@ -10,6 +10,8 @@ const WHAT: &str = "PTX file";
 const HEAD: usize = 8;
 /// Progress is told every so many lines.
 const TELL_EVERY: usize = 1 << 14;
+/// No line of the format is longer, bytes.
+const LINE: u64 = 1024;
 
 /// Whether a file begins with two counts, and goes on with three numbers: nothing else does.
 pub(super) fn is_ptx(start: &[u8]) -> bool {
@@ -68,9 +70,16 @@ impl<R: BufRead> Lines<R> {
     /// The next line; none at the end.
     fn next(&mut self) -> Result<Option<&str>, FormatError> {
         self.line.clear();
-        let length = self.input.read_line(&mut self.line)?;
+        let length = self.input.by_ref().take(LINE).read_line(&mut self.line)?;
         self.read += length as u64;
         self.number += 1;
+        if length as u64 == LINE {
+            return Err(FormatError::at_line(
+                WHAT,
+                self.number,
+                "the line is longer than any of this format",
+            ));
+        }
         Ok((length > 0).then_some(self.line.trim()))
     }
 
@@ -80,13 +89,16 @@ impl<R: BufRead> Lines<R> {
 
     /// A number of columns or rows; none at the end of the file.
     fn count(&mut self) -> Result<Option<u32>, FormatError> {
-        let number = self.number + 1;
-        let Some(line) = self.next()? else { return Ok(None) };
-        if line.is_empty() {
-            return Ok(None);
+        loop {
+            let number = self.number + 1;
+            let Some(line) = self.next()? else { return Ok(None) };
+            // Some programs leave lines empty between scans.
+            if !line.is_empty() {
+                let problem =
+                    || FormatError::at_line(WHAT, number, "a count of columns or rows was expected");
+                return line.parse().map(Some).map_err(|_| problem());
+            }
         }
-        let problem = || FormatError::at_line(WHAT, number, "a count of columns or rows was expected");
-        line.parse().map(Some).map_err(|_| problem())
     }
 
     fn numbers<const N: usize>(&mut self) -> Result<[f64; N], FormatError> {
@@ -175,7 +187,7 @@ mod tests {
     #[test]
     fn scans_have_their_places_and_no_return_is_no_point() {
         let points = "1 2 3 0.5\n0 0 0 0.5\n4 5 6 0.25 1 2 3\n7 8 9 1\n";
-        let survey = read_text(&[QUARTER, points, QUARTER, points].concat()).unwrap();
+        let survey = read_text(&[QUARTER, points, "\n", QUARTER, points, "\n"].concat()).unwrap();
         assert_eq!((survey.stations.len(), survey.points(), survey.unusable), (2, 6, 2));
         let station = &survey.stations[1];
         assert_eq!(station.xyz[1], [4.0, 5.0, 6.0]);
@@ -206,6 +218,7 @@ mod tests {
             (QUARTER.replace("5 6 7\n0 1 0\n", "5 six 7\n0 1 0\n"), "line 3"),
             (format!("{QUARTER}1 2\n"), "line 11"),
             ("4000000000\n4000000000\n0 0 0\n".to_owned(), "cut off"),
+            (format!("{QUARTER}{}", "1".repeat(5_000)), "longer"),
         ] {
             let problem = read_text(&text).unwrap_err().to_string();
             assert!(problem.contains(words), "{problem}");
