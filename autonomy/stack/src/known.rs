@@ -32,7 +32,7 @@ impl Known {
     /// When its parts do not belong together; a sentence.
     pub fn read(plain: &KnownMap) -> Result<Self, String> {
         Self::of(plain).ok_or_else(|| {
-            "That map cannot be extended, because its keyframes, edges and clouds do not belong together. Make it again.".to_owned()
+            "That map cannot be used, because its keyframes, edges and clouds do not belong together. Make it again.".to_owned()
         })
     }
 

@@ -9,6 +9,7 @@ mod export;
 mod failure;
 mod import;
 mod info;
+mod inputs;
 mod journal;
 mod localise;
 mod map;
@@ -21,7 +22,6 @@ mod robot;
 mod sim_record;
 #[cfg(test)]
 mod test_data;
-mod ticks;
 mod trajectory;
 mod up;
 

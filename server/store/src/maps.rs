@@ -53,34 +53,17 @@ impl Store {
     /// # Errors
     /// When the id is taken, the session has no keyframes, or the disk fails.
     pub fn save_map(&self, finished: &FinishedMap) -> Result<MapFilesReport, StoreError> {
-        let place = self.dir().map(finished.map);
-        if place.exists() {
-            return Err(StoreError::MapExists { id: finished.map });
-        }
         let session = self.session(finished.session);
         if finished.graph.nodes.is_empty() || !session.exists() {
             return Err(StoreError::EmptySession { session: finished.session });
         }
-        let temporary = self.dir().maps().join(format!(".{}", finished.map));
-        files::remove_directory(&temporary)?;
-        files::make_directory(&temporary)?;
-        rename(&session, &temporary.join("clouds"))?;
+        let temporary = self.make_room(finished.map)?;
         let clouds = temporary.join("clouds");
+        rename(&session, &clouds)?;
         let written = remove_encoded(&clouds)
             .and_then(|()| self.with_what_it_extends(finished, &clouds))
-            .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFiles::default()))
-            .and_then(|report| rename(&temporary, &place).map(|()| report));
-        match written {
-            Ok(report) => {
-                files::sync_directory(&self.dir().maps())?;
-                Ok(report)
-            }
-            Err(error) => {
-                rename(&temporary.join("clouds"), &session)?;
-                files::remove_directory(&temporary)?;
-                Err(error)
-            }
-        }
+            .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFiles::default()));
+        self.publish(finished.map, written, || rename(&clouds, &session))
     }
 
     /// Adds a map that was made elsewhere: `prepare` puts its keyframes' clouds into `clouds/` in the folder that it is given, and
@@ -94,24 +77,45 @@ impl Store {
         points: MapPoints,
         prepare: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
-        let place = self.dir().map(finished.map);
-        if place.exists() {
-            return Err(StoreError::MapExists { id: finished.map });
+        let temporary = self.make_room(finished.map)?;
+        let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
+        let written = written.and_then(|()| {
+            write_map_files_of(&temporary, &self.tiles(), finished, MapFiles::default(), points)
+        });
+        self.publish(finished.map, written, || Ok(()))
+    }
+
+    /// Where a map is put together: an empty directory that is not listed.
+    fn make_room(&self, map: MapId) -> Result<PathBuf, StoreError> {
+        if self.dir().map(map).exists() {
+            return Err(StoreError::MapExists { id: map });
         }
-        let temporary = self.dir().maps().join(format!(".{}", finished.map));
+        let temporary = self.unlisted(map);
         files::remove_directory(&temporary)?;
-        files::make_directory(&temporary.join("clouds"))?;
-        let written = prepare(&temporary)
-            .and_then(|()| {
-                write_map_files_of(&temporary, &self.tiles(), finished, MapFiles::default(), points)
-            })
-            .and_then(|report| rename(&temporary, &place).map(|()| report));
-        match written {
+        files::make_directory(&temporary)?;
+        Ok(temporary)
+    }
+
+    fn unlisted(&self, map: MapId) -> PathBuf {
+        self.dir().maps().join(format!(".{map}"))
+    }
+
+    /// Lists a map that was written whole. Where it was not, `rescue` takes out of its directory what must not be lost, and the
+    /// rest is removed.
+    fn publish(
+        &self,
+        map: MapId,
+        written: Result<MapFilesReport, StoreError>,
+        rescue: impl FnOnce() -> Result<(), StoreError>,
+    ) -> Result<MapFilesReport, StoreError> {
+        let temporary = self.unlisted(map);
+        match written.and_then(|report| rename(&temporary, &self.dir().map(map)).map(|()| report)) {
             Ok(report) => {
                 files::sync_directory(&self.dir().maps())?;
                 Ok(report)
             }
             Err(error) => {
+                rescue()?;
                 files::remove_directory(&temporary)?;
                 Err(error)
             }

@@ -2,11 +2,9 @@
 
 mod walk;
 
-use crate::calibration::Calibration;
 use crate::failure::Failure;
-use crate::map::{Reader, SourceName, open, sources};
+use crate::inputs::{self, InputArgs, Reader};
 use crate::output;
-use crate::robot::boot_record;
 use clap::Args;
 use serde::Serialize;
 use std::fs::File;
@@ -27,9 +25,8 @@ EXAMPLES:
   autoinspect trajectory compare truth.tum monday.tum"
 )]
 pub struct LocaliseArgs {
-    /// Recordings or folders of scans, one after the other in time.
-    #[arg(required = true)]
-    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    inputs: InputArgs,
     /// Folder of the map: what `autoinspect map`, `merge` or `import` wrote, or one of the folders in a data directory's maps/.
     #[arg(long)]
     map: PathBuf,
@@ -39,15 +36,6 @@ pub struct LocaliseArgs {
     /// Where the robot begins, to a metre and 20 degrees: the base in the map, metres, and its heading, degrees.
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = initial, allow_hyphen_values = true)]
     initial: Option<Initial>,
-    /// What odometry may use; LiDAR alone works.
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
-    sources: Vec<SourceName>,
-    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
-    #[arg(long)]
-    topic: Vec<String>,
-    /// Where sensors sit, if the recording does not say; see `autoinspect map --help`.
-    #[arg(long)]
-    calibration: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -79,14 +67,9 @@ struct Report {
 
 /// Runs `autoinspect localise`.
 pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
-    let recordings = open(&args.inputs, &args.topic)?;
+    let recordings = args.inputs.open()?;
     let known = runtime::known_map(&args.map).map_err(Failure::usage)?;
-    let sources = sources(&args.sources);
-    let mut boot = recordings.first().map(|first| boot_record(first, sources)).unwrap_or_default();
-    if let Some(path) = &args.calibration {
-        Calibration::read(path)?.apply(&mut boot.mounting)?;
-    }
-    let duration = recordings.iter().map(|recording| recording.info().duration).sum();
+    let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
     let walk = Walk::new(known, args.initial.map(|Initial(pose)| pose));
     let walked = walk.run(boot, Reader::start(recordings)?, duration);
     write(&args.out, &walked.trajectory)?;

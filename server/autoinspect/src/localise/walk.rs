@@ -1,9 +1,8 @@
 //! The stack in a known map without a robot: boot record, the order to be localised, sensors, ticks, and the jobs it starts.
 
-use crate::map::Reader;
+use crate::inputs::{Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
-use crate::ticks::Ticks;
 use messages::{
     BootRecord, Command, Effect, Input, Job, JobDone, JobResult, KnownMap, LocalisationState, Order,
     Publication, Sensor, Severity,

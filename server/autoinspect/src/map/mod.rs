@@ -1,23 +1,18 @@
 //! `autoinspect map`: a map from recordings, through the very stack that runs on the robot, as fast as it goes.
 
 mod offline;
-mod reader;
-mod sources;
 mod summary;
 
-use crate::calibration::Calibration;
 use crate::failure::Failure;
+use crate::inputs::{self, InputArgs, Reader};
 use crate::journal::McapJournal;
 use crate::output;
 use crate::process;
-use crate::robot::boot_record;
 use clap::Args;
 use messages::BootRecord;
 use offline::{Mapped, Offline};
 use ports::Journal;
-pub(crate) use reader::Reader;
-use recorder::{Recording, RecordingMeta, RecordingWriter, TopicSelection};
-pub(crate) use sources::{SourceName, sources};
+use recorder::{RecordingMeta, RecordingWriter};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -42,22 +37,11 @@ EXAMPLES:
   autoinspect map bag/ --out m --topic lidar=/os_cloud_node/points"
 )]
 pub struct MapArgs {
-    /// Recordings or folders of scans, one after the other in time.
-    #[arg(required = true)]
-    inputs: Vec<PathBuf>,
+    #[command(flatten)]
+    inputs: InputArgs,
     /// Folder for the results; what an earlier run left there is replaced.
     #[arg(long)]
     out: PathBuf,
-    /// What odometry may use; LiDAR alone works.
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
-    sources: Vec<SourceName>,
-    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
-    #[arg(long)]
-    topic: Vec<String>,
-    /// Where sensors sit, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
-    /// each with translation_m and quaternion_xyzw, and standing_height_m.
-    #[arg(long)]
-    calibration: Option<PathBuf>,
     /// Leave loops open: the map is what the odometry alone makes of it.
     #[arg(long)]
     no_loops: bool,
@@ -75,13 +59,14 @@ pub struct MapArgs {
 /// Runs `autoinspect map`.
 pub fn run(args: &MapArgs) -> Result<(), Failure> {
     let start = Instant::now();
-    let recordings = open(&args.inputs, &args.topic)?;
-    let boot = boot(&recordings, args)?;
+    let recordings = args.inputs.open()?;
+    let mut boot = args.inputs.boot(&recordings)?;
+    (boot.start_mapping, boot.leave_loops_open) = (Some(SESSION), args.no_loops);
     let journal = args.journal.as_deref().map(|path| journal(path, &boot)).transpose()?;
     prepare(&args.out)?;
 
     process::reset_peak_memory();
-    let duration = recordings.iter().map(|recording| recording.info().duration).sum();
+    let duration = inputs::duration(&recordings);
     let offline = Offline::new(args.out.join("clouds"), journal);
     let mapped = offline.run(boot, Reader::start(recordings)?, args.name.clone(), duration)?;
     let mapping_memory = process::peak_memory();
@@ -95,26 +80,6 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     summary.write(&args.out.join("summary.json"))?;
     output::print_human(args.json, &summary.describe(&args.out));
     output::print_json(args.json, &summary)
-}
-
-/// Opens recordings whose topics serve the purposes that were chosen for them.
-pub(crate) fn open(inputs: &[PathBuf], choices: &[String]) -> Result<Vec<Recording>, Failure> {
-    let mut topics = TopicSelection::default();
-    for choice in choices {
-        topics.choose(choice).map_err(Failure::usage)?;
-    }
-    inputs.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
-}
-
-fn boot(recordings: &[Recording], args: &MapArgs) -> Result<BootRecord, Failure> {
-    let sources = sources(&args.sources);
-    let mut boot = recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
-    if let Some(path) = &args.calibration {
-        Calibration::read(path)?.apply(&mut boot.mounting)?;
-    }
-    boot.start_mapping = Some(SESSION);
-    boot.leave_loops_open = args.no_loops;
-    Ok(boot)
 }
 
 fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> {

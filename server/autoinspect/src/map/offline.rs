@@ -1,11 +1,10 @@
 //! The stack without a robot: boot record, sensors, ticks on the recording's clock, and at the end the order to save.
 
 use super::SESSION;
-use super::reader::{Message, Reader};
 use crate::failure::Failure;
+use crate::inputs::{Message, Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
-use crate::ticks::Ticks;
 use lockstep::Digest;
 use messages::{
     BootRecord, Command, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication, Sensor,

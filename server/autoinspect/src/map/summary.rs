@@ -102,7 +102,7 @@ impl Summary {
             distance_m: stretch.distance,
         });
         Self {
-            inputs: args.inputs.iter().map(|path| path.display().to_string()).collect(),
+            inputs: args.inputs.inputs.iter().map(|path| path.display().to_string()).collect(),
             duration_s,
             scans: mapped.scans,
             points: mapped.points,

@@ -1,0 +1,62 @@
+//! Recordings as commands without a robot take them: which, from what sensors, read ahead, and with the ticks of their own clock.
+
+mod reader;
+mod sources;
+mod ticks;
+
+pub use reader::{Message, Reader};
+pub use ticks::Ticks;
+
+use crate::calibration::Calibration;
+use crate::failure::Failure;
+use crate::robot::boot_record;
+use clap::Args;
+use messages::BootRecord;
+use recorder::{Recording, TopicSelection};
+use sources::SourceName;
+use std::path::PathBuf;
+
+/// What to read, and how it is to be understood.
+#[derive(Args, Debug)]
+pub struct InputArgs {
+    /// Recordings or folders of scans, one after the other in time.
+    #[arg(required = true)]
+    pub inputs: Vec<PathBuf>,
+    /// What odometry may use; LiDAR alone works.
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
+    sources: Vec<SourceName>,
+    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
+    #[arg(long)]
+    topic: Vec<String>,
+    /// Where sensors sit, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
+    /// each with translation_m and quaternion_xyzw, and standing_height_m.
+    #[arg(long)]
+    calibration: Option<PathBuf>,
+}
+
+impl InputArgs {
+    /// Opens the recordings, their topics serving the purposes that were chosen for them.
+    pub fn open(&self) -> Result<Vec<Recording>, Failure> {
+        let mut topics = TopicSelection::default();
+        for choice in &self.topic {
+            topics.choose(choice).map_err(Failure::usage)?;
+        }
+        self.inputs.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
+    }
+
+    /// What the stack is told first: sensors and where they sit, of the first recording.
+    pub fn boot(&self, recordings: &[Recording]) -> Result<BootRecord, Failure> {
+        let sources = sources::sources(&self.sources);
+        let mut boot =
+            recordings.first().map_or_else(BootRecord::default, |first| boot_record(first, sources));
+        if let Some(path) = &self.calibration {
+            Calibration::read(path)?.apply(&mut boot.mounting)?;
+        }
+        Ok(boot)
+    }
+}
+
+/// How long recordings are together, seconds.
+pub fn duration(recordings: &[Recording]) -> f64 {
+    recordings.iter().map(|recording| recording.info().duration).sum()
+}
