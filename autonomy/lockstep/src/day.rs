@@ -3,8 +3,8 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, Order, PoseGraph,
-    Publication,
+    Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, MotionState, Order,
+    PoseGraph, Publication,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -24,6 +24,7 @@ pub(crate) struct Day {
     /// Every state of mapping.
     pub(crate) states: Vec<MappingState>,
     pub(crate) localisation: LocalisationState,
+    pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
 }
@@ -49,6 +50,7 @@ impl Day {
             mapping: MappingState::Idle,
             states: Vec::new(),
             localisation: LocalisationState::Idle,
+            motion: MotionState::Idle,
             refusals: Vec::new(),
             finished: None,
         }
@@ -62,7 +64,9 @@ impl Day {
 
     pub(crate) fn run(&mut self, seconds: f64) {
         let until = self.lockstep.now() + Span::from_secs_f64(seconds);
-        let Self { lockstep, estimate, graph, mapping, states, localisation, refusals, finished, .. } = self;
+        let Self {
+            lockstep, estimate, graph, mapping, states, localisation, motion, refusals, finished, ..
+        } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
             Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
             Effect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
@@ -71,6 +75,7 @@ impl Day {
                 states.push(now.clone());
             }
             Effect::Publish(Publication::Localisation(now)) => *localisation = *now,
+            Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
             Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
             Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             _ => {}

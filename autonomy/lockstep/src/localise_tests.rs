@@ -2,7 +2,7 @@
 
 use crate::day::{Day, FIRST, first};
 use crate::replay;
-use messages::{LocalisationDoubt, LocalisationState, Order};
+use messages::{LocalisationDoubt, LocalisationState, MotionState, Order};
 use sim::{Fault, Start};
 use stack::Stack;
 use std::sync::Arc;
@@ -104,6 +104,69 @@ fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
     }
     let error = day.error(&origin);
     assert!(again.is_some(), "{:?}, {error} m", day.localisation);
+    assert_eq!(day.localisation, LOCALISED);
+}
+
+/// Runs until the robot has come to the end of a walk, or for so long.
+fn until_it_stands(day: &mut Day, seconds: u32) {
+    for _ in 0..seconds * 10 {
+        day.run(0.1);
+        if day.motion == MotionState::Idle {
+            return;
+        }
+    }
+}
+
+#[test]
+fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_help() {
+    let origin = first().2;
+    let mut day = another_day(at([29.0, 17.2], 3.0), 18);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    assert_eq!(day.localisation, LOCALISED);
+    let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
+    day.order(Order::WalkTo(goal));
+    day.run(2.0);
+    assert!(matches!(day.motion, MotionState::Walking { .. }), "{:?} {:?}", day.motion, day.refusals);
+    day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
+    day.run(10.0);
+    assert!(matches!(day.motion, MotionState::Waiting { .. }), "{:?}", day.motion);
+    for _ in 0..40 {
+        day.run(0.1);
+        if matches!(day.motion, MotionState::Looking { goal: Some(_) }) {
+            break;
+        }
+    }
+    day.order(Order::WalkTo(goal));
+    day.run(0.1);
+    assert_eq!(day.refusals.len(), 1, "it does not know where that is");
+    until_it_stands(&mut day, 90);
+    assert_eq!((day.motion.clone(), day.localisation), (MotionState::Idle, LOCALISED));
+    let place = day.true_place() - origin;
+    assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
+    let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), day.lockstep.digest().hex());
+}
+
+#[test]
+fn blinded_on_its_way_it_waits_and_goes_on() {
+    let origin = first().2;
+    let mut day = another_day(at([29.0, 17.2], 3.0), 19);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
+    day.order(Order::WalkTo(goal));
+    day.run(2.0);
+    let now = day.lockstep.simulator().elapsed();
+    day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
+    day.run(3.0);
+    let waits = day.true_place();
+    assert!(matches!(day.motion, MotionState::Waiting { .. }), "{:?}", day.motion);
+    day.run(16.5);
+    assert!((day.true_place() - waits).norm() < 0.1, "nobody knows what stands there");
+    until_it_stands(&mut day, 30);
+    let place = day.true_place() - origin;
+    assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
     assert_eq!(day.localisation, LOCALISED);
 }
 

@@ -49,28 +49,24 @@ impl std::error::Error for PlanError {}
 ///
 /// Cost grows with the number of cells nearer to the start than the goal is, at most [`MOST_CELLS`].
 pub fn plan(terrain: &Terrain, from: &Vector3, to: &Vector3) -> Result<Vec<Vector3>, PlanError> {
-    let mut search = Search { terrain, free: BTreeMap::new() };
+    let mut search = Search::new(terrain);
     let start = search.nearest_free(terrain.index(from.x, from.y)).ok_or(PlanError::StartBlocked)?;
     let goal = search.nearest_free(terrain.index(to.x, to.y)).ok_or(PlanError::GoalBlocked)?;
     let cells = search.run(start, goal)?;
-    let corners = search.straighten(&cells);
-    let mut path: Vec<Vector3> = corners
-        .iter()
-        .map(|&cell| {
-            let (x, y) = terrain.centre(cell);
-            Vector3::new(x, y, terrain.cell(cell).ground().unwrap_or(from.z))
-        })
-        .collect();
-    if let Some(first) = path.first_mut() {
-        *first = Vector3::new(from.x, from.y, first.z);
-    }
+    let mut path = search.path(from, &cells);
     if let Some(last) = path.last_mut().filter(|_| goal == terrain.index(to.x, to.y)) {
         *last = Vector3::new(to.x, to.y, last.z);
     }
     Ok(path)
 }
 
-struct Search<'a> {
+/// Neighbours of a cell.
+const AROUND: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
+
+/// Cheapest costs found so far, in cells, each with the cell that they came from.
+pub(crate) type Reached = BTreeMap<CellIndex, (f64, CellIndex)>;
+
+pub(crate) struct Search<'a> {
     terrain: &'a Terrain,
     /// Cost factor of the cells asked for so far; `None` where the robot cannot stand.
     free: BTreeMap<CellIndex, Option<f64>>,
@@ -97,8 +93,27 @@ impl PartialOrd for Open {
     }
 }
 
-impl Search<'_> {
-    fn factor(&mut self, cell: CellIndex) -> Option<f64> {
+impl<'a> Search<'a> {
+    pub(crate) fn new(terrain: &'a Terrain) -> Self {
+        Self { terrain, free: BTreeMap::new() }
+    }
+
+    /// The corners of a way over `cells`, the first at `from`.
+    pub(crate) fn path(&mut self, from: &Vector3, cells: &[CellIndex]) -> Vec<Vector3> {
+        let terrain = self.terrain;
+        let corner = |cell: CellIndex| {
+            let (x, y) = terrain.centre(cell);
+            Vector3::new(x, y, terrain.cell(cell).ground().unwrap_or(from.z))
+        };
+        let mut path: Vec<Vector3> = self.straighten(cells).into_iter().map(corner).collect();
+        if let Some(first) = path.first_mut() {
+            *first = Vector3::new(from.x, from.y, first.z);
+        }
+        path
+    }
+
+    /// How much more a cell costs than comfortable, known ground; none where the robot cannot stand.
+    pub(crate) fn factor(&mut self, cell: CellIndex) -> Option<f64> {
         if let Some(&known) = self.free.get(&cell) {
             return known;
         }
@@ -117,7 +132,7 @@ impl Search<'_> {
             .any(|(dx, dy)| self.terrain.cell(CellIndex { x: cell.x + dx, y: cell.y + dy }).is_obstacle())
     }
 
-    fn nearest_free(&mut self, cell: CellIndex) -> Option<CellIndex> {
+    pub(crate) fn nearest_free(&mut self, cell: CellIndex) -> Option<CellIndex> {
         let reach = (NUDGE / self.terrain.cell_size()).ceil() as i32;
         let mut candidates: Vec<(i32, CellIndex)> = (-reach..=reach)
             .flat_map(|dx| (-reach..=reach).map(move |dy| (dx, dy)))
@@ -141,7 +156,7 @@ impl Search<'_> {
             let (dx, dy) = (f64::from((cell.x - goal.x).abs()), f64::from((cell.y - goal.y).abs()));
             dx.max(dy) + (std::f64::consts::SQRT_2 - 1.0) * dx.min(dy)
         };
-        let mut best: BTreeMap<CellIndex, (f64, CellIndex)> = BTreeMap::from([(start, (0.0, start))]);
+        let mut best = Reached::from([(start, (0.0, start))]);
         let mut open = BinaryHeap::from([Open { estimate: heuristic(start), cell: start }]);
         let mut examined = 0;
         while let Some(Open { estimate, cell }) = open.pop() {
@@ -156,11 +171,9 @@ impl Search<'_> {
             if examined > MOST_CELLS {
                 return Err(PlanError::TooFar);
             }
-            for (dx, dy) in [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)] {
-                let next = CellIndex { x: cell.x + dx, y: cell.y + dy };
-                let Some(factor) = self.passable(cell, next) else { continue };
-                let length = if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
-                let next_cost = cost + length * factor;
+            for direction in AROUND {
+                let Some((next, length)) = self.step(cell, direction) else { continue };
+                let next_cost = cost + length;
                 if best.get(&next).is_none_or(|(known, _)| next_cost < *known) {
                     best.insert(next, (next_cost, cell));
                     open.push(Open { estimate: next_cost + heuristic(next), cell: next });
@@ -168,6 +181,34 @@ impl Search<'_> {
             }
         }
         Err(PlanError::NoWay)
+    }
+
+    /// The neighbour in a direction with what it costs to get there, cells.
+    pub(crate) fn step(&mut self, cell: CellIndex, (dx, dy): (i32, i32)) -> Option<(CellIndex, f64)> {
+        let next = CellIndex { x: cell.x + dx, y: cell.y + dy };
+        let factor = self.passable(cell, next)?;
+        let length = if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
+        Some((next, length * factor))
+    }
+
+    /// Everywhere that can be reached at a cost of `most` cells.
+    pub(crate) fn reach(&mut self, start: CellIndex, most: f64) -> Reached {
+        let mut best = Reached::from([(start, (0.0, start))]);
+        let mut open = BinaryHeap::from([Open { estimate: 0.0, cell: start }]);
+        while let Some(Open { estimate: cost, cell }) = open.pop() {
+            if cost > best[&cell].0 {
+                continue;
+            }
+            for direction in AROUND {
+                let Some((next, length)) = self.step(cell, direction) else { continue };
+                let cost = cost + length;
+                if cost <= most && best.get(&next).is_none_or(|(known, _)| cost < *known) {
+                    best.insert(next, (cost, cell));
+                    open.push(Open { estimate: cost, cell: next });
+                }
+            }
+        }
+        best
     }
 
     /// Leaves out corners that can be skipped without leaving comfortable, known ground.
@@ -209,7 +250,7 @@ impl Search<'_> {
     }
 }
 
-fn trace(best: &BTreeMap<CellIndex, (f64, CellIndex)>, start: CellIndex, goal: CellIndex) -> Vec<CellIndex> {
+pub(crate) fn trace(best: &Reached, start: CellIndex, goal: CellIndex) -> Vec<CellIndex> {
     let mut cells = vec![goal];
     let mut cell = goal;
     while cell != start {
@@ -222,4 +263,4 @@ fn trace(best: &BTreeMap<CellIndex, (f64, CellIndex)>, start: CellIndex, goal: C
 
 #[cfg(test)]
 #[path = "planner_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -8,7 +8,7 @@ use geometry::Isometry;
 const SIZE: f64 = 0.25;
 
 /// Draws the picture into a terrain by showing it the points a LiDAR would see there.
-fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
+pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
     let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
     let mut terrain = Terrain::new(SIZE, shape);
     let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());

@@ -140,7 +140,14 @@ impl Running {
     fn digest(&mut self, at: Stamp, said: Vec<Said>, effects: &mut Vec<Effect>) {
         for one in said {
             match one {
-                Said::Begun => effects.extend(self.motion.forget_map().map(Effect::Drive)),
+                Said::Begun => {
+                    // In a saved map, goals mean what they meant.
+                    let drive = match self.localisation.is_idle() {
+                        true => self.motion.forget_map(),
+                        false => self.motion.begin_anew(at),
+                    };
+                    effects.extend(drive.map(Effect::Drive));
+                }
                 Said::Located(located) => self.located(at, located, effects),
                 Said::Found(finding) => {
                     self.tell(at, &finding, effects);
@@ -166,7 +173,7 @@ impl Running {
         self.points_used = located.points_used;
         if !located.blind && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
             self.observed = Some(located.stamp);
-            self.motion.observe(&located.odom_from_base, &located.cloud.xyz);
+            self.motion.observe(at, &located.odom_from_base, &located.cloud.xyz);
         }
         publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
         publish(
@@ -224,17 +231,30 @@ impl Running {
         self.localisation.start_jobs(&mut self.jobs, effects);
     }
 
-    /// Says that the place in a saved map is known, or not any more. Where the robot went before means nothing then.
+    /// Says that the place in a saved map is known, or not any more.
     fn tell_turn(&mut self, at: Stamp, turn: Option<Turn>, effects: &mut Vec<Effect>) {
-        let (severity, text) = match turn {
-            Some(Turn::Found) => (Severity::Info, "The robot knows where it is in the map."),
-            Some(Turn::Lost) => (
-                Severity::Warning,
-                "The robot has lost its place in the map. It has stopped and looks for itself.",
-            ),
+        let (drive, severity, text) = match turn {
+            Some(Turn::Found) if self.motion.go_on(at, &self.frames(self.last.as_deref())) => {
+                let text = "The robot knows where it is in the map, and goes on.";
+                (None, Severity::Info, text)
+            }
+            Some(Turn::Found) => {
+                // Where the robot went before means nothing now.
+                (self.motion.forget_goal(), Severity::Info, "The robot knows where it is in the map.")
+            }
+            Some(Turn::Lost) => {
+                let drive = self.motion.lose_place(at);
+                let text = match drive {
+                    Some(_) => {
+                        "The robot has lost its place in the map. It has stopped, looks about, and goes on once it knows."
+                    }
+                    None => "The robot has lost its place in the map, and looks for itself.",
+                };
+                (drive, Severity::Warning, text)
+            }
             None => return,
         };
-        effects.extend(self.motion.forget_goal().map(Effect::Drive));
+        effects.extend(drive.map(Effect::Drive));
         effects.push(notice(at, severity, text.to_owned()));
     }
 
@@ -258,6 +278,10 @@ impl Running {
         self.localisation.tick(at);
         let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
         let frames = self.frames(predicted.as_deref());
+        if self.localisation.knows() {
+            // Odometry may have begun anew without the place having been lost.
+            self.motion.go_on(at, &frames);
+        }
         if let Some(drive) = self.motion.tick(at, &frames) {
             effects.push(Effect::Drive(drive));
         }
@@ -356,10 +380,17 @@ impl Running {
                 Ok(())
             }
             Order::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
+            Order::WalkTo(_) if self.localisation.is_looking() => {
+                Err("The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned())
+            }
             Order::WalkTo(goal) => {
                 let frames = self.frames(self.last.as_deref());
                 self.motion.walk_to(at, &frames, vec_from_plain(*goal))
             }
+            Order::LookAbout if !self.localisation.is_looking() => {
+                Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned())
+            }
+            Order::LookAbout => self.motion.look_about(at),
             Order::StopMotion => {
                 self.motion.stop(Some(command.by));
                 // At once, not at the next tick.

@@ -172,6 +172,21 @@ impl LocalisationPhase {
         self.map_from_odom = None;
     }
 
+    /// Whether no saved map is in use.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.phase, Phase::Idle)
+    }
+
+    /// Whether the place in a saved map is wanted and not known.
+    pub fn is_looking(&self) -> bool {
+        matches!(self.phase, Phase::Loading { .. } | Phase::Relocalising(_))
+    }
+
+    /// Whether the place in a saved map is known and nothing speaks against it.
+    pub fn knows(&self) -> bool {
+        matches!(&self.phase, Phase::Localised(state) if state.doubt.is_none())
+    }
+
     /// Where odometry's frame is in the map; none before the robot has found itself in one.
     pub fn map_from_odom(&self) -> Option<Isometry> {
         self.map_from_odom

@@ -21,6 +21,7 @@ pub fn order(order: Order) -> messages::Order {
         Order::ProposeLoop { from, to, guess } => messages::Order::ProposeLoop { from, to, guess },
         Order::Localise { map, at } => messages::Order::Localise { map, at },
         Order::LeaveMap => messages::Order::LeaveMap,
+        Order::LookAbout => messages::Order::LookAbout,
     }
 }
 
@@ -173,6 +174,8 @@ fn motion(state: MotionState) -> api::Motion {
         MotionState::Stopped { by } => api::Motion::Stopped { by },
         MotionState::Teleoperated => api::Motion::Teleoperated,
         MotionState::Walking { goal, path, remaining } => api::Motion::Walking { goal, path, remaining },
+        MotionState::Waiting { goal } => api::Motion::Waiting { goal },
+        MotionState::Looking { goal } => api::Motion::Looking { goal },
         MotionState::Blocked { goal, reason } => api::Motion::Blocked { goal, reason },
     }
 }

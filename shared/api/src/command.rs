@@ -71,6 +71,8 @@ pub enum Order {
     },
     /// Be in no map any more.
     LeaveMap,
+    /// Walk about a little, to find the place in the saved map.
+    LookAbout,
 }
 
 /// What became of a command.

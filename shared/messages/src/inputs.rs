@@ -143,6 +143,8 @@ pub enum Order {
     },
     /// Be in no map any more.
     LeaveMap,
+    /// Walk about a little, to find the place in the saved map.
+    LookAbout,
 }
 
 /// The result of a job, with its number.

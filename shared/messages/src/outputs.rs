@@ -341,6 +341,16 @@ pub enum MotionState {
         /// Metres to go.
         remaining: f64,
     },
+    /// On its way to a point, and standing because it sees nothing; goes on by itself.
+    Waiting {
+        /// Where to, map frame.
+        goal: Vec3,
+    },
+    /// Looking about to find its place in the map; goes on by itself once it knows.
+    Looking {
+        /// Where it goes then, map frame, if anywhere.
+        goal: Option<Vec3>,
+    },
     /// Could not go on; the reason is for people.
     Blocked {
         /// Where to, map frame.

@@ -160,7 +160,13 @@ impl Stage {
                 let path: Vec<DVec3> = path.iter().copied().map(vector).collect();
                 renderer.set_goal(Some(vector(*goal)), &path);
             }
-            api::Motion::Blocked { goal, .. } if live => renderer.set_goal(Some(vector(*goal)), &[]),
+            api::Motion::Blocked { goal, .. }
+            | api::Motion::Waiting { goal }
+            | api::Motion::Looking { goal: Some(goal) }
+                if live =>
+            {
+                renderer.set_goal(Some(vector(*goal)), &[]);
+            }
             _ => renderer.set_goal(None, &[]),
         }
         drop(renderer);

@@ -24,6 +24,8 @@ pub enum Command {
     UseMap(MapId),
     /// Be in no map any more.
     LeaveMap,
+    /// Walk about a little, to find the place in the map.
+    LookAbout,
     /// End mapping and save under this name.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.

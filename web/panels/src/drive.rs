@@ -170,7 +170,7 @@ fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut 
         }
         return;
     }
-    if matches!(model.motion(), Motion::Walking { .. }) {
+    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Looking { .. }) {
         if Button::new("Cancel walk").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
             out.push(Command::CancelWalk);
         }

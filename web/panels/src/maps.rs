@@ -4,7 +4,7 @@ use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{PanelState, icon, words};
-use api::{MapSummary, Mapping, Order};
+use api::{Localisation, MapSummary, Mapping, Motion, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, Ui};
 
@@ -90,6 +90,7 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
             out.push(Command::LeaveMap);
         }
         widgets::remark(ui, tokens, &words::localisation(&model.localisation));
+        look_about(ui, model, tokens, enabled, out);
         return;
     }
     let name = format!("Use {}", map.name);
@@ -99,6 +100,20 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
         out.push(Command::ViewMap(None));
     }
     widgets::remark(ui, tokens, "The robot finds itself in it and walks by it.");
+}
+
+/// A robot that does not find itself where it stands has to move.
+fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<Command>) {
+    let lost = matches!(model.localisation, Localisation::Relocalising { .. });
+    if !lost || matches!(model.motion(), Motion::Looking { .. }) {
+        return;
+    }
+    let enabled = enabled && !model.stopped();
+    let button = Button::new("Look about").icon(icon::ARROWS_OUT).enabled(enabled).wide(ui);
+    if button.show(ui, tokens).clicked() {
+        out.push(Command::LookAbout);
+    }
+    widgets::remark(ui, tokens, "Walks a few metres at a time, over free floor, until it knows its place.");
 }
 
 /// The map that is looked at grows.

@@ -154,6 +154,8 @@ pub fn motion(motion: Option<&Motion>) -> &'static str {
         Motion::Stopped { .. } => "Motion stopped",
         Motion::Teleoperated => "Driven by hand",
         Motion::Walking { .. } => "Walking",
+        Motion::Waiting { .. } => "Waiting to see",
+        Motion::Looking { .. } => "Looking about",
         Motion::Blocked { .. } => "Path blocked",
     }
 }
@@ -163,9 +165,11 @@ pub fn localisation(localisation: &Localisation) -> String {
     match localisation {
         Localisation::Idle => "In no map".to_owned(),
         Localisation::Loading { .. } => "Reading the map".to_owned(),
-        Localisation::Relocalising { places: 0, .. } => "Looking for itself; drive it a little".to_owned(),
+        Localisation::Relocalising { places: 0, .. } => "Looking for itself".to_owned(),
         Localisation::Relocalising { places: 1, .. } => "Looking whether it is there".to_owned(),
-        Localisation::Relocalising { places, .. } => format!("In one of {places} places; drive it a little"),
+        Localisation::Relocalising { places, .. } => {
+            format!("In one of {places} places: it has to move to tell which")
+        }
         Localisation::Localised { doubt: None, .. } => "Knows its place".to_owned(),
         Localisation::Localised { doubt: Some(doubt), .. } => match doubt {
             Doubt::Contradicted => "Unsure: what it sees is not what the map shows".to_owned(),

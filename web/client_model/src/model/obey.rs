@@ -24,6 +24,7 @@ impl Model {
                 self.order_in_control(Order::ExtendMap { session, map }, effects);
             }
             Command::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
+            Command::LookAbout => self.order_in_control(Order::LookAbout, effects),
             Command::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
             Command::FinishMapping { name } => {
                 let map = self.ids.map();
