@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::support::chromium::{Chromium, LAN_NAME};
-use crate::support::page::{At, Key, Page};
+use crate::support::page::{At, Control, Key, Page};
 use crate::support::server::Server;
 use crate::support::wait_for;
 
@@ -59,6 +59,8 @@ fn a_hall_is_mapped_saved_and_found_again() {
     page.screenshot().keep("saved-map-1440x900");
     extend(&mut page, "Test hall", "Larger hall");
     localise(&mut page, "Larger hall");
+    show_where_it_stands(&mut page, "Larger hall");
+    cover_the_lidar(&mut page);
 
     assert_eq!(page.complaints(), Vec::<String>::new());
     server.stop();
@@ -129,6 +131,48 @@ fn localise(page: &mut Page, map: &str) {
     });
     wait_for_drawn_map(page);
     page.screenshot().keep("localised-1440x900");
+}
+
+/// Shows on the saved map where the robot stands and looks, which is near its newest keyframe and ahead, and sees it snap.
+#[track_caller]
+fn show_where_it_stands(page: &mut Page, map: &str) {
+    page.click("button", "Map");
+    page.click("button", &format!("View {map}"));
+    page.click("button", "Top view");
+    let (newest, before) = wait_for("two keyframes on the screen", DRAW_LIMIT, || {
+        let mut keyframes: Vec<(u32, Control)> = page
+            .all("button")
+            .into_iter()
+            .filter_map(|(name, control)| Some((name.strip_prefix("Keyframe ")?.parse().ok()?, control)))
+            .collect();
+        keyframes.sort_by_key(|(number, _)| std::cmp::Reverse(*number));
+        let mut middles = keyframes.iter().filter_map(|(_, control)| page.middle(control));
+        Some((middles.next()?, middles.next()?))
+    });
+    page.click("button", "Show where it stands");
+    wait_for("the hint", DRAW_LIMIT, || page.find("button", "Cancel"));
+    page.press(newest);
+    let ahead = At { x: 4.0 * newest.x - 3.0 * before.x, y: 4.0 * newest.y - 3.0 * before.y };
+    page.drag_to(ahead);
+    page.screenshot().keep("showing-where-it-stands-1440x900");
+    page.release(ahead);
+    page.click("button", "Live");
+    wait_for("the place to snap", WALK_LIMIT, || {
+        (page.status("Localisation")? == "Knows its place").then_some(())
+    });
+}
+
+/// Covers the LiDAR of the simulated robot, and sees it say so and recover by itself.
+#[track_caller]
+fn cover_the_lidar(page: &mut Page) {
+    page.click("button", "Cover the LiDAR for 20 s");
+    wait_for("the robot to say that it sees nothing", WALK_LIMIT, || {
+        (page.status("Localisation")? == "Unsure: the LiDAR sees nothing").then_some(())
+    });
+    page.screenshot().keep("lidar-covered-1440x900");
+    wait_for("the robot to know its place again", WALK_LIMIT, || {
+        (page.status("Localisation")? == "Knows its place").then_some(())
+    });
 }
 
 /// Looks at the loops, begins to add one by hand, and goes back.

@@ -12,7 +12,7 @@ use crate::site::{Site, SiteName};
 use crate::{
     BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, IMU_HZ, TICK_NANOS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
-use geometry::{Isometry, RngTree, Rotation};
+use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
 use messages::{BootRecord, Drive, Mounting, Sensor, Sources};
 use nalgebra::Translation3;
 use std::collections::VecDeque;
@@ -25,6 +25,10 @@ const COMMAND_LIFE: Span = Span::from_millis(500);
 const BLOCKS_PER_BATTERY: i64 = 100;
 /// Truths kept for whoever asks: one minute.
 const TRUTHS_KEPT: usize = 6000;
+
+/// Places that somebody who carries the robot away looks at.
+const PLACES: i64 = 96;
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,6 +205,23 @@ impl Simulator {
         let to = [to.position.x, to.position.y, from[2] + wrapped(to.yaw - from[2])];
         let blocks = (takes.nanos() / BLOCK_NANOS).max(1);
         self.carried = Some(Carried { from, to, done: 0, blocks });
+    }
+
+    /// As [`Self::carry`], to wherever on the same floor there is room, 20 m away if there is and 6 m at least; nothing happens where there
+    /// is none.
+    pub fn carry_away(&mut self, takes: Span) {
+        let [x, y, yaw] = self.body.place();
+        let feet = vec_from_plain(self.truth().site_from_base.position).z - STANDING_HEIGHT;
+        let places = (0..PLACES).map(|number| {
+            // Round and round by the golden angle, ever nearer, from another direction each time.
+            let (sin, cos) = (GOLDEN_ANGLE * (self.blocks + number) as f64).sin_cos();
+            let away = 20.0 - 14.0 * number as f64 / PLACES as f64;
+            Vector3::new(x + away * cos, y + away * sin, feet)
+        });
+        if let Some(place) = { places }.find(|place| self.site.has_room(place)) {
+            let position = Vec3::new(place.x, place.y, place.z);
+            self.carry(Start { position, yaw: yaw + 2.0 }, takes);
+        }
     }
 
     /// Adds a fault; its times count from the start of the simulation, see [`Simulator::elapsed`].

@@ -15,9 +15,6 @@ use vocab::{Span, Vec3};
 
 /// A place counts as found within this: metres and radians.
 const RIGHT: (f64, f64) = (0.2, 0.052);
-/// The robot has so much room about it, metres, at so many heights over the floor.
-const ROOM: f64 = 0.45;
-const HEIGHTS: [f64; 3] = [0.25, 0.5, 0.75];
 /// It stands so near to a keyframe, metres, and in sight of it.
 const NEAR: f64 = 4.0;
 /// Draws for each place at most.
@@ -104,11 +101,7 @@ fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
         }
         let Some((down, _)) = known.site.cast(&over, &-Vector3::z(), 1.5) else { continue };
         let floor = over - Vector3::z() * down;
-        let clear = HEIGHTS.iter().all(|height| {
-            let middle = floor + Vector3::z() * *height;
-            known.site.distance(&middle, ROOM).is_none_or(|distance| distance >= ROOM.min(*height - 0.02))
-        });
-        if clear {
+        if known.site.has_room(&floor) {
             let position = Vec3::new(floor.x, floor.y, floor.z);
             return Some(Start { position, yaw: rng.range(0.0, std::f64::consts::TAU) });
         }

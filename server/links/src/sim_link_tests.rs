@@ -80,3 +80,30 @@ fn a_link_nobody_reads_from_can_still_be_dropped() {
     drop(link);
     assert_eq!(arrivals.iter().count(), crate::QUEUE_MAX);
 }
+
+#[test]
+fn a_lidar_that_is_covered_sees_nothing_for_as_long_as_it_is_and_a_robot_that_is_carried_is_elsewhere() {
+    let link = link();
+    let arrivals = link.arrivals();
+    let sees = |wanted: bool, seconds: i64| {
+        let mut until = None;
+        loop {
+            let arrival = next(&arrivals);
+            if arrival.at > *until.get_or_insert(arrival.at + Span::from_millis(1000 * seconds)) {
+                return false;
+            }
+            if let News::Sensor(Sensor::Scan(scan)) = arrival.news
+                && scan.xyz.is_empty() != wanted
+            {
+                return true;
+            }
+        }
+    };
+    assert!(sees(true, 10));
+    assert_eq!(link.cause(Mishap::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
+    assert!(sees(false, 60), "it is covered");
+    assert_eq!(link.cause(Mishap::End), Ok(()));
+    assert!(sees(true, 60), "and not any more");
+    assert_eq!(link.cause(Mishap::CarryAway), Ok(()));
+    assert!(sees(false, 60) && sees(true, 60), "it is covered on the way");
+}

@@ -10,4 +10,4 @@ mod robot_link;
 
 pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
-pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, News, RobotLink};
+pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, Mishap, News, RobotLink};

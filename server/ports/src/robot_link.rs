@@ -38,6 +38,23 @@ pub enum LinkError {
     Thread(#[source] std::io::Error),
 }
 
+/// What can go wrong with a simulated robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mishap {
+    /// The LiDAR is covered for so long, and sees nothing.
+    CoverLidar(Span),
+    /// The LiDAR says nothing for so long.
+    SilenceLidar(Span),
+    /// The IMU says nothing for so long.
+    SilenceImu(Span),
+    /// The feet slip for so long.
+    SlipFeet(Span),
+    /// Somebody carries the robot away, with its LiDAR covered, and puts it down elsewhere.
+    CarryAway,
+    /// All is well again.
+    End,
+}
+
 /// A robot, simulated or real. Dropping it stops the robot and ends its threads.
 pub trait RobotLink: Send {
     /// Who the robot is and where its sensors sit: the first input of the stack.
@@ -54,4 +71,12 @@ pub trait RobotLink: Send {
 
     /// Tells the robot how to move. Never blocks. Must be repeated: see [`DRIVE_TIMEOUT`].
     fn drive(&self, drive: Drive);
+
+    /// Lets something go wrong, if the robot is simulated. Never blocks.
+    ///
+    /// # Errors
+    /// One sentence that says why not.
+    fn cause(&self, _mishap: Mishap) -> Result<(), String> {
+        Err("This robot is a real one: nothing can be made to go wrong with it from here.".to_owned())
+    }
 }

@@ -11,11 +11,11 @@ use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crossbeam_channel::{Receiver, select};
 use messages::{Command, Effect, Input, JobDone, Publication};
-use ports::{Arrival, News, RobotLink};
+use ports::{Arrival, Mishap, News, RobotLink};
 use stack::Stack;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use vocab::{Span, Stamp};
+use vocab::{ClientId, CommandId, Span, Stamp};
 
 /// Time between ticks on the robot's clock.
 const TICK: Span = Span::from_millis(50);
@@ -24,12 +24,27 @@ const GAP_MAX: Span = Span::from_millis(2_000);
 /// After so long without an arrival, on this computer's clock, the loop ticks by itself.
 const SILENCE: Duration = Duration::from_millis(250);
 
+/// What a client asks for.
+pub enum Asked {
+    /// Of the stack.
+    Command(Command),
+    /// Of the simulator.
+    Mishap {
+        /// Made by the client.
+        id: CommandId,
+        /// Who asks.
+        by: ClientId,
+        /// What shall go wrong.
+        mishap: Mishap,
+    },
+}
+
 /// What the control loop listens to.
 pub struct Sources {
     /// From the robot.
     pub arrivals: Receiver<Arrival>,
     /// From clients. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
-    pub commands: Receiver<Command>,
+    pub commands: Receiver<Asked>,
     /// From the job thread.
     pub finished: Receiver<JobDone>,
     /// Disconnected when it is time to end.
@@ -87,8 +102,10 @@ impl Running {
                     // The link has ended; commands and jobs go on, and so does time.
                     Err(_) => arrivals = &silent,
                 },
-                recv(sources.commands) -> command => if let Ok(command) = command {
-                    self.feed(Input::Command(command));
+                recv(sources.commands) -> asked => match asked {
+                    Ok(Asked::Command(command)) => self.feed(Input::Command(command)),
+                    Ok(Asked::Mishap { id, by, mishap }) => self.cause(id, by, mishap),
+                    Err(_) => {}
                 },
                 recv(sources.finished) -> done => if let Ok(done) = done {
                     self.feed(Input::JobDone(done));
@@ -121,6 +138,16 @@ impl Running {
         self.now = self.now.max(at);
     }
 
+    /// Lets something go wrong in the simulation, and tells everybody: nobody shall take it for a real fault.
+    fn cause(&mut self, id: CommandId, by: ClientId, mishap: Mishap) {
+        let refused = self.parts.link.cause(mishap).err();
+        if refused.is_none() {
+            let severity = messages::Severity::Info;
+            self.parts.mailbox.notice(self.now, severity, format!("Simulated: {}.", told(mishap)));
+        }
+        self.parts.board.answer(id, by, refused);
+    }
+
     /// Records one input, steps the stack with it, and does what the stack wants done.
     fn feed(&mut self, input: Input) {
         self.parts.clock.set(self.now);
@@ -145,6 +172,18 @@ impl ControlLoop {
             }
             Effect::Answer { id, to, refused } => self.board.answer(id, to, refused),
         }
+    }
+}
+
+fn told(mishap: Mishap) -> String {
+    let seconds = |span: Span| format!("{:.0} s", span.secs_f64());
+    match mishap {
+        Mishap::CoverLidar(span) => format!("the LiDAR is covered for {}", seconds(span)),
+        Mishap::SilenceLidar(span) => format!("the LiDAR is cut off for {}", seconds(span)),
+        Mishap::SilenceImu(span) => format!("the IMU is cut off for {}", seconds(span)),
+        Mishap::SlipFeet(span) => format!("the feet slip for {}", seconds(span)),
+        Mishap::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
+        Mishap::End => "all is well again".to_owned(),
     }
 }
 

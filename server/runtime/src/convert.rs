@@ -2,10 +2,16 @@
 
 use api::{Event, LoopsChanged, Order};
 use messages::{EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, Publication};
+use ports::Mishap;
+use vocab::Span;
 
-/// A client's order for the stack.
-pub fn order(order: Order) -> messages::Order {
-    match order {
+/// A client's order for the stack; or what it wants to happen to a simulated robot, of which the stack must not know.
+///
+/// # Errors
+/// The latter.
+pub fn order(order: Order) -> Result<messages::Order, Mishap> {
+    Ok(match order {
+        Order::Cause(wanted) => return Err(mishap(wanted)),
         Order::TakeControl { name } => messages::Order::TakeControl { name },
         Order::ReleaseControl => messages::Order::ReleaseControl,
         Order::StartMapping(session) => messages::Order::StartMapping(session),
@@ -22,6 +28,21 @@ pub fn order(order: Order) -> messages::Order {
         Order::Localise { map, at } => messages::Order::Localise { map, at },
         Order::LeaveMap => messages::Order::LeaveMap,
         Order::LookAbout => messages::Order::LookAbout,
+    })
+}
+
+/// The time a mishap lasts at most: nobody shall wonder a day later why the robot sees nothing.
+const MISHAP_MAX: Span = Span::from_millis(600_000);
+
+fn mishap(mishap: api::Mishap) -> Mishap {
+    let limited = |span: Span| span.clamp(Span::ZERO, MISHAP_MAX);
+    match mishap {
+        api::Mishap::CoverLidar(span) => Mishap::CoverLidar(limited(span)),
+        api::Mishap::SilenceLidar(span) => Mishap::SilenceLidar(limited(span)),
+        api::Mishap::SilenceImu(span) => Mishap::SilenceImu(limited(span)),
+        api::Mishap::SlipFeet(span) => Mishap::SlipFeet(limited(span)),
+        api::Mishap::CarryAway => Mishap::CarryAway,
+        api::Mishap::End => Mishap::End,
     }
 }
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage};
 use messages::{BootRecord, Command, Drive, ImuSample, Input, Order, Sensor};
-use ports::{Arrival, Journal, JournalError, News};
+use ports::{Arrival, Journal, JournalError, Mishap, News};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::sync::Mutex;
@@ -20,6 +20,8 @@ const CLIENT: ClientId = ClientId(Uuid::from_u128(5));
 struct FakeLink {
     arrivals: Receiver<Arrival>,
     drives: Arc<Mutex<Vec<Drive>>>,
+    /// What has gone wrong; what none is a real robot.
+    mishaps: Option<Sender<Mishap>>,
 }
 
 impl RobotLink for FakeLink {
@@ -31,6 +33,10 @@ impl RobotLink for FakeLink {
     }
     fn drive(&self, drive: Drive) {
         self.drives.lock().expect("not poisoned").push(drive);
+    }
+    fn cause(&self, mishap: Mishap) -> Result<(), String> {
+        let mishaps = self.mishaps.as_ref().ok_or("This robot is a real one.")?;
+        mishaps.send(mishap).map_err(|error| error.to_string())
     }
 }
 
@@ -63,6 +69,10 @@ struct Bench {
 }
 
 fn bench(journal_until: usize) -> Bench {
+    bench_of(journal_until, None)
+}
+
+fn bench_of(journal_until: usize, mishaps: Option<Sender<Mishap>>) -> Bench {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Arc::new(Store::open(dir.path()).expect("store"));
     let (robot, arrivals) = crossbeam_channel::bounded(100);
@@ -73,7 +83,7 @@ fn bench(journal_until: usize) -> Bench {
         path: dir.path().join("recordings/now.mcap"),
         recordings: store.recordings(),
     };
-    let link = Box::new(FakeLink { arrivals, drives: Arc::default() });
+    let link = Box::new(FakeLink { arrivals, drives: Arc::default(), mishaps });
     let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone() };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, _dir: dir }
 }
@@ -322,4 +332,49 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
     let recorded = bench.written.try_iter().filter(|(_, input)| matches!(input, Input::Sensor(_))).count();
     assert_eq!(recorded, taken);
     assert!(!bench.socket.exists());
+}
+
+#[test]
+fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the_stack() {
+    let (told, mishaps) = crossbeam_channel::unbounded();
+    let bench = bench_of(usize::MAX, Some(told));
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    let hour = Span::from_millis(3_600_000);
+    gateway.order(1, api::Order::Cause(api::Mishap::CoverLidar(hour)));
+    let (mut answered, mut notice) = (None, None);
+    while answered.is_none() || notice.is_none() {
+        gateway.event(|_, event| {
+            match event {
+                Event::CommandDone { outcome, .. } => answered = Some(outcome.clone()),
+                Event::Notice(news) => notice = Some(news.text.clone()),
+                _ => {}
+            }
+            Some(())
+        });
+    }
+    assert_eq!(answered, Some(CommandOutcome::Accepted));
+    assert_eq!(notice.as_deref(), Some("Simulated: the LiDAR is covered for 600 s."));
+    assert_eq!(mishaps.recv_timeout(PATIENCE), Ok(Mishap::CoverLidar(Span::from_millis(600_000))));
+    bench.clock(1_000);
+    loop {
+        let (millis, input) = bench.written();
+        assert!(!matches!(input, Input::Command(_)), "{input:?}");
+        if millis >= 1_000 {
+            break;
+        }
+    }
+}
+
+#[test]
+fn nothing_goes_wrong_with_a_real_robot_on_demand() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    gateway.order(1, api::Order::Cause(api::Mishap::CarryAway));
+    let outcome = gateway.event(|_, event| match event {
+        Event::CommandDone { outcome, .. } => Some(outcome.clone()),
+        _ => None,
+    });
+    assert!(matches!(outcome, CommandOutcome::Refused(_)), "{outcome:?}");
 }

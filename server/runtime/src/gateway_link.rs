@@ -4,6 +4,7 @@
 //! version is dropped; one that does not read is dropped by [`Board`] or when a write takes longer than [`WRITE_MAX`].
 
 use crate::board::Board;
+use crate::control_loop::Asked;
 use crate::convert;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
@@ -32,14 +33,14 @@ pub struct GatewayLink {
 #[derive(Clone)]
 struct Shared {
     board: Arc<Board>,
-    commands: Sender<Command>,
+    commands: Sender<Asked>,
     ending: Arc<AtomicBool>,
 }
 
 impl GatewayLink {
     /// Begins to listen. A socket left over at this path is replaced: the data directory's lock has made sure that no
     /// other core uses it.
-    pub fn listen(path: &Path, board: Arc<Board>, commands: Sender<Command>) -> io::Result<Self> {
+    pub fn listen(path: &Path, board: Arc<Board>, commands: Sender<Asked>) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
         }
@@ -152,8 +153,11 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
                 return Err(io::Error::new(io::ErrorKind::InvalidData, "it did not introduce itself"));
             }
             GatewayMessage::Command { id, by, order } => {
-                let command = Command { id, by, order: convert::order(order) };
-                if shared.commands.send(command).is_err() {
+                let asked = match convert::order(order) {
+                    Ok(order) => Asked::Command(Command { id, by, order }),
+                    Err(mishap) => Asked::Mishap { id, by, mishap },
+                };
+                if shared.commands.send(asked).is_err() {
                     return Ok(());
                 }
             }

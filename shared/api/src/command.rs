@@ -1,7 +1,7 @@
 //! What clients may ask.
 
 use serde::{Deserialize, Serialize};
-use vocab::{KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3};
 
 /// An order from a person at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +73,25 @@ pub enum Order {
     LeaveMap,
     /// Walk about a little, to find the place in the saved map.
     LookAbout,
+    /// Let something go wrong with a simulated robot. Needs no lease.
+    Cause(Mishap),
+}
+
+/// What can go wrong with a simulated robot, to see what it makes of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mishap {
+    /// The LiDAR is covered for so long, and sees nothing.
+    CoverLidar(Span),
+    /// The LiDAR says nothing for so long.
+    SilenceLidar(Span),
+    /// The IMU says nothing for so long.
+    SilenceImu(Span),
+    /// The feet slip for so long.
+    SlipFeet(Span),
+    /// Somebody carries the robot away, with its LiDAR covered, and puts it down elsewhere.
+    CarryAway,
+    /// All is well again.
+    End,
 }
 
 /// What became of a command.

@@ -210,7 +210,7 @@ impl eframe::App for Client {
         self.dress(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
-        self.stage.follow(&core.model);
+        self.stage.follow(&core.model, self.viewport.placing());
         self.viewport.show(ui, &core.model, &self.stage, &mut commands);
         if let Some(eye) = self.viewport.eye() {
             core.apply(Event::Looked(eye));

@@ -21,7 +21,8 @@ pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<Sc
     if model.viewed().is_none() {
         worth_a_walk(model, &place, &mut labels);
     }
-    if model.view.get().graph || model.loop_pick.is_some() {
+    // Nothing shall be in the way of who shows where the robot stands.
+    if (model.view.get().graph || model.loop_pick.is_some()) && !model.place_armed {
         keyframe_labels(model, &place, &mut labels);
     }
     labels

@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
 use scene::{
-    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Renderer,
-    RobotState, Shape, TileId, View, WHOLE_MAP,
+    AnchorId, CameraPose, LoopEdge, LoopState, Marker, Node, Options, Palette, PointBlock, Polyline,
+    Renderer, RobotState, Shape, TileId, View, WHOLE_MAP,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use std::rc::Rc;
 use vocab::{KeyframeId, MapId, Pose, Vec3};
 
 /// Height of the base above the floor when the robot stands, metres: for colours and the ceiling only.
-const BASE_HEIGHT_M: f64 = 0.5;
+pub(crate) const BASE_HEIGHT_M: f64 = 0.5;
 /// The ground under the robot counts as another one only when it differs by this much: a gait bounces.
 const GROUND_STEP_M: f64 = 0.4;
 /// Heights over the ground at the two ends of the colour ramp, metres.
@@ -111,8 +111,8 @@ impl Stage {
         self.told.scan = true;
     }
 
-    /// Tells the renderer what changed in the model.
-    pub(crate) fn follow(&mut self, model: &Model) {
+    /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
+    pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
         let shown = model.shown();
         let mut renderer = self.renderer.borrow_mut();
         if self.told.map != model.viewed() {
@@ -149,7 +149,9 @@ impl Stage {
         }
         let colours = palette(model.view.get());
         let places = model.quality.places.iter().filter(|_| live);
-        renderer.set_annotations(Vec::new(), places.map(|place| lacking(place, &colours)).collect());
+        let arrow = placing.map(|way| arrow(way, model));
+        let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
+        renderer.set_annotations(lines, places.map(|place| lacking(place, &colours)).chain(heads).collect());
         renderer.set_robot(if live { robot(model) } else { None });
         renderer.select_node(match model.selection {
             Some(Selection::Keyframe(id)) => Some(id.0),
@@ -256,6 +258,24 @@ fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
         fill: palette.loop_open,
         rim: palette.loop_open,
     }
+}
+
+/// Where the robot stands and looks, as a person shows it.
+fn arrow([from, to]: [DVec3; 2], model: &Model) -> (Polyline, Marker) {
+    let accent = Tokens::of(model.view.get().theme).accent;
+    let colour = [accent.r(), accent.g(), accent.b(), 255];
+    let ends = [from, to].map(|end| end + DVec3::Z * SIGN_HEIGHT_M);
+    let line = Polyline { points: ends.to_vec(), colour, width: 4.0, dash: 0.0 };
+    let head = Marker {
+        id: None,
+        position: ends[1],
+        ahead: to - from,
+        shape: Shape::Arrow,
+        radius: 14.0,
+        fill: colour,
+        rim: colour,
+    };
+    (line, head)
 }
 
 fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &Quality) {

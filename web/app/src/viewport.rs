@@ -1,6 +1,6 @@
 //! The scene on the screen: gestures move the camera, clicks select or say where to walk.
 
-use crate::stage::{SharedRenderer, Stage, vector};
+use crate::stage::{BASE_HEIGHT_M, SharedRenderer, Stage, vector};
 use crate::{browser, labels};
 use client_model::{Bookmark, CameraMove, Command, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
@@ -37,17 +37,24 @@ pub(crate) struct Viewport {
     /// What was drawn last, perhaps coarser than wanted.
     view: Option<View>,
     pace: Pace,
+    /// Where a person who shows where the robot stands pressed the ground, and where the pointer is, map frame.
+    placing: Option<[DVec3; 2]>,
 }
 
 impl Viewport {
     /// `pace` is how much is drawn at first.
     pub(crate) fn new(pace: Pace) -> Self {
-        Self { camera: Camera::new(first_pose()), placed: false, view: None, pace }
+        Self { camera: Camera::new(first_pose()), placed: false, view: None, pace, placing: None }
     }
 
     /// From where the map is looked at, for the choice of tiles.
     pub(crate) fn eye(&self) -> Option<client_model::Eye> {
         self.view.map(|view| eye_of(view.camera, view.viewport_px))
+    }
+
+    /// From where to where a person drags who shows where the robot stands, map frame, metres.
+    pub(crate) fn placing(&self) -> Option<[DVec3; 2]> {
+        self.placing
     }
 
     /// Draws the scene and takes what is done to it.
@@ -59,7 +66,12 @@ impl Viewport {
             node.set_label("Map in 3D");
         });
         self.follow_robot(model, stage);
-        self.gestures(ui, &response, model, out);
+        if model.place_armed {
+            self.place_robot(ui, &response, model, stage, out);
+        } else {
+            self.placing = None;
+            self.gestures(ui, &response, model, out);
+        }
         let seconds = f64::from(ui.input(|input| input.stable_dt)).min(0.1);
         if self.camera.flying() {
             self.camera.advance(if browser::reduced_motion() { scene::FLIGHT_SECONDS } else { seconds });
@@ -205,6 +217,46 @@ impl Viewport {
         }
     }
 
+    /// A press says where the robot stands, the way from there to the release where it looks. Without a way it looks where it is thought
+    /// to look now.
+    fn place_robot(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        model: &Model,
+        stage: &Stage,
+        out: &mut Vec<Command>,
+    ) {
+        let Some(view) = self.view else { return };
+        let (pressed, pointer) =
+            ui.input(|input| (input.pointer.press_origin(), input.pointer.interact_pos()));
+        let dragged = response.dragged_by(PointerButton::Primary);
+        if let (true, Some(from), Some(to)) = (dragged, pressed, pointer) {
+            let ground = |at| self.ground_at(&view, pixel(at, response, &view), stage);
+            let from = self.placing.map(|[from, _]| from).or_else(|| ground(from));
+            let eye = Eye::new(view.camera, view.viewport_px);
+            self.placing = from.and_then(|from| {
+                let to = eye.ray(pixel(to, response, &view)).at_height(from.z)?;
+                Some([from, to])
+            });
+        }
+        let shown = if response.drag_stopped_by(PointerButton::Primary) {
+            self.placing.take().map(|[from, to]| (from, (to - from).y.atan2((to - from).x)))
+        } else if response.clicked_by(PointerButton::Primary) {
+            let at = response.interact_pointer_pos();
+            let ground = at.and_then(|at| self.ground_at(&view, pixel(at, response, &view), stage));
+            ground.map(|from| (from, yaw_now(model)))
+        } else {
+            None
+        };
+        if let Some((from, yaw)) = shown {
+            let (sin, cos) = (0.5 * yaw).sin_cos();
+            let position = vocab::Vec3::new(from.x, from.y, stage.ground() + BASE_HEIGHT_M);
+            let orientation = vocab::Quat { x: 0.0, y: 0.0, z: sin, w: cos };
+            out.push(Command::PlaceRobot(vocab::Pose { position, orientation }));
+        }
+    }
+
     /// Zooms about what is under the pointer, or about the robot while following it.
     fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model) {
         let pose = self.camera.pose();
@@ -222,7 +274,7 @@ impl Viewport {
 
     fn clicks(&mut self, response: &Response, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
         let (Some(view), Some(at)) = (self.view, response.interact_pointer_pos()) else { return };
-        if !response.clicked_by(PointerButton::Primary) {
+        if !response.clicked_by(PointerButton::Primary) || model.place_armed {
             return;
         }
         let at = pixel(at, response, &view);
@@ -301,6 +353,12 @@ fn eye_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Eye {
 fn robot_target(model: &Model) -> Option<DVec3> {
     let estimate = model.robot.estimate.as_ref()?;
     Some(vector(estimate.value.map_from_base.position)).filter(|at| at.is_finite())
+}
+
+/// Where the robot is thought to look, radians from the map's x axis.
+fn yaw_now(model: &Model) -> f64 {
+    let q = model.robot.estimate.as_ref().map(|estimate| estimate.value.map_from_base.orientation);
+    q.map_or(0.0, |q| (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z)))
 }
 
 fn stop_following(model: &Model, out: &mut Vec<Command>) {

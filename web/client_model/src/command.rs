@@ -1,7 +1,8 @@
 //! What people ask for, as views emit it.
 
 use crate::{CameraMove, LoopGuess, LoopPair, NoteId, Overlay, Screen, Selection, ViewSettings};
-use vocab::{MapId, Twist, Vec3};
+use api::Mishap;
+use vocab::{MapId, Pose, Twist, Vec3};
 
 /// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +27,12 @@ pub enum Command {
     LeaveMap,
     /// Walk about a little, to find the place in the map.
     LookAbout,
+    /// The next drag on the ground says where the robot stands and where it looks; or no longer.
+    ArmPlace(bool),
+    /// The robot stands there in the map on show or else in use: the base, map frame.
+    PlaceRobot(Pose),
+    /// Let something go wrong with a simulated robot.
+    Cause(Mishap),
     /// End mapping and save under this name.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.

@@ -100,6 +100,8 @@ pub struct Model {
     pub selection: Option<Selection>,
     /// Whether the next click on the ground says where to walk.
     pub walk_armed: bool,
+    /// Whether the next drag on the ground says where the robot stands.
+    pub place_armed: bool,
     /// The hand on the stick.
     pub drive: Drive,
     pub(crate) pending: Vec<Pending>,
@@ -156,6 +158,7 @@ impl Model {
             screen: Screen::Live,
             selection: None,
             walk_armed: false,
+            place_armed: false,
             drive: Drive::default(),
             pending: Vec::new(),
             unread: Vec::new(),
@@ -367,6 +370,7 @@ impl Model {
         self.shown_mut().tiles.unload(false, effects);
         self.selection = None;
         self.loop_pick = None;
+        self.place_armed = false;
         self.saved = map.map(|id| (id, MapView::default()));
         self.shown_mut().tiles.mark_dirty();
         if let Some(id) = map {

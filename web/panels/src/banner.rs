@@ -35,6 +35,7 @@ pub(crate) fn show(
             link(ui, model, tokens, out);
             saved_map(ui, model, tokens, out);
             walk_hint(ui, model, tokens);
+            place_hint(ui, model, tokens, out);
             loop_hint(ui, model, tokens, out);
             notes::show(ui, model, tokens, out);
         },
@@ -95,6 +96,17 @@ fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>
 fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     if model.walk_armed {
         line(ui, tokens, tokens.accent, icon::MAP_PIN, "Click the floor where the robot shall walk.", |_| {});
+    }
+}
+
+fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    if model.place_armed {
+        let text = "Press the floor where the robot stands and drag to where it looks.";
+        line(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, text, |ui| {
+            if Button::new("Cancel").show(ui, tokens).clicked() {
+                out.push(Command::ArmPlace(false));
+            }
+        });
     }
 }
 

@@ -30,7 +30,9 @@ pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Comman
     });
     // Escape stops whatever else it does: nobody shall have to think first.
     if ctx.input(|input| input.key_pressed(Key::Escape)) {
-        if model.loop_pick.is_some() {
+        if model.place_armed {
+            out.push(Command::ArmPlace(false));
+        } else if model.loop_pick.is_some() {
             out.push(Command::PickLoop(false));
         } else if model.selection.is_some() {
             out.push(Command::Select(None));

@@ -56,6 +56,7 @@ mod live;
 mod loops;
 mod mapping;
 mod maps;
+mod mishaps;
 mod notes;
 mod quality;
 mod rail;
@@ -110,7 +111,7 @@ fn right_card(
         Screen::Map => "Map panel",
     };
     layout::card(ctx, tokens, name, layout.card, |ui| match model.screen {
-        Screen::Live => live::show(ui, model, tokens, state),
+        Screen::Live => live::show(ui, model, tokens, state, out),
         Screen::Map => map_panel(ui, model, tokens, state, out),
     });
 }

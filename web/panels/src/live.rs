@@ -3,11 +3,11 @@
 use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
-use crate::{PanelState, sensors, words};
-use client_model::Model;
+use crate::{PanelState, mishaps, sensors, words};
+use client_model::{Command, Model};
 use egui::Ui;
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelState) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelState, out: &mut Vec<Command>) {
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 6.0;
         widgets::head(ui, tokens, "Robot");
@@ -26,6 +26,12 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelSt
             ui.add_space(4.0);
             widgets::head(ui, tokens, "Robot computer");
             computer(ui, model, &platform.value, tokens);
+            if platform.value.site.is_some() {
+                ui.add_space(8.0);
+                widgets::rule(ui, tokens);
+                ui.add_space(4.0);
+                mishaps::show(ui, model, tokens, out);
+            }
         }
     });
 }

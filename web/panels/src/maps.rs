@@ -91,6 +91,7 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
         }
         widgets::remark(ui, tokens, &words::localisation(&model.localisation));
         look_about(ui, model, tokens, enabled, out);
+        place(ui, model, tokens, enabled, out);
         return;
     }
     let name = format!("Use {}", map.name);
@@ -100,6 +101,15 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
         out.push(Command::ViewMap(None));
     }
     widgets::remark(ui, tokens, "The robot finds itself in it and walks by it.");
+    place(ui, model, tokens, enabled, out);
+}
+
+/// A person who knows where the robot stands shows it on the map that is looked at.
+fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<Command>) {
+    let button = Button::new("Show where it stands").icon(icon::NAVIGATION_ARROW).on(model.place_armed);
+    if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::ArmPlace(!model.place_armed));
+    }
 }
 
 /// A robot that does not find itself where it stands has to move.

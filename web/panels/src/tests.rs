@@ -372,3 +372,33 @@ fn dates_follow_the_calendar() {
     }
     assert_eq!(words::date(Stamp::EPOCH, -3600), "31 Dec 1969, 23:00");
 }
+
+#[test]
+fn troubles_are_offered_with_simulated_robots_only() {
+    let platform = |site: Option<&str>| {
+        api::Event::Platform(api::Platform { site: site.map(str::to_owned), ..api::Platform::default() })
+    };
+    let harness = Desk::connected().event(platform(None)).shown(1440.0, 1800.0);
+    assert!(harness.query_by_label("Carry the robot away").is_none());
+    let mut harness = Desk::connected().event(platform(Some("b1"))).shown(1440.0, 1800.0);
+    harness.get_by_label("Cover the LiDAR for 20 s").click();
+    harness.run_steps(2);
+    let dark = api::Mishap::CoverLidar(vocab::Span::from_millis(20_000));
+    assert!(harness.state().asked.contains(&Command::Cause(dark)));
+}
+
+#[test]
+fn a_robot_that_does_not_find_itself_can_be_sent_to_look_about_or_be_shown_where_it_is() {
+    let map = map(1, "Hall");
+    let id = map.id;
+    let lost = api::Event::Localisation(api::Localisation::Relocalising { map: id, places: 2 });
+    let mut desk = Desk::connected().on(Screen::Map).event(api::Event::Maps(vec![map])).event(lost);
+    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(id))), &mut Vec::new());
+    let mut harness = desk.shown(1440.0, 900.0);
+    harness.get_by_label("Look about").click();
+    harness.run_steps(2);
+    harness.get_by_label("Show where it stands").click();
+    harness.run_steps(2);
+    let asked = &harness.state().asked;
+    assert!(asked.contains(&Command::LookAbout) && asked.contains(&Command::ArmPlace(true)), "{asked:?}");
+}

@@ -107,6 +107,10 @@ pub struct Site {
     rounds: Vec<Vec<Vector3>>,
 }
 
+/// What a robot needs about itself, metres, at these heights over its feet.
+const ROOM: f64 = 0.45;
+const ROOM_HEIGHTS: [f64; 3] = [0.25, 0.5, 0.75];
+
 fn plan(name: SiteName) -> Plan {
     match name {
         SiteName::B1 => b1::plan(),
@@ -201,6 +205,29 @@ impl Site {
         self.bvh.cast(&mut packet);
         let solid = packet.solid[0];
         (solid != NOTHING).then(|| (f64::from(packet.range[0]), &self.bvh.solids()[solid as usize]))
+    }
+
+    /// Whether a robot can stand with its feet there: on a floor, inside the outline, and with nothing within its reach.
+    pub fn has_room(&self, feet: &Vector3) -> bool {
+        let on_floor = self
+            .cast(&(feet + Vector3::z() * ROOM_HEIGHTS[0]), &-Vector3::z(), 1.0)
+            .is_some_and(|(down, _)| (down - ROOM_HEIGHTS[0]).abs() < 0.05);
+        on_floor
+            && self.is_inside(feet)
+            && ROOM_HEIGHTS.iter().all(|height| {
+                let middle = feet + Vector3::z() * *height;
+                self.distance(&middle, ROOM).is_none_or(|distance| distance >= ROOM.min(*height - 0.02))
+            })
+    }
+
+    /// By the parity of the outline's edges to the right.
+    fn is_inside(&self, point: &Vector3) -> bool {
+        let next = self.outline.iter().cycle().skip(1);
+        let crossed = self.outline.iter().zip(next).filter(|(a, b)| {
+            let above = (a[1] > point.y) != (b[1] > point.y);
+            above && point.x < a[0] + (point.y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])
+        });
+        crossed.count() % 2 == 1
     }
 
     /// Distance in metres from a point to the nearest surface (negative inside a solid), if one is within `reach`.

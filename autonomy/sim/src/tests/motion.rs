@@ -145,3 +145,21 @@ fn carried_away_the_robot_feels_it_with_its_imu_alone() {
     let after = site_from_base(&simulator.truth()).translation.vector;
     assert!((after - place).norm() > 0.4, "it walks on");
 }
+
+#[test]
+fn somebody_who_carries_it_away_puts_it_down_where_there_is_room() {
+    for site in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Twins] {
+        let mut simulator = Simulator::new(SimConfig { ideal: true, lidar_columns: 50, ..quiet(site) });
+        for _ in 0..3 {
+            run(&mut simulator, drive(0.0, 0.0, 0.0), 5);
+            let before = site_from_base(&simulator.truth()).translation.vector;
+            simulator.carry_away(Span::from_millis(3_000));
+            run(&mut simulator, drive(0.0, 0.0, 0.0), 40);
+            let after = site_from_base(&simulator.truth()).translation.vector;
+            let moved = (after - before).norm();
+            assert!((5.9..20.1).contains(&moved) && (after.z - before.z).abs() < 0.1, "{site}: {moved} m");
+            let feet = after - Vector3::z() * STANDING_HEIGHT;
+            assert!(simulator.site().has_room(&feet), "{site}: {after}");
+        }
+    }
+}

@@ -26,7 +26,7 @@ impl Model {
     }
 
     pub(super) fn pick_loop(&mut self, begin: bool) {
-        self.walk_armed = false;
+        (self.walk_armed, self.place_armed) = (false, false);
         self.selection = None;
         self.loop_pick = (begin && self.saved.is_none()).then_some(LoopPick::First);
     }

@@ -5,7 +5,7 @@ use crate::history::Step;
 use crate::pending::Pending;
 use crate::{CameraMove, Changed, Command, Effect, LinkState, Socket, ViewSettings};
 use api::{Order, Severity};
-use vocab::{CommandId, Twist};
+use vocab::{CommandId, Pose, Twist};
 
 impl Model {
     pub(super) fn obey(&mut self, command: Command, effects: &mut Vec<Effect>) {
@@ -24,6 +24,12 @@ impl Model {
                 self.order_in_control(Order::ExtendMap { session, map }, effects);
             }
             Command::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
+            Command::ArmPlace(armed) => {
+                self.place_armed = armed;
+                self.walk_armed = false;
+            }
+            Command::PlaceRobot(place) => self.place_robot(place, effects),
+            Command::Cause(mishap) => self.order(Order::Cause(mishap), effects),
             Command::LookAbout => self.order_in_control(Order::LookAbout, effects),
             Command::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
             Command::FinishMapping { name } => {
@@ -49,7 +55,10 @@ impl Model {
             }
             // A velocity by hand ends a walk; none means: stand.
             Command::CancelWalk => self.order_in_control(Order::Teleoperate(Twist::default()), effects),
-            Command::ArmWalk(armed) => self.walk_armed = armed,
+            Command::ArmWalk(armed) => {
+                self.walk_armed = armed;
+                self.place_armed = false;
+            }
             Command::ViewMap(map) => self.view_map(map, effects),
             Command::Edit(settings) => {
                 self.edit(settings, effects);
@@ -60,6 +69,14 @@ impl Model {
             Command::Select(selection) => self.select(selection),
             Command::Dismiss(note) => self.notes.dismiss(note),
             Command::Reconnect => self.reconnect(effects),
+        }
+    }
+
+    fn place_robot(&mut self, place: Pose, effects: &mut Vec<Effect>) {
+        self.place_armed = false;
+        if let Some(map) = self.viewed().or(self.localisation.map()) {
+            self.order_in_control(Order::Localise { map, at: Some(place) }, effects);
+            self.view_map(None, effects);
         }
     }
 

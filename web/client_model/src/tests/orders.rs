@@ -105,3 +105,23 @@ fn walking_disarms_the_click_and_can_be_given_up() {
     bench.command(Command::CancelWalk);
     assert_eq!(bench.orders(), [Order::Teleoperate(Twist::default())]);
 }
+
+#[test]
+fn who_shows_where_the_robot_stands_means_the_map_that_is_looked_at() {
+    let mut bench = Bench::connected();
+    bench.event(api::Event::Control(Control { owner: Some(ME), name: String::new() }));
+    let map = MapId(Uuid::from_u128(7));
+    let place = Pose { position: Vec3::new(3.0, 4.0, 0.5), ..Pose::IDENTITY };
+    bench.command(Command::ViewMap(Some(map)));
+    bench.command(Command::ArmWalk(true));
+    bench.command(Command::ArmPlace(true));
+    assert!(bench.model.place_armed && !bench.model.walk_armed);
+    bench.take();
+    bench.command(Command::PlaceRobot(place));
+    assert_eq!(bench.orders(), [Order::Localise { map, at: Some(place) }]);
+    assert_eq!((bench.model.place_armed, bench.model.viewed()), (false, None));
+    bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
+    bench.command(Command::ArmPlace(true));
+    bench.command(Command::ArmWalk(true));
+    assert!(bench.model.walk_armed && !bench.model.place_armed);
+}
