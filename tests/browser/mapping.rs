@@ -16,6 +16,10 @@ const DRAW_LIMIT: Duration = Duration::from_secs(60);
 const LIT_MIN: f64 = 0.03;
 const COLOURS_MIN: usize = 100;
 
+/// True once two more pictures have been drawn.
+const NEXT_PICTURES: &str =
+    "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
+
 #[test]
 fn a_hall_is_mapped_saved_and_found_again() {
     let Some(browser) = Chromium::start() else { return };
@@ -87,8 +91,7 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     // Another look at a robot that is mapping already: how long until its map is seen?
     // From an empty page: a reload would count the old page's end as well.
     page.go("about:blank");
-    let drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
-    assert_eq!(page.evaluate(drawn), true, "the old page's pictures are done with");
+    assert_eq!(page.evaluate(NEXT_PICTURES), true, "the old page's pictures are done with");
     page.go(&url);
     wait_for("the first map in the page's timeline", DRAW_LIMIT, || {
         let marks = page.marks();
@@ -139,7 +142,8 @@ fn show_where_it_stands(page: &mut Page, map: &str) {
     page.click("button", "Map");
     page.click("button", &format!("View {map}"));
     page.click("button", "Top view");
-    let (newest, before) = wait_for("two keyframes on the screen", DRAW_LIMIT, || {
+    let mut last = None;
+    let (newest, before) = wait_for("two keyframes to rest on the screen", DRAW_LIMIT, || {
         let mut keyframes: Vec<(u32, Control)> = page
             .all("button")
             .into_iter()
@@ -147,7 +151,10 @@ fn show_where_it_stands(page: &mut Page, map: &str) {
             .collect();
         keyframes.sort_by_key(|(number, _)| std::cmp::Reverse(*number));
         let mut middles = keyframes.iter().filter_map(|(_, control)| page.middle(control));
-        Some((middles.next()?, middles.next()?))
+        let now = (middles.next()?, middles.next()?);
+        assert_eq!(page.evaluate(NEXT_PICTURES), true);
+        // The camera flies there.
+        (last.replace(now) == Some(now)).then_some(now)
     });
     page.click("button", "Show where it stands");
     wait_for("the hint", DRAW_LIMIT, || page.find("button", "Cancel"));

@@ -39,7 +39,7 @@ pub struct Control {
 }
 
 /// A point on the page, CSS pixels from the top left.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct At {
     pub x: f64,
     pub y: f64,

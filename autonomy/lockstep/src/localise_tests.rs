@@ -2,7 +2,7 @@
 
 use crate::day::{Day, FIRST, first};
 use crate::replay;
-use messages::{LocalisationDoubt, LocalisationState, MotionState, Order};
+use messages::{BootRecord, Input, LastPlace, LocalisationDoubt, LocalisationState, MotionState, Order};
 use sim::{Fault, Start};
 use stack::Stack;
 use std::sync::Arc;
@@ -168,6 +168,22 @@ fn blinded_on_its_way_it_waits_and_goes_on() {
     let place = day.true_place() - origin;
     assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
     assert_eq!(day.localisation, LOCALISED);
+}
+
+#[test]
+fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_since() {
+    let origin = first().2;
+    for (was, is) in [([29.3, 21.2], [29.0, 21.5]), ([21.0, 17.2], [29.0, 21.5])] {
+        let mut day = another_day(at(is, -1.5), 20);
+        let position = Vec3::new(was[0] - origin.x, was[1] - origin.y, 0.0);
+        let orientation = Quat { x: 0.0, y: 0.0, z: (-0.75_f64).sin(), w: 0.75_f64.cos() };
+        let last_place = Some(LastPlace { map: FIRST, map_from_base: Pose { position, orientation } });
+        let boot = BootRecord { last_place, ..day.lockstep.simulator().boot() };
+        day.lockstep.give(Input::Boot(Box::new(boot)));
+        day.run(8.0);
+        assert_eq!(day.localisation, LOCALISED);
+        assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
+    }
 }
 
 #[test]

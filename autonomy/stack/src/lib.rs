@@ -103,12 +103,16 @@ impl Running {
             // A fresh phase is idle, so this cannot be refused.
             let _ = mapping.start(session);
         }
+        let mut localisation = LocalisationPhase::default();
+        if let Some(last) = record.last_place.filter(|_| record.start_mapping.is_none()) {
+            localisation.begin(last.map, isometry_from_pose(&last.map_from_base));
+        }
         Self {
             localiser: Localiser::new(record),
             control: Control::default(),
             watch: Watch::default(),
             mapping,
-            localisation: LocalisationPhase::default(),
+            localisation,
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
             points_used: 0,
@@ -123,6 +127,7 @@ impl Running {
             self.watch.found(finding);
         }
         publish(effects, Publication::Control(self.control.state().clone()));
+        self.start_jobs(effects);
         self.publish_changes(effects);
     }
 

@@ -110,6 +110,7 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
         sources,
         start_mapping: None,
         leave_loops_open: false,
+        last_place: None,
     }
 }
 

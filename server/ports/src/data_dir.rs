@@ -4,6 +4,7 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         half-written, to be deleted
+//! place.json               where the robot is in the map in use
 //! recordings/<time>.mcap   what the stack heard, newest last by name
 //! run/core.sock            where the core listens for the gateway
 //! ```
@@ -66,6 +67,11 @@ impl DataDir {
     /// A map version's tiles, an [`api::TileList`] as JSON.
     pub fn map_tiles(&self, map: MapId) -> PathBuf {
         self.map(map).join("tiles.json")
+    }
+
+    /// Where the robot was last known to be, a [`messages::LastPlace`] as JSON.
+    pub fn place(&self) -> PathBuf {
+        self.root.join("place.json")
     }
 
     /// Directory of all recordings.

@@ -7,6 +7,7 @@ use crate::gateway_link::GatewayLink;
 use crate::jobs::{Jobs, Worker};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
+use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::publisher::Publisher;
 use crate::recording::{Recorder, RecorderQueue, RecordingTarget};
@@ -76,6 +77,7 @@ impl Core {
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
         let CoreConfig { link, store, recording, socket } = config;
         let (mailbox, board, clock) = (Arc::<Mailbox>::default(), Arc::<Board>::default(), Arc::default());
+        let last_place = store.last_place();
         board.set(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
         let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
@@ -99,6 +101,7 @@ impl Core {
             live_map: LiveMap::new(Arc::clone(&store)),
             platform: PlatformProbe::new(link.boot().robot, link.site(), store.recordings()),
             battery: BatteryForecast::default(),
+            place: PlaceKeeper::new(Arc::clone(&store)),
         };
         let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
         let gateway = GatewayLink::listen(&socket, Arc::clone(&board), command_sender)
@@ -111,6 +114,7 @@ impl Core {
             board,
             clock,
             stack: Stack::new(),
+            last_place,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);
         Ok(Self {

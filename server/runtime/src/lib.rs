@@ -21,6 +21,7 @@ mod gateway_link;
 mod jobs;
 mod live_map;
 mod mailbox;
+mod place_keeper;
 mod platform;
 mod publisher;
 mod recording;

@@ -6,6 +6,7 @@ use crate::convert;
 use crate::jobs::{Jobs, Work};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
+use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
 use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
@@ -30,6 +31,7 @@ pub struct Publisher {
     pub live_map: LiveMap,
     pub platform: PlatformProbe,
     pub battery: BatteryForecast,
+    pub place: PlaceKeeper,
 }
 
 impl Publisher {
@@ -50,6 +52,9 @@ impl Publisher {
             }
             estimate = mail.estimate.or(estimate);
             let now = Instant::now();
+            if let Some(estimate) = &estimate {
+                self.place.note(now, estimate);
+            }
             if now >= estimate_at
                 && let Some(estimate) = estimate.take()
             {
@@ -78,6 +83,7 @@ impl Publisher {
                 self.show_base(&state);
             }
             Publication::Localisation(state) => {
+                self.place.follow(&state);
                 self.board.set(Event::Localisation(convert::localisation(&state)));
                 let shown = self.live_map.show_known(&state);
                 self.show(shown);

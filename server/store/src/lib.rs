@@ -26,6 +26,7 @@ pub use saved::SavedMap;
 pub use sessions::write_cloud;
 pub use tiles::TileFiles;
 
+use messages::LastPlace;
 use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
@@ -70,6 +71,33 @@ impl Store {
     /// The tiles of this directory.
     pub fn tiles(&self) -> TileFiles {
         TileFiles::new(self.dir.tiles())
+    }
+
+    /// Where the robot was last known to be, if that map is still there. What cannot be read is as if it had never been.
+    pub fn last_place(&self) -> Option<LastPlace> {
+        let path = self.dir.place();
+        if !path.exists() {
+            return None;
+        }
+        match files::read_json::<LastPlace>(&path) {
+            Ok(place) => Some(place).filter(|place| self.dir.map_summary(place.map).exists()),
+            Err(error) => {
+                tracing::warn!("where the robot was is not known any more: {error}");
+                None
+            }
+        }
+    }
+
+    /// Keeps where the robot is, for when it is switched on again; or forgets it.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn keep_place(&self, place: Option<&LastPlace>) -> Result<(), StoreError> {
+        let path = self.dir.place();
+        let Some(place) = place else { return files::remove_file(&path) };
+        let bytes = serde_json::to_vec(place)
+            .map_err(|source| StoreError::Document { path: path.clone(), source })?;
+        files::replace(&path, &bytes)
     }
 
     /// The recordings of this directory.

@@ -33,6 +33,17 @@ pub struct BootRecord {
     pub start_mapping: Option<SessionId>,
     /// Whether loops are left open, so that the map is what the odometry alone makes of it.
     pub leave_loops_open: bool,
+    /// Where the robot was before it was switched off: it is localised in that map at once.
+    pub last_place: Option<LastPlace>,
+}
+
+/// A place in a saved map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LastPlace {
+    /// The saved map.
+    pub map: MapId,
+    /// The base in it.
+    pub map_from_base: Pose,
 }
 
 /// Static transforms of the sensors. The base frame has x forward, y left, z up, its origin in the body.
