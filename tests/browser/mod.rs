@@ -1,4 +1,5 @@
 //! The product in a real browser.
 
 mod harness;
+mod importing;
 mod mapping;

@@ -1,5 +1,6 @@
 //! One page in a browser, used the way a person or a screen reader does: by role and name, pointer and keyboard.
 
+use std::path::Path;
 use std::time::Duration;
 
 use serde_json::{Value, json};
@@ -211,6 +212,20 @@ impl Page {
     /// Types `text` into whatever has the focus.
     pub fn type_text(&mut self, text: &str) {
         self.call("Input.insertText", json!({ "text": text }));
+    }
+
+    /// Clicks the button with this name, which opens the browser's dialogue for files, and chooses one in it.
+    #[track_caller]
+    pub fn choose_file(&mut self, button: &str, file: &Path) {
+        self.call("Page.setInterceptFileChooserDialog", json!({ "enabled": true }));
+        self.click("button", button);
+        let input = wait_for("an input for files", CONTROL_LIMIT, || {
+            let document = self.call("DOM.getDocument", json!({}));
+            let root = document["root"]["nodeId"].as_i64()?;
+            let query = json!({ "nodeId": root, "selector": "input[type=file]" });
+            self.call("DOM.querySelector", query)["nodeId"].as_i64().filter(|node| *node > 0)
+        });
+        self.call("DOM.setFileInputFiles", json!({ "files": [file], "nodeId": input }));
     }
 
     pub fn screenshot(&mut self) -> Picture {

@@ -43,11 +43,15 @@ pub fn print_json(json: bool, result: &impl Serialize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A line on standard output, at once: others may wait for it through a pipe.
+/// A line on standard output, at once: others may wait for it through a pipe. A reader that has gone away needs no result.
 pub fn print_line(text: &str) {
+    let _ = try_line(text);
+}
+
+/// As [`print_line`]; says when nobody reads any more.
+pub fn try_line(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
-    // A reader that has gone away needs no result.
-    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+    writeln!(out, "{text}").and_then(|()| out.flush())
 }
 
 /// A bar on standard error for something that is done from 0 to 1000; invisible when standard error is no terminal.

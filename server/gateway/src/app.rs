@@ -2,10 +2,10 @@
 
 use crate::GatewayConfig;
 use crate::hub::Hub;
-use crate::limits::Limits;
+use crate::limits::{Limits, UPLOADS_AT_A_TIME};
 use std::path::PathBuf;
 use std::sync::Arc;
-use tokio::sync::{mpsc, watch};
+use tokio::sync::{Semaphore, mpsc, watch};
 
 /// Shared by all connections. When the last holder drops it, everything has ended.
 pub(crate) struct App {
@@ -13,6 +13,8 @@ pub(crate) struct App {
     pub(crate) limits: Limits,
     pub(crate) data_dir: PathBuf,
     pub(crate) static_dir: PathBuf,
+    /// One permit for each file that may be on its way.
+    pub(crate) uploading: Semaphore,
     stopping: watch::Receiver<bool>,
     _alive: mpsc::Sender<()>,
 }
@@ -31,6 +33,7 @@ impl App {
             limits,
             data_dir: config.data_dir.clone(),
             static_dir: config.static_dir.clone(),
+            uploading: Semaphore::new(UPLOADS_AT_A_TIME),
             stopping,
             _alive: alive,
         }

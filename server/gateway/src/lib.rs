@@ -30,6 +30,7 @@ mod snapshot;
 mod socket;
 mod static_files;
 mod stream;
+mod uploads;
 mod wire;
 
 pub use limits::Limits;

@@ -55,6 +55,15 @@ pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
 /// Decisions on loops in one event: some 40 kB.
 pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
 
+/// Longest file from a client, bytes: some 400 million points.
+pub(crate) const MAX_UPLOAD_BYTES: u64 = 16 << 30;
+/// Disk that is left free for the robot's own recordings and maps, bytes.
+pub(crate) const UPLOAD_DISK_SPARED: u64 = 2 << 30;
+/// Files that may wait to be imported.
+pub(crate) const MAX_UPLOADS_KEPT: usize = 4;
+/// Files on their way at a time.
+pub(crate) const UPLOADS_AT_A_TIME: usize = 1;
+
 /// A token bucket.
 pub(crate) struct RateLimit {
     per_second: f64,

@@ -1,6 +1,6 @@
 //! The description of the HTTP interface (OpenAPI 3.1), made from the handlers' own attributes.
 
-use crate::documents;
+use crate::{documents, uploads};
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use utoipa::OpenApi;
@@ -21,7 +21,8 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
         documents::map_graph,
         documents::tile,
         documents::cloud,
-        documents::health
+        documents::health,
+        uploads::put
     )
 )]
 struct Description;

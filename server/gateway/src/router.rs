@@ -3,25 +3,27 @@
 use crate::app::App;
 use crate::limits::MAX_CLIENT_MESSAGE_BYTES;
 use crate::problem::ProblemResponse;
-use crate::{control, documents, openapi, security, static_files, stream};
+use crate::{control, documents, openapi, security, static_files, stream, uploads};
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{WebSocket, WebSocketUpgrade};
 use axum::http::{Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, put};
 use axum::{Router, middleware};
 use std::future::Future;
 use std::sync::Arc;
 
 /// All routes.
 pub(crate) fn router(app: Arc<App>) -> Router {
-    let sockets = Router::new()
+    // What changes anything is for pages of this server only.
+    let guarded = Router::new()
+        .route(api::paths::UPLOAD_PATH, put(uploads::put))
         .route(api::CONTROL_PATH, get(control_socket))
         .route(api::STREAM_PATH, get(stream_socket))
         .route_layer(middleware::from_fn(security::same_origin));
     Router::new()
-        .merge(sockets)
+        .merge(guarded)
         .route(api::paths::MAPS_PATH, get(documents::maps))
         .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
         .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))

@@ -8,7 +8,7 @@ use api::{Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platfor
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = 11;
+const LATEST_KINDS: usize = 12;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -237,6 +237,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Platform(_) => Some(8),
         Event::Quality(_) => Some(9),
         Event::Localisation(_) => Some(10),
+        Event::Import(_) => Some(11),
         Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
     }
 }

@@ -4,6 +4,7 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         half-written, to be deleted
+//! uploads/<id>             files of clients, to become maps; gone with the process
 //! place.json               where the robot is in the map in use
 //! recordings/<time>.mcap   what the stack heard, newest last by name
 //! run/core.sock            where the core listens for the gateway
@@ -11,7 +12,7 @@
 
 use api::TileHash;
 use std::path::{Path, PathBuf};
-use vocab::MapId;
+use vocab::{MapId, UploadId};
 
 /// Longest path of a Unix socket that every system accepts, bytes.
 const SOCKET_PATH_MAX: usize = 100;
@@ -67,6 +68,21 @@ impl DataDir {
     /// A map version's tiles, an [`api::TileList`] as JSON.
     pub fn map_tiles(&self, map: MapId) -> PathBuf {
         self.map(map).join("tiles.json")
+    }
+
+    /// Directory of files that clients have sent.
+    pub fn uploads(&self) -> PathBuf {
+        self.root.join("uploads")
+    }
+
+    /// One of them.
+    pub fn upload(&self, upload: UploadId) -> PathBuf {
+        self.uploads().join(upload.to_string())
+    }
+
+    /// Where a map is made of it.
+    pub fn upload_map(&self, upload: UploadId) -> PathBuf {
+        self.uploads().join(format!("{upload}.map"))
     }
 
     /// Where the robot was last known to be, a [`messages::LastPlace`] as JSON.

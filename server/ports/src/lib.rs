@@ -2,12 +2,15 @@
 //!
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
 //! - [`Journal`]: the recorder on one side, the runtime on the other;
+//! - [`MapImporter`]: the program that reads other people's point clouds on one side, the runtime on the other;
 //! - [`DataDir`]: where things lie on disk, for the store that writes and the gateway that reads.
 
 mod data_dir;
 mod journal;
+mod map_importer;
 mod robot_link;
 
 pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
+pub use map_importer::MapImporter;
 pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, Mishap, News, RobotLink};

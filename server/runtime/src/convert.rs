@@ -3,15 +3,27 @@
 use api::{Event, LoopsChanged, Order};
 use messages::{EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, Publication};
 use ports::Mishap;
-use vocab::Span;
+use vocab::{Span, UploadId};
 
-/// A client's order for the stack; or what it wants to happen to a simulated robot, of which the stack must not know.
+/// What a client asks for that the stack does not hear of.
+pub enum Aside {
+    /// Something to happen to a simulated robot, of which the stack must not know.
+    Mishap(Mishap),
+    /// A map of an uploaded file, of this name.
+    Import(UploadId, String),
+    /// No map of it any more.
+    CancelImport(UploadId),
+}
+
+/// A client's order for the stack; or for others.
 ///
 /// # Errors
 /// The latter.
-pub fn order(order: Order) -> Result<messages::Order, Mishap> {
+pub fn order(order: Order) -> Result<messages::Order, Aside> {
     Ok(match order {
-        Order::Cause(wanted) => return Err(mishap(wanted)),
+        Order::Cause(wanted) => return Err(Aside::Mishap(mishap(wanted))),
+        Order::ImportMap { upload, name } => return Err(Aside::Import(upload, name)),
+        Order::CancelImport(upload) => return Err(Aside::CancelImport(upload)),
         Order::TakeControl { name } => messages::Order::TakeControl { name },
         Order::ReleaseControl => messages::Order::ReleaseControl,
         Order::StartMapping(session) => messages::Order::StartMapping(session),

@@ -4,6 +4,7 @@ use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::control_loop::{ControlLoop, Sources};
 use crate::gateway_link::GatewayLink;
+use crate::imports::{ImportWorker, Imports};
 use crate::jobs::{Jobs, Worker};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
@@ -12,7 +13,7 @@ use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::publisher::Publisher;
 use crate::recording::{Recorder, RecorderQueue, RecordingTarget};
 use crossbeam_channel::{Receiver, Sender};
-use ports::RobotLink;
+use ports::{MapImporter, RobotLink};
 use stack::Stack;
 use std::io;
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ pub struct CoreConfig {
     pub recording: Option<RecordingTarget>,
     /// Where the gateway finds the core.
     pub socket: PathBuf,
+    /// What makes maps of files; `None` makes none.
+    pub importer: Option<Box<dyn MapImporter>>,
 }
 
 /// Why the core does not run.
@@ -65,6 +68,7 @@ pub struct Core {
     control: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     worker: Option<JoinHandle<()>>,
+    importing: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
 }
@@ -75,7 +79,7 @@ impl Core {
     /// # Errors
     /// When the socket or a thread cannot be had.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
-        let CoreConfig { link, store, recording, socket } = config;
+        let CoreConfig { link, store, recording, socket, importer } = config;
         let (mailbox, board, clock) = (Arc::<Mailbox>::default(), Arc::<Board>::default(), Arc::default());
         let last_place = store.last_place();
         board.set(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
@@ -103,8 +107,9 @@ impl Core {
             battery: BatteryForecast::default(),
             place: PlaceKeeper::new(Arc::clone(&store)),
         };
+        let (imports, importing) = import_thread(importer, &store, &board, &mailbox, &clock, &stopped)?;
         let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
-        let gateway = GatewayLink::listen(&socket, Arc::clone(&board), command_sender)
+        let gateway = GatewayLink::listen(&socket, Arc::clone(&board), command_sender, imports)
             .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
             link,
@@ -121,6 +126,7 @@ impl Core {
             stop: Some(stop),
             ended,
             mailbox,
+            importing,
             worker: Some(spawn("jobs", move || worker.run())?),
             publisher: Some(spawn("publisher", move || publisher.run())?),
             control: Some(spawn("core", move || {
@@ -146,9 +152,34 @@ impl Drop for Core {
         self.mailbox.close();
         join(self.publisher.take());
         join(self.worker.take());
+        join(self.importing.take());
         drop(self.gateway.take());
         join(self.recorder.take());
     }
+}
+
+/// Where imports are asked for, and the thread that sees to them until `stop` is disconnected.
+fn import_thread(
+    importer: Option<Box<dyn MapImporter>>,
+    store: &Arc<Store>,
+    board: &Arc<Board>,
+    mailbox: &Arc<Mailbox>,
+    clock: &Arc<RobotClock>,
+    stop: &Receiver<()>,
+) -> Result<(Imports, Option<JoinHandle<()>>), StartError> {
+    let Some(importer) = importer else { return Ok((Imports::none(), None)) };
+    let (imports, asked) = Imports::new();
+    let worker = ImportWorker {
+        importer,
+        store: Arc::clone(store),
+        board: Arc::clone(board),
+        mailbox: Arc::clone(mailbox),
+        clock: Arc::clone(clock),
+        asked,
+        stop: stop.clone(),
+        cancelled: imports.cancelled(),
+    };
+    Ok((imports, Some(spawn("imports", move || worker.run())?)))
 }
 
 fn recorder_thread(

@@ -2,15 +2,17 @@
 
 use super::*;
 use crate::RecordingTarget;
-use api::{CommandOutcome, CoreMessage, Event, GatewayMessage};
+use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
 use messages::{BootRecord, Command, Drive, ImuSample, Input, Order, Sensor};
 use ports::{Arrival, Journal, JournalError, Mishap, News};
 use std::io::{Read, Write};
+use std::ops::ControlFlow;
 use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, Span, Stamp};
+use vocab::{ClientId, CommandId, Span, Stamp, UploadId};
 
 /// Far longer than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -69,10 +71,14 @@ struct Bench {
 }
 
 fn bench(journal_until: usize) -> Bench {
-    bench_of(journal_until, None)
+    bench_of(journal_until, None, None)
 }
 
-fn bench_of(journal_until: usize, mishaps: Option<Sender<Mishap>>) -> Bench {
+fn bench_of(
+    journal_until: usize,
+    mishaps: Option<Sender<Mishap>>,
+    importer: Option<Box<dyn MapImporter>>,
+) -> Bench {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Arc::new(Store::open(dir.path()).expect("store"));
     let (robot, arrivals) = crossbeam_channel::bounded(100);
@@ -84,7 +90,7 @@ fn bench_of(journal_until: usize, mishaps: Option<Sender<Mishap>>) -> Bench {
         recordings: store.recordings(),
     };
     let link = Box::new(FakeLink { arrivals, drives: Arc::default(), mishaps });
-    let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone() };
+    let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone(), importer };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, _dir: dir }
 }
 
@@ -337,7 +343,7 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
 #[test]
 fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the_stack() {
     let (told, mishaps) = crossbeam_channel::unbounded();
-    let bench = bench_of(usize::MAX, Some(told));
+    let bench = bench_of(usize::MAX, Some(told), None);
     bench.clock(0);
     let mut gateway = bench.gateway();
     let hour = Span::from_millis(3_600_000);
@@ -377,4 +383,70 @@ fn nothing_goes_wrong_with_a_real_robot_on_demand() {
         _ => None,
     });
     assert!(matches!(outcome, CommandOutcome::Refused(_)), "{outcome:?}");
+}
+
+/// Says that it reads until it is told to stop, and that every other file is no cloud.
+struct FakeImporter;
+
+impl MapImporter for FakeImporter {
+    fn import(
+        &self,
+        file: &Path,
+        name: &str,
+        _out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        assert!(file.exists());
+        if name == "Endless" {
+            while progress(ImportStage::Looking, 0.5).is_continue() {
+                thread::yield_now();
+            }
+            return Err("It was cancelled.".to_owned());
+        }
+        Err(format!("{name} is no cloud."))
+    }
+}
+
+#[test]
+fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is_said() {
+    let bench = bench_of(usize::MAX, None, Some(Box::new(FakeImporter)));
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    let uploads = bench.socket.parent().and_then(Path::parent).expect("a folder").join("uploads");
+    let [first, second, missing] = [1, 2, 3].map(|number| UploadId(Uuid::from_u128(number)));
+    for upload in [first, second] {
+        std::fs::write(uploads.join(upload.to_string()), "points").expect("written");
+    }
+    let import = |upload, name: &str| api::Order::ImportMap { upload, name: name.to_owned() };
+    let failed = |gateway: &mut FakeGateway| {
+        gateway.event(|_, event| match event {
+            Event::Import(Import::Failed { upload, reason, .. }) => Some((*upload, reason.clone())),
+            _ => None,
+        })
+    };
+    gateway.order(1, import(first, "Endless"));
+    gateway.event(|_, event| {
+        let looks = matches!(event, Event::Import(Import::Running { stage: ImportStage::Looking, .. }));
+        looks.then_some(())
+    });
+    gateway.order(2, api::Order::CancelImport(first));
+    assert_eq!(failed(&mut gateway), (first, "It was cancelled.".to_owned()));
+    gateway.order(3, import(second, " Se\u{7}cond  "));
+    assert_eq!(failed(&mut gateway), (second, "Second is no cloud.".to_owned()));
+    gateway.order(4, import(missing, "Missing"));
+    assert_eq!(failed(&mut gateway).0, missing);
+    assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
+}
+
+#[test]
+fn a_core_that_makes_no_maps_of_files_says_so() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let mut gateway = bench.gateway();
+    gateway.order(1, api::Order::ImportMap { upload: UploadId(Uuid::from_u128(1)), name: String::new() });
+    let refused = gateway.event(|_, event| match event {
+        Event::CommandDone { outcome, .. } => Some(matches!(outcome, CommandOutcome::Refused(_))),
+        _ => None,
+    });
+    assert!(refused);
 }

@@ -5,7 +5,8 @@
 
 use crate::board::Board;
 use crate::control_loop::Asked;
-use crate::convert;
+use crate::convert::{self, Aside};
+use crate::imports::Imports;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::Command;
@@ -34,13 +35,19 @@ pub struct GatewayLink {
 struct Shared {
     board: Arc<Board>,
     commands: Sender<Asked>,
+    imports: Imports,
     ending: Arc<AtomicBool>,
 }
 
 impl GatewayLink {
     /// Begins to listen. A socket left over at this path is replaced: the data directory's lock has made sure that no
     /// other core uses it.
-    pub fn listen(path: &Path, board: Arc<Board>, commands: Sender<Asked>) -> io::Result<Self> {
+    pub fn listen(
+        path: &Path,
+        board: Arc<Board>,
+        commands: Sender<Asked>,
+        imports: Imports,
+    ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
         }
@@ -50,7 +57,7 @@ impl GatewayLink {
         }
         let listener = UnixListener::bind(path)?;
         let ending = Arc::new(AtomicBool::new(false));
-        let shared = Shared { board, commands, ending: Arc::clone(&ending) };
+        let shared = Shared { board, commands, imports, ending: Arc::clone(&ending) };
         let accepting = thread::Builder::new()
             .name("gateway-accept".to_owned())
             .spawn(move || accept(&listener, &shared))?;
@@ -155,7 +162,16 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
             GatewayMessage::Command { id, by, order } => {
                 let asked = match convert::order(order) {
                     Ok(order) => Asked::Command(Command { id, by, order }),
-                    Err(mishap) => Asked::Mishap { id, by, mishap },
+                    Err(Aside::Mishap(mishap)) => Asked::Mishap { id, by, mishap },
+                    Err(Aside::Import(upload, name)) => {
+                        shared.board.answer(id, by, shared.imports.begin(upload, name).err());
+                        continue;
+                    }
+                    Err(Aside::CancelImport(upload)) => {
+                        shared.imports.cancel(upload);
+                        shared.board.answer(id, by, None);
+                        continue;
+                    }
                 };
                 if shared.commands.send(asked).is_err() {
                     return Ok(());

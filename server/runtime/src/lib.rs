@@ -7,6 +7,7 @@
 //! | `recorder` | writes every input before it can matter to anyone else | the loop |
 //! | `jobs` | saves maps, keeps keyframe clouds, looks at loops | the loop |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
+//! | `imports` | maps of files that clients sent, in a process of their own | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
 //! Nothing here makes the control loop wait for a disk, a client or a network. What may be lost, and how it is said,
@@ -18,6 +19,7 @@ mod control_loop;
 mod convert;
 mod core;
 mod gateway_link;
+mod imports;
 mod jobs;
 mod live_map;
 mod mailbox;

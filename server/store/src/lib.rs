@@ -54,6 +54,8 @@ impl Store {
         }
         let lock = lock(run.join("lock"), &dir)?;
         let store = Self { dir, _lock: lock };
+        files::remove_directory(&store.dir.uploads())?;
+        files::make_directory(&store.dir.uploads())?;
         store.remove_half_written_maps()?;
         store.remove_all_sessions()?;
         if let Err(error) = store.remove_unnamed_tiles() {

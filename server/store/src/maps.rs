@@ -85,6 +85,31 @@ impl Store {
         self.publish(finished.map, written, || Ok(()))
     }
 
+    /// Takes in a map that another process has written to `from`, on the same disk, with its tiles in `from/tiles`.
+    ///
+    /// # Errors
+    /// When it is there already, is none, or the disk fails; nothing of it is left here then.
+    pub fn adopt_map(&self, from: &Path) -> Result<MapSummary, StoreError> {
+        let summary: MapSummary = files::read_json(&from.join("map.json"))?;
+        let place = self.dir().map(summary.id);
+        if place.exists() {
+            return Err(StoreError::MapExists { id: summary.id });
+        }
+        let tiles = from.join("tiles");
+        for path in files::entries(&tiles)?
+            .iter()
+            .map(|directory| files::entries(directory))
+            .collect::<Result<Vec<_>, _>>()?
+            .concat()
+        {
+            self.tiles().adopt(&path)?;
+        }
+        files::remove_directory(&tiles)?;
+        rename(from, &place)?;
+        files::sync_directory(&self.dir().maps())?;
+        Ok(summary)
+    }
+
     /// Where a map is put together: an empty directory that is not listed.
     fn make_room(&self, map: MapId) -> Result<PathBuf, StoreError> {
         if self.dir().map(map).exists() {

@@ -223,3 +223,31 @@ fn tiles_of_an_ended_session_go_unless_a_map_shares_them() {
     store.forget_tiles(&[own, shared]).expect("forgotten");
     assert!(!store.dir().tile(own).exists() && store.dir().tile(shared).exists());
 }
+
+#[test]
+fn a_map_that_another_process_wrote_is_taken_in_once_with_its_tiles() {
+    let (dir, other) = (
+        tempfile::tempdir().expect("temporary directory"),
+        tempfile::tempdir().expect("temporary directory"),
+    );
+    let (store, elsewhere) =
+        (Store::open(dir.path()).expect("opens"), Store::open(other.path()).expect("opens"));
+    let finished = session(&elsewhere, 3, 100);
+    elsewhere.save_map(&finished).expect("saved");
+    let made = store.dir().upload_map(vocab::UploadId(Uuid::from_u128(1)));
+    let make = || {
+        fs::rename(elsewhere.dir().map(finished.map), &made).expect("moved");
+        fs::rename(elsewhere.dir().tiles(), made.join("tiles")).expect("moved");
+    };
+    make();
+    let listed = store.adopt_map(&made).expect("taken in");
+    assert_eq!((listed.id, listed.points), (finished.map, 4000));
+    assert_eq!(store.maps().expect("listed"), [listed]);
+    let tiles = store.map_tiles(finished.map).expect("readable").tiles;
+    assert!(!tiles.is_empty() && tiles.iter().all(|tile| store.dir().tile(tile.hash).exists()));
+    assert!(!made.exists());
+    fs::create_dir_all(&made).expect("made");
+    assert!(store.adopt_map(&made).is_err(), "it is none");
+    fs::copy(store.dir().map_summary(finished.map), made.join("map.json")).expect("copied");
+    assert!(matches!(store.adopt_map(&made), Err(StoreError::MapExists { .. })));
+}

@@ -5,7 +5,7 @@ use api::{TileHash, TileList};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A directory of tiles: `ab/<hash>`.
 #[derive(Clone, Debug)]
@@ -56,6 +56,18 @@ impl TileFiles {
             files::sync_directory(directory)?;
         }
         Ok(hash)
+    }
+
+    /// Moves a tile's file here, for good.
+    pub(crate) fn adopt(&self, from: &Path) -> Result<(), StoreError> {
+        let name = from.file_name().unwrap_or_default().to_string_lossy();
+        let broken = || StoreError::Broken { path: from.to_owned(), what: "is not named as a tile is" };
+        let hash: TileHash = name.parse().map_err(|_| broken())?;
+        let path = self.path(hash);
+        let Some(directory) = path.parent() else { return Ok(()) };
+        files::make_directory(directory)?;
+        fs::rename(from, &path).map_err(|source| StoreError::io("write", &path, source))?;
+        files::sync_directory(directory)
     }
 
     fn path(&self, hash: TileHash) -> PathBuf {

@@ -1,7 +1,7 @@
 //! What clients may ask.
 
 use serde::{Deserialize, Serialize};
-use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Twist, Vec3};
+use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
 /// An order from a person at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +75,15 @@ pub enum Order {
     LookAbout,
     /// Let something go wrong with a simulated robot. Needs no lease.
     Cause(Mishap),
+    /// Make a map of a point cloud that was uploaded. Needs no lease.
+    ImportMap {
+        /// The file.
+        upload: UploadId,
+        /// Name of the map.
+        name: String,
+    },
+    /// End the import that is under way, if it is of this upload. Needs no lease.
+    CancelImport(UploadId),
 }
 
 /// What can go wrong with a simulated robot, to see what it makes of it.

@@ -2,7 +2,9 @@
 
 use crate::{CommandOutcome, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
-use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{
+    ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
+};
 
 /// One piece of state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +44,56 @@ pub enum Event {
     },
     /// State of the server itself.
     Platform(Platform),
+    /// A point cloud of somebody else's on its way to being a map; the last one, once it has ended.
+    Import(Import),
+}
+
+/// A point cloud of somebody else's on its way to being a map.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Import {
+    /// None so far.
+    #[default]
+    None,
+    /// Under way.
+    Running {
+        /// The file.
+        upload: UploadId,
+        /// Name of the map.
+        name: String,
+        /// What is done now.
+        stage: ImportStage,
+        /// How far that is, 0 to 1.
+        share: f32,
+    },
+    /// It is a map now.
+    Done {
+        /// The file.
+        upload: UploadId,
+        /// The map.
+        map: MapId,
+    },
+    /// It could not be made one.
+    Failed {
+        /// The file.
+        upload: UploadId,
+        /// Name of the map that it should have been.
+        name: String,
+        /// What is wrong and what to do, one sentence.
+        reason: String,
+    },
+}
+
+/// What is done of an import.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImportStage {
+    /// The file is read.
+    #[default]
+    Reading,
+    /// Places where a robot could stand are found, and what is seen from them.
+    Looking,
+    /// The map is written.
+    Writing,
 }
 
 /// Where the robot is and how sure.

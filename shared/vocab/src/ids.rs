@@ -38,6 +38,10 @@ uuid_id! {
     ClientId
 }
 uuid_id! {
+    /// A file on its way to the server, named by the client that sends it.
+    UploadId
+}
+uuid_id! {
     /// A command, named by the client that makes it, so that sending it twice does it once.
     CommandId
 }

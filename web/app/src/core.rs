@@ -7,6 +7,7 @@ use crate::browser;
 use crate::fetch::Fetches;
 use crate::inbox::{Arrival, Inbox};
 use crate::sockets::Sockets;
+use crate::upload::Uploads;
 use client_model::{ClientTime, Command, Effect, Event, Model, Socket};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -34,6 +35,7 @@ pub(crate) struct Core {
     pub(crate) model: Model,
     sockets: Sockets,
     fetches: Fetches,
+    uploads: Uploads,
     inbox: Inbox,
     for_frame: VecDeque<Effect>,
     tiles: VecDeque<(api::TileHash, Vec<u8>)>,
@@ -67,6 +69,7 @@ impl Core {
             model,
             sockets,
             fetches,
+            uploads: Uploads::new(inbox.clone()),
             inbox,
             for_frame: VecDeque::new(),
             tiles: VecDeque::new(),
@@ -186,6 +189,8 @@ impl Core {
                 Effect::LoadMap(map) => self.fetches.map(map),
                 Effect::Fetch(hash) => self.fetches.tile(hash),
                 Effect::FetchCloud { session, keyframe } => self.fetches.cloud(session, keyframe),
+                Effect::PickFile => self.uploads.pick(),
+                Effect::CancelUpload(upload) => self.uploads.cancel(upload),
                 Effect::CancelFetch(hash) => {
                     self.fetches.cancel(&hash);
                     self.tiles.retain(|(other, _)| *other != hash);

@@ -26,6 +26,8 @@ mod sockets;
 #[cfg(target_arch = "wasm32")]
 mod stage;
 #[cfg(target_arch = "wasm32")]
+mod upload;
+#[cfg(target_arch = "wasm32")]
 mod viewport;
 
 #[cfg(target_arch = "wasm32")]

@@ -31,6 +31,10 @@ pub enum Command {
     ArmPlace(bool),
     /// The robot stands there in the map on show or else in use: the base, map frame.
     PlaceRobot(Pose),
+    /// Let a person choose a point cloud to make a map of.
+    PickMapFile,
+    /// Give up sending it, or making a map of it.
+    CancelImport,
     /// Let something go wrong with a simulated robot.
     Cause(Mishap),
     /// End mapping and save under this name.

@@ -2,7 +2,7 @@
 
 use crate::{Bookmark, Command, Eye, LoopPair, ViewSettings};
 use api::{ClientMessage, Graph, Order, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
-use vocab::{KeyframeId, MapId, SessionId};
+use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// One of the two sockets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +79,27 @@ pub enum Event {
         /// A sentence when it could not.
         result: Result<(), String>,
     },
+    /// A person chose a point cloud to make a map of; it is being sent.
+    UploadBegun {
+        /// Named by the shell.
+        upload: UploadId,
+        /// The file's name.
+        file: String,
+    },
+    /// So much of it has been sent, 0 to 1.
+    Uploading {
+        /// Which.
+        upload: UploadId,
+        /// Share of its bytes.
+        share: f32,
+    },
+    /// It is all there, or could not be sent.
+    Uploaded {
+        /// Which.
+        upload: UploadId,
+        /// A sentence when it could not.
+        result: Result<(), String>,
+    },
     /// The camera moved.
     Looked(Eye),
     /// A person wants something.
@@ -126,6 +147,10 @@ pub enum Effect {
         /// Which.
         keyframe: KeyframeId,
     },
+    /// Let a person choose a file, and send it.
+    PickFile,
+    /// Give up sending it.
+    CancelUpload(UploadId),
     /// Give up fetching a tile.
     CancelFetch(TileHash),
     /// Take a tile off the screen.

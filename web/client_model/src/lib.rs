@@ -20,6 +20,7 @@ mod tiles;
 mod time;
 mod track;
 mod undo;
+mod upload;
 mod view;
 
 #[cfg(test)]
@@ -41,4 +42,5 @@ pub use tiles::{Eye, TILE_POINTS_MAX, TILE_REQUESTS_MAX, TileSet, TileState};
 pub use time::{Aged, ClientTime, ServerClock};
 pub use track::Track;
 pub use undo::{Changed, Undo};
+pub use upload::Upload;
 pub use view::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewSettings};

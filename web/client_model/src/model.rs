@@ -9,11 +9,12 @@ use crate::history::History;
 use crate::pending::Pending;
 use crate::{
     Aged, ClientTime, Drive, Effect, Event, Eye, Ids, Link, LoopGuess, LoopPair, LoopPick, LoopStep, Loops,
-    MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, ViewSettings,
+    MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, Upload,
+    ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, Localisation, MapSummary, Mapping, Motion, Order,
-    Platform, Quality, Severity, StreamRequest,
+    Battery, ClientMessage, Control, Estimate, Health, Import, Localisation, MapSummary, Mapping, Motion,
+    Order, Platform, Quality, Severity, StreamRequest,
 };
 use vocab::{ClientId, KeyframeId, MapId, Stamp, Vec3};
 
@@ -89,6 +90,10 @@ pub struct Model {
     pub track: Track,
     /// Saved maps, newest first; `None` before the server told.
     pub maps: Option<Vec<MapSummary>>,
+    /// The point cloud that this client is sending.
+    pub upload: Option<Upload>,
+    /// What becomes of the last point cloud that anybody sent.
+    pub import: Import,
     /// Sentences on show.
     pub notes: Notes,
     /// How things look.
@@ -152,6 +157,8 @@ impl Model {
             saved: None,
             track: Track::default(),
             maps: None,
+            upload: None,
+            import: Import::None,
             notes: Notes::default(),
             view: Undo::new(view),
             history: History::default(),
@@ -207,6 +214,9 @@ impl Model {
             }
             Event::TileFailed { hash } => self.shown_mut().tiles.fail(&hash, now),
             Event::Cloud { session, keyframe, result } => self.clouds.arrive(session, keyframe, result),
+            Event::UploadBegun { upload, file } => self.upload_begun(upload, file),
+            Event::Uploading { upload, share } => self.uploading(upload, share),
+            Event::Uploaded { upload, result } => self.uploaded(upload, result, effects),
             Event::Looked(eye) => {
                 if self.eye != Some(eye) {
                     self.eye = Some(eye);

@@ -45,6 +45,8 @@ impl Pending {
             Order::RejectLoop { .. } => "Rejecting the loop",
             Order::ProposeLoop { .. } => "Looking for the loop",
             Order::Localise { .. } => "Using the map",
+            Order::ImportMap { .. } => "Importing the map",
+            Order::CancelImport(_) => "Ending the import",
             Order::Cause(_) => "The simulated trouble",
             Order::LookAbout => "Looking about",
             Order::LeaveMap => "Leaving the map",

@@ -13,7 +13,7 @@ use api::{
 };
 use proptest::prelude::*;
 use uuid::Uuid;
-use vocab::{Aabb, ClientId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{Aabb, ClientId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3};
 
 /// A model with its clock and all it wanted done.
 struct Bench {

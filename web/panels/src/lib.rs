@@ -42,6 +42,7 @@
 //! | alert | the sentence itself | notices and findings |
 
 pub mod icon;
+mod imports;
 pub mod theme;
 pub mod words;
 

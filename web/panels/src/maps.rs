@@ -3,7 +3,7 @@
 use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
-use crate::{PanelState, icon, words};
+use crate::{PanelState, icon, imports, words};
 use api::{Localisation, MapSummary, Mapping, Motion, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, Ui};
@@ -19,6 +19,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &PanelSta
             }
         }
     }
+    imports::show(ui, model, tokens, out);
 }
 
 fn entry(

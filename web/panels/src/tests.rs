@@ -402,3 +402,25 @@ fn a_robot_that_does_not_find_itself_can_be_sent_to_look_about_or_be_shown_where
     let asked = &harness.state().asked;
     assert!(asked.contains(&Command::LookAbout) && asked.contains(&Command::ArmPlace(true)), "{asked:?}");
 }
+
+#[test]
+fn a_map_can_be_imported_and_one_sees_how_far_it_is() {
+    let mut harness =
+        Desk::connected().on(Screen::Map).event(api::Event::Maps(Vec::new())).shown(1440.0, 900.0);
+    harness.get_by_label("Import a map").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::PickMapFile));
+
+    let running = api::Import::Running {
+        upload: vocab::UploadId(Uuid::from_u128(1)),
+        name: "North wing".into(),
+        stage: api::ImportStage::Looking,
+        share: 0.42,
+    };
+    let desk = Desk::connected().on(Screen::Map).event(api::Event::Import(running));
+    let mut harness = desk.shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Import a map").is_none());
+    harness.get_by_label("Cancel import").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::CancelImport));
+}

@@ -1,7 +1,8 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
 use api::{
-    Battery, Doubt, Estimate, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity, WhyWalk,
+    Battery, Doubt, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity,
+    WhyWalk,
 };
 use client_model::{ColourBy, LoopPair, LoopPick, Theme};
 use vocab::{Stamp, Vec3};
@@ -190,6 +191,15 @@ pub fn mapping(mapping: &Mapping) -> &'static str {
         Mapping::Running { extends: Some(_), .. } => "Extending a map",
         Mapping::Running { .. } => "Mapping",
         Mapping::Saving { .. } => "Saving the map",
+    }
+}
+
+/// What is done of an import, before the map's name.
+pub fn import_stage(stage: ImportStage) -> &'static str {
+    match stage {
+        ImportStage::Reading => "Reading",
+        ImportStage::Looking => "Looking about in",
+        ImportStage::Writing => "Writing",
     }
 }
 

@@ -1,9 +1,11 @@
 //! `autoinspect import`: a point cloud of somebody else's as a map that a robot can work by.
 
+mod progress;
 mod upright;
 
 use crate::failure::Failure;
 use crate::{map, output};
+use api::ImportStage;
 use clap::Args;
 use formats::FormatError;
 use formats::survey::{self, Station, Survey};
@@ -11,6 +13,7 @@ use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
 use mapping::vantage::{VantageOptions, Vantages, vantages};
 use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
 use points::Downsampler;
+use progress::{Progress, give_way};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -65,6 +68,9 @@ pub struct ImportArgs {
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
+    /// Give way to other programs, and print a line of JSON now and then that says how far it is.
+    #[arg(long)]
+    background: bool,
 }
 
 /// Degrees from level, ascending.
@@ -115,10 +121,13 @@ struct Seconds {
 /// Runs `autoinspect import`.
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
+    if args.background {
+        give_way();
+    }
     let began = Instant::now();
-    let bar = output::share_bar("reading");
-    let survey = survey::read(&args.file, &mut |share| bar.set_position((share * 1e3) as u64));
-    bar.finish_and_clear();
+    let mut progress = Progress::new(args.background, ImportStage::Reading);
+    let survey = survey::read(&args.file, &mut |share| progress.is(share));
+    progress.ends();
     let survey = survey.map_err(|error| unreadable(&args.file, &error))?;
     let mut origin = Origin::of(args, &survey);
     if survey.points() == 0 {
@@ -138,12 +147,13 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         field: args.field_of_view.0.map(f32::to_radians),
         ..VantageOptions::default()
     };
-    let bar = output::share_bar("looking about");
-    let found = vantages(&thinned.xyz, &options, &mut |share| bar.set_position((share * 1e3) as u64));
-    bar.finish_and_clear();
+    let mut progress = Progress::new(args.background, ImportStage::Looking);
+    let found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
+    progress.ends();
     seconds.places = began.elapsed().as_secs_f64();
 
     let began = Instant::now();
+    Progress::new(args.background, ImportStage::Writing).is(0.0);
     let finished = finished(&args.file, &origin, &found, id(&thinned, &options));
     let prepare = |map: &Path| {
         write_clouds(&map.join("clouds"), &finished, &found, &thinned, &options)?;

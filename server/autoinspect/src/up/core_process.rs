@@ -1,5 +1,6 @@
 //! The core's process: link, store, recorder and control loop.
 
+use super::import_process::ImportProcess;
 use super::stop::Stop;
 use crate::failure::Failure;
 use crate::journal::McapJournal;
@@ -42,8 +43,14 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     } else {
         Some(recording(&store, &*link, now, &args.robot.robot.to_string())?)
     };
-    let core = Core::start(CoreConfig { link, store, recording, socket: args.socket.clone() })
-        .map_err(Failure::failed)?;
+    let config = CoreConfig {
+        link,
+        store,
+        recording,
+        socket: args.socket.clone(),
+        importer: Some(Box::new(ImportProcess)),
+    };
+    let core = Core::start(config).map_err(Failure::failed)?;
     let ended = core.ended();
     select! {
         recv(stop.receiver()) -> _ => Ok(()),

@@ -6,6 +6,7 @@
 mod core_process;
 mod gateway_process;
 mod health;
+mod import_process;
 mod paths;
 mod stop;
 mod supervisor;

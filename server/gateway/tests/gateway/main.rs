@@ -8,3 +8,4 @@ mod load;
 mod static_files;
 mod stream;
 mod support;
+mod uploads;

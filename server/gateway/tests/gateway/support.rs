@@ -126,11 +126,17 @@ impl Gateway {
     }
 
     pub async fn request(&self, method: &str, path: &str, headers: &[&str]) -> Reply {
+        self.send(method, path, headers, b"").await
+    }
+
+    /// As [`Gateway::request`], with a body of which the header lines have to say how long it is.
+    pub async fn send(&self, method: &str, path: &str, headers: &[&str], body: &[u8]) -> Reply {
         let mut head = format!("{method} {path} HTTP/1.1\r\nhost: {}\r\nconnection: close\r\n", self.address);
         headers.iter().for_each(|line| head.push_str(&format!("{line}\r\n")));
         head.push_str("\r\n");
         let mut stream = TcpStream::connect(self.address).await.expect("a connection");
         stream.write_all(head.as_bytes()).await.expect("written");
+        stream.write_all(body).await.expect("written");
         let mut bytes = Vec::new();
         soon("a reply", stream.read_to_end(&mut bytes)).await.expect("read");
         Reply::parse(&bytes)

@@ -29,6 +29,8 @@ impl Model {
                 self.walk_armed = false;
             }
             Command::PlaceRobot(place) => self.place_robot(place, effects),
+            Command::PickMapFile => effects.push(Effect::PickFile),
+            Command::CancelImport => self.cancel_import(effects),
             Command::Cause(mishap) => self.order(Order::Cause(mishap), effects),
             Command::LookAbout => self.order_in_control(Order::LookAbout, effects),
             Command::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
@@ -171,7 +173,7 @@ impl Model {
         self.order(order, effects);
     }
 
-    fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
+    pub(crate) fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
         let id = self.ids.command();
         self.order_as(id, order, effects);
     }

@@ -1,0 +1,101 @@
+//! Maps made of files in a process of their own: what is wrong with a file, or too much of it, cannot harm the core.
+
+use api::ImportStage;
+use ports::MapImporter;
+use serde::Deserialize;
+use std::io::{BufRead, BufReader, Read};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Runs `autoinspect import`.
+pub struct ImportProcess;
+
+/// A line that it prints as it goes on.
+#[derive(Deserialize)]
+struct Line {
+    stage: ImportStage,
+    share: f32,
+}
+
+impl MapImporter for ImportProcess {
+    fn import(
+        &self,
+        file: &Path,
+        name: &str,
+        out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        let started = std::env::current_exe().and_then(|program| {
+            Command::new(program)
+                .args(["import", "--background", "--name", name, "--out"])
+                .arg(out)
+                .arg("--")
+                .arg(file)
+                .stdin(Stdio::null())
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped())
+                .spawn()
+        });
+        let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
+        let cancelled =
+            child.stdout.take().is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
+        if cancelled {
+            // It may have ended by itself meanwhile.
+            let _ = child.kill();
+        }
+        let complaint = complaint(&mut child);
+        match child.wait() {
+            _ if cancelled => Err("It was cancelled.".to_owned()),
+            Ok(status) if status.success() => Ok(()),
+            Ok(_) => Err(complaint.replace(&file.display().to_string(), "The file")),
+            Err(error) => Err(format!("What became of the import is not known: {error}.")),
+        }
+    }
+}
+
+/// Until it ends or is to end.
+fn follow(
+    lines: impl BufRead,
+    progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    for line in lines.lines().map_while(Result::ok) {
+        if let Ok(Line { stage, share }) = serde_json::from_str(&line) {
+            progress(stage, share)?;
+        }
+    }
+    ControlFlow::Continue(())
+}
+
+/// The last thing that it said on standard error, as a sentence.
+fn complaint(child: &mut Child) -> String {
+    let mut said = String::new();
+    if let Some(errors) = child.stderr.take() {
+        // What cannot be read is not said.
+        let _ = errors.take(64 << 10).read_to_string(&mut said);
+    }
+    let last = said.lines().rev().find_map(|line| line.strip_prefix("error: "));
+    last.map_or_else(
+        || "The import ended before it was done: the file may be too large for this computer.".to_owned(),
+        |sentence| format!("{}.", sentence.trim_end_matches('.')),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn progress_is_read_line_by_line_until_it_is_cancelled() {
+        let lines =
+            b"{\"stage\":\"reading\",\"share\":0.5}\nnonsense\n{\"stage\":\"looking\",\"share\":0.25}\n"
+                .as_slice();
+        let mut heard = Vec::new();
+        let all = follow(lines, &mut |stage, share| {
+            heard.push((stage, share));
+            ControlFlow::Continue(())
+        });
+        assert_eq!(heard, [(ImportStage::Reading, 0.5), (ImportStage::Looking, 0.25)]);
+        assert!(all.is_continue() && follow(lines, &mut |_, _| ControlFlow::Break(())).is_break());
+    }
+}

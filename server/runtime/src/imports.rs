@@ -1,0 +1,153 @@
+//! Point clouds that clients sent, made into maps: one at a time, far from the control loop.
+
+use crate::board::Board;
+use crate::clock::RobotClock;
+use crate::mailbox::Mailbox;
+use crate::recording::sentence;
+use api::{Event, Import, ImportStage};
+use crossbeam_channel::{Receiver, Sender, TrySendError};
+use messages::Severity;
+use ports::MapImporter;
+use std::fs;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, PoisonError};
+use store::{Store, StoreError};
+use vocab::{MapId, UploadId};
+
+/// Names longer than this are cut, characters.
+const NAME_MAX: usize = 80;
+
+/// A file, and the name of the map to be made of it.
+pub type Asked = (UploadId, String);
+
+/// The file that no map shall be made of any more.
+type Cancelled = Arc<Mutex<Option<UploadId>>>;
+
+/// Where imports are asked for.
+#[derive(Clone)]
+pub struct Imports {
+    /// None where this core makes no maps of files.
+    asked: Option<Sender<Asked>>,
+    cancelled: Cancelled,
+}
+
+/// The thread that sees to them.
+pub struct ImportWorker {
+    pub importer: Box<dyn MapImporter>,
+    pub store: Arc<Store>,
+    pub board: Arc<Board>,
+    pub mailbox: Arc<Mailbox>,
+    pub clock: Arc<RobotClock>,
+    pub asked: Receiver<Asked>,
+    /// Disconnected when it is time to end.
+    pub stop: Receiver<()>,
+    pub cancelled: Cancelled,
+}
+
+impl Imports {
+    /// With what the worker listens to. One may wait.
+    pub fn new() -> (Self, Receiver<Asked>) {
+        let (asked, to_do) = crossbeam_channel::bounded(1);
+        (Self { asked: Some(asked), cancelled: Cancelled::default() }, to_do)
+    }
+
+    /// What the worker asks whether to go on.
+    pub fn cancelled(&self) -> Cancelled {
+        Arc::clone(&self.cancelled)
+    }
+
+    /// Where nobody makes maps of files.
+    pub fn none() -> Self {
+        Self { asked: None, cancelled: Cancelled::default() }
+    }
+
+    /// Begins to make a map of an uploaded file.
+    ///
+    /// # Errors
+    /// Why not, one sentence.
+    pub fn begin(&self, upload: UploadId, name: String) -> Result<(), String> {
+        let asked = self.asked.as_ref().ok_or("This platform makes no maps of files.")?;
+        asked.try_send((upload, name)).map_err(|error| match error {
+            TrySendError::Full(_) => "Another map is being imported. Wait until that is done.".to_owned(),
+            TrySendError::Disconnected(_) => "The platform is ending.".to_owned(),
+        })
+    }
+
+    /// Ends the import of that file, if it is under way.
+    pub fn cancel(&self, upload: UploadId) {
+        *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner) = Some(upload);
+    }
+}
+
+impl ImportWorker {
+    /// Works until told to stop.
+    pub fn run(self) {
+        loop {
+            crossbeam_channel::select! {
+                recv(self.stop) -> _ => return,
+                recv(self.asked) -> asked => match asked {
+                    Ok((upload, name)) => self.import(upload, &tidy(&name)),
+                    Err(_) => return,
+                },
+            }
+        }
+    }
+
+    fn import(&self, upload: UploadId, name: &str) {
+        let (file, made) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
+        let mut progress = |stage, share| {
+            self.board.set(Event::Import(Import::Running { upload, name: name.to_owned(), stage, share }));
+            if self.is_over(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let imported = if progress(ImportStage::Reading, 0.0).is_break() {
+            Err("It was cancelled.".to_owned())
+        } else if file.exists() {
+            self.importer.import(&file, name, &made, &mut progress)
+        } else {
+            Err("That file is not here any more. Send it again.".to_owned())
+        };
+        let adopted = imported.and_then(|()| self.store.adopt_map(&made).map_err(|error| told(&error)));
+        // What is left has no use; at the next start it is removed in any case.
+        let _ = fs::remove_file(&file);
+        let _ = fs::remove_dir_all(&made);
+        self.tell(upload, name, adopted.map(|summary| summary.id));
+    }
+
+    fn is_over(&self, upload: UploadId) -> bool {
+        let cancelled = *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner);
+        let ended = matches!(self.stop.try_recv(), Err(crossbeam_channel::TryRecvError::Disconnected));
+        cancelled == Some(upload) || ended
+    }
+
+    fn tell(&self, upload: UploadId, name: &str, result: Result<MapId, String>) {
+        let (severity, text) = match &result {
+            Ok(_) => (Severity::Info, format!("{name} is imported.")),
+            Err(reason) => (Severity::Warning, format!("{name} was not imported: {reason}")),
+        };
+        if result.is_ok() {
+            match self.store.maps() {
+                Ok(maps) => self.board.set(Event::Maps(maps)),
+                Err(error) => tracing::error!("the saved maps cannot be listed: {error}"),
+            }
+        }
+        self.board.set(Event::Import(match result {
+            Ok(map) => Import::Done { upload, map },
+            Err(reason) => Import::Failed { upload, name: name.to_owned(), reason },
+        }));
+        self.mailbox.notice(self.clock.now(), severity, text);
+    }
+}
+
+fn told(error: &StoreError) -> String {
+    match error {
+        StoreError::MapExists { .. } => "The same map is here already.".to_owned(),
+        error => format!("{}.", sentence(error)),
+    }
+}
+
+/// One line of a length that can be shown.
+fn tidy(name: &str) -> String {
+    let name: String = name.chars().filter(|letter| !letter.is_control()).take(NAME_MAX).collect();
+    let name = name.trim();
+    if name.is_empty() { "Map".to_owned() } else { name.to_owned() }
+}
