@@ -66,6 +66,8 @@ pub struct StackWalk {
     rounds: u32,
     /// What reading a saved map gives.
     known: Option<Arc<KnownMap>>,
+    /// Whether the robot stands instead of walking on.
+    stands: bool,
 }
 
 impl StackWalk {
@@ -120,6 +122,7 @@ impl StackWalk {
             truth: plan.keep_truth.then(Vec::new),
             rounds: 0,
             known: None,
+            stands: false,
         })
     }
 
@@ -168,6 +171,16 @@ impl StackWalk {
         Ok(())
     }
 
+    /// The robot stands from now on, or walks on.
+    pub fn stand(&mut self, stands: bool) {
+        self.stands = stands;
+    }
+
+    /// The simulator, for its clock and what goes wrong in it.
+    pub fn simulator(&mut self) -> &mut Simulator {
+        &mut self.simulator
+    }
+
     /// Rounds walked to their end.
     pub fn rounds(&self) -> u32 {
         self.rounds
@@ -195,6 +208,9 @@ impl StackWalk {
 
     /// The next command; the round begins again where it ended.
     fn drive(&mut self) -> Drive {
+        if self.stands {
+            return Drive::default();
+        }
         let truth = self.simulator.truth();
         self.walker.drive(&truth).unwrap_or_else(|| {
             self.rounds += 1;

@@ -5,6 +5,7 @@
 mod known;
 mod rounds;
 mod standing;
+mod troubles;
 
 use anyhow::Result;
 use clap::Parser;
@@ -46,6 +47,9 @@ struct Arguments {
     /// People walking about then.
     #[arg(long, default_value_t = 10)]
     day_people: u32,
+    /// How often, on another day, the LiDAR is covered for 20 s and the robot is carried 20 m away and back.
+    #[arg(long, default_value_t = 5)]
+    troubles: u32,
     /// One line for each place.
     #[arg(long)]
     each: bool,
@@ -65,6 +69,10 @@ fn main() -> Result<()> {
         }
         for day in 1..=arguments.days {
             rounds::run(&known, &arguments, day)?;
+        }
+        if arguments.troubles > 0 {
+            troubles::print_header();
+            troubles::run(&known, &arguments)?;
         }
     }
     Ok(())

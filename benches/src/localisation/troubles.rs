@@ -1,0 +1,196 @@
+//! What becomes of a robot that is localised in a known map when its LiDAR is covered while it walks, and when it is carried away.
+
+use crate::Arguments;
+use crate::known::KnownSite;
+use anyhow::{Context, Result};
+use benches::stack_walk::{Plan, StackWalk};
+use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose};
+use messages::{Effect, LocalisationState, Publication};
+use sim::{Fault, Site, Start};
+use std::sync::Arc;
+use vocab::{Pose, Span, Vec3};
+
+/// Time that a recovery may take, seconds, and how long it is waited for.
+const BAR: f64 = 15.0;
+const PATIENCE: f64 = 60.0;
+/// Whoever is farther off than this does not know its place, metres.
+const RIGHT: f64 = 0.2;
+/// Covered for so long.
+const DARK: Span = Span::from_millis(20_000);
+/// Carried so far, metres, for so long.
+const AWAY: (f64, f64) = (15.0, 25.0);
+const CARRIED: Span = Span::from_millis(12_000);
+/// And walked between troubles.
+const BETWEEN: Span = Span::from_millis(15_000);
+
+/// Names of the columns: for each trouble how often it came, after how many the robot knew its place within 15 s, and how long that took;
+/// and scans after which it claimed a place that was wrong.
+pub fn print_header() {
+    println!(
+        "{:<8}{:>12}{:>8}{:>11}{:>11}{:>9}",
+        "site", "trouble", "times", "in 15 s", "median s", "worst s"
+    );
+}
+
+/// What the robot says of its place.
+#[derive(Default)]
+struct Heard {
+    state: LocalisationState,
+    estimate: Pose,
+    fresh: bool,
+}
+
+impl Heard {
+    fn hear(&mut self, effects: &[Effect]) {
+        for effect in effects {
+            match effect {
+                Effect::Publish(Publication::Localisation(state)) => self.state = *state,
+                Effect::Publish(Publication::Estimate(estimate)) => self.estimate = estimate.map_from_base,
+                Effect::Publish(Publication::Scan(_)) => self.fresh = true,
+                _ => {}
+            }
+        }
+    }
+
+    fn is_sure(&self) -> bool {
+        matches!(self.state, LocalisationState::Localised { doubt: None, .. })
+    }
+}
+
+/// One day with its troubles.
+struct Day<'a> {
+    walk: StackWalk,
+    heard: Heard,
+    known: &'a KnownSite,
+    /// Scans after which a place was claimed, and of those the ones that were wrong.
+    claimed: u64,
+    wrong: u64,
+    rng: Rng,
+}
+
+impl Day<'_> {
+    /// Goes on for so long, a tick at a time; says whether the place was known and right after each of the last scans.
+    fn go(&mut self, span: Span) -> Result<bool> {
+        let until = self.walk.simulator().elapsed() + span;
+        let mut right = false;
+        while self.walk.simulator().elapsed() < until {
+            let next = self.walk.simulator().elapsed() + Span::from_millis(50);
+            let heard = &mut self.heard;
+            self.walk.walk(next, &mut |_, _, effects| heard.hear(effects))?;
+            if std::mem::take(&mut self.heard.fresh) && self.heard.is_sure() {
+                right = self.error()? < RIGHT;
+                self.claimed += 1;
+                self.wrong += u64::from(!right);
+            }
+        }
+        Ok(right && self.heard.is_sure())
+    }
+
+    fn error(&self) -> Result<f64> {
+        let estimate = isometry_from_pose(&self.heard.estimate).context("the stack told no pose")?;
+        let told: Isometry = self.known.site_from_map * estimate;
+        Ok((told.translation.vector - self.walk.site_from_base()?.translation.vector).norm())
+    }
+
+    /// Seconds until the robot knows its place again.
+    fn recovers(&mut self) -> Result<f64> {
+        let mut waited = 0.0;
+        while waited < PATIENCE {
+            let right = self.go(Span::from_millis(100))?;
+            waited += 0.1;
+            if right {
+                return Ok(waited);
+            }
+        }
+        Ok(f64::INFINITY)
+    }
+
+    fn cover(&mut self) -> Result<f64> {
+        let from = self.walk.simulator().elapsed();
+        self.walk.simulator().inject(Fault::BlindLidar { from, until: from + DARK });
+        self.go(DARK)?;
+        self.recovers()
+    }
+
+    /// There and back again; two recoveries, or none where there is nowhere to go.
+    fn carry(&mut self) -> Result<Vec<f64>> {
+        let here = self.walk.site_from_base()?;
+        let Some(there) = self.elsewhere(&here.translation.vector) else { return Ok(Vec::new()) };
+        self.walk.stand(true);
+        let back = start(&here.translation.vector, here.rotation.euler_angles().2);
+        let mut took = Vec::new();
+        for to in [there, back] {
+            self.walk.simulator().carry(to, CARRIED);
+            self.go(CARRIED)?;
+            took.push(self.recovers()?);
+        }
+        self.walk.stand(false);
+        Ok(took)
+    }
+
+    /// Some place on this floor that the map shows.
+    fn elsewhere(&mut self, here: &Vector3) -> Option<Start> {
+        let keyframes = self.known.guide.keyframes();
+        let places = keyframes.iter().map(|(pose, _)| (self.known.site_from_map * *pose).translation.vector);
+        let site = Arc::clone(self.walk.simulator().site());
+        let fits = |place: &Vector3| {
+            let away = (place - here).xy().norm();
+            let feet = place - Vector3::z() * (here.z - floor_under(&site, here));
+            (AWAY.0..AWAY.1).contains(&away) && (place.z - here.z).abs() < 0.2 && site.has_room(&feet)
+        };
+        let places: Vec<Vector3> = places.filter(fits).collect();
+        let index = (self.rng.uniform() * places.len() as f64) as usize;
+        let place = places.get(index)?;
+        Some(start(place, self.rng.range(0.0, std::f64::consts::TAU)))
+    }
+}
+
+fn floor_under(site: &Site, base: &Vector3) -> f64 {
+    base.z - site.cast(base, &-Vector3::z(), 2.0).map_or(0.0, |(down, _)| down)
+}
+
+fn start(place: &Vector3, yaw: f64) -> Start {
+    Start { position: Vec3::new(place.x, place.y, place.z), yaw }
+}
+
+/// Walks one day with its troubles.
+pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
+    let seed = 100 * arguments.seed + 77;
+    let site = Arc::new(Site::on_another_day(known.site.name(), seed, arguments.moved));
+    let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: false };
+    let mut heard = Heard::default();
+    let walk =
+        StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), &mut |_, _, effects| {
+            heard.hear(effects);
+        })?;
+    let rng = RngTree::new(seed).child("carried").rng();
+    let mut day = Day { walk, heard, known, claimed: 0, wrong: 0, rng };
+    let (mut covered, mut carried) = (Vec::new(), Vec::new());
+    for _ in 0..arguments.troubles {
+        day.go(BETWEEN)?;
+        covered.push(day.cover()?);
+        day.go(BETWEEN)?;
+        carried.extend(day.carry()?);
+    }
+    for (trouble, took) in [("covered", covered), ("carried", carried)] {
+        print(known, trouble, took);
+    }
+    println!("{:<8}{:>12}{:>8}{:>11}", known.site.name(), "wrong scans", day.claimed, day.wrong);
+    Ok(())
+}
+
+fn print(known: &KnownSite, trouble: &str, mut took: Vec<f64>) {
+    took.sort_by(f64::total_cmp);
+    let at =
+        |share: f64| took.get((share * (took.len().max(1) - 1) as f64) as usize).copied().unwrap_or(f64::NAN);
+    let in_time = took.iter().filter(|seconds| **seconds <= BAR).count();
+    println!(
+        "{:<8}{:>12}{:>8}{:>11}{:>11.1}{:>9.1}",
+        known.site.name(),
+        trouble,
+        took.len(),
+        in_time,
+        at(0.5),
+        at(1.0)
+    );
+}
