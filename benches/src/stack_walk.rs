@@ -12,7 +12,7 @@ use stack::{Stack, Work};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, SessionId, Span, Stamp};
+use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp};
 
 /// The stack ticks at 20 Hz, and the robot is commanded as often.
 const TICK: Span = Span::from_millis(50);
@@ -66,8 +66,9 @@ pub struct StackWalk {
     rounds: u32,
     /// What reading a saved map gives.
     known: Option<Arc<KnownMap>>,
-    /// Whether the robot stands instead of walking on.
-    stands: bool,
+    /// What the stack wants of the legs, if the robot is to do that instead of walking its route.
+    obeys: Option<Drive>,
+    orders: u128,
 }
 
 impl StackWalk {
@@ -81,7 +82,8 @@ impl StackWalk {
         Ok(walk)
     }
 
-    /// Ready to walk a route of `site` by a map that is known of it; the robot has to find itself in it first.
+    /// Ready to walk a route of `site` by a map that is known of it; the robot has to find itself in it first, unless somebody says where
+    /// in the map it is.
     ///
     /// # Errors
     /// When the site has no such route.
@@ -90,6 +92,7 @@ impl StackWalk {
         route: &str,
         plan: &Plan,
         known: Arc<KnownMap>,
+        told: Option<Pose>,
         heard: Heard<'_>,
     ) -> Result<Self> {
         let mut walk = Self::prepared(site, route, plan)?;
@@ -97,7 +100,7 @@ impl StackWalk {
         walk.known = Some(known);
         walk.boot(None, heard);
         walk.order(
-            [Order::TakeControl { name: "bench".to_owned() }, Order::Localise { map, at: None }],
+            [Order::TakeControl { name: "bench".to_owned() }, Order::Localise { map, at: told }],
             heard,
         );
         Ok(walk)
@@ -122,7 +125,8 @@ impl StackWalk {
             truth: plan.keep_truth.then(Vec::new),
             rounds: 0,
             known: None,
-            stands: false,
+            obeys: None,
+            orders: 0,
         })
     }
 
@@ -133,8 +137,9 @@ impl StackWalk {
 
     fn order<const N: usize>(&mut self, orders: [Order; N], heard: Heard<'_>) {
         let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
-        for (number, order) in (1..).zip(orders) {
-            let command = Command { id: CommandId(Uuid::from_u128(number)), by, order };
+        for order in orders {
+            self.orders += 1;
+            let command = Command { id: CommandId(Uuid::from_u128(self.orders)), by, order };
             self.step(now, StepOf::Other, Input::Command(command), heard);
             self.work(now, heard);
         }
@@ -171,9 +176,14 @@ impl StackWalk {
         Ok(())
     }
 
-    /// The robot stands from now on, or walks on.
-    pub fn stand(&mut self, stands: bool) {
-        self.stands = stands;
+    /// From now on the robot does what its stack wants, which is to stand until it is told otherwise; or it walks its route.
+    pub fn obey_stack(&mut self, obeys: bool) {
+        self.obeys = obeys.then(Drive::default);
+    }
+
+    /// Gives the stack an order.
+    pub fn give(&mut self, order: Order, heard: Heard<'_>) {
+        self.order([order], heard);
     }
 
     /// The simulator, for its clock and what goes wrong in it.
@@ -208,8 +218,8 @@ impl StackWalk {
 
     /// The next command; the round begins again where it ended.
     fn drive(&mut self) -> Drive {
-        if self.stands {
-            return Drive::default();
+        if let Some(drive) = self.obeys {
+            return drive;
         }
         let truth = self.simulator.truth();
         self.walker.drive(&truth).unwrap_or_else(|| {
@@ -247,6 +257,7 @@ impl StackWalk {
                 Effect::StartJob { job, work: Job::ReadMap(map) } => {
                     self.jobs.push_back(Waiting::Map(job, map));
                 }
+                Effect::Drive(drive) => self.obeys = self.obeys.map(|_| drive),
                 Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }

@@ -53,7 +53,7 @@ impl Guide {
             let turn = map_from_keyframe.rotation.to_rotation_matrix();
             for point in place.points() {
                 let at = turn * Vector3::from(point.map(f64::from)) + map_from_keyframe.translation.vector;
-                surfaces.insert(&at.into());
+                surfaces.insert_seen(&at.into(), map_from_keyframe.translation.vector.as_ref());
             }
         }
         Self { surfaces, keyframes }

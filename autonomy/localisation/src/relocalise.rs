@@ -26,11 +26,12 @@ const ABOUT: ([f64; 5], [f64; 5]) = ([-1.0, -0.5, 0.0, 0.5, 1.0], [-0.35, -0.17,
 /// Points that try starts out, and steps.
 const COARSE_POINTS: usize = 300;
 const COARSE_STEPS: usize = 8;
-const COARSE: MatchOptions = MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true };
+const COARSE: MatchOptions =
+    MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true, facing: true };
 /// The best are settled with all points.
 const SETTLED: usize = 10;
 const FINE_STEPS: usize = 12;
-const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true };
+const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true, facing: true };
 /// Two places are different beyond this: metres and radians.
 const APART: (f64, f64) = (0.5, 0.15);
 

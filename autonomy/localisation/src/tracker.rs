@@ -11,7 +11,8 @@ use vocab::Stamp;
 /// Fewer points than this say nothing.
 const MIN_POINTS: usize = 60;
 /// How points are matched once the pose is nearly right: the map is made of thinned clouds.
-const MATCHING: MatchOptions = MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.015, spread: true };
+const MATCHING: MatchOptions =
+    MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.015, spread: true, facing: true };
 /// Gauss-Newton steps at most, and the length of one that ends them: radians and metres.
 const ITERATIONS: usize = 8;
 const RESTING: f64 = 1e-4;

@@ -17,9 +17,10 @@ use vocab::KeyframeId;
 /// Points that try starts out.
 const COARSE_POINTS: usize = 400;
 const COARSE_STEPS: usize = 8;
-const COARSE: MatchOptions = MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true };
+const COARSE: MatchOptions =
+    MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true, facing: false };
 const FINE_STEPS: usize = 15;
-const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true };
+const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true, facing: false };
 /// Besides every guess, starts this far from it to all four sides, metres.
 const ASIDE: f64 = 1.2;
 /// Share of the strongest direction's information that noise and bent submaps can feign. Walls of a bare corridor, walked with

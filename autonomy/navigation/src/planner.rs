@@ -191,8 +191,10 @@ impl<'a> Search<'a> {
         Some((next, length * factor))
     }
 
-    /// Everywhere that can be reached at a cost of `most` cells.
-    pub(crate) fn reach(&mut self, start: CellIndex, most: f64) -> Reached {
+    /// Everywhere within `radius` cells that can be reached, over ground that was never seen as well where there is no other.
+    pub(crate) fn reach(&mut self, start: CellIndex, radius: f64) -> Reached {
+        let is_within =
+            |cell: CellIndex| f64::from(cell.x - start.x).hypot(f64::from(cell.y - start.y)) <= radius;
         let mut best = Reached::from([(start, (0.0, start))]);
         let mut open = BinaryHeap::from([Open { estimate: 0.0, cell: start }]);
         while let Some(Open { estimate: cost, cell }) = open.pop() {
@@ -202,7 +204,7 @@ impl<'a> Search<'a> {
             for direction in AROUND {
                 let Some((next, length)) = self.step(cell, direction) else { continue };
                 let cost = cost + length;
-                if cost <= most && best.get(&next).is_none_or(|(known, _)| cost < *known) {
+                if is_within(next) && best.get(&next).is_none_or(|(known, _)| cost < *known) {
                     best.insert(next, (cost, cell));
                     open.push(Open { estimate: cost, cell: next });
                 }

@@ -1,4 +1,4 @@
-//! Where to walk when one does not know where one is: a little way, over ground that has been seen, to where one has not been.
+//! Where to walk when one does not know where one is: a little way, to ground that has been seen and where one has not been.
 
 use crate::planner::{Search, trace};
 use crate::{CellIndex, Terrain};
@@ -8,14 +8,15 @@ use std::cmp::Reverse;
 /// A shorter walk shows nothing new, metres.
 const LEAST: f64 = 1.0;
 
-/// A way of `most` metres at most from `from` to the place that is farthest from all of `been` (all in the terrain's frame, metres), over
-/// ground that was seen and is comfortable to stand on; none where there is no room.
+/// A way from `from` to the place within `radius` that is farthest from all of `been` (all in the terrain's frame, metres), on ground that
+/// was seen and is comfortable to stand on; none where there is none. The way leads over such ground where it can: next to itself a
+/// robot may have seen nothing.
 ///
-/// Cost grows with the ground within `most` and with `been`.
-pub fn roam(terrain: &Terrain, from: &Vector3, been: &[Vector3], most: f64) -> Option<Vec<Vector3>> {
+/// Cost grows with the ground within `radius` and with `been`.
+pub fn roam(terrain: &Terrain, from: &Vector3, been: &[Vector3], radius: f64) -> Option<Vec<Vector3>> {
     let mut search = Search::new(terrain);
     let start = search.nearest_free(terrain.index(from.x, from.y))?;
-    let reached = search.reach(start, most / terrain.cell_size());
+    let reached = search.reach(start, radius / terrain.cell_size());
     let been: Vec<CellIndex> = been.iter().map(|place| terrain.index(place.x, place.y)).collect();
     let apart = |a: CellIndex, b: CellIndex| i64::from(a.x - b.x).pow(2) + i64::from(a.y - b.y).pow(2);
     let new = |cell: CellIndex| been.iter().map(|&place| apart(cell, place)).min().unwrap_or(i64::MAX);
@@ -63,6 +64,16 @@ mod tests {
                 assert!(terrain.cell(terrain.index(at.x, at.y)).ground().is_some());
             }
         }
+    }
+
+    #[test]
+    fn put_down_where_it_sees_no_ground_about_itself_it_walks_to_where_it_does() {
+        let (terrain, from, _) =
+            terrain("........\n........\n..    ..\n..    ..\n.. S  ..\n..    ..\n........\n........");
+        let way = roam(&terrain, &from, &[from], 2.0);
+        let end =
+            way.as_ref().and_then(|way| way.last()).map(|end| terrain.cell(terrain.index(end.x, end.y)));
+        assert!(end.is_some_and(|end| end.ground().is_some()), "{way:?}");
     }
 
     #[test]

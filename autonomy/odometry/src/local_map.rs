@@ -87,7 +87,7 @@ impl LocalMap {
 
     /// How points are matched once the pose is nearly right.
     pub fn matching(&self) -> MatchOptions {
-        MatchOptions { gate: GATE, kernel: KERNEL, noise: self.noise, spread: true }
+        MatchOptions { gate: GATE, kernel: KERNEL, noise: self.noise, spread: true, facing: false }
     }
 
     /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size

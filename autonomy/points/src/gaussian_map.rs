@@ -38,7 +38,7 @@ impl Default for GaussianMapConfig {
 pub enum Surface {
     /// A flat piece.
     Plane {
-        /// Unit normal, map frame, sign arbitrary.
+        /// Unit normal, map frame; towards those who saw it, or of arbitrary sign where nobody said.
         normal: [f32; 3],
         /// Distance of the query point from the plane along the normal, metres.
         distance: f32,
@@ -95,6 +95,12 @@ impl Node {
     #[inline]
     fn distance(&self, local: &[f32; 3]) -> f32 {
         (0..3).map(|axis| self.normal[axis] * (local[axis] - self.mean[axis])).sum()
+    }
+
+    /// Whether the plane shows its other side in a direction.
+    #[inline]
+    fn turns_away(&self, facing: Option<[f32; 3]>) -> bool {
+        facing.is_some_and(|facing| (0..3).map(|axis| self.normal[axis] * facing[axis]).sum::<f32>() < 0.0)
     }
 
     /// Welford's update, with the count capped.
@@ -207,6 +213,16 @@ impl GaussianMap {
 
     /// Adds a point.
     pub fn insert(&mut self, point: &[f64; 3]) {
+        self.insert_facing(point, None);
+    }
+
+    /// Adds a point that was seen from a place (map frame, metres): both sides of a thin wall become surfaces of their own, of which
+    /// [`Self::surface_facing`] finds the right one.
+    pub fn insert_seen(&mut self, point: &[f64; 3], from: &[f64; 3]) {
+        self.insert_facing(point, Some(toward(point, from)));
+    }
+
+    fn insert_facing(&mut self, point: &[f64; 3], facing: Option<[f32; 3]>) {
         let (key, mut local) = self.locate(point);
         let (root, fresh) = self.table.get_or_insert(key, self.roots.len() as u32);
         if fresh {
@@ -218,8 +234,8 @@ impl GaussianMap {
         for level in 0..=self.config.depth {
             let (turn, config) = (self.turn, self.config);
             let node = self.node_mut(place);
-            if node.kind == Kind::Plane && outlier(node, &local) {
-                // Something else in front of or behind a known plane.
+            if node.kind == Kind::Plane && (outlier(node, &local) || node.turns_away(facing)) {
+                // Something else in front of or behind a known plane, or its other side.
             } else {
                 node.add(&local, &config);
                 let due = if node.count >= config.max_points {
@@ -229,6 +245,9 @@ impl GaussianMap {
                 };
                 if node.count >= config.min_points && due {
                     node.judge(size, &config);
+                    if node.turns_away(facing) {
+                        node.normal = node.normal.map(|axis| -axis);
+                    }
                 }
                 if node.kind == Kind::Plane {
                     return;
@@ -244,10 +263,20 @@ impl GaussianMap {
     /// What the map knows at a point: the first plane on the way down that the point is `gate` metres or less away
     /// from, else the nearest plane met, else the finest cell with enough points.
     pub fn surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
+        self.surface_of(point, gate, None)
+    }
+
+    /// As [`Self::surface`], but for planes that turn their other side to whoever looks from there (map frame, metres). Of maps whose
+    /// points were added with [`Self::insert_seen`].
+    pub fn surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
+        self.surface_of(point, gate, Some(toward(point, from)))
+    }
+
+    fn surface_of(&self, point: &[f64; 3], gate: f32, facing: Option<[f32; 3]>) -> Option<Surface> {
         let (key, local) = self.locate(point);
         let mut best = Candidate::default();
         if let Some(root) = self.table.get(key) {
-            self.descend_for(root, local, gate, &mut best);
+            self.descend_for(root, local, gate, facing, &mut best);
             if best.within {
                 return best.surface;
             }
@@ -264,7 +293,7 @@ impl GaussianMap {
             if let Some(root) = self.table.get(CellKey::new(cell)) {
                 let mut there = local;
                 there[axis] -= side as f32 * self.config.root_size as f32;
-                self.descend_for(root, there, gate, &mut best);
+                self.descend_for(root, there, gate, facing, &mut best);
                 if best.within {
                     break;
                 }
@@ -318,11 +347,19 @@ impl GaussianMap {
         }
     }
 
-    fn descend_for(&self, root: u32, mut local: [f32; 3], gate: f32, best: &mut Candidate) {
+    fn descend_for(
+        &self,
+        root: u32,
+        mut local: [f32; 3],
+        gate: f32,
+        facing: Option<[f32; 3]>,
+        best: &mut Candidate,
+    ) {
         let mut node = &self.roots[root as usize].node;
         let mut size = self.config.root_size as f32;
         loop {
             match node.kind {
+                Kind::Plane if node.turns_away(facing) => {}
                 Kind::Plane => {
                     let distance = node.distance(&local);
                     best.offer_plane(node, distance, gate);
@@ -424,6 +461,12 @@ impl Candidate {
             self.surface = Some(Surface::Spread { offset, covariance: node.covariance });
         }
     }
+}
+
+/// From a point to where it was seen from.
+#[inline]
+fn toward(point: &[f64; 3], from: &[f64; 3]) -> [f32; 3] {
+    std::array::from_fn(|axis| (from[axis] - point[axis]) as f32)
 }
 
 /// Moves from a cube to the half that holds `local`; says which of the eight.

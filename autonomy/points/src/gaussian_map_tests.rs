@@ -129,3 +129,27 @@ fn same_points_same_bits() {
     };
     assert_eq!(build(), build());
 }
+
+#[test]
+fn the_two_sides_of_a_thin_wall_are_told_apart_by_who_looks() {
+    let (inside, outside) = ([-3.0, 0.0, 1.0], [3.0, 0.0, 1.0]);
+    let mut map = GaussianMap::new(GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() });
+    for (from, wall) in [(inside, 0.0), (outside, 0.2)] {
+        for y in -10..=10_i8 {
+            for z in 0..=20_u8 {
+                map.insert_seen(&[wall, 0.1 * f64::from(y), 0.1 * f64::from(z)], &from);
+            }
+        }
+    }
+    for (from, wall, other) in [(inside, 0.0, 0.2), (outside, 0.2, 0.0)] {
+        for y in -8..=8_i8 {
+            let at = |x: f64| [x, 0.1 * f64::from(y) + 0.03, 1.04];
+            let distance = |x: f64| match map.surface_facing(&at(x), &from, 0.1) {
+                Some(Surface::Plane { distance, .. }) => distance.abs(),
+                _ => f32::INFINITY,
+            };
+            assert!(distance(wall) < 0.02, "{y}: {}", distance(wall));
+            assert!(distance(other) > 0.15, "{y}: its other side is 0.2 m away: {}", distance(other));
+        }
+    }
+}

@@ -18,11 +18,13 @@ pub struct MatchOptions {
     pub noise: f32,
     /// Whether cells that are not flat take part.
     pub spread: bool,
+    /// Whether planes that turn their other side to the body are left out: only maps that know from where their points were seen tell.
+    pub facing: bool,
 }
 
 impl Default for MatchOptions {
     fn default() -> Self {
-        Self { gate: 0.1, kernel: 3.0, noise: 0.01, spread: true }
+        Self { gate: 0.1, kernel: 3.0, noise: 0.01, spread: true, facing: false }
     }
 }
 
@@ -75,7 +77,12 @@ pub fn linearise<'a>(
     for point in points {
         let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
         let in_map = rotation * in_body + translation;
-        match map.surface(&[in_map.x, in_map.y, in_map.z], options.gate) {
+        let at = [in_map.x, in_map.y, in_map.z];
+        let surface = match options.facing {
+            true => map.surface_facing(&at, translation.as_ref(), options.gate),
+            false => map.surface(&at, options.gate),
+        };
+        match surface {
             Some(Surface::Plane { normal, distance, variance }) => {
                 let variance = f64::from(variance + noise);
                 let distance = f64::from(distance);

@@ -17,8 +17,8 @@ use points::Downsampler;
 use std::sync::{Arc, OnceLock};
 use vocab::{MapId, Span, Stamp};
 
-/// A place that one scan was recognised by is so vague: radians and metres.
-const RECOGNISED: (f64, f64) = (0.02, 0.08);
+/// A place that one scan was recognised by is so vague where the scan does not see it, as along a corridor: radians and metres.
+const RECOGNISED: (f64, f64) = (0.05, 0.4);
 /// Where nothing was recognised, the question is asked again after so many metres or radians, or so long.
 const AGAIN: (f64, f64) = (0.5, 0.5);
 const AGAIN_AFTER: Span = Span::from_millis(2_000);

@@ -4,6 +4,7 @@
 
 mod known;
 mod rounds;
+mod sizes;
 mod standing;
 mod troubles;
 
@@ -50,6 +51,9 @@ struct Arguments {
     /// How often, on another day, the LiDAR is covered for 20 s and the robot is carried 20 m away and back.
     #[arg(long, default_value_t = 5)]
     troubles: u32,
+    /// Sizes of maps, points, in which the cost of a scan is measured: the site's own map again and again, side by side.
+    #[arg(long, value_delimiter = ',', value_name = "POINTS")]
+    sizes: Vec<u64>,
     /// One line for each place.
     #[arg(long)]
     each: bool,
@@ -69,6 +73,12 @@ fn main() -> Result<()> {
         }
         for day in 1..=arguments.days {
             rounds::run(&known, &arguments, day)?;
+        }
+        if !arguments.sizes.is_empty() {
+            sizes::print_header();
+        }
+        for points in &arguments.sizes {
+            sizes::run(&known, &arguments, *points)?;
         }
         if arguments.troubles > 0 {
             troubles::print_header();

@@ -87,7 +87,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments, day: u64) -> Result<()> {
     let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: true };
     let mut told = Told::default();
     let mut hear = |of, ms, effects: &[Effect]| told.hear(of, ms, effects);
-    let mut walk = StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), &mut hear)?;
+    let mut walk = StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), None, &mut hear)?;
     walk.walk(Span::from_secs_f64(arguments.day_minutes * 60.0), &mut hear)?;
     let truth = walk.truth();
     let (mut squares, mut turns, mut worst, mut count) = (0.0, 0.0, 0.0_f64, 0_usize);

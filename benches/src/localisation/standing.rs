@@ -78,11 +78,12 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
 fn print_each(number: usize, start: &Start, truth: &Isometry, right: Option<usize>, found: &[Hypothesis]) {
     let place = format!("{:.1},{:.1},{:.1}", start.position.x, start.position.y, start.position.z);
     let right = right.map_or_else(|| "-".to_owned(), |index| index.to_string());
-    let off =
-        found.first().map_or(f64::NAN, |one| (truth.inverse() * one.map_from_base).translation.vector.norm());
+    // Of the best one, as its own robot sees it, metres.
+    let off = found.first().map(|one| (truth.inverse() * one.map_from_base).translation.vector);
+    let off = off.map_or_else(|| "-".to_owned(), |off| format!("{:.3} {:.3} {:.3}", off.x, off.y, off.z));
     let list: Vec<String> =
         found.iter().take(4).map(|one| format!("{:.3}/{:.3}", one.fit, one.contradicted)).collect();
-    println!("{number:>4} {place:>16} {right:>3} {off:>7.3}  {}", list.join("  "));
+    println!("{number:>4} {place:>16} {right:>3} {off:>21}  {}", list.join("  "));
 }
 
 /// Where the robot has room and the map shows what it sees.

@@ -1,11 +1,12 @@
-//! What becomes of a robot that is localised in a known map when its LiDAR is covered while it walks, and when it is carried away.
+//! What becomes of a robot that is localised in a known map when its LiDAR is covered while it walks, and when it is carried away: put down,
+//! it looks about as it would on its way to a goal.
 
 use crate::Arguments;
 use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose};
-use messages::{Effect, LocalisationState, Publication};
+use messages::{Effect, LocalisationState, Order, Publication};
 use sim::{Fault, Site, Start};
 use std::sync::Arc;
 use vocab::{Pose, Span, Vec3};
@@ -66,6 +67,7 @@ struct Day<'a> {
     claimed: u64,
     wrong: u64,
     rng: Rng,
+    each: bool,
 }
 
 impl Day<'_> {
@@ -92,10 +94,15 @@ impl Day<'_> {
         Ok((told.translation.vector - self.walk.site_from_base()?.translation.vector).norm())
     }
 
-    /// Seconds until the robot knows its place again.
+    /// Seconds until the robot knows its place again. Where it walks its route it goes on with that, else it looks about.
     fn recovers(&mut self) -> Result<f64> {
         let mut waited = 0.0;
         while waited < PATIENCE {
+            if matches!(self.heard.state, LocalisationState::Relocalising { .. }) {
+                // As it does by itself on its way to a goal. Whoever looks about already goes on with that.
+                let heard = &mut self.heard;
+                self.walk.give(Order::LookAbout, &mut |_, _, effects| heard.hear(effects));
+            }
             let right = self.go(Span::from_millis(100))?;
             waited += 0.1;
             if right {
@@ -116,15 +123,29 @@ impl Day<'_> {
     fn carry(&mut self) -> Result<Vec<f64>> {
         let here = self.walk.site_from_base()?;
         let Some(there) = self.elsewhere(&here.translation.vector) else { return Ok(Vec::new()) };
-        self.walk.stand(true);
+        self.walk.obey_stack(true);
         let back = start(&here.translation.vector, here.rotation.euler_angles().2);
         let mut took = Vec::new();
         for to in [there, back] {
             self.walk.simulator().carry(to, CARRIED);
             self.go(CARRIED)?;
-            took.push(self.recovers()?);
+            let seconds = self.recovers()?;
+            took.push(seconds);
+            if self.each {
+                let (state, off, at) =
+                    (self.heard.state, self.error()?, self.walk.site_from_base()?.translation.vector);
+                println!(
+                    "  to {:.1?} {:.1}: {seconds:.1} s, {off:.2} m off at {:.1} {:.1}, {state:?}",
+                    [to.position.x, to.position.y, to.position.z],
+                    to.yaw,
+                    at.x,
+                    at.y
+                );
+            }
+            self.walk.give(Order::StopMotion, &mut |_, _, _| {});
+            self.walk.give(Order::AllowMotion, &mut |_, _, _| {});
         }
-        self.walk.stand(false);
+        self.walk.obey_stack(false);
         Ok(took)
     }
 
@@ -160,11 +181,11 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
     let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: false };
     let mut heard = Heard::default();
     let walk =
-        StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), &mut |_, _, effects| {
+        StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), None, &mut |_, _, effects| {
             heard.hear(effects);
         })?;
     let rng = RngTree::new(seed).child("carried").rng();
-    let mut day = Day { walk, heard, known, claimed: 0, wrong: 0, rng };
+    let mut day = Day { walk, heard, known, claimed: 0, wrong: 0, rng, each: arguments.each };
     let (mut covered, mut carried) = (Vec::new(), Vec::new());
     for _ in 0..arguments.troubles {
         day.go(BETWEEN)?;
