@@ -190,6 +190,13 @@ fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_s
 fn a_map_that_does_not_exist_is_said_and_left() {
     let mut day = another_day(at([29.0, 21.5], -1.5), 16);
     let absent = MapId(uuid::Uuid::from_u128(99));
+    day.order(Order::LookAbout);
+    day.run(0.2);
+    assert_eq!(
+        (day.motion.clone(), day.refusals.len()),
+        (MotionState::Idle, 1),
+        "there is nothing to look for"
+    );
     day.order(Order::Localise { map: absent, at: None });
     day.run(0.5);
     assert_eq!(day.localisation, LocalisationState::Idle);
@@ -197,5 +204,5 @@ fn a_map_that_does_not_exist_is_said_and_left() {
     day.run(0.3);
     day.order(Order::LeaveMap);
     day.run(0.3);
-    assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 0));
+    assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
 }

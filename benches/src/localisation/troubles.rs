@@ -132,21 +132,22 @@ impl Day<'_> {
             let seconds = self.recovers()?;
             took.push(seconds);
             if self.each {
-                let (state, off, at) =
-                    (self.heard.state, self.error()?, self.walk.site_from_base()?.translation.vector);
-                println!(
-                    "  to {:.1?} {:.1}: {seconds:.1} s, {off:.2} m off at {:.1} {:.1}, {state:?}",
-                    [to.position.x, to.position.y, to.position.z],
-                    to.yaw,
-                    at.x,
-                    at.y
-                );
+                self.tell(&to, seconds)?;
             }
             self.walk.give(Order::StopMotion, &mut |_, _, _| {});
             self.walk.give(Order::AllowMotion, &mut |_, _, _| {});
         }
         self.walk.obey_stack(false);
         Ok(took)
+    }
+
+    /// One line: where it was put down, how long it took to know that, and where it is now.
+    fn tell(&self, to: &Start, seconds: f64) -> Result<()> {
+        let (off, now) = (self.error()?, self.walk.site_from_base()?.translation.vector);
+        let Vec3 { x, y, z } = to.position;
+        let place = format!("{x:.1},{y:.1},{z:.1}");
+        println!("{place:>20}{seconds:>11.1} s{off:>9.3} m off at {:.1},{:.1}", now.x, now.y);
+        Ok(())
     }
 
     /// Some place on this floor that the map shows.

@@ -82,16 +82,16 @@ impl LiveMap {
         Ok(vec![tiles, loops])
     }
 
-    /// What to tell clients of the saved map that the robot is localised in: its tiles and its graph, from when on it knows its place
-    /// until it is in another map or none.
+    /// What to tell clients of the saved map that the robot is localised in: its tiles and its graph, from when on it has been read until
+    /// the robot is in another map or none.
     ///
     /// # Errors
     /// When that map cannot be read.
     pub fn show_known(&mut self, state: &LocalisationState) -> Result<Vec<Event>, StoreError> {
         let wanted = match state {
-            LocalisationState::Localised { map, .. } => Some(*map),
-            // Where the robot has lost its place, its map stays on show.
-            LocalisationState::Relocalising { map, .. } => self.known.filter(|known| known == map),
+            LocalisationState::Localised { map, .. } | LocalisationState::Relocalising { map, .. } => {
+                Some(*map)
+            }
             LocalisationState::Idle | LocalisationState::Loading { .. } => None,
         };
         let before = std::mem::replace(&mut self.known, wanted);

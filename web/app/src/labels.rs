@@ -15,7 +15,7 @@ type Spot = (egui::Pos2, f64);
 /// Labels of what is in the picture, the most important first. `place` says where a point of the map is in it.
 pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<SceneLabel> {
     let mut labels = Vec::new();
-    if model.viewed().is_none() {
+    if model.viewed().is_none() && model.has_place() {
         robot_labels(model, &place, &mut labels);
     }
     if model.viewed().is_none() {

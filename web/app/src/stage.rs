@@ -152,7 +152,7 @@ impl Stage {
         let arrow = placing.map(|way| arrow(way, model));
         let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         renderer.set_annotations(lines, places.map(|place| lacking(place, &colours)).chain(heads).collect());
-        renderer.set_robot(if live { robot(model) } else { None });
+        renderer.set_robot(if live && model.has_place() { robot(model) } else { None });
         renderer.select_node(match model.selection {
             Some(Selection::Keyframe(id)) => Some(id.0),
             _ => None,
@@ -239,7 +239,7 @@ impl Stage {
                 point_budget: POINT_BUDGET,
                 // The map steps back once there is something to see in its place.
                 map: self.told.clouds < 2,
-                live_scan: model.viewed().is_none() && self.told.clouds < 2,
+                live_scan: model.viewed().is_none() && model.has_place() && self.told.clouds < 2,
                 ..Options::default()
             },
             palette: palette(settings),

@@ -67,6 +67,8 @@ pub struct Model {
     pub mapping: Mapping,
     /// State of localisation in a saved map.
     pub localisation: Localisation,
+    /// Whether the robot has known its place in that map since this client listens.
+    pub(crate) placed: bool,
     /// The server itself.
     pub platform: Option<Aged<Platform>>,
     /// The map being made.
@@ -145,6 +147,7 @@ impl Model {
             control: Control::default(),
             mapping: Mapping::Idle,
             localisation: Localisation::Idle,
+            placed: false,
             platform: None,
             live: MapView::live(),
             quality: Quality::default(),
@@ -257,6 +260,11 @@ impl Model {
     /// Whether somebody else holds the control lease.
     pub fn others_control(&self) -> bool {
         self.control.owner.is_some_and(|owner| owner != self.client)
+    }
+
+    /// Whether where the robot is said to be means anything in the map on show: not before it has found itself in a saved one.
+    pub fn has_place(&self) -> bool {
+        self.placed || self.localisation == Localisation::Idle
     }
 
     /// Whether motion has been stopped and not allowed again.

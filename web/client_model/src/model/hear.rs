@@ -112,6 +112,7 @@ impl Model {
     fn learn_localisation(&mut self, now: Localisation) {
         let before = std::mem::replace(&mut self.localisation, now);
         let found = |state| matches!(state, Localisation::Localised { .. });
+        self.placed = found(now) || (self.placed && before.map() == now.map());
         // What was walked before was not in that map's frame.
         if before.map() != now.map() || (found(now) && !found(before)) {
             self.track.clear();

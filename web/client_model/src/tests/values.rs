@@ -61,6 +61,7 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
         bench.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
     bench.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 2 }));
+    assert!(!bench.model.has_place(), "it is drawn nowhere");
     bench.event(api::Event::Estimate(estimate_at(10.0, 10.0)));
     bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
     assert_eq!(way(&bench), 0);
@@ -71,6 +72,10 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     let doubt = Some(api::Doubt::Dark);
     bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt }));
     assert!(walked > 2 && way(&bench) == walked, "a doubt forgets nothing");
+    bench.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 0 }));
+    assert!(bench.model.has_place(), "where it was last is better than nothing");
+    bench.event(api::Event::Localisation(api::Localisation::Loading { map: MapId(Uuid::from_u128(4)) }));
+    assert!(!bench.model.has_place());
 }
 
 #[test]
