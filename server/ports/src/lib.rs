@@ -10,7 +10,8 @@ mod journal;
 mod map_importer;
 mod robot_link;
 
+pub use api::Mishap;
 pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
 pub use map_importer::MapImporter;
-pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, Mishap, News, RobotLink};
+pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, News, RobotLink};

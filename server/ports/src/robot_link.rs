@@ -1,5 +1,6 @@
 //! What a robot is to the server: a source of stamped arrivals and a sink of drive commands.
 
+use api::Mishap;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
 use vocab::{Span, Stamp};
@@ -36,23 +37,6 @@ pub enum LinkError {
     /// The thread of the link could not be started.
     #[error("could not start the robot link's thread")]
     Thread(#[source] std::io::Error),
-}
-
-/// What can go wrong with a simulated robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mishap {
-    /// The LiDAR is covered for so long, and sees nothing.
-    CoverLidar(Span),
-    /// The LiDAR says nothing for so long.
-    SilenceLidar(Span),
-    /// The IMU says nothing for so long.
-    SilenceImu(Span),
-    /// The feet slip for so long.
-    SlipFeet(Span),
-    /// Somebody carries the robot away, with its LiDAR covered, and puts it down elsewhere.
-    CarryAway,
-    /// All is well again.
-    End,
 }
 
 /// A robot, simulated or real. Dropping it stops the robot and ends its threads.

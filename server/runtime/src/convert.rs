@@ -21,7 +21,7 @@ pub enum Aside {
 /// The latter.
 pub fn order(order: Order) -> Result<messages::Order, Aside> {
     Ok(match order {
-        Order::Cause(wanted) => return Err(Aside::Mishap(mishap(wanted))),
+        Order::Cause(wanted) => return Err(Aside::Mishap(limited(wanted))),
         Order::ImportMap { upload, name } => return Err(Aside::Import(upload, name)),
         Order::CancelImport(upload) => return Err(Aside::CancelImport(upload)),
         Order::TakeControl { name } => messages::Order::TakeControl { name },
@@ -46,15 +46,14 @@ pub fn order(order: Order) -> Result<messages::Order, Aside> {
 /// The time a mishap lasts at most: nobody shall wonder a day later why the robot sees nothing.
 const MISHAP_MAX: Span = Span::from_millis(600_000);
 
-fn mishap(mishap: api::Mishap) -> Mishap {
+fn limited(mishap: Mishap) -> Mishap {
     let limited = |span: Span| span.clamp(Span::ZERO, MISHAP_MAX);
     match mishap {
-        api::Mishap::CoverLidar(span) => Mishap::CoverLidar(limited(span)),
-        api::Mishap::SilenceLidar(span) => Mishap::SilenceLidar(limited(span)),
-        api::Mishap::SilenceImu(span) => Mishap::SilenceImu(limited(span)),
-        api::Mishap::SlipFeet(span) => Mishap::SlipFeet(limited(span)),
-        api::Mishap::CarryAway => Mishap::CarryAway,
-        api::Mishap::End => Mishap::End,
+        Mishap::CoverLidar(span) => Mishap::CoverLidar(limited(span)),
+        Mishap::SilenceLidar(span) => Mishap::SilenceLidar(limited(span)),
+        Mishap::SilenceImu(span) => Mishap::SilenceImu(limited(span)),
+        Mishap::SlipFeet(span) => Mishap::SlipFeet(limited(span)),
+        Mishap::CarryAway | Mishap::End => mishap,
     }
 }
 

@@ -347,7 +347,7 @@ fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the
     bench.clock(0);
     let mut gateway = bench.gateway();
     let hour = Span::from_millis(3_600_000);
-    gateway.order(1, api::Order::Cause(api::Mishap::CoverLidar(hour)));
+    gateway.order(1, api::Order::Cause(Mishap::CoverLidar(hour)));
     let (mut answered, mut notice) = (None, None);
     while answered.is_none() || notice.is_none() {
         gateway.event(|_, event| {
@@ -377,7 +377,7 @@ fn nothing_goes_wrong_with_a_real_robot_on_demand() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
-    gateway.order(1, api::Order::Cause(api::Mishap::CarryAway));
+    gateway.order(1, api::Order::Cause(Mishap::CarryAway));
     let outcome = gateway.event(|_, event| match event {
         Event::CommandDone { outcome, .. } => Some(outcome.clone()),
         _ => None,

@@ -106,7 +106,10 @@ impl ImportWorker {
         } else {
             Err("That file is not here any more. Send it again.".to_owned())
         };
-        let adopted = imported.and_then(|()| self.store.adopt_map(&made).map_err(|error| told(&error)));
+        let adopted = imported.and_then(|()| match self.is_over(upload) {
+            true => Err("It was cancelled.".to_owned()),
+            false => self.store.adopt_map(&made).map_err(|error| told(&error)),
+        });
         // What is left has no use; at the next start it is removed in any case.
         let _ = fs::remove_file(&file);
         let _ = fs::remove_dir_all(&made);

@@ -3,10 +3,11 @@
 use api::ImportStage;
 use ports::MapImporter;
 use serde::Deserialize;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{ChildStderr, Command, Stdio};
+use std::thread;
 
 /// Runs `autoinspect import`.
 pub struct ImportProcess;
@@ -28,7 +29,7 @@ impl MapImporter for ImportProcess {
     ) -> Result<(), String> {
         let started = std::env::current_exe().and_then(|program| {
             Command::new(program)
-                .args(["import", "--background", "--name", name, "--out"])
+                .args(["import", "--background", &format!("--name={name}"), "--out"])
                 .arg(out)
                 .arg("--")
                 .arg(file)
@@ -38,13 +39,17 @@ impl MapImporter for ImportProcess {
                 .spawn()
         });
         let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
-        let cancelled =
-            child.stdout.take().is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
-        if cancelled {
-            // It may have ended by itself meanwhile.
-            let _ = child.kill();
-        }
-        let complaint = complaint(&mut child);
+        let (lines, errors) = (child.stdout.take(), child.stderr.take());
+        let (cancelled, complaint) = thread::scope(|scope| {
+            // Beside the progress, or a child with much to complain of would wait for a reader for ever.
+            let complaint = scope.spawn(|| complaint(errors));
+            let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
+            if cancelled {
+                // It may have ended by itself meanwhile.
+                let _ = child.kill();
+            }
+            (cancelled, complaint.join().unwrap_or_default())
+        });
         match child.wait() {
             _ if cancelled => Err("It was cancelled.".to_owned()),
             Ok(status) if status.success() => Ok(()),
@@ -68,13 +73,9 @@ fn follow(
 }
 
 /// The last thing that it said on standard error, as a sentence.
-fn complaint(child: &mut Child) -> String {
-    let mut said = String::new();
-    if let Some(errors) = child.stderr.take() {
-        // What cannot be read is not said.
-        let _ = errors.take(64 << 10).read_to_string(&mut said);
-    }
-    let last = said.lines().rev().find_map(|line| line.strip_prefix("error: "));
+fn complaint(errors: Option<ChildStderr>) -> String {
+    let lines = errors.into_iter().flat_map(|errors| BufReader::new(errors).lines().map_while(Result::ok));
+    let last = lines.filter_map(|line| line.strip_prefix("error: ").map(str::to_owned)).last();
     last.map_or_else(
         || "The import ended before it was done: the file may be too large for this computer.".to_owned(),
         |sentence| format!("{}.", sentence.trim_end_matches('.')),
