@@ -13,7 +13,7 @@ mod tracker;
 mod trust;
 
 pub use guide::{Guide, Sightings};
-pub use relocalise::{Atlas, Hypothesis, Standing, standing};
+pub use relocalise::{Atlas, Hypothesis, Standing, is_same_place, standing};
 pub use thin::Thinner;
 pub use tracker::{Fix, Scan, Tracker};
 pub use trust::{Doubt, Evidence, Trust};

@@ -107,10 +107,11 @@ impl Atlas {
     }
 
     /// Where a scan may have been taken, the base being turned like that in a frame whose z axis points up: places apart from each
-    /// other, best first. Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear
-    /// in the area walked.
-    pub fn seek(&self, place: &Place, up_from_base: &Rotation) -> Vec<Hypothesis> {
-        self.try_starts(place, &self.starts(place, up_from_base))
+    /// other, best first. A place that is `held` to be the right one is among them, however poor it is, unless the scan draws it elsewhere.
+    /// Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear in the area
+    /// walked.
+    pub fn seek(&self, place: &Place, up_from_base: &Rotation, held: Option<&Isometry>) -> Vec<Hypothesis> {
+        self.try_starts(place, &self.starts(place, up_from_base), held)
     }
 
     /// As [`Self::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs as many fits.
@@ -126,11 +127,11 @@ impl Atlas {
                 starts.extend(ABOUT.1.map(|yaw| moved(x, y, yaw)));
             }
         }
-        self.try_starts(place, &starts)
+        self.try_starts(place, &starts, None)
     }
 
-    /// Fits a scan from all these starts and settles the best.
-    fn try_starts(&self, place: &Place, starts: &[Isometry]) -> Vec<Hypothesis> {
+    /// Fits a scan from all these starts and settles the best, and what is held in any case.
+    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<Hypothesis> {
         let points: Vec<[f32; 3]> = place.points().collect();
         let few: Vec<[f32; 3]> =
             points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
@@ -139,8 +140,8 @@ impl Atlas {
             starts.iter().map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS)).collect();
         // Stable, so that of equals the one that looks more alike comes first.
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
-        let settle = |fit: Fit| {
-            let Fit { map_from_body, .. } = refine(surfaces, &points, &fit.map_from_body, &FINE, FINE_STEPS);
+        let settle = |start: &Isometry| {
+            let Fit { map_from_body, .. } = refine(surfaces, &points, start, &FINE, FINE_STEPS);
             Hypothesis {
                 map_from_base: map_from_body,
                 fit: score(surfaces, &points, &map_from_body, &FINE),
@@ -148,7 +149,8 @@ impl Atlas {
             }
         };
         let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
-        let mut settled: Vec<Hypothesis> = best.map(settle).collect();
+        let mut settled: Vec<Hypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
+        settled.extend(held.map(settle));
         settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
         distinct(settled, |one| &one.map_from_base, APART)
     }
@@ -185,6 +187,11 @@ fn distinct<T>(
         }
     }
     chosen
+}
+
+/// Whether two poses of the base are the same place, one found from the other.
+pub fn is_same_place(a: &Isometry, b: &Isometry) -> bool {
+    !apart(a, b, APART)
 }
 
 fn apart(a: &Isometry, b: &Isometry, (metres, radians): (f64, f64)) -> bool {

@@ -4,7 +4,7 @@ use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
     Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, MotionState, Order,
-    PoseGraph, Publication,
+    PoseGraph, Publication, RelocaliseTask,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -26,6 +26,8 @@ pub(crate) struct Day {
     pub(crate) localisation: LocalisationState,
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
+    /// The newest question to a known map, with its job.
+    pub(crate) asked: Option<(u64, RelocaliseTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
 }
 
@@ -36,12 +38,19 @@ impl Day {
 
     /// With so many people about.
     pub(crate) fn among(people: u32, start: Start, seed: u64, session: Option<SessionId>) -> Self {
-        let config = SimConfig {
-            lidar_columns: 200,
-            people,
-            start: Some(start),
-            ..SimConfig::new(SiteName::B1, seed)
-        };
+        Self::on(SiteName::B1, people, start, seed, session)
+    }
+
+    /// On any site.
+    pub(crate) fn on(
+        site: SiteName,
+        people: u32,
+        start: Start,
+        seed: u64,
+        session: Option<SessionId>,
+    ) -> Self {
+        let config =
+            SimConfig { lidar_columns: 200, people, start: Some(start), ..SimConfig::new(site, seed) };
         Self {
             lockstep: Lockstep::new(config, session, true),
             commands: 0,
@@ -52,6 +61,7 @@ impl Day {
             localisation: LocalisationState::Idle,
             motion: MotionState::Idle,
             refusals: Vec::new(),
+            asked: None,
             finished: None,
         }
     }
@@ -65,7 +75,17 @@ impl Day {
     pub(crate) fn run(&mut self, seconds: f64) {
         let until = self.lockstep.now() + Span::from_secs_f64(seconds);
         let Self {
-            lockstep, estimate, graph, mapping, states, localisation, motion, refusals, finished, ..
+            lockstep,
+            estimate,
+            graph,
+            mapping,
+            states,
+            localisation,
+            motion,
+            refusals,
+            asked,
+            finished,
+            ..
         } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
             Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
@@ -76,6 +96,7 @@ impl Day {
             }
             Effect::Publish(Publication::Localisation(now)) => *localisation = *now,
             Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            Effect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
             Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             _ => {}

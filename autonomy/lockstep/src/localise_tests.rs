@@ -1,12 +1,15 @@
 //! Being localised in a saved map: found standing still, told by a person, kept while walking among people, lost and found again.
 
 use crate::day::{Day, FIRST, first};
-use crate::replay;
-use messages::{BootRecord, Input, LastPlace, LocalisationDoubt, LocalisationState, MotionState, Order};
-use sim::{Fault, Start};
+use crate::{JobPace, replay};
+use messages::{
+    BootRecord, Input, JobDone, JobResult, LastPlace, LocalisationDoubt, LocalisationState, MotionState,
+    Order, PossiblePlace, Relocalised,
+};
+use sim::{Fault, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
-use vocab::{MapId, Pose, Quat, Span, Vec3};
+use vocab::{MapId, Pose, Quat, SessionId, Span, Vec3};
 
 const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
 
@@ -56,6 +59,72 @@ fn a_person_tells_the_place_roughly_and_it_snaps() {
     let orientation = Quat { x: 0.0, y: 0.0, z: 0.05, w: (1.0 - 0.05_f64 * 0.05).sqrt() };
     day.order(Order::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
     day.run(2.0);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
+}
+
+/// In the torus, whose eighths look alike: a place on the outer ring, so many degrees from x.
+fn on_the_ring(degrees: f64) -> [f64; 2] {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    [16.1 * cos, 16.1 * sin]
+}
+
+#[test]
+fn shown_a_place_that_looks_like_its_own_it_does_not_believe_that_it_is_there() {
+    // It sets out along x, so that the map has the site's heading.
+    let ring = |from: i32, to: i32| (from..=to).step_by(5).map(|degrees| on_the_ring(f64::from(degrees)));
+    let start = at(on_the_ring(-90.0), 0.0);
+    let mut day = Day::on(SiteName::Torus, 0, start, 31, Some(SessionId(uuid::Uuid::from_u128(1))));
+    day.run(1.0);
+    let origin = day.true_place();
+    day.drive(start, &ring(-85, 40).collect::<Vec<_>>());
+    day.finish(FIRST);
+    let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+
+    let start = at(on_the_ring(-45.0), 0.5);
+    let mut day = Day::on(SiteName::Torus, 2, start, 32, None);
+    day.lockstep.keep_map(known);
+    let [x, y] = on_the_ring(0.0);
+    let half = (0.5 + 45.0_f64.to_radians()) / 2.0;
+    let wrong = Pose {
+        position: Vec3::new(x - origin.x, y - origin.y, 0.0),
+        orientation: Quat { x: 0.0, y: 0.0, z: half.sin(), w: half.cos() },
+    };
+    day.order(Order::Localise { map: FIRST, at: Some(wrong) });
+    for tenth in 0..40 {
+        day.run(0.1);
+        let error = day.error(&origin);
+        assert!(day.localisation != LOCALISED || error < 0.1, "{error} m off after {tenth}");
+    }
+    day.drive(start, &[on_the_ring(-41.0), on_the_ring(-36.0)]);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.1, "{} m", day.error(&origin));
+}
+
+#[test]
+fn where_another_place_fits_better_it_gives_up_its_own_until_that_is_decided() {
+    let origin = first().2;
+    let start = at([29.0, 21.5], -1.5);
+    let mut day = another_day(start, 21);
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    assert_eq!(day.localisation, LOCALISED);
+    let found_by = day.asked.take();
+    assert!(found_by.is_some());
+    // Nobody answers in time, so that somebody else can.
+    day.lockstep.pace_jobs(JobPace { ticks: 100, newest_first: false });
+    day.drive(start, &[[29.0, 18.8]]);
+    let Some((job, task)) = day.asked.take() else { panic!("it never asked whether it might be elsewhere") };
+    assert_eq!(day.localisation, LOCALISED);
+    let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
+    let places = vec![PossiblePlace { map_from_base, fit: 0.99, contradicted: 0.0 }];
+    let result = JobResult::Relocalised(Box::new(Relocalised { task, places }));
+    day.lockstep.give(Input::JobDone(JobDone { job, result }));
+    day.run(0.2);
+    let undecided = LocalisationState::Relocalising { map: FIRST, places: 1 };
+    assert_eq!(day.localisation, undecided);
+    day.lockstep.pace_jobs(JobPace::default());
+    day.run(8.0);
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
 }

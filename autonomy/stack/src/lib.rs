@@ -4,6 +4,7 @@
 //! way anything reaches it is an [`Input`]. What it wants done comes out as [`Effect`]s. A recording of the inputs
 //! therefore repeats a run bit for bit.
 
+mod contest;
 mod control;
 mod health;
 mod known;
@@ -13,7 +14,9 @@ mod loops;
 mod mapping_phase;
 mod motion;
 mod optimiser;
+mod question;
 mod search;
+mod second_opinion;
 mod work;
 
 pub use known::known_place;
@@ -433,7 +436,8 @@ impl Running {
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
         match done.result {
             JobResult::Relocalised(answer) => {
-                self.localisation.answered(done.job, Some(&answer));
+                let turn = self.localisation.answered(done.job, Some(&answer));
+                self.tell_turn(at, turn, effects);
             }
             JobResult::LoopVerified(_)
             | JobResult::VisitCompared(_)

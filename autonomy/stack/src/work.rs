@@ -1,8 +1,8 @@
 //! Work that is too long for a step, as it leaves the stack.
 
-use crate::localisation_phase::Ask;
 use crate::loops::plain;
 use crate::mapping_phase::rows;
+use crate::question::Ask;
 use geometry::pose_from_isometry;
 use mapping::{Chart, Comparison, Gates, Unrelated, compare};
 use messages::{FoundPlace, JobResult, LoopTask, PlaceTask, SoughtPlace, VisitTask};

@@ -43,7 +43,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         let place = Place::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
         // A robot knows which way is up.
         let up_from_base = untwisted(&map_from_base, &mut rng);
-        let found = atlas.seek(&place, &up_from_base.rotation);
+        let found = atlas.seek(&place, &up_from_base.rotation, None);
         times.push(thread_ms() - before);
         let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
         let is_right = |one: &Hypothesis| is_right(&one.map_from_base, &map_from_base);

@@ -1,0 +1,56 @@
+//! A robot that believes to know its place asks now and then whether another one looks more like what it sees.
+//!
+//! Where a site repeats itself, nothing that a tracker sees need ever contradict the wrong place: all that is there stands where it
+//! should. Only the right place shows that it is wrong, by fitting better. Whoever was carried to a look-alike unseen finds out this way.
+
+use crate::localising::Located;
+use geometry::Isometry;
+use localisation::{Hypothesis, Standing, is_same_place, standing};
+
+/// Asked so many metres after the place was found, and again after so many.
+const FIRST: f64 = 2.0;
+const AGAIN: f64 = 10.0;
+/// The place is in doubt when it fits less than such a share of what another one does.
+const OUTDONE: f64 = 0.93;
+
+/// When to ask.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SecondOpinion {
+    last: Option<Isometry>,
+    /// Metres to go.
+    left: f64,
+}
+
+impl Default for SecondOpinion {
+    fn default() -> Self {
+        Self { last: None, left: FIRST }
+    }
+}
+
+impl SecondOpinion {
+    /// Goes on to a scan that odometry has located; says whether to ask about it.
+    pub fn is_due(&mut self, located: &Located) -> bool {
+        let at = located.odom_from_base;
+        let before = self.last.replace(at).unwrap_or(at);
+        self.left -= (at.translation.vector - before.translation.vector).norm();
+        self.left <= 0.0
+    }
+
+    /// It has been asked.
+    pub fn ask(&mut self) {
+        self.left = AGAIN;
+    }
+}
+
+/// The places between which it has to be decided anew, if another one outdoes that which is held.
+pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+    let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
+    let places = match standing(found) {
+        Standing::There(best) => vec![best],
+        Standing::OneOf(several) => several,
+        Standing::Nowhere => return None,
+    };
+    let best = places.iter().find(|one| !is_same_place(&one.map_from_base, held))?;
+    let outdone = own.is_none_or(|own| own.quality() < OUTDONE * best.quality());
+    outdone.then_some(places)
+}
