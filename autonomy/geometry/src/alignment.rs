@@ -67,6 +67,28 @@ pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similar
     Some(Similarity { scale, truth_from_estimate })
 }
 
+/// The motion that brings the estimate's positions nearest to the truth's where both frames are level: a heading and a translation; none for
+/// fewer than two points, or points above each other, which leave the heading open.
+///
+/// - `pairs`: (truth, estimate), metres.
+pub fn level_alignment(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
+    let count = pairs.len() as f64;
+    let mean = |pick: fn(&(Vector3, Vector3)) -> Vector3| pairs.iter().map(pick).sum::<Vector3>() / count;
+    let (truth_mean, estimate_mean) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let (mut along, mut across, mut spread) = (0.0, 0.0, 0.0);
+    for (truth, estimate) in pairs {
+        let (t, e) = ((truth - truth_mean).xy(), (estimate - estimate_mean).xy());
+        along += t.dot(&e);
+        across += e.perp(&t);
+        spread += t.norm_squared() + e.norm_squared();
+    }
+    if pairs.len() < 2 || along.hypot(across) <= 1e-9 * spread.max(1e-9) {
+        return None;
+    }
+    let heading = Rotation::from_axis_angle(&Vector3::z_axis(), across.atan2(along));
+    Some(Isometry::from_parts(Translation3::from(truth_mean - heading * estimate_mean), heading))
+}
+
 /// Root mean square distance that remains after the best rigid motion, metres; none where [`umeyama`] finds no motion.
 ///
 /// - `pairs`: (truth, estimate), metres.
@@ -101,6 +123,24 @@ mod tests {
     fn points_on_a_line_leave_a_rotation_open() {
         let pairs: Vec<_> = (0..9).map(|i| Vector3::new(f64::from(i), 0.0, 0.0)).map(|p| (p, p)).collect();
         assert_eq!(umeyama(&pairs, false), None);
+    }
+
+    #[test]
+    fn two_level_points_are_enough_where_both_frames_are_level() {
+        let motion = Isometry::from_parts(
+            Translation3::new(3.0, -2.0, 0.5),
+            Rotation::from_euler_angles(0.0, 0.0, -2.8),
+        );
+        let points =
+            [Vector3::new(1.0, 2.0, 3.0), Vector3::new(-4.0, 1.0, 2.0), Vector3::new(2.0, 2.5, -1.0)];
+        let pairs = points.map(|p| ((motion * Point3::from(p)).coords, p));
+        for count in [2, 3] {
+            let Some(found) = level_alignment(&pairs[..count]) else { panic!("enough points") };
+            assert!((found.to_homogeneous() - motion.to_homogeneous()).norm() < 1e-9);
+        }
+        let above = [0.0, 1.0].map(|z| Vector3::new(1.0, 1.0, z)).map(|p| (p, p));
+        assert_eq!((level_alignment(&pairs[..1]), level_alignment(&above)), (None, None));
+        assert_eq!(level_alignment(&[]), None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Between the log schema and the contract with clients. They are alike today and need not stay so.
 
+use crate::imports::Wanted;
 use api::{Event, LoopsChanged, Order};
 use messages::{EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, Publication};
 use ports::Mishap;
@@ -9,8 +10,8 @@ use vocab::{Span, UploadId};
 pub enum Aside {
     /// Something to happen to a simulated robot, of which the stack must not know.
     Mishap(Mishap),
-    /// A map of an uploaded file, of this name.
-    Import(UploadId, String),
+    /// A map of an uploaded file.
+    Import(Wanted),
     /// No map of it any more.
     CancelImport(UploadId),
 }
@@ -22,7 +23,9 @@ pub enum Aside {
 pub fn order(order: Order) -> Result<messages::Order, Aside> {
     Ok(match order {
         Order::Cause(wanted) => return Err(Aside::Mishap(limited(wanted))),
-        Order::ImportMap { upload, name } => return Err(Aside::Import(upload, name)),
+        Order::ImportMap { upload, name, frame } => {
+            return Err(Aside::Import(Wanted { upload, name, frame }));
+        }
         Order::CancelImport(upload) => return Err(Aside::CancelImport(upload)),
         Order::TakeControl { name } => messages::Order::TakeControl { name },
         Order::ReleaseControl => messages::Order::ReleaseControl,

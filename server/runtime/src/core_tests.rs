@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, Span, Stamp, UploadId};
+use vocab::{ClientId, CommandId, MapId, Span, Stamp, UploadId};
 
 /// Far longer than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -393,10 +393,11 @@ impl MapImporter for FakeImporter {
         &self,
         file: &Path,
         name: &str,
+        frame: Option<&Path>,
         _out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        assert!(file.exists());
+        assert!(file.exists() && frame.is_none_or(Path::exists));
         if name == "Endless" {
             while progress(ImportStage::Looking, 0.5).is_continue() {
                 thread::yield_now();
@@ -417,7 +418,7 @@ fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is
     for upload in [first, second] {
         std::fs::write(uploads.join(upload.to_string()), "points").expect("written");
     }
-    let import = |upload, name: &str| api::Order::ImportMap { upload, name: name.to_owned() };
+    let import = |upload, name: &str| api::Order::ImportMap { upload, name: name.to_owned(), frame: None };
     let failed = |gateway: &mut FakeGateway| {
         gateway.event(|_, event| match event {
             Event::Import(Import::Failed { upload, reason, .. }) => Some((*upload, reason.clone())),
@@ -435,6 +436,11 @@ fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is
     assert_eq!(failed(&mut gateway), (second, "Second is no cloud.".to_owned()));
     gateway.order(4, import(missing, "Missing"));
     assert_eq!(failed(&mut gateway).0, missing);
+    std::fs::write(uploads.join(missing.to_string()), "points").expect("written");
+    let frame = Some(MapId(Uuid::from_u128(9)));
+    gateway.order(5, api::Order::ImportMap { upload: missing, name: "Laid".to_owned(), frame });
+    let gone = "The map whose frame it was to have is not here any more.".to_owned();
+    assert_eq!(failed(&mut gateway), (missing, gone));
     assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
 }
 
@@ -443,7 +449,8 @@ fn a_core_that_makes_no_maps_of_files_says_so() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
-    gateway.order(1, api::Order::ImportMap { upload: UploadId(Uuid::from_u128(1)), name: String::new() });
+    let upload = UploadId(Uuid::from_u128(1));
+    gateway.order(1, api::Order::ImportMap { upload, name: String::new(), frame: None });
     let refused = gateway.event(|_, event| match event {
         Event::CommandDone { outcome, .. } => Some(matches!(outcome, CommandOutcome::Refused(_))),
         _ => None,

@@ -163,8 +163,8 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
                 let asked = match convert::order(order) {
                     Ok(order) => Asked::Command(Command { id, by, order }),
                     Err(Aside::Mishap(mishap)) => Asked::Mishap { id, by, mishap },
-                    Err(Aside::Import(upload, name)) => {
-                        shared.board.answer(id, by, shared.imports.begin(upload, name).err());
+                    Err(Aside::Import(wanted)) => {
+                        shared.board.answer(id, by, shared.imports.begin(wanted).err());
                         continue;
                     }
                     Err(Aside::CancelImport(upload)) => {

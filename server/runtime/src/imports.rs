@@ -17,8 +17,14 @@ use vocab::{MapId, UploadId};
 /// Names longer than this are cut, characters.
 const NAME_MAX: usize = 80;
 
-/// A file, and the name of the map to be made of it.
-pub type Asked = (UploadId, String);
+/// A map to be made of a file.
+pub struct Wanted {
+    pub upload: UploadId,
+    /// Of the map.
+    pub name: String,
+    /// The map whose frame it is to have.
+    pub frame: Option<MapId>,
+}
 
 /// The file that no map shall be made of any more.
 type Cancelled = Arc<Mutex<Option<UploadId>>>;
@@ -27,7 +33,7 @@ type Cancelled = Arc<Mutex<Option<UploadId>>>;
 #[derive(Clone)]
 pub struct Imports {
     /// None where this core makes no maps of files.
-    asked: Option<Sender<Asked>>,
+    asked: Option<Sender<Wanted>>,
     cancelled: Cancelled,
 }
 
@@ -38,7 +44,7 @@ pub struct ImportWorker {
     pub board: Arc<Board>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
-    pub asked: Receiver<Asked>,
+    pub asked: Receiver<Wanted>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
     pub cancelled: Cancelled,
@@ -46,7 +52,7 @@ pub struct ImportWorker {
 
 impl Imports {
     /// With what the worker listens to. One may wait.
-    pub fn new() -> (Self, Receiver<Asked>) {
+    pub fn new() -> (Self, Receiver<Wanted>) {
         let (asked, to_do) = crossbeam_channel::bounded(1);
         (Self { asked: Some(asked), cancelled: Cancelled::default() }, to_do)
     }
@@ -65,9 +71,9 @@ impl Imports {
     ///
     /// # Errors
     /// Why not, one sentence.
-    pub fn begin(&self, upload: UploadId, name: String) -> Result<(), String> {
+    pub fn begin(&self, wanted: Wanted) -> Result<(), String> {
         let asked = self.asked.as_ref().ok_or("This platform makes no maps of files.")?;
-        asked.try_send((upload, name)).map_err(|error| match error {
+        asked.try_send(wanted).map_err(|error| match error {
             TrySendError::Full(_) => "Another map is being imported. Wait until that is done.".to_owned(),
             TrySendError::Disconnected(_) => "The platform is ending.".to_owned(),
         })
@@ -86,14 +92,15 @@ impl ImportWorker {
             crossbeam_channel::select! {
                 recv(self.stop) -> _ => return,
                 recv(self.asked) -> asked => match asked {
-                    Ok((upload, name)) => self.import(upload, &tidy(&name)),
+                    Ok(wanted) => self.import(wanted.upload, &tidy(&wanted.name), wanted.frame),
                     Err(_) => return,
                 },
             }
         }
     }
 
-    fn import(&self, upload: UploadId, name: &str) {
+    fn import(&self, upload: UploadId, name: &str, frame: Option<MapId>) {
+        let frame = frame.map(|map| self.store.dir().map(map));
         let (file, made) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
         let mut progress = |stage, share| {
             self.board.set(Event::Import(Import::Running { upload, name: name.to_owned(), stage, share }));
@@ -101,10 +108,12 @@ impl ImportWorker {
         };
         let imported = if progress(ImportStage::Reading, 0.0).is_break() {
             Err("It was cancelled.".to_owned())
-        } else if file.exists() {
-            self.importer.import(&file, name, &made, &mut progress)
-        } else {
+        } else if !file.exists() {
             Err("That file is not here any more. Send it again.".to_owned())
+        } else if frame.as_ref().is_some_and(|frame| !frame.exists()) {
+            Err("The map whose frame it was to have is not here any more.".to_owned())
+        } else {
+            self.importer.import(&file, name, frame.as_deref(), &made, &mut progress)
         };
         let adopted = imported.and_then(|()| match self.is_over(upload) {
             true => Err("It was cancelled.".to_owned()),

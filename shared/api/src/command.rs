@@ -81,6 +81,8 @@ pub enum Order {
         upload: UploadId,
         /// Name of the map.
         name: String,
+        /// A saved map of the same site, whose frame it is to have; its own if none.
+        frame: Option<MapId>,
     },
     /// End the import that is under way, if it is of this upload. Needs no lease.
     CancelImport(UploadId),

@@ -31,8 +31,11 @@ pub enum Command {
     ArmPlace(bool),
     /// The robot stands there in the map on show or else in use: the base, map frame.
     PlaceRobot(Pose),
-    /// Let a person choose a point cloud to make a map of.
-    PickMapFile,
+    /// Let a person choose a point cloud to make a map of, in the frame of a saved map or in its own.
+    PickMapFile {
+        /// The saved map.
+        frame: Option<MapId>,
+    },
     /// Give up sending it, or making a map of it.
     CancelImport,
     /// Let something go wrong with a simulated robot.

@@ -94,6 +94,8 @@ pub struct Model {
     pub maps: Option<Vec<MapSummary>>,
     /// The point cloud that this client is sending.
     pub upload: Option<Upload>,
+    /// The saved map whose frame the file that is being chosen is to have.
+    pub(crate) import_frame: Option<MapId>,
     /// What becomes of the last point cloud that anybody sent.
     pub import: Import,
     /// Sentences on show.
@@ -161,6 +163,7 @@ impl Model {
             track: Track::default(),
             maps: None,
             upload: None,
+            import_frame: None,
             import: Import::None,
             notes: Notes::default(),
             view: Undo::new(view),

@@ -2,7 +2,7 @@
 
 use crate::{Effect, Model};
 use api::{Import, Order, Severity};
-use vocab::UploadId;
+use vocab::{MapId, UploadId};
 
 /// A file that is being sent.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Upload {
     pub upload: UploadId,
     /// The file's name.
     pub file: String,
+    /// The saved map whose frame it is to have.
+    pub frame: Option<MapId>,
     /// How much of it has been sent, 0 to 1.
     pub share: f32,
 }
@@ -27,7 +29,7 @@ impl Upload {
 
 impl Model {
     pub(crate) fn upload_begun(&mut self, upload: UploadId, file: String) {
-        self.upload = Some(Upload { upload, file, share: 0.0 });
+        self.upload = Some(Upload { upload, file, frame: self.import_frame.take(), share: 0.0 });
     }
 
     pub(crate) fn uploading(&mut self, upload: UploadId, share: f32) {
@@ -47,7 +49,7 @@ impl Model {
         match result {
             Ok(()) => {
                 let name = sent.map_name().to_owned();
-                self.order(Order::ImportMap { upload, name }, effects);
+                self.order(Order::ImportMap { upload, name, frame: sent.frame }, effects);
             }
             Err(sentence) => {
                 self.notes.add(

@@ -3,7 +3,7 @@
 use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::{icon, widgets, words};
-use api::Import;
+use api::{Import, MapSummary};
 use client_model::{Command, Model};
 use egui::{CornerRadius, Sense, Ui, vec2};
 
@@ -19,10 +19,25 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
     } else {
         let button = Button::new("Import a map").icon(icon::PLUS).enabled(model.link.connected()).wide(ui);
         if button.show(ui, tokens).clicked() {
-            out.push(Command::PickMapFile);
+            out.push(Command::PickMapFile { frame: None });
         }
         widgets::remark(ui, tokens, "Of a survey or another program's: PCD, PLY, LAS, LAZ, E57 or PTX.");
+        if let Some(map) = of_the_site(model) {
+            let button = Button::new("Import and align").enabled(model.link.connected()).wide(ui);
+            if button.show(ui, tokens).clicked() {
+                out.push(Command::PickMapFile { frame: Some(map.id) });
+            }
+            let what =
+                format!("Of the same site as {}: laid into its frame, where both look alike.", map.name);
+            widgets::remark(ui, tokens, &what);
+        }
     }
+}
+
+/// The saved map that is looked at, or else the one in use.
+fn of_the_site(model: &Model) -> Option<&MapSummary> {
+    let map = model.viewed().or(model.localisation.map())?;
+    model.maps.as_ref()?.iter().find(|one| one.id == map)
 }
 
 /// A name, a bar, and a way out.

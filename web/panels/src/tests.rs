@@ -404,12 +404,26 @@ fn a_robot_that_does_not_find_itself_can_be_sent_to_look_about_or_be_shown_where
 }
 
 #[test]
+fn a_cloud_of_the_same_site_can_be_laid_into_the_map_that_is_looked_at() {
+    let map = map(1, "Hall");
+    let id = map.id;
+    let desk = || Desk::connected().on(Screen::Map).event(api::Event::Maps(vec![map.clone()]));
+    assert!(desk().shown(1440.0, 900.0).query_by_label("Import and align").is_none());
+    let mut desk = desk();
+    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(id))), &mut Vec::new());
+    let mut harness = desk.shown(1440.0, 900.0);
+    harness.get_by_label("Import and align").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::PickMapFile { frame: Some(id) }));
+}
+
+#[test]
 fn a_map_can_be_imported_and_one_sees_how_far_it_is() {
     let mut harness =
         Desk::connected().on(Screen::Map).event(api::Event::Maps(Vec::new())).shown(1440.0, 900.0);
     harness.get_by_label("Import a map").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::PickMapFile));
+    assert!(harness.state().asked.contains(&Command::PickMapFile { frame: None }));
 
     let running = api::Import::Running {
         upload: vocab::UploadId(Uuid::from_u128(1)),

@@ -1,17 +1,20 @@
 //! `autoinspect import`: a point cloud of somebody else's as a map that a robot can work by.
 
+mod align;
 mod progress;
 mod upright;
 
 use crate::failure::Failure;
 use crate::{map, output};
+use align::{Aligned, Pair, pair};
 use api::ImportStage;
 use clap::Args;
 use formats::FormatError;
 use formats::survey::{self, Station, Survey};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
-use mapping::vantage::{VantageOptions, Vantages, vantages};
+use mapping::vantage::{Vantage, VantageOptions, Vantages, vantages};
 use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
+use nalgebra::Point3;
 use points::Downsampler;
 use progress::{Progress, give_way};
 use serde::Serialize;
@@ -36,13 +39,16 @@ const BRIDGED: (f64, f64) = (1e-2, 0.1);
 #[command(
     after_help = "FILE is PCD, PLY, LAS, LAZ, E57 or PTX, told by how it begins; scans with poses become one cloud. Coordinates far from their
 origin are moved near it, and import.json beside the map says by how much. Which axis points up is found by where the floors are; --up
-says it. The map is what `autoinspect map` writes; its keyframes are places that a robot could stand at, with what it would see from there.
+says it. --align-to finds where the cloud lies in a map that is there already, and --pair says it by points picked in both; what a robot
+was taught in that map is true in the new one then. The map is what `autoinspect map` writes; its keyframes are places that a robot could stand at, with what it would see from there.
 
 EXAMPLES:
   autoinspect import site.laz --data data          for the robot whose platform keeps its maps there; stop it first
   autoinspect import site.laz --out m
   autoinspect import building.e57 --out m --name \"Building 4\" --json
-  autoinspect import model.las --out m --up y"
+  autoinspect import model.las --out m --up y
+  autoinspect import survey.laz --out m --align-to data/maps/1f0c…    its frame becomes that map's
+  autoinspect import survey.laz --out m --pair 81.2,40,1=0.3,-2.1,0.4 --pair 97,38.5,1=16.1,-3.6,0.4"
 )]
 pub struct ImportArgs {
     /// The file to read.
@@ -65,6 +71,12 @@ pub struct ImportArgs {
     /// How far down and up the robot's LiDAR sees, degrees from level.
     #[arg(long, value_name = "DOWN,UP", default_value = "-16,15", value_parser = field, allow_hyphen_values = true)]
     field_of_view: Field,
+    /// Folder of a map whose frame the cloud is to be laid into, by what both look like.
+    #[arg(long, value_name = "MAP")]
+    align_to: Option<PathBuf>,
+    /// A point of the file, and where it lies in the frame that the map is to have, metres; two or more.
+    #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = pair, conflicts_with = "align_to", allow_hyphen_values = true)]
+    pair: Vec<Pair>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
@@ -109,6 +121,9 @@ struct Origin {
     /// How far places are apart, metres, and how far down and up is seen from them, degrees.
     spacing: f32,
     field_of_view: [f32; 2],
+    /// Where it was laid, if another map's frame was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    aligned: Option<Aligned>,
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -141,15 +156,23 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     origin.up = args.up.found(&thinned.xyz);
     origin.up.turn(&mut points.xyz);
     origin.up.turn(&mut thinned.xyz);
-    let bounds = bounds(&points.xyz);
     let options = VantageOptions {
         spacing: args.spacing,
         field: args.field_of_view.0.map(f32::to_radians),
         ..VantageOptions::default()
     };
     let mut progress = Progress::new(args.background, ImportStage::Looking);
-    let found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
+    let mut found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
     progress.ends();
+    origin.aligned = match &args.align_to {
+        Some(map) => Some(align::find(&found, &thinned, &options, map)?),
+        None if args.pair.is_empty() => None,
+        None => Some(align::by_pairs(&args.pair, &origin)?),
+    };
+    if let Some(aligned) = &origin.aligned {
+        aligned.apply([&mut points, &mut thinned], &mut found);
+    }
+    let bounds = bounds(&points.xyz);
     seconds.places = began.elapsed().as_secs_f64();
 
     let began = Instant::now();
@@ -197,6 +220,7 @@ impl Origin {
             up: args.up,
             spacing: args.spacing,
             field_of_view: args.field_of_view.0,
+            aligned: None,
         }
     }
 }
@@ -335,13 +359,8 @@ fn write_clouds(
     options: &VantageOptions,
 ) -> Result<(), StoreError> {
     for (node, place) in finished.graph.nodes.iter().zip(&found.places) {
-        let base = place.map_from_base.translation.vector.map(|coordinate| coordinate as f32);
-        let about = |index: &u32| {
-            let point = points.xyz[*index as usize];
-            std::array::from_fn(|axis| point[axis] - base[axis])
-        };
         let cloud = Cloud {
-            xyz: place.seen.iter().map(about).collect(),
+            xyz: seen_from(place, points),
             intensity: place.seen.iter().map(|index| points.intensity[*index as usize]).collect(),
         };
         let keyframe = Keyframe {
@@ -355,6 +374,16 @@ fn write_clouds(
         write_cloud(clouds, &keyframe)?;
     }
     Ok(())
+}
+
+/// What is seen from a place, in its own frame.
+fn seen_from(place: &Vantage, points: &MapPoints) -> Vec<[f32; 3]> {
+    let base_from_map = place.map_from_base.inverse();
+    let about = |index: &u32| {
+        let point = points.xyz[*index as usize].map(f64::from);
+        base_from_map.transform_point(&Point3::from(point)).coords.map(|coordinate| coordinate as f32).into()
+    };
+    place.seen.iter().map(about).collect()
 }
 
 fn describe(report: &Report) -> String {
@@ -378,6 +407,7 @@ fn describe(report: &Report) -> String {
         let [x, y, z] = report.origin.offset;
         lines.push(format!("{x:.0} {y:.0} {z:.0} m were taken off the coordinates"));
     }
+    lines.extend(report.origin.aligned.as_ref().map(Aligned::describe));
     lines.push(match report.places {
         0 => "no floor was found to stand on: it can be looked at, but no robot can work by it".to_owned(),
         places => format!("{places} places to stand at"),

@@ -24,13 +24,17 @@ impl MapImporter for ImportProcess {
         &self,
         file: &Path,
         name: &str,
+        frame: Option<&Path>,
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
         let started = std::env::current_exe().and_then(|program| {
-            Command::new(program)
-                .args(["import", "--background", &format!("--name={name}"), "--out"])
-                .arg(out)
+            let mut import = Command::new(program);
+            import.args(["import", "--background", &format!("--name={name}"), "--out"]).arg(out);
+            if let Some(frame) = frame {
+                import.arg("--align-to").arg(frame);
+            }
+            import
                 .arg("--")
                 .arg(file)
                 .stdin(Stdio::null())
@@ -53,7 +57,12 @@ impl MapImporter for ImportProcess {
         match child.wait() {
             _ if cancelled => Err("It was cancelled.".to_owned()),
             Ok(status) if status.success() => Ok(()),
-            Ok(_) => Err(complaint.replace(&file.display().to_string(), "The file")),
+            Ok(_) => {
+                let paths = [(Some(file), "The file"), (frame, "that map")];
+                let named = paths.iter().filter_map(|(path, name)| path.map(|path| (path, name)));
+                Err(named
+                    .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)))
+            }
             Err(error) => Err(format!("What became of the import is not known: {error}.")),
         }
     }

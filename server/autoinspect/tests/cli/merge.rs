@@ -56,6 +56,47 @@ fn two_walks_become_one_map_and_another_site_does_not() {
     json(&["export", text(&out), "--out", text(&path("both.ply"))]);
     json(&["merge", text(&out), text(&two), "--out", text(&path("again"))]);
 
+    // What somebody else has of the same hall is laid into the robot's map: by picked points, or by what it looks like.
+    let (cloud, moved) = (path("one.ply"), path("moved"));
+    json(&["export", text(&one), "--out", text(&cloud)]);
+    let pairs = ["0,0,0=10,20,1", "5,0,0=10,25,1"];
+    let report =
+        json(&["import", text(&cloud), "--out", text(&moved), "--pair", pairs[0], "--pair", pairs[1]]);
+    assert!(report["aligned"]["apart"].as_f64() < Some(1e-3), "{report}");
+    let bounds = |report: &serde_json::Value, corner: usize, axis: usize| {
+        report["bounds"][corner][axis].as_f64().expect("a number")
+    };
+    json(&["export", text(&moved), "--out", text(&path("moved.ply"))]);
+    let back =
+        json(&["import", text(&path("moved.ply")), "--align-to", text(&one), "--out", text(&path("back"))]);
+    assert!(back["aligned"]["agreed"].as_u64() >= Some(6), "{back}");
+    let plain = json(&["import", text(&cloud), "--out", text(&path("plain"))]);
+    for (corner, axis) in [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)] {
+        let off = bounds(&back, corner, axis) - bounds(&plain, corner, axis);
+        assert!(off.abs() < 0.1, "{back} {plain}");
+        // By a right angle.
+        let [turned, sign] = [[1, -1], [0, 1], [2, 1]][axis];
+        let turned = usize::try_from(turned).expect("an axis");
+        let across = if sign < 0 { 1 - corner } else { corner };
+        let wanted = f64::from(sign) * bounds(&plain, across, turned) + [10.0, 20.0, 1.0][axis];
+        assert!((bounds(&report, corner, axis) - wanted).abs() < 0.01, "{report} {plain}");
+    }
+    let complaint = refused(&[
+        "import",
+        text(&cloud),
+        "--out",
+        text(&path("no")),
+        "--pair",
+        pairs[0],
+        "--pair",
+        "5,0,0=10,45,1",
+    ]);
+    assert!(complaint.contains("contradict each other"), "{complaint}");
+    let elsewhere = run(&["import", text(&cloud), "--out", text(&path("no")), "--align-to", text(&other)]);
+    let complaint = String::from_utf8_lossy(&elsewhere.stderr).into_owned();
+    assert_eq!(elsewhere.status.code(), Some(1), "{complaint}");
+    assert!(complaint.contains("recognised in") && !path("no").exists(), "{complaint}");
+
     let unrelated = run(&["merge", text(&one), text(&other), "--out", text(&path("none"))]);
     let complaint = String::from_utf8_lossy(&unrelated.stderr).into_owned();
     assert_eq!(unrelated.status.code(), Some(1), "{complaint}");

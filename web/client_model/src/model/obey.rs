@@ -29,7 +29,10 @@ impl Model {
                 self.walk_armed = false;
             }
             Command::PlaceRobot(place) => self.place_robot(place, effects),
-            Command::PickMapFile => effects.push(Effect::PickFile),
+            Command::PickMapFile { frame } => {
+                self.import_frame = frame;
+                effects.push(Effect::PickFile);
+            }
             Command::CancelImport => self.cancel_import(effects),
             Command::Cause(mishap) => self.order(Order::Cause(mishap), effects),
             Command::LookAbout => self.order_in_control(Order::LookAbout, effects),

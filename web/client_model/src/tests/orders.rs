@@ -130,13 +130,13 @@ fn who_shows_where_the_robot_stands_means_the_map_that_is_looked_at() {
 fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
     let mut bench = Bench::connected();
     let upload = UploadId(Uuid::from_u128(4));
-    bench.command(Command::PickMapFile);
+    bench.command(Command::PickMapFile { frame: None });
     assert!(bench.take().contains(&Effect::PickFile));
     bench.apply(Event::UploadBegun { upload, file: "north.wing.laz".into() });
     bench.apply(Event::Uploading { upload, share: 0.25 });
     assert_eq!(bench.model.upload.as_ref().map(|it| it.share), Some(0.25));
     bench.apply(Event::Uploaded { upload, result: Ok(()) });
-    assert_eq!(bench.orders(), [Order::ImportMap { upload, name: "north.wing".into() }]);
+    assert_eq!(bench.orders(), [Order::ImportMap { upload, name: "north.wing".into(), frame: None }]);
     assert_eq!(bench.model.upload, None);
 
     let (name, stage) = ("north.wing".to_owned(), api::ImportStage::Looking);
@@ -144,7 +144,10 @@ fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
     bench.command(Command::CancelImport);
     assert_eq!(bench.orders(), [Order::CancelImport(upload)]);
 
+    let frame = Some(MapId(Uuid::from_u128(7)));
+    bench.command(Command::PickMapFile { frame });
     bench.apply(Event::UploadBegun { upload, file: ".laz".into() });
+    assert_eq!(bench.model.upload.as_ref().map(|it| it.frame), Some(frame));
     assert_eq!(bench.model.upload.as_ref().map(Upload::map_name), Some(".laz"));
     bench.command(Command::CancelImport);
     assert!(bench.take().contains(&Effect::CancelUpload(upload)));
