@@ -61,6 +61,7 @@ const OURS: &[(&str, &[&str])] = &[
             "gateway",
             "geometry",
             "links",
+            "localisation",
             "lockstep",
             "map_codec",
             "mapping",

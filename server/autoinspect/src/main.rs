@@ -4,7 +4,6 @@
 //! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
 
 mod calibration;
-mod charts;
 mod cli;
 mod export;
 mod failure;

@@ -3,17 +3,28 @@
 //! Both are level, so a heading and a place are all there is to find; what a robot was taught in the old map is true in the new one then.
 
 use super::Origin;
-use crate::charts::chart_of;
 use crate::failure::Failure;
 use geometry::{Isometry, Vector3, isometry_from_pose, level_alignment, pose_from_isometry};
+use localisation::{Atlas, Guide};
+use mapping::Place;
 use mapping::vantage::{VantageOptions, Vantages};
-use mapping::{Chart, Gates, Joint, Unrelated};
 use nalgebra::Point3;
+use points::Downsampler;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use store::{MapPoints, SavedMap};
+use std::sync::Arc;
+use store::{MapPoints, SavedMap, map_clouds_and_sensors};
 use vocab::Pose;
 
+/// So many scans of the map are looked for at most, so far apart at least, metres, and so many places of each in the cloud.
+const SCANS: usize = 60;
+const SPACING: f64 = 1.0;
+const WAYS: usize = 3;
+/// Two of them agree within this, metres.
+const AGREE: f64 = 0.5;
+/// As many have to agree, and another way may have such a share of them.
+const AGREED: usize = 5;
+const RIVAL: f64 = 0.5;
 /// Picked points may be so far apart, metres: a hand's breadth is usual.
 const PICKED: f64 = 0.5;
 
@@ -38,28 +49,95 @@ pub struct Aligned {
     apart: f64,
 }
 
-/// Looks for what was imported in a map.
+/// Looks for what was imported in a map: each of that map's scans is looked for in the cloud, as a robot that is switched on there would, and
+/// the way to lay the cloud on which most of them agree is taken, if they are many and no other way has half as many. Costs a fifth of
+/// a second for each scan asked.
 pub fn find(
     found: &Vantages,
     thinned: &MapPoints,
     options: &VantageOptions,
     map: &Path,
 ) -> Result<Aligned, Failure> {
-    let saved = SavedMap::read(map).map_err(Failure::usage)?;
-    let (mut chart, mut own) = (chart_of(&saved)?, chart_of_places(found, thinned, options));
-    let joint = chart.join(&mut own, &Gates::default());
-    let joint = joint.map_err(|unrelated| Failure::failed(words(&unrelated, map)))?;
-    let Joint { links, support, .. } = joint;
-    let pairs: Vec<(Vector3, Vector3)> = links
+    SavedMap::read(map).map_err(Failure::usage)?;
+    let mut downsampler = Downsampler::default();
+    let seen = found.places.iter().map(|place| {
+        let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
+        let place_seen = Place::new(&super::seen_from(place, thinned), rotation, sensor, &mut downsampler);
+        (place.map_from_base, place_seen)
+    });
+    let atlas = Atlas::new(Arc::new(Guide::new(seen.collect())));
+    let mut votes = Vec::new();
+    for (scan, (map_from_base, place)) in scans(map)?.iter().enumerate() {
+        for one in atlas.seek(place, &map_from_base.rotation, None).iter().take(WAYS) {
+            let cloud_from_map = one.map_from_base * map_from_base.inverse();
+            let place = (map_from_base.translation.vector, one.map_from_base.translation.vector);
+            votes.push(Vote { scan, cloud_from_map, place });
+        }
+    }
+    let (agreed, rival) = count(&votes);
+    let refused = || Failure::failed(words(agreed.len(), rival, map));
+    if agreed.len() < AGREED || rival as f64 > RIVAL * agreed.len() as f64 {
+        return Err(refused());
+    }
+    let pairs: Vec<(Vector3, Vector3)> = agreed.iter().map(|vote| vote.place).collect();
+    let aligned = aligned(&pairs).ok_or_else(refused)?;
+    Ok(Aligned { map: Some(map.to_owned()), ..aligned })
+}
+
+/// Where one of the map's scans may lie in the cloud.
+struct Vote {
+    scan: usize,
+    cloud_from_map: Isometry,
+    /// Of the scan, in the map and in the cloud.
+    place: (Vector3, Vector3),
+}
+
+impl Vote {
+    /// Whether both lay the cloud alike, as far as both scans' places show.
+    fn agrees(&self, other: &Self) -> bool {
+        let off = |one: &Self, by: &Self| {
+            (by.cloud_from_map.transform_point(&Point3::from(one.place.0)).coords - one.place.1).norm()
+        };
+        off(self, other) <= AGREE && off(other, self) <= AGREE
+    }
+}
+
+/// The votes that agree with the one with which most do, and how many agree on the best other way.
+fn count(votes: &[Vote]) -> (Vec<&Vote>, usize) {
+    // Of each scan one vote counts: the better comes first.
+    let supporters = |of: &Vote| {
+        let mut agreed: Vec<&Vote> = votes.iter().filter(|vote| vote.agrees(of)).collect();
+        agreed.dedup_by_key(|vote| vote.scan);
+        agreed
+    };
+    let counted: Vec<Vec<&Vote>> = votes.iter().map(supporters).collect();
+    // The first of equals.
+    let best = (0..votes.len()).rev().max_by_key(|index| counted[*index].len());
+    let Some(best) = best else { return (Vec::new(), 0) };
+    let others = (0..votes.len()).filter(|index| !votes[*index].agrees(&votes[best]));
+    let rival = others.map(|index| counted[index].len()).max().unwrap_or(0);
+    (counted[best].clone(), rival)
+}
+
+/// Scans of a map all over it: where each was taken, and what it saw.
+fn scans(map: &Path) -> Result<Vec<(Isometry, Place)>, Failure> {
+    let mut clouds = Vec::new();
+    let mut last: Option<Vector3> = None;
+    for read in map_clouds_and_sensors(map).map_err(Failure::usage)? {
+        let (cloud, sensor) = read.map_err(Failure::usage)?;
+        let pose = isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
+        if last.is_none_or(|last| (pose.translation.vector - last).norm() >= SPACING) {
+            last = Some(pose.translation.vector);
+            clouds.push((pose, cloud.xyz, sensor));
+        }
+    }
+    let mut downsampler = Downsampler::default();
+    let every = clouds.len().div_ceil(SCANS).max(1);
+    let chosen = clouds
         .iter()
-        .map(|link| {
-            let there = saved.poses[link.from.0 as usize] * link.from_from_to;
-            let here = found.places[link.to.0 as usize].map_from_base;
-            (there.translation.vector, here.translation.vector)
-        })
-        .collect();
-    let aligned = aligned(&pairs).ok_or_else(|| Failure::failed(words(&Unrelated::TooFew(support), map)))?;
-    Ok(Aligned { map: Some(map.to_owned()), agreed: support as u64, ..aligned })
+        .step_by(every)
+        .map(|(pose, xyz, sensor)| (*pose, Place::new(xyz, &pose.rotation, *sensor, &mut downsampler)));
+    Ok(chosen.collect())
 }
 
 /// By points that somebody picked.
@@ -128,26 +206,15 @@ fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<Aligned> {
     Some(Aligned { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
 }
 
-/// The places to stand at, with what is seen from them.
-fn chart_of_places(found: &Vantages, thinned: &MapPoints, options: &VantageOptions) -> Chart {
-    let mut chart = Chart::default();
-    for place in &found.places {
-        let seen = super::seen_from(place, thinned);
-        chart.push(&place.map_from_base, &seen, [0.0, 0.0, options.lidar_height]);
-    }
-    chart
-}
-
-fn words(unrelated: &Unrelated, map: &Path) -> String {
+fn words(agreed: usize, rival: usize, map: &Path) -> String {
     let map = map.display();
     let remedy = "pick points in both, and give them with --pair";
-    match unrelated {
-        Unrelated::TooFew(count) => {
-            format!("only {count} places of the cloud were recognised in {map}; {remedy}")
-        }
-        Unrelated::Ambiguous(count, rival) => format!(
-            "the cloud fits into {map} in two ways, with {count} and {rival} places recognised; {remedy}"
-        ),
+    if agreed < AGREED {
+        format!("only {agreed} places of {map} were recognised in the cloud; {remedy}")
+    } else {
+        format!(
+            "the cloud fits into {map} in two ways, with {agreed} and {rival} places recognised; {remedy}"
+        )
     }
 }
 

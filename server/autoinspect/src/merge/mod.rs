@@ -2,18 +2,17 @@
 
 mod joined;
 
-use crate::charts::chart_of;
 use crate::failure::Failure;
 use crate::{map, output};
 use clap::Args;
-use geometry::pose_from_isometry;
+use geometry::{Isometry, pose_from_isometry};
 use joined::Joined;
 use mapping::{Chart, Gates, Joint, Unrelated};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
-use store::{MapFiles, SavedMap, TileFiles, write_map_files};
+use store::{MapFiles, SavedMap, TileFiles, map_clouds_and_sensors, write_map_files};
 use vocab::Pose;
 
 /// Join maps of one site: those of several walks, or of a part that was added.
@@ -138,6 +137,25 @@ impl Join {
             first_from_map: pose_from_isometry(&found.first_from_second),
         }
     }
+}
+
+/// The keyframes of a map with what they saw.
+fn chart_of(map: &SavedMap) -> Result<Chart, Failure> {
+    let mut chart = Chart::default();
+    for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
+        let (cloud, sensor) = read.map_err(Failure::usage)?;
+        let pose = geometry::isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
+        chart.push(&pose, &cloud.xyz, sensor);
+    }
+    if chart.len() != map.poses.len() {
+        return Err(Failure::usage(format!(
+            "{} has {} keyframes but clouds of {}; make the map again",
+            map.path.display(),
+            map.poses.len(),
+            chart.len()
+        )));
+    }
+    Ok(chart)
 }
 
 fn words(unrelated: &Unrelated, map: &Path, first: &Path) -> String {
