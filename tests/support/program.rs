@@ -7,11 +7,11 @@ pub fn autoinspect() -> PathBuf {
     if let Some(named) = std::env::var_os("AUTOINSPECT_BIN") {
         return named.into();
     }
-    // This test is at target/PROFILE/deps/all-HASH.
-    let test = std::env::current_exe().unwrap();
-    let target = test.ancestors().nth(3).unwrap();
-    let built = ["release", "debug"].map(|profile| target.join(profile).join("autoinspect"));
-    built
+    // A test is at target/PROFILE/deps/all-HASH, a benchmark at target/PROFILE/NAME.
+    let here = std::env::current_exe().unwrap();
+    let target = here.ancestors().find(|folder| folder.join("CACHEDIR.TAG").exists()).unwrap();
+    ["release", "debug"]
+        .map(|profile| target.join(profile).join("autoinspect"))
         .into_iter()
         .filter_map(|path| Some((path.metadata().ok()?.modified().ok()?, path)))
         .max()
