@@ -2,7 +2,8 @@
 //!
 //! Each level of the map is a small picture from above of all that stands there. The scan's own outline is laid over it at every spot
 //! near a keyframe and in every heading, and what covers most is worth a closer look. That misses nothing that looks may miss, such as a
-//! place some metres off the lane in which the map was walked.
+//! place some metres off the lane in which the map was walked. Heights count from the floor that the scan itself sees, so that a map can be
+//! used by a robot that is taller than the one that walked it.
 
 use crate::guide::Guide;
 use geometry::{Isometry, Rotation, Vector3, so3};
@@ -11,8 +12,17 @@ use std::f64::consts::TAU;
 
 /// Edge of a cell, metres.
 const CELL: f64 = 0.4;
-/// What stands between these heights over and under the base counts, metres: walls and racks, but neither floor nor roof.
-const BAND: (f64, f64) = (-0.1, 1.5);
+/// What stands between these heights over the floor counts, metres: walls and racks, but neither floor nor roof.
+const BAND: (f64, f64) = (0.4, 2.0);
+/// A base is so high over its floor if its scan does not show that: a quadruped's.
+const USUAL: f64 = 0.5;
+/// The floor is looked for so far below the base, metres, in slices of this, and within this range.
+const BELOW: (f64, f64) = (0.15, 2.45);
+const SLICE: f64 = 0.1;
+const AROUND: f64 = 8.0;
+/// It is where most points are, if they are as many, and such a share of those around.
+const FLOOR_POINTS: usize = 20;
+const FLOOR_SHARE: f64 = 0.05;
 /// Keyframes of one level lie within this of its first one, metres.
 const LEVEL: f64 = 1.0;
 /// Spots are the middles of cells so near to a keyframe, metres.
@@ -32,8 +42,8 @@ pub(crate) struct Outlines(Vec<Level>);
 
 #[derive(Clone, Debug)]
 struct Level {
-    /// Of the bases.
-    height: f64,
+    /// Of the floor.
+    floor: f64,
     /// Of the first cell's corner, cells.
     corner: [i64; 2],
     size: [usize; 2],
@@ -68,7 +78,8 @@ impl Outlines {
     /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
     /// first, two for each spot at most. Linear in the area walked.
     pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
-        let outline = outline(points, level_from_base);
+        let over_floor = over_floor(points, level_from_base).unwrap_or(USUAL);
+        let outline = outline(points, level_from_base, over_floor);
         if outline.len() < FIRST {
             return Vec::new();
         }
@@ -85,7 +96,7 @@ impl Outlines {
             for spot in &level.spots {
                 for (share, heading) in level.best(*spot, &turned) {
                     let [x, y] = spot.map(middle);
-                    let place = Translation3::new(x, y, level.height);
+                    let place = Translation3::new(x, y, level.floor + over_floor);
                     let turn = so3::exp(&(Vector3::z() * angle(heading))) * level_from_base;
                     found.push(Cover { map_from_base: Isometry::from_parts(place, turn), share });
                 }
@@ -101,16 +112,22 @@ impl Level {
     fn new(guide: &Guide, height: f64) -> Option<Self> {
         let own = |pose: &Isometry| (0.0..=LEVEL).contains(&(pose.translation.z - height));
         let mut stands: Vec<[i64; 2]> = Vec::new();
+        let mut floors: Vec<f64> = Vec::new();
         for (pose, place) in guide.keyframes().iter().filter(|(pose, _)| own(pose)) {
+            let points: Vec<[f32; 3]> = place.points().collect();
+            let seen = over_floor(&points, &pose.rotation);
+            floors.extend(seen.map(|over_floor| pose.translation.z - over_floor));
             let turn = pose.rotation.to_rotation_matrix();
-            for point in place.points() {
+            for point in points {
                 let offset = turn * Vector3::from(point.map(f64::from));
-                if (BAND.0..=BAND.1).contains(&offset.z) {
+                if (BAND.0..=BAND.1).contains(&(offset.z + seen.unwrap_or(USUAL))) {
                     let at = offset + pose.translation.vector;
                     stands.push([at.x, at.y].map(cell));
                 }
             }
         }
+        floors.sort_by(f64::total_cmp);
+        let floor = floors.get(floors.len() / 2).copied().unwrap_or(height - USUAL);
         let first = *stands.first()?;
         let (least, most) = stands.iter().fold((first, first), |(least, most), at| {
             ([least[0].min(at[0]), least[1].min(at[1])], [most[0].max(at[0]), most[1].max(at[1])])
@@ -130,7 +147,7 @@ impl Level {
             .map(|(pose, _)| pose.translation.vector)
             .filter(|at| (at.z - height).abs() <= LEVEL)
             .collect();
-        Some(Self { height, corner, size, cells, spots: spots(&near) })
+        Some(Self { floor, corner, size, cells, spots: spots(&near) })
     }
 
     /// The two headings at a spot that cover most, as far as any is worth it, apart from each other.
@@ -175,13 +192,43 @@ impl Level {
     }
 }
 
+/// How high a base stands over the floor that its scan shows, metres: the height at which most points are below it.
+fn over_floor(points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
+    let turn = level_from_base.to_rotation_matrix();
+    let near = points
+        .iter()
+        .map(|point| turn * Vector3::from(point.map(f64::from)))
+        .filter(|at| (RANGE.0..=AROUND).contains(&at.xy().norm()));
+    let mut around = 0_usize;
+    let mut slices = [0_usize; ((BELOW.1 - BELOW.0) / SLICE) as usize + 1];
+    let mut depths = Vec::new();
+    for at in near {
+        around += 1;
+        let slice = (-at.z - BELOW.0) / SLICE;
+        if slice >= 0.0 && (slice as usize) < slices.len() {
+            slices[slice as usize] += 1;
+            depths.push(-at.z);
+        }
+    }
+    let fullest = (0..slices.len()).rev().max_by_key(|slice| slices[*slice])?;
+    if slices[fullest] < FLOOR_POINTS || (slices[fullest] as f64) < FLOOR_SHARE * around as f64 {
+        return None;
+    }
+    // A floor may lie on the edge between two slices.
+    let middle = BELOW.0 + (fullest as f64 + 0.5) * SLICE;
+    depths.retain(|depth| (depth - middle).abs() <= SLICE);
+    Some(depths.iter().sum::<f64>() / depths.len() as f64)
+}
+
 /// Where the points of a scan stand about its base, level, metres: one for each cell, spread evenly.
-fn outline(points: &[[f32; 3]], level_from_base: &Rotation) -> Vec<[f64; 2]> {
+fn outline(points: &[[f32; 3]], level_from_base: &Rotation, over_floor: f64) -> Vec<[f64; 2]> {
     let turn = level_from_base.to_rotation_matrix();
     let mut cells: Vec<[i64; 2]> = points
         .iter()
         .map(|point| turn * Vector3::from(point.map(f64::from)))
-        .filter(|at| (BAND.0..=BAND.1).contains(&at.z) && (RANGE.0..=RANGE.1).contains(&at.xy().norm()))
+        .filter(|at| {
+            (BAND.0..=BAND.1).contains(&(at.z + over_floor)) && (RANGE.0..=RANGE.1).contains(&at.xy().norm())
+        })
         .map(|at| [at.x, at.y].map(cell))
         .collect();
     cells.sort_unstable();
@@ -222,4 +269,37 @@ fn cell(metres: f64) -> i64 {
 
 fn angle(heading: usize) -> f64 {
     heading as f64 * TAU / HEADINGS as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor so far below, a table over a part of it, and a wall.
+    fn room(below: f32) -> Vec<[f32; 3]> {
+        let grid = |from: i32, to: i32| (from..to).flat_map(move |x| (from..to).map(move |y| [x, y]));
+        let mut points: Vec<[f32; 3]> =
+            grid(-20, 20).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, -below]).collect();
+        points.extend(grid(8, 14).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, 0.75 - below]));
+        points.extend(grid(0, 25).map(|[y, z]| [4.0, 0.1 * y as f32, 0.1 * z as f32 - below]));
+        points
+    }
+
+    #[test]
+    fn the_floor_is_where_a_scan_shows_it_whoever_carries_the_lidar() {
+        for below in [0.3_f32, 0.55, 1.4] {
+            let Some(found) = over_floor(&room(below), &Rotation::identity()) else { panic!("it is there") };
+            assert!((found - f64::from(below)).abs() < 0.05, "{found} of {below}");
+            let turn = so3::exp(&Vector3::new(0.3, -0.2, 1.0));
+            let tilted: Vec<[f32; 3]> = room(below)
+                .iter()
+                .map(|point| (turn.inverse() * Vector3::from(point.map(f64::from))).map(|c| c as f32).into())
+                .collect();
+            let Some(again) = over_floor(&tilted, &turn) else { panic!("it is there") };
+            assert!((again - found).abs() < 1e-3, "{again} {found}");
+        }
+        assert_eq!(over_floor(&[], &Rotation::identity()), None);
+        let wall: Vec<[f32; 3]> = (0..200).map(|i| [4.0, 0.02 * i as f32, 0.01 * i as f32]).collect();
+        assert_eq!(over_floor(&wall, &Rotation::identity()), None);
+    }
 }

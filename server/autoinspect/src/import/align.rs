@@ -5,7 +5,7 @@
 use super::Origin;
 use crate::failure::Failure;
 use geometry::{Isometry, Vector3, isometry_from_pose, level_alignment, pose_from_isometry};
-use localisation::{Atlas, Guide};
+use localisation::{Atlas, Guide, Standing, standing};
 use mapping::Place;
 use mapping::vantage::{VantageOptions, Vantages};
 use nalgebra::Point3;
@@ -16,10 +16,9 @@ use std::sync::Arc;
 use store::{MapPoints, SavedMap, map_clouds_and_sensors};
 use vocab::Pose;
 
-/// So many scans of the map are looked for at most, so far apart at least, metres, and so many places of each in the cloud.
+/// So many scans of the map are looked for at most, so far apart at least, metres.
 const SCANS: usize = 60;
 const SPACING: f64 = 1.0;
-const WAYS: usize = 3;
 /// Two of them agree within this, metres.
 const AGREE: f64 = 0.5;
 /// As many have to agree, and another way may have such a share of them.
@@ -68,7 +67,12 @@ pub fn find(
     let atlas = Atlas::new(Arc::new(Guide::new(seen.collect())));
     let mut votes = Vec::new();
     for (scan, (map_from_base, place)) in scans(map)?.iter().enumerate() {
-        for one in atlas.seek(place, &map_from_base.rotation, None).iter().take(WAYS) {
+        let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
+            Standing::There(one) => vec![one],
+            Standing::OneOf(several) => several,
+            Standing::Nowhere => Vec::new(),
+        };
+        for one in found {
             let cloud_from_map = one.map_from_base * map_from_base.inverse();
             let place = (map_from_base.translation.vector, one.map_from_base.translation.vector);
             votes.push(Vote { scan, cloud_from_map, place });
@@ -102,21 +106,23 @@ impl Vote {
     }
 }
 
-/// The votes that agree with the one with which most do, and how many agree on the best other way.
+/// The votes that agree with the one with which most do, and how many agree on the best other way. Quadratic in the votes, some hundred.
 fn count(votes: &[Vote]) -> (Vec<&Vote>, usize) {
-    // Of each scan one vote counts: the better comes first.
-    let supporters = |of: &Vote| {
-        let mut agreed: Vec<&Vote> = votes.iter().filter(|vote| vote.agrees(of)).collect();
+    let all: Vec<&Vote> = votes.iter().collect();
+    let Some((best, agreed)) = most(&all) else { return (Vec::new(), 0) };
+    let others: Vec<&Vote> = all.into_iter().filter(|vote| !vote.agrees(best)).collect();
+    (agreed, most(&others).map_or(0, |(_, agreed)| agreed.len()))
+}
+
+/// The vote with which those of most scans agree, and these: of each scan its best.
+fn most<'a>(among: &[&'a Vote]) -> Option<(&'a Vote, Vec<&'a Vote>)> {
+    let supported = among.iter().map(|of| {
+        let mut agreed: Vec<&Vote> = among.iter().copied().filter(|vote| vote.agrees(of)).collect();
         agreed.dedup_by_key(|vote| vote.scan);
-        agreed
-    };
-    let counted: Vec<Vec<&Vote>> = votes.iter().map(supporters).collect();
+        (*of, agreed)
+    });
     // The first of equals.
-    let best = (0..votes.len()).rev().max_by_key(|index| counted[*index].len());
-    let Some(best) = best else { return (Vec::new(), 0) };
-    let others = (0..votes.len()).filter(|index| !votes[*index].agrees(&votes[best]));
-    let rival = others.map(|index| counted[index].len()).max().unwrap_or(0);
-    (counted[best].clone(), rival)
+    supported.rev().max_by_key(|(_, agreed)| agreed.len())
 }
 
 /// Scans of a map all over it: where each was taken, and what it saw.
