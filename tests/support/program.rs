@@ -2,13 +2,18 @@
 
 use std::path::PathBuf;
 
-/// The program under test: `AUTOINSPECT_BIN`, else the newest of what cargo built beside this test.
+/// The program under test: `AUTOINSPECT_BIN`, else what cargo built beside this benchmark, or the newest of what it built for this test.
 pub fn autoinspect() -> PathBuf {
     if let Some(named) = std::env::var_os("AUTOINSPECT_BIN") {
         return named.into();
     }
-    // A test is at target/PROFILE/deps/all-HASH, a benchmark at target/PROFILE/NAME.
+    // A benchmark is at target/PROFILE/NAME, and is of the program beside it.
     let here = std::env::current_exe().unwrap();
+    let beside = here.with_file_name("autoinspect");
+    if beside.exists() {
+        return beside;
+    }
+    // A test is at target/PROFILE/deps/all-HASH.
     let target = here.ancestors().find(|folder| folder.join("CACHEDIR.TAG").exists()).unwrap();
     ["release", "debug"]
         .map(|profile| target.join(profile).join("autoinspect"))

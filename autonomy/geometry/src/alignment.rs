@@ -93,11 +93,15 @@ pub fn level_alignment(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn aligned_rmse(pairs: &[(Vector3, Vector3)]) -> Option<f64> {
-    let motion = umeyama(pairs, false)?.truth_from_estimate;
+    Some(rms_apart(pairs, &umeyama(pairs, false)?.truth_from_estimate))
+}
+
+/// Root mean square distance of pairs (truth, estimate) under a motion, metres; not a number where there are none.
+pub fn rms_apart(pairs: &[(Vector3, Vector3)], truth_from_estimate: &Isometry) -> f64 {
     let square = |(truth, estimate): &(Vector3, Vector3)| {
-        (motion.transform_point(&Point3::from(*estimate)).coords - truth).norm_squared()
+        (truth_from_estimate.transform_point(&Point3::from(*estimate)).coords - truth).norm_squared()
     };
-    Some((pairs.iter().map(square).sum::<f64>() / pairs.len() as f64).sqrt())
+    (pairs.iter().map(square).sum::<f64>() / pairs.len() as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use crate::question::Ground;
 use geometry::{Isometry, Matrix6, Vector6};
-use localisation::{Fix, Hypothesis, Scan, Tracker, Trust};
+use localisation::{Fix, Hypothesis, Scan, Tracker, Trust, is_same_place};
 use mapping::Uncertain;
 use std::sync::Arc;
 
@@ -39,10 +39,21 @@ struct Rival {
 }
 
 impl Contest {
-    /// Between these places, of a scan that was taken at a moment of odometry.
-    pub fn new(ground: &Ground, places: &[Hypothesis], odom_from_base: &Isometry) -> Self {
-        let rivals = places.iter().map(|place| Rival::new(ground, place, odom_from_base)).collect();
-        Self { rivals, odom_from_base: Some(*odom_from_base) }
+    /// Between these places, of a scan that was taken at a moment of odometry. Each begins with what that scan fits there; the one that
+    /// was held until now begins level with the best, because one scan weighs little against all those before.
+    pub fn new(
+        ground: &Ground,
+        places: &[Hypothesis],
+        held: Option<&Isometry>,
+        odom_from_base: &Isometry,
+    ) -> Self {
+        let best = places.iter().map(Hypothesis::quality).fold(0.0, f64::max);
+        let begin = |place: &Hypothesis| {
+            let held = held.is_some_and(|held| is_same_place(&place.map_from_base, held));
+            let support = if held { best } else { place.quality() };
+            Rival::new(ground, place, support, odom_from_base)
+        };
+        Self { rivals: places.iter().map(begin).collect(), odom_from_base: Some(*odom_from_base) }
     }
 
     /// How many are left.
@@ -75,13 +86,13 @@ impl Contest {
 }
 
 impl Rival {
-    fn new(ground: &Ground, place: &Hypothesis, odom_from_base: &Isometry) -> Self {
+    fn new(ground: &Ground, place: &Hypothesis, support: f64, odom_from_base: &Isometry) -> Self {
         let (turn, vague) = (RECOGNISED.0 * RECOGNISED.0, RECOGNISED.1 * RECOGNISED.1);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, vague, vague, vague));
         let map_from_base = Uncertain { pose: place.map_from_base, covariance };
         // Odometry's own doubt counts from the first scan on.
         let tracker = Tracker::new(Arc::clone(ground.guide()), map_from_base, odom_from_base, None);
-        Self { tracker, support: place.quality(), scans: 0, sure: false }
+        Self { tracker, support, scans: 0, sure: false }
     }
 
     /// Takes a scan in that is worth so much of a look; says whether the robot may still be there.

@@ -256,7 +256,7 @@ impl LocalisationPhase {
                 let places = outdone(&held, &found)?;
                 self.change(Some(Turn::Lost));
                 if let Phase::Relocalising(state) = &mut self.phase {
-                    state.contest = Contest::new(&ground, &places, &at);
+                    state.contest = Contest::new(&ground, &places, Some(&held), &at);
                 }
                 Some(Turn::Lost)
             }
@@ -266,7 +266,7 @@ impl LocalisationPhase {
                     Standing::OneOf(several) => several,
                     Standing::Nowhere => Vec::new(),
                 };
-                state.contest = Contest::new(&ground, &places, &at);
+                state.contest = Contest::new(&ground, &places, None, &at);
                 None
             }
             _ => None,

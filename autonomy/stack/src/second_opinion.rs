@@ -42,15 +42,47 @@ impl SecondOpinion {
     }
 }
 
-/// The places between which it has to be decided anew, if another one outdoes that which is held.
+/// The places between which it has to be decided anew, if another one outdoes that which is held; that is among them, unless nothing fits
+/// there at all.
 pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
     let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
-    let places = match standing(found) {
+    let mut places = match standing(found) {
         Standing::There(best) => vec![best],
         Standing::OneOf(several) => several,
         Standing::Nowhere => return None,
     };
     let best = places.iter().find(|one| !is_same_place(&one.map_from_base, held))?;
-    let outdone = own.is_none_or(|own| own.quality() < OUTDONE * best.quality());
-    outdone.then_some(places)
+    if own.is_some_and(|own| own.quality() >= OUTDONE * best.quality()) {
+        return None;
+    }
+    let poor = own.filter(|own| !places.contains(own)).copied();
+    places.extend(poor);
+    Some(places)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, fit: f64) -> Hypothesis {
+        Hypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
+    }
+
+    #[test]
+    fn a_place_is_in_doubt_only_where_another_fits_clearly_better_and_stays_in_the_running_then() {
+        let held = Isometry::translation(0.1, 0.0, 0.0);
+        assert_eq!(outdone(&held, &[at(0.0, 0.9), at(20.0, 0.89)]), None);
+        assert_eq!(outdone(&held, &[at(20.0, 0.92), at(0.0, 0.88)]), None, "as good as alike");
+        let (better, alike) = (at(20.0, 0.95), at(0.0, 0.85));
+        assert_eq!(outdone(&held, &[better, alike]), Some(vec![better, alike]));
+        let poor = at(0.0, 0.4);
+        assert_eq!(
+            outdone(&held, &[better, poor]),
+            Some(vec![better, poor]),
+            "it is not dropped by one scan"
+        );
+        assert_eq!(outdone(&held, &[better]), Some(vec![better]));
+        assert_eq!(outdone(&held, &[at(20.0, 0.6), poor]), None, "what fits nowhere well says nothing");
+        assert_eq!(outdone(&held, &[]), None);
+    }
 }

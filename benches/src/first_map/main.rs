@@ -32,7 +32,7 @@ const MARKS: &str = "(() => { \
 
 /// Seconds from navigation to the first map, in a freshly started browser each time.
 ///
-/// Example: cargo xtask bench first_map --loads 6
+/// Example: cargo build --release -p autoinspect && cargo xtask web && cargo xtask bench first_map --loads 6
 #[derive(Parser)]
 struct Arguments {
     /// How often.

@@ -4,17 +4,16 @@
 
 use super::Origin;
 use crate::failure::Failure;
-use geometry::{Isometry, Vector3, isometry_from_pose, level_alignment, pose_from_isometry};
+use geometry::{Isometry, Vector3, isometry_from_pose, level_alignment, pose_from_isometry, rms_apart};
 use localisation::{Atlas, Guide, Standing, standing};
 use mapping::Place;
 use mapping::vantage::{VantageOptions, Vantages};
 use nalgebra::Point3;
 use points::Downsampler;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::{MapPoints, SavedMap, map_clouds_and_sensors};
-use vocab::Pose;
 
 /// So many scans of the map are looked for at most, so far apart at least, metres.
 const SCANS: usize = 60;
@@ -41,7 +40,8 @@ pub struct Aligned {
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<PathBuf>,
     /// Where the cloud lies, as read, less the offset, its z axis up.
-    map_from_cloud: Pose,
+    #[serde(serialize_with = "as_pose")]
+    map_from_cloud: Isometry,
     /// Places recognised, or points picked, that agree on it.
     agreed: u64,
     /// How far they are apart, root mean square, metres.
@@ -57,6 +57,7 @@ pub fn find(
     options: &VantageOptions,
     map: &Path,
 ) -> Result<Aligned, Failure> {
+    // Only to say what is wrong with it, before much is done.
     SavedMap::read(map).map_err(Failure::usage)?;
     let mut downsampler = Downsampler::default();
     let seen = found.places.iter().map(|place| {
@@ -173,21 +174,20 @@ pub fn by_pairs(pairs: &[Pair], origin: &Origin) -> Result<Aligned, Failure> {
 impl Aligned {
     /// Moves all that was read into the map.
     pub fn apply(&self, clouds: [&mut MapPoints; 2], found: &mut Vantages) {
-        let motion = isometry_from_pose(&self.map_from_cloud).unwrap_or_else(Isometry::identity);
         for cloud in clouds {
             for point in &mut cloud.xyz {
-                let moved = motion.transform_point(&Point3::from(point.map(f64::from)));
+                let moved = self.map_from_cloud.transform_point(&Point3::from(point.map(f64::from)));
                 *point = moved.coords.map(|coordinate| coordinate as f32).into();
             }
         }
         for place in &mut found.places {
-            place.map_from_base = motion * place.map_from_base;
+            place.map_from_base = self.map_from_cloud * place.map_from_base;
         }
     }
 
     /// For people.
     pub fn describe(&self) -> String {
-        let (by, place) = (self.agreed, self.map_from_cloud.position);
+        let (by, place) = (self.agreed, self.map_from_cloud.translation);
         let where_to = format!("its origin lies at {:.2} {:.2} {:.2} m", place.x, place.y, place.z);
         match &self.map {
             Some(map) => format!(
@@ -203,18 +203,18 @@ impl Aligned {
 }
 
 fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<Aligned> {
-    let motion = level_alignment(pairs)?;
-    let square = |(there, here): &(Vector3, Vector3)| {
-        (motion.transform_point(&Point3::from(*here)).coords - there).norm_squared()
-    };
-    let apart = (pairs.iter().map(square).sum::<f64>() / pairs.len() as f64).sqrt();
-    let map_from_cloud = pose_from_isometry(&motion);
+    let map_from_cloud = level_alignment(pairs)?;
+    let apart = rms_apart(pairs, &map_from_cloud);
     Some(Aligned { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
+}
+
+fn as_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::Error> {
+    pose_from_isometry(motion).serialize(serializer)
 }
 
 fn words(agreed: usize, rival: usize, map: &Path) -> String {
     let map = map.display();
-    let remedy = "pick points in both, and give them with --pair";
+    let remedy = "`autoinspect import --pair` lays it by points picked in both";
     if agreed < AGREED {
         format!("only {agreed} places of {map} were recognised in the cloud; {remedy}")
     } else {
