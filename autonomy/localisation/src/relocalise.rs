@@ -61,6 +61,8 @@ pub enum Standing {
     There(Hypothesis),
     /// It is at one of these, the best first; the robot has to move for the others to fail.
     OneOf(Vec<Hypothesis>),
+    /// It may be there, where much of what it sees is in no map, and nowhere else; one scan is not enough to say so.
+    Faint(Hypothesis),
     /// It is nowhere that the map shows well.
     Nowhere,
 }
@@ -69,10 +71,17 @@ pub enum Standing {
 const MAY_BE: (f64, f64) = (0.72, 0.1);
 /// Greatest share of the best one's quality that another place may have, if nothing more is to be asked.
 const ALONE: f64 = 0.85;
+/// Least fit of a place that is worth another look, and the share of its quality that no other one may have.
+const FAINT: (f64, f64) = (0.4, 0.75);
 
 /// What the places where a scan may have been taken ([`Atlas::seek`]) say of where it was.
 pub fn standing(found: &[Hypothesis]) -> Standing {
-    let Some(best) = found.first().filter(|best| best.may_be()) else { return Standing::Nowhere };
+    let Some(best) = found.first() else { return Standing::Nowhere };
+    if !best.may_be() {
+        let faint = best.fit >= FAINT.0 && best.contradicted <= MAY_BE.1;
+        let alone = found.iter().skip(1).all(|other| other.quality() < FAINT.1 * best.quality());
+        return if faint && alone { Standing::Faint(*best) } else { Standing::Nowhere };
+    }
     let rivals: Vec<Hypothesis> =
         found.iter().filter(|one| one.quality() >= ALONE * best.quality()).copied().collect();
     if rivals.len() == 1 { Standing::There(*best) } else { Standing::OneOf(rivals) }

@@ -24,6 +24,8 @@ pub(crate) struct Day {
     /// Every state of mapping.
     pub(crate) states: Vec<MappingState>,
     pub(crate) localisation: LocalisationState,
+    /// Every state of localisation.
+    pub(crate) localisations: Vec<LocalisationState>,
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     /// The newest question to a known map, with its job.
@@ -59,6 +61,7 @@ impl Day {
             mapping: MappingState::Idle,
             states: Vec::new(),
             localisation: LocalisationState::Idle,
+            localisations: Vec::new(),
             motion: MotionState::Idle,
             refusals: Vec::new(),
             asked: None,
@@ -81,6 +84,7 @@ impl Day {
             mapping,
             states,
             localisation,
+            localisations,
             motion,
             refusals,
             asked,
@@ -94,7 +98,10 @@ impl Day {
                 *mapping = now.clone();
                 states.push(now.clone());
             }
-            Effect::Publish(Publication::Localisation(now)) => *localisation = *now,
+            Effect::Publish(Publication::Localisation(now)) => {
+                *localisation = *now;
+                localisations.push(*now);
+            }
             Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
             Effect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),

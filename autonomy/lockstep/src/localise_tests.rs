@@ -2,6 +2,7 @@
 
 use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
+use geometry::Vector3;
 use messages::{
     BootRecord, Input, JobDone, JobResult, LastPlace, LocalisationDoubt, LocalisationState, MotionState,
     Order, PossiblePlace, Relocalised,
@@ -9,7 +10,7 @@ use messages::{
 use sim::{Fault, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
-use vocab::{MapId, Pose, Quat, SessionId, Span, Vec3};
+use vocab::{MapId, Pose, Quat, SessionId, Span, Twist, Vec3};
 
 const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
 
@@ -102,7 +103,7 @@ fn shown_a_place_that_looks_like_its_own_it_does_not_believe_that_it_is_there() 
 }
 
 #[test]
-fn where_another_place_fits_better_it_gives_up_its_own_until_that_is_decided() {
+fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 21);
@@ -113,16 +114,21 @@ fn where_another_place_fits_better_it_gives_up_its_own_until_that_is_decided() {
     assert!(found_by.is_some());
     // Nobody answers in time, so that somebody else can.
     day.lockstep.pace_jobs(JobPace { ticks: 100, newest_first: false });
-    day.drive(start, &[[29.0, 18.8]]);
+    for _ in 0..40 {
+        if day.asked.is_none() {
+            push(&mut day, 0.8, 0.0, 2);
+        }
+    }
     let Some((job, task)) = day.asked.take() else { panic!("it never asked whether it might be elsewhere") };
     assert_eq!(day.localisation, LOCALISED);
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
-    let places = vec![PossiblePlace { map_from_base, fit: 0.99, contradicted: 0.0 }];
+    let own = PossiblePlace { map_from_base: day.estimate, fit: 0.5, contradicted: 0.0 };
+    let places = vec![PossiblePlace { map_from_base, fit: 0.99, contradicted: 0.0 }, own];
     let result = JobResult::Relocalised(Box::new(Relocalised { task, places }));
     day.lockstep.give(Input::JobDone(JobDone { job, result }));
     day.run(0.2);
-    let undecided = LocalisationState::Relocalising { map: FIRST, places: 1 };
-    assert_eq!(day.localisation, undecided);
+    let undecided = LocalisationState::Relocalising { map: FIRST, places: 2 };
+    assert!(day.localisations.contains(&undecided), "{:?}", day.localisations);
     day.lockstep.pace_jobs(JobPace::default());
     day.run(8.0);
     assert_eq!(day.localisation, LOCALISED);
@@ -274,4 +280,51 @@ fn a_map_that_does_not_exist_is_said_and_left() {
     day.order(Order::LeaveMap);
     day.run(0.3);
     assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
+}
+
+/// Drives by hand at a speed (m/s), turning (rad/s), for so many tenths of a second.
+fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
+    let [linear, angular] = [Vec3::new(forward, 0.0, 0.0), Vec3::new(0.0, 0.0, turn)];
+    for _ in 0..tenths {
+        day.order(Order::Teleoperate(Twist { linear, angular }));
+        day.run(0.1);
+    }
+    day.run(0.5);
+}
+
+/// A map of two metres, and the robot two metres past its end, where much of what it sees is in no map.
+fn past_the_end_of_a_short_map() -> (Day, Vector3) {
+    let session = Some(SessionId(uuid::Uuid::from_u128(1)));
+    let mut day = Day::begin(at([29.0, 21.5], 0.0), 1, session);
+    day.run(1.0);
+    let origin = day.true_place();
+    push(&mut day, -0.8, 0.0, 20);
+    assert!(day.finish(FIRST).graph.nodes.len() >= 2);
+    push(&mut day, -0.8, 0.3, 20);
+    (day, origin)
+}
+
+#[test]
+fn where_a_map_has_just_been_made_the_robot_knows_its_place_in_it_at_once() {
+    let (mut day, origin) = past_the_end_of_a_short_map();
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(1.5);
+    assert_eq!(day.localisation, LOCALISED);
+    assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
+}
+
+#[test]
+fn past_the_end_of_a_map_it_finds_itself_once_it_has_walked() {
+    let (mut day, origin) = past_the_end_of_a_short_map();
+    let (truth, known) = (day.lockstep.simulator().truth().site_from_base, day.lockstep.map(FIRST).cloned());
+    let yaw = 2.0 * truth.orientation.z.atan2(truth.orientation.w);
+    let mut other = Day::among(2, Start { position: Vec3 { z: 0.0, ..truth.position }, yaw }, 7, None);
+    other.lockstep.keep_map(known.unwrap_or_else(|| panic!("not kept")));
+    other.order(Order::Localise { map: FIRST, at: None });
+    other.run(3.0);
+    let looking = LocalisationState::Relocalising { map: FIRST, places: 0 };
+    assert_eq!(other.localisation, looking, "one spot is not enough");
+    push(&mut other, 0.8, -0.3, 35);
+    assert_eq!(other.localisation, LOCALISED);
+    assert!(other.error(&origin) < 0.05, "{} m", other.error(&origin));
 }

@@ -6,6 +6,7 @@
 
 mod contest;
 mod control;
+mod faint;
 mod health;
 mod known;
 mod localisation_phase;
@@ -25,7 +26,7 @@ pub use work::Work;
 use control::{Admission, Control};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
-use localisation_phase::{LocalisationPhase, Turn};
+use localisation_phase::{LocalisationPhase, Told, Turn};
 use localising::{Localiser, Located, Said};
 use loops::News;
 use mapping::Odometer;
@@ -108,7 +109,7 @@ impl Running {
         }
         let mut localisation = LocalisationPhase::default();
         if let Some(last) = record.last_place.filter(|_| record.start_mapping.is_none()) {
-            localisation.begin(last.map, isometry_from_pose(&last.map_from_base));
+            localisation.begin(last.map, isometry_from_pose(&last.map_from_base).map(Told::Base));
         }
         Self {
             localiser: Localiser::new(record),
@@ -368,7 +369,8 @@ impl Running {
                 let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
                 let place =
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
-                self.localisation.begin(*map, place);
+                let walked = || self.last.as_ref().and_then(|last| self.mapping.left(*map, last)).map(Told::Odom);
+                self.localisation.begin(*map, place.map(Told::Base).or_else(walked));
                 effects.extend(self.motion.forget_map().map(Effect::Drive));
                 self.start_jobs(effects);
                 Ok(())

@@ -5,6 +5,7 @@
 //! enough, or another place turns out to fit better: then all begins anew.
 
 use crate::contest::Contest;
+use crate::faint::Faint;
 use crate::known::Known;
 use crate::localising::Located;
 use crate::question::{Ground, Question, Thought};
@@ -40,7 +41,7 @@ enum Phase {
     /// The map is being read; the job is none until it has started.
     Loading {
         map: MapId,
-        at: Option<Isometry>,
+        at: Option<Told>,
         job: Option<u64>,
     },
     Relocalising(Box<Relocalising>),
@@ -51,10 +52,11 @@ enum Phase {
 struct Relocalising {
     map: MapId,
     ground: Arc<Ground>,
-    /// Told by a person, until the next scan.
-    told: Option<Isometry>,
+    /// Until the next scan.
+    told: Option<Told>,
     question: Option<Question>,
     contest: Contest,
+    faint: Faint,
 }
 
 #[derive(Debug)]
@@ -70,6 +72,15 @@ struct Localised {
     question: Option<Question>,
 }
 
+/// Where the robot is in the map, to whoever knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Told {
+    /// By a person: the base in the map.
+    Base(Isometry),
+    /// By the way walked since that map was made: odometry's frame in the map.
+    Odom(Isometry),
+}
+
 /// What the phase made of a scan or an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Turn {
@@ -81,7 +92,7 @@ pub(crate) enum Turn {
 
 impl LocalisationPhase {
     /// Begins to be localised in a map, once that has been read.
-    pub fn begin(&mut self, map: MapId, at: Option<Isometry>) {
+    pub fn begin(&mut self, map: MapId, at: Option<Told>) {
         match &mut self.phase {
             Phase::Relocalising(state) if state.map == map => state.told = at,
             Phase::Localised(state) if state.map == map => {
@@ -264,6 +275,11 @@ impl LocalisationPhase {
                 let places = match standing(&found) {
                     Standing::There(one) => vec![one],
                     Standing::OneOf(several) => several,
+                    Standing::Faint(one) => {
+                        let believed =
+                            matches!(thought, Thought::Told(_)) || state.faint.recognise(&one, &at);
+                        if believed { vec![one] } else { Vec::new() }
+                    }
                     Standing::Nowhere => Vec::new(),
                 };
                 state.contest = Contest::new(&ground, &places, None, &at);
@@ -299,8 +315,8 @@ impl Phase {
 }
 
 impl Relocalising {
-    fn new(map: MapId, ground: Arc<Ground>, told: Option<Isometry>) -> Self {
-        Self { map, ground, told, question: None, contest: Contest::default() }
+    fn new(map: MapId, ground: Arc<Ground>, told: Option<Told>) -> Self {
+        Self { map, ground, told, question: None, contest: Contest::default(), faint: Faint::default() }
     }
 
     /// Whether to ask where this scan may have been taken.
@@ -310,7 +326,11 @@ impl Relocalising {
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64) {
-        let thought = self.told.take().map_or(Thought::Nothing, Thought::Told);
+        let thought = match self.told.take() {
+            Some(Told::Base(map_from_base)) => Thought::Told(map_from_base),
+            Some(Told::Odom(map_from_odom)) => Thought::Told(map_from_odom * located.odom_from_base),
+            None => Thought::Nothing,
+        };
         if thought != Thought::Nothing {
             self.contest = Contest::default();
         }

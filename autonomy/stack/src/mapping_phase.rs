@@ -470,6 +470,12 @@ impl MappingPhase {
         Running { id, extends, since, session, loops: Some(loops), search, judged: None }
     }
 
+    /// Where odometry's frame is in a saved map, if the robot has just made that map and not walked far since.
+    pub fn left(&self, map: MapId, located: &Located) -> Option<Isometry> {
+        let left = self.left.as_ref().filter(|left| left.map == map)?;
+        left.covariance(located).map(|_| left.map_from_odom)
+    }
+
     /// The state, if it changed since it was last said.
     pub fn changed(&mut self) -> Option<MappingState> {
         let state = match &self.phase {
@@ -515,21 +521,27 @@ impl Running {
 impl Left {
     /// Where a waypoint is in that map, if it is the one asked for and odometry can be believed for as long as was walked since.
     fn place(&self, map: MapId, number: u64, located: &Located, session: &Session) -> Option<Found> {
-        if self.map != map || self.walked.distance() > LEFT_WALKED {
+        if self.map != map {
             return None;
         }
-        let map_from_base = self.map_from_odom * located.odom_from_base;
-        let (keyframe, pose) = session.nearest(&map_from_base)?;
+        let covariance = self.covariance(located)?;
+        let (keyframe, pose) = session.nearest(&(self.map_from_odom * located.odom_from_base))?;
+        let keyframe_from_waypoint = Uncertain { pose, covariance };
+        Some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
+    }
+
+    /// Of the base in that map, while odometry can be believed for as long as was walked since.
+    fn covariance(&self, located: &Located) -> Option<Matrix6> {
+        let walked = self.walked.distance();
         // Odometry that has lost its way since says so in its covariance.
         let before = self.covariance.unwrap_or_else(Matrix6::zeros);
         let grown = (located.covariance - before).diagonal();
         let [turned, moved] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));
-        let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * self.walked.distance());
+        let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * walked);
         let (turn, place) = (turn * turn + turned, place * place + moved);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        let keyframe_from_waypoint = Uncertain { pose, covariance };
-        let believed = keyframe_from_waypoint.place_deviation() <= LEFT_DEVIATION;
-        believed.then_some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
+        let uncertain = Uncertain { pose: Isometry::identity(), covariance };
+        (walked <= LEFT_WALKED && uncertain.place_deviation() <= LEFT_DEVIATION).then_some(covariance)
     }
 }
 

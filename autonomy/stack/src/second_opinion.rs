@@ -49,7 +49,7 @@ pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypot
     let mut places = match standing(found) {
         Standing::There(best) => vec![best],
         Standing::OneOf(several) => several,
-        Standing::Nowhere => return None,
+        Standing::Faint(_) | Standing::Nowhere => return None,
     };
     let best = places.iter().find(|one| !is_same_place(&one.map_from_base, held))?;
     if own.is_some_and(|own| own.quality() >= OUTDONE * best.quality()) {

@@ -52,7 +52,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
             Standing::There(_) => wrong += 1,
             Standing::OneOf(several) if several.iter().any(is_right) => ambiguous += 1,
             Standing::OneOf(_) => without += 1,
-            Standing::Nowhere => nowhere += 1,
+            Standing::Faint(_) | Standing::Nowhere => nowhere += 1,
         }
         if arguments.each {
             print_each(number, &start, &map_from_base, right, &found);

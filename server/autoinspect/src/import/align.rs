@@ -71,7 +71,7 @@ pub fn find(
         let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
             Standing::There(one) => vec![one],
             Standing::OneOf(several) => several,
-            Standing::Nowhere => Vec::new(),
+            Standing::Faint(_) | Standing::Nowhere => Vec::new(),
         };
         for one in found {
             let cloud_from_map = one.map_from_base * map_from_base.inverse();

@@ -1,0 +1,68 @@
+//! A place that fits only half, recognised again and again as the robot walks.
+//!
+//! Where the map ends, much of what a scan shows is in no map, so that the right place fits no better than a wrong one may by chance. But
+//! chance does not walk along: a place that is found anew from nothing, each time where the last one and the way since say, is the right
+//! one.
+
+use geometry::Isometry;
+use localisation::{Hypothesis, is_same_place};
+
+/// A look counts when it is so many metres from the last one that did.
+const STEP: f64 = 0.4;
+/// It is believed after so many looks.
+const LOOKS: u32 = 4;
+
+/// What was recognised so far.
+#[derive(Debug, Default)]
+pub(crate) struct Faint {
+    /// The base in the map and by odometry, when a look counted last.
+    last: Option<(Isometry, Isometry)>,
+    looks: u32,
+}
+
+impl Faint {
+    /// Takes a place in that one scan fits half, taken at a moment of odometry. Says whether it can be believed now.
+    pub fn recognise(&mut self, place: &Hypothesis, odom_from_base: &Isometry) -> bool {
+        let now = (place.map_from_base, *odom_from_base);
+        let Some((was, from)) = self.last else {
+            (self.last, self.looks) = (Some(now), 1);
+            return false;
+        };
+        let moved = from.inverse() * odom_from_base;
+        if !is_same_place(&(was * moved), &place.map_from_base) {
+            (self.last, self.looks) = (Some(now), 1);
+        } else if moved.translation.vector.norm() >= STEP {
+            (self.last, self.looks) = (Some(now), self.looks + 1);
+        }
+        self.looks >= LOOKS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64) -> Isometry {
+        Isometry::translation(x, 0.0, 0.0)
+    }
+
+    fn half(x: f64) -> Hypothesis {
+        Hypothesis { map_from_base: at(x), fit: 0.6, contradicted: 0.0 }
+    }
+
+    #[test]
+    fn a_place_that_walks_along_is_believed_and_one_that_does_not_or_that_stands_is_not() {
+        let believed = |looks: &[(f64, f64)]| {
+            let mut faint = Faint::default();
+            looks.iter().map(|(place, way)| faint.recognise(&half(*place), &at(*way))).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            believed(&[(10.0, 0.0), (10.5, 0.5), (11.0, 1.0), (11.5, 1.5)]),
+            [false, false, false, true]
+        );
+        assert_eq!(believed(&[(10.0, 0.0); 6]), [false; 6], "it stands");
+        let strays = [(10.0, 0.0), (10.5, 0.5), (11.0, 1.0), (30.0, 1.5), (30.5, 2.0), (31.0, 2.5)];
+        assert_eq!(believed(&strays), [false; 6]);
+        assert_eq!(believed(&[(10.0, 0.0), (10.0, 0.8), (10.0, 1.6), (10.0, 2.4), (10.0, 3.2)]), [false; 5]);
+    }
+}
