@@ -99,6 +99,18 @@ impl Hypothesis {
     }
 }
 
+impl Guide {
+    /// How well a scan's points (base frame, metres) fit near a place, settled with all of them: twelve looks at each.
+    pub fn settle(&self, points: &[[f32; 3]], start: &Isometry) -> Hypothesis {
+        let Fit { map_from_body, .. } = refine(self.surfaces(), points, start, &FINE, FINE_STEPS);
+        Hypothesis {
+            map_from_base: map_from_body,
+            fit: score(self.surfaces(), points, &map_from_body, &FINE),
+            contradicted: self.sightings(&map_from_body, points).share(),
+        }
+    }
+}
+
 impl Atlas {
     /// Of a known map.
     pub fn new(guide: Arc<Guide>) -> Self {
@@ -149,14 +161,7 @@ impl Atlas {
             starts.iter().map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS)).collect();
         // Stable, so that of equals the one that looks more alike comes first.
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
-        let settle = |start: &Isometry| {
-            let Fit { map_from_body, .. } = refine(surfaces, &points, start, &FINE, FINE_STEPS);
-            Hypothesis {
-                map_from_base: map_from_body,
-                fit: score(surfaces, &points, &map_from_body, &FINE),
-                contradicted: self.guide.sightings(&map_from_body, &points).share(),
-            }
-        };
+        let settle = |start: &Isometry| self.guide.settle(&points, start);
         let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
         let mut settled: Vec<Hypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
         settled.extend(held.map(settle));

@@ -15,10 +15,25 @@ pub const VOTERS: usize = 12;
 const VOXEL: f32 = 0.2;
 /// Least number of keyframes that must have looked through.
 const LOOKED_THROUGH: u32 = 2;
+/// Least number of keyframes that must have met what stands.
+const MET: u32 = 3;
 
 /// Indices of the points of a cloud (base frame, metres) that move, judged by what other keyframes saw: each with its pose
 /// in the cloud's base. Only the first [`VOTERS`] are asked. Linear in points times voters, 30 ns each.
 pub fn moving_points(xyz: &[[f32; 3]], others: &[(Isometry, &RangeImage)]) -> Vec<u32> {
+    points_whose(xyz, others, Votes::moves)
+}
+
+/// Indices of the points that stand: others enough met them, and none looked through. Otherwise as [`moving_points`].
+pub fn standing_points(xyz: &[[f32; 3]], others: &[(Isometry, &RangeImage)]) -> Vec<u32> {
+    points_whose(xyz, others, Votes::stands)
+}
+
+fn points_whose(
+    xyz: &[[f32; 3]],
+    others: &[(Isometry, &RangeImage)],
+    verdict: impl Fn(&Votes) -> bool,
+) -> Vec<u32> {
     let mut table = CellTable::default();
     let voxel_of = |table: &mut CellTable, point: &[f32; 3]| {
         let next = table.len() as u32;
@@ -36,8 +51,8 @@ pub fn moving_points(xyz: &[[f32; 3]], others: &[(Isometry, &RangeImage)]) -> Ve
         }
         votes.iter_mut().for_each(Votes::count);
     }
-    let moves: Vec<bool> = votes.iter().map(Votes::moves).collect();
-    (0..xyz.len() as u32).filter(|&point| moves[voxels[point as usize]]).collect()
+    let chosen: Vec<bool> = votes.iter().map(verdict).collect();
+    (0..xyz.len() as u32).filter(|&point| chosen[voxels[point as usize]]).collect()
 }
 
 /// Of one voxel.
@@ -69,6 +84,10 @@ impl Votes {
 
     fn moves(&self) -> bool {
         self.through >= LOOKED_THROUGH && self.through > self.agrees
+    }
+
+    fn stands(&self) -> bool {
+        self.agrees >= MET && self.through == 0
     }
 }
 
@@ -138,5 +157,18 @@ mod tests {
         let others: Vec<(Isometry, &RangeImage)> = images.iter().map(|(pose, view)| (*pose, view)).collect();
         let cloud = room(0.0, person);
         assert!(moving_points(&cloud, &others).len() * 1000 < cloud.len());
+        let standing = standing_points(&cloud, &others).len();
+        assert!(standing * 10 > cloud.len() * 9, "{standing} of {}", cloud.len());
+        assert!(standing_points(&cloud, &others[..2]).is_empty(), "two are too few");
+        let left: Vec<_> = images
+            .iter()
+            .map(|(pose, _)| (*pose, RangeImage::new(&room(pose.translation.x, None), [0.0; 3])))
+            .collect();
+        let left: Vec<(Isometry, &RangeImage)> = left.iter().map(|(pose, view)| (*pose, view)).collect();
+        let is_person = |i: &u32| {
+            let [x, y, _] = cloud[*i as usize];
+            (x - 2.0).hypot(y - 1.0) < 0.25
+        };
+        assert!(!standing_points(&cloud, &left).iter().any(is_person));
     }
 }

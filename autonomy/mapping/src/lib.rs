@@ -16,6 +16,7 @@ pub mod dynamics;
 mod floors;
 mod loops;
 mod odometer;
+pub mod patch;
 mod place;
 pub mod places;
 mod quality;

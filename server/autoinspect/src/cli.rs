@@ -1,7 +1,9 @@
 //! The command line: what can be asked, and which module answers.
 
 use crate::failure::Failure;
-use crate::{export, import, info, localise, map, merge, optimise, replay, sim_record, trajectory, up};
+use crate::{
+    export, import, info, localise, map, merge, optimise, patch, replay, sim_record, trajectory, up,
+};
 use clap::{Parser, Subcommand};
 
 /// Mapping and inspection for robots in industrial sites.
@@ -33,6 +35,8 @@ enum Command {
     Localise(localise::LocaliseArgs),
     /// Join maps of one site: those of several walks, or of a part that was added.
     Merge(merge::MergeArgs),
+    /// Make a new version of a map with what later recordings found changed.
+    Patch(patch::PatchArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
     /// Make a map of somebody else's point cloud, for a robot to work by.
@@ -77,6 +81,7 @@ impl Cli {
             Command::Map(args) => map::run(&args),
             Command::Localise(args) => localise::run(&args),
             Command::Merge(args) => merge::run(&args),
+            Command::Patch(args) => patch::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
             Command::Optimise(args) => optimise::run(&args),

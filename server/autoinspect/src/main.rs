@@ -16,6 +16,7 @@ mod map;
 mod merge;
 mod optimise;
 mod output;
+mod patch;
 mod process;
 mod replay;
 mod robot;

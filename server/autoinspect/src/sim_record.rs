@@ -25,6 +25,7 @@ const COMMAND_EVERY: Span = Span::from_millis(100);
 EXAMPLES:
   autoinspect sim record --site b1 --out b1.mcap
   autoinspect sim record --site plant --route short --seed 7 --columns 500 --out plant.mcap
+  autoinspect sim record --site b1 --day 2 --moved 0.3 --out tuesday.mcap
   autoinspect sim record --site b1 --out dark.mcap --faults blind-lidar@60-80,leg-slip@30-40:0.2,0,0
 
 FAULTS (seconds from the start):
@@ -52,6 +53,12 @@ pub struct RecordArgs {
     /// End after so many minutes; the route is walked again if it is shorter.
     #[arg(long)]
     minutes: Option<f64>,
+    /// On another day, by number: furniture stands elsewhere or is gone, and doors are open or shut. The same for the same number.
+    #[arg(long)]
+    day: Option<u64>,
+    /// Share of the furniture that stands elsewhere then, or is gone.
+    #[arg(long, default_value_t = 0.25, value_parser = share, requires = "day")]
+    moved: f64,
     /// What goes wrong, and when.
     #[arg(long, value_delimiter = ';')]
     faults: Vec<String>,
@@ -72,7 +79,10 @@ struct Recorded {
 
 /// Runs `autoinspect sim record`.
 pub fn run(args: &RecordArgs) -> Result<(), Failure> {
-    let site = Arc::new(Site::new(args.site));
+    let site = Arc::new(match args.day {
+        Some(day) => Site::on_another_day(args.site, day, args.moved),
+        None => Site::new(args.site),
+    });
     let Some(route) = site.route(&args.route).cloned() else {
         let names: Vec<_> = site.routes().iter().map(|route| route.name).collect();
         return Err(Failure::usage(format!(
@@ -111,6 +121,11 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
         ),
     );
     output::print_json(args.json, &recorded)
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let share: f64 = text.parse().map_err(|_| "a number is expected".to_owned())?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("a number from 0 to 1 is expected".to_owned()) }
 }
 
 /// Walks until the route is done, or for `minutes`.

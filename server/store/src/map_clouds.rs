@@ -34,7 +34,7 @@ pub struct MapCloud {
 
 impl MapCloud {
     /// Drops the points with these numbers, which ascend.
-    pub(crate) fn drop_points(&mut self, numbers: &[u32]) {
+    pub fn drop_points(&mut self, numbers: &[u32]) {
         let keep = |len: usize| {
             let mut dropped = numbers.iter().peekable();
             (0..len as u32).map(move |number| dropped.next_if_eq(&&number).is_none())

@@ -37,11 +37,16 @@ pub struct InputArgs {
 impl InputArgs {
     /// Opens the recordings, their topics serving the purposes that were chosen for them.
     pub fn open(&self) -> Result<Vec<Recording>, Failure> {
+        self.open_these(&self.inputs)
+    }
+
+    /// Opens other recordings, understood as these are.
+    pub fn open_these(&self, paths: &[PathBuf]) -> Result<Vec<Recording>, Failure> {
         let mut topics = TopicSelection::default();
         for choice in &self.topic {
             topics.choose(choice).map_err(Failure::usage)?;
         }
-        self.inputs.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
+        paths.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
     }
 
     /// What the stack is told first: sensors and where they sit, of the first recording.

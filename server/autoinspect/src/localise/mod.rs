@@ -1,15 +1,17 @@
 //! `autoinspect localise`: where a recorded robot was in a known map, through the very stack that runs on the robot.
 
-mod walk;
+pub(crate) mod walk;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::output;
 use clap::Args;
+use messages::CorrectedScan;
 use serde::Serialize;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use vocab::{Pose, Quat, Stamp, Vec3};
 use walk::Walk;
 
@@ -70,7 +72,8 @@ pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
     let recordings = args.inputs.open()?;
     let known = runtime::known_map(&args.map).map_err(Failure::usage)?;
     let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
-    let walk = Walk::new(known, args.initial.map(|Initial(pose)| pose));
+    let mut nobody = |_: &CorrectedScan| ();
+    let walk = Walk::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut nobody);
     let walked = walk.run(boot, Reader::start(recordings)?, duration);
     write(&args.out, &walked.trajectory)?;
     let mut ms: Vec<f64> = walked.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();

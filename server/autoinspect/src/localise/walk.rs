@@ -4,8 +4,8 @@ use crate::inputs::{Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
-    BootRecord, Command, Effect, Input, Job, JobDone, JobResult, KnownMap, LocalisationState, Order,
-    Publication, Sensor, Severity,
+    BootRecord, Command, CorrectedScan, Effect, Input, Job, JobDone, JobResult, KnownMap, LocalisationState,
+    Order, Publication, Sensor, Severity,
 };
 use stack::{Stack, Work};
 use std::collections::VecDeque;
@@ -15,7 +15,7 @@ use uuid::Uuid;
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
 /// A stack being fed.
-pub struct Walk {
+pub struct Walk<'a> {
     stack: Stack,
     known: Arc<KnownMap>,
     initial: Option<Pose>,
@@ -27,6 +27,8 @@ pub struct Walk {
     first_scan: Option<Stamp>,
     since_scan: Duration,
     walked: Walked,
+    /// Is shown every scan whose place is known and not in doubt.
+    witness: &'a mut dyn FnMut(&CorrectedScan),
 }
 
 /// What came out.
@@ -45,12 +47,16 @@ pub struct Walked {
     pub search_time: Duration,
 }
 
-impl Walk {
-    /// In a map, beginning where somebody says.
-    pub fn new(known: KnownMap, initial: Option<Pose>) -> Self {
+impl<'a> Walk<'a> {
+    /// In a map, beginning where somebody says. `witness` is shown every scan whose place is known and not in doubt.
+    pub fn new(
+        known: Arc<KnownMap>,
+        initial: Option<Pose>,
+        witness: &'a mut dyn FnMut(&CorrectedScan),
+    ) -> Self {
         Self {
             stack: Stack::new(),
-            known: Arc::new(known),
+            known,
             initial,
             now: None,
             ticks: Ticks::default(),
@@ -60,6 +66,7 @@ impl Walk {
             first_scan: None,
             since_scan: Duration::ZERO,
             walked: Walked::default(),
+            witness,
         }
     }
 
@@ -142,7 +149,10 @@ impl Walk {
             Effect::Publish(Publication::Scan(scan)) => {
                 self.walked.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
                 if let LocalisationState::Localised { doubt, .. } = self.state {
-                    self.walked.doubted += u64::from(doubt.is_some());
+                    match doubt {
+                        None => (self.witness)(&scan),
+                        Some(_) => self.walked.doubted += 1,
+                    }
                     self.walked.trajectory.push((scan.stamp, scan.map_from_base));
                 }
             }

@@ -7,6 +7,7 @@ mod localise;
 mod merge;
 mod offline;
 mod optimise;
+mod patch;
 mod platform;
 mod program;
 mod refusals;

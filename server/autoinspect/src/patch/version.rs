@@ -1,0 +1,137 @@
+//! The new version's files: the same graph, clouds with the changes.
+
+use crate::failure::Failure;
+use api::MapSummary;
+use geometry::{Isometry, Vector3};
+use mapping::patch::{Look, Shown, belongs, come, gone, nearest};
+use mapping::view::RangeImage;
+use messages::{Cloud, FinishedMap, Keyframe, VisitCounts};
+use serde::Serialize;
+use std::path::Path;
+use std::sync::Arc;
+use store::{MapCloud, MapFiles, SavedMap, StoreError, TileFiles, map_clouds_and_sensors, write_map_files};
+use uuid::Uuid;
+use vocab::{MapId, SessionId};
+
+/// What was changed.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Changes {
+    pub keyframes: u64,
+    pub keyframes_changed: u64,
+    /// Points of keyframes that were taken out.
+    pub gone: u64,
+    /// Points that were seen where the map showed nothing; several keyframes may have one.
+    pub come: u64,
+}
+
+/// A point that has come.
+#[derive(Clone, Copy, Debug)]
+struct Newcomer {
+    in_map: Vector3,
+    intensity: f32,
+    /// The keyframe that is nearest to where it was seen from.
+    home: usize,
+}
+
+/// Writes the version into a folder that is ready for it. Linear in the map's points; each keyframe looks at all that has come.
+pub fn write_version(
+    saved: &SavedMap,
+    looks: &[Look],
+    out: &Path,
+    name: &str,
+) -> Result<(MapSummary, Changes), Failure> {
+    let clouds = || map_clouds_and_sensors(&saved.path).map_err(Failure::usage);
+    let pose_of = |cloud: &MapCloud| saved.poses[cloud.keyframe.0 as usize];
+    let (mut left, mut shown) = (Vec::new(), Shown::default());
+    for read in clouds()? {
+        let (mut cloud, _) = read.map_err(Failure::usage)?;
+        let pose = pose_of(&cloud);
+        let gone = gone(&pose, &cloud.xyz, looks);
+        cloud.drop_points(&gone);
+        cloud.xyz.iter().for_each(|point| shown.add(&moved(&pose, point)));
+        left.push(gone);
+    }
+    let newcomers = newcomers(saved, looks, &mut shown);
+    let mut changes = Changes { come: newcomers.len() as u64, ..Changes::default() };
+    for (read, gone) in clouds()?.zip(left) {
+        let (mut cloud, sensor) = read.map_err(Failure::usage)?;
+        cloud.drop_points(&gone);
+        let pose = pose_of(&cloud);
+        let before = cloud.xyz.len();
+        let view = RangeImage::new(&cloud.xyz, sensor);
+        put_in(&mut cloud, &pose, &view, &newcomers);
+        changes.keyframes += 1;
+        changes.gone += gone.len() as u64;
+        changes.keyframes_changed += u64::from(!gone.is_empty() || cloud.xyz.len() > before);
+        write_cloud(&out.join("clouds"), saved, cloud, sensor).map_err(Failure::failed)?;
+    }
+    let finished = finished(saved, looks, name);
+    let tiles = TileFiles::new(out.join("tiles"));
+    let files = write_map_files(out, &tiles, &finished, MapFiles { ply: true }).map_err(Failure::failed)?;
+    Ok((files.summary, changes))
+}
+
+fn newcomers(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<Newcomer> {
+    let mut newcomers = Vec::new();
+    for (one, look) in looks.iter().enumerate() {
+        let Some(home) = nearest(&look.map_from_base, &saved.poses) else { continue };
+        newcomers.extend(come(looks, one, shown).into_iter().map(|index| Newcomer {
+            in_map: moved(&look.map_from_base, &look.xyz[index as usize]),
+            intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
+            home,
+        }));
+    }
+    newcomers
+}
+
+/// Adds what belongs in a keyframe: what is at home there, and what stands where it looked through.
+fn put_in(cloud: &mut MapCloud, map_from_keyframe: &Isometry, view: &RangeImage, newcomers: &[Newcomer]) {
+    let keyframe_from_map = map_from_keyframe.inverse();
+    for newcomer in newcomers {
+        let in_map = newcomer.in_map;
+        let at = keyframe_from_map.rotation * in_map + keyframe_from_map.translation.vector;
+        let point = at.map(|c| c as f32).into();
+        if newcomer.home == cloud.keyframe.0 as usize || belongs(view, &point) {
+            cloud.xyz.push(point);
+            cloud.intensity.push(newcomer.intensity);
+        }
+    }
+}
+
+fn write_cloud(clouds: &Path, saved: &SavedMap, cloud: MapCloud, lidar: [f32; 3]) -> Result<(), StoreError> {
+    let MapCloud { keyframe: id, map_from_keyframe, xyz, intensity } = cloud;
+    let keyframe = Keyframe {
+        session: SessionId(Uuid::nil()),
+        id,
+        stamp: saved.stamps[id.0 as usize],
+        map_from_keyframe,
+        cloud: Arc::new(Cloud { xyz, intensity }),
+        lidar,
+    };
+    store::write_cloud(clouds, &keyframe)
+}
+
+/// The same graph, as a map of its own; the same recordings give the same id.
+fn finished(saved: &SavedMap, looks: &[Look], name: &str) -> FinishedMap {
+    let SavedMap { trajectory, decisions, summary, .. } = saved;
+    let places = looks.iter().flat_map(|look| look.map_from_base.translation.vector.data.0[0]);
+    let id = places.fold(summary.id.0.as_u128(), |id, c| id.rotate_left(7) ^ u128::from(c.to_bits()));
+    FinishedMap {
+        map: MapId(Uuid::from_u128(id)),
+        name: name.to_owned(),
+        session: SessionId(Uuid::nil()),
+        extends: None,
+        at: summary.created,
+        distance: summary.distance,
+        graph: Arc::new(saved.graph()),
+        trajectory: trajectory.clone(),
+        degenerate: Vec::new(),
+        decisions: decisions.clone(),
+        unverified: 0,
+        visits: VisitCounts::default(),
+    }
+}
+
+fn moved(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
+    map_from_body.rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector
+}
