@@ -32,6 +32,8 @@ const HEADINGS: usize = 72;
 /// The outline's points are within this range, metres, and so many at most.
 const RANGE: (f64, f64) = (0.8, 15.0);
 const POINTS: usize = 120;
+/// Of two poses as near as that, metres and radians, a fit from the better one finds what the other would.
+const BESIDE: (f64, f64) = (0.85, 0.2);
 /// After so many of them, spots that cover less than this share are given up.
 const FIRST: usize = 24;
 const HOPELESS: f64 = 0.5;
@@ -76,7 +78,7 @@ impl Outlines {
     }
 
     /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
-    /// first, two for each spot at most. Linear in the area walked.
+    /// first and none beside another. Linear in the area walked.
     pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
         let over_floor = over_floor(points, level_from_base).unwrap_or(USUAL);
         let outline = outline(points, level_from_base, over_floor);
@@ -103,8 +105,29 @@ impl Outlines {
             }
         }
         found.sort_by(|a, b| b.share.total_cmp(&a.share));
-        found.truncate(most);
-        found
+        apart(found, most)
+    }
+}
+
+/// The first ones that are no neighbours of those before: what stands close would else take all that is looked at.
+fn apart(all: Vec<Cover>, most: usize) -> Vec<Cover> {
+    let mut chosen: Vec<Cover> = Vec::new();
+    for one in all {
+        if chosen.len() == most {
+            break;
+        }
+        if !chosen.iter().any(|other| one.is_beside(other)) {
+            chosen.push(one);
+        }
+    }
+    chosen
+}
+
+impl Cover {
+    fn is_beside(&self, other: &Self) -> bool {
+        let [a, b] = [self, other].map(|cover| &cover.map_from_base);
+        (a.translation.vector - b.translation.vector).norm() <= BESIDE.0
+            && a.rotation.angle_to(&b.rotation) <= BESIDE.1
     }
 }
 
@@ -301,5 +324,17 @@ mod tests {
         assert_eq!(over_floor(&[], &Rotation::identity()), None);
         let wall: Vec<[f32; 3]> = (0..200).map(|i| [4.0, 0.02 * i as f32, 0.01 * i as f32]).collect();
         assert_eq!(over_floor(&wall, &Rotation::identity()), None);
+    }
+
+    #[test]
+    fn neighbours_do_not_crowd_out_what_is_elsewhere() {
+        let cover = |x: f64, yaw: f64, share| {
+            let turn = so3::exp(&(Vector3::z() * yaw));
+            Cover { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn), share }
+        };
+        let mut all: Vec<Cover> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0, 0.9)).collect();
+        all.extend([cover(0.0, 1.0, 0.8), cover(3.0, 0.0, 0.7), cover(6.0, 0.0, 0.6)]);
+        let shares: Vec<f64> = apart(all, 3).iter().map(|cover| cover.share).collect();
+        assert_eq!(shares, [0.9, 0.8, 0.7]);
     }
 }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 const LOOKED_AT: usize = 24;
 const RESEMBLANCE: f32 = 0.85;
 /// Spots looked at whose outline is alike.
-const COVERED: usize = 100;
+const COVERED: usize = 200;
 /// Two starts are different beyond this: metres and radians.
 const STARTS_APART: (f64, f64) = (1.0, 0.3);
 /// Starts about a place that somebody told: metres aside, and radians.
