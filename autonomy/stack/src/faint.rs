@@ -7,34 +7,27 @@
 use geometry::Isometry;
 use localisation::{Hypothesis, is_same_place};
 
-/// A look counts when it is so many metres from the last one that did.
-const STEP: f64 = 0.4;
-/// It is believed after so many looks.
-const LOOKS: u32 = 4;
+/// It is believed after so many metres over which it was found again and again.
+const WAY: f64 = 1.2;
 
 /// What was recognised so far.
 #[derive(Debug, Default)]
 pub(crate) struct Faint {
-    /// The base in the map and by odometry, when a look counted last.
+    /// The base in the map and by odometry, when it was recognised last.
     last: Option<(Isometry, Isometry)>,
-    looks: u32,
+    /// Over which it was, metres.
+    way: f64,
 }
 
 impl Faint {
     /// Takes a place in that one scan fits half, taken at a moment of odometry. Says whether it can be believed now.
     pub fn recognise(&mut self, place: &Hypothesis, odom_from_base: &Isometry) -> bool {
-        let now = (place.map_from_base, *odom_from_base);
-        let Some((was, from)) = self.last else {
-            (self.last, self.looks) = (Some(now), 1);
-            return false;
-        };
+        let before = self.last.replace((place.map_from_base, *odom_from_base));
+        let Some((was, from)) = before else { return false };
         let moved = from.inverse() * odom_from_base;
-        if !is_same_place(&(was * moved), &place.map_from_base) {
-            (self.last, self.looks) = (Some(now), 1);
-        } else if moved.translation.vector.norm() >= STEP {
-            (self.last, self.looks) = (Some(now), self.looks + 1);
-        }
-        self.looks >= LOOKS
+        let goes_along = is_same_place(&(was * moved), &place.map_from_base);
+        self.way = if goes_along { self.way + moved.translation.vector.norm() } else { 0.0 };
+        self.way >= WAY
     }
 }
 
@@ -64,5 +57,6 @@ mod tests {
         let strays = [(10.0, 0.0), (10.5, 0.5), (11.0, 1.0), (30.0, 1.5), (30.5, 2.0), (31.0, 2.5)];
         assert_eq!(believed(&strays), [false; 6]);
         assert_eq!(believed(&[(10.0, 0.0), (10.0, 0.8), (10.0, 1.6), (10.0, 2.4), (10.0, 3.2)]), [false; 5]);
+        assert_eq!(believed(&[(10.0, 0.0), (12.3, 2.3)]), [false, true], "fast robots look less often");
     }
 }
