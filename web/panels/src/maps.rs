@@ -47,9 +47,12 @@ fn entry(
                         .color(tokens.text);
                     ui.add(egui::Label::new(name).truncate());
                     widgets::remark(ui, tokens, &words::date(map.created, state.utc_offset_s));
+                    // Nobody has walked what was imported.
+                    let walked =
+                        (map.distance > 0.0).then(|| format!("{} · ", words::distance(map.distance)));
                     let size = format!(
-                        "{} · {} points · {}",
-                        words::distance(map.distance),
+                        "{}{} points · {}",
+                        walked.unwrap_or_default(),
                         words::points(map.points),
                         words::bytes(map.bytes)
                     );
