@@ -80,6 +80,7 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
         let sentence = format!("{} is the map itself; choose another folder", args.out.display());
         return Err(Failure::usage(sentence));
     }
+    args.inputs.open_these(&args.check)?;
     let looks = looks(args)?;
     if looks.is_empty() {
         return Err(Failure::failed(format!("the robot was not found in {}", args.map.display())));
@@ -87,13 +88,11 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     map::prepare(&args.out)?;
     let name = args.name.as_deref().unwrap_or(&saved.summary.name);
     let (files, changes) = write_version(&saved, &looks, &args.out, name)?;
-    let recordings: Vec<PathBuf> = args.inputs.inputs.iter().chain(&args.check).cloned().collect();
-    let compare = |map: &Path| fitness(map, &guide_of(map)?, &args.inputs, &recordings);
-    let (before, after) = (compare(&args.map)?, compare(&args.out)?);
-    if let Some(reason) = worse(&before, &after) {
+    let judged = judge(args);
+    if judged.is_err() {
         fs::remove_dir_all(&args.out).map_err(Failure::failed)?;
-        return Err(Failure::failed(format!("the new version is worse and was not kept: {reason}")));
     }
+    let (before, after) = judged?;
     let report = Report {
         out: args.out.clone(),
         map: files.id,
@@ -107,6 +106,17 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     store::write_json(&args.out.join("summary.json"), &report).map_err(Failure::failed)?;
     output::print_human(args.json, &describe(&report));
     output::print_json(args.json, &report)
+}
+
+/// How well the robot of each recording is localised in the version before and in the new one, if that is no worse.
+fn judge(args: &PatchArgs) -> Result<(Fitness, Fitness), Failure> {
+    let recordings: Vec<PathBuf> = args.inputs.inputs.iter().chain(&args.check).cloned().collect();
+    let compare = |map: &Path| fitness(map, &guide_of(map)?, &args.inputs, &recordings);
+    let (before, after) = (compare(&args.map)?, compare(&args.out)?);
+    match worse(&before, &after) {
+        Some(reason) => Err(Failure::failed(format!("the new version is worse and was not kept: {reason}"))),
+        None => Ok((before, after)),
+    }
 }
 
 /// What the robots of all recordings saw where they were localised.

@@ -51,4 +51,6 @@ fn what_was_moved_in_a_hall_is_moved_in_its_map_and_the_robot_is_localised_bette
     let complaint = refused(&["patch", text(&second), "--map", text(&map), "--out", text(&map)]);
     assert!(complaint.contains("is the map itself"), "{complaint}");
     refused(&["patch", text(&second), "--map", text(&none), "--out", text(&path("x"))]);
+    refused(&["patch", text(&second), "--check", text(&none), "--map", text(&map), "--out", text(&none)]);
+    assert!(!none.exists());
 }
