@@ -70,8 +70,17 @@ impl Page {
         assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
     }
 
+    /// Loads the page anew, and waits until the old one is gone: it would take the next click.
+    #[track_caller]
     pub fn reload(&mut self) {
+        self.evaluate("window.isOld = true");
         self.call("Page.reload", json!({}));
+        wait_for("the page anew", CONTROL_LIMIT, || {
+            // Between two documents there is nowhere to evaluate it.
+            let asked = json!({ "expression": "window.isOld !== true", "returnByValue": true });
+            let answer = self.try_call("Runtime.evaluate", asked).ok()?;
+            (answer["result"]["value"] == true).then_some(())
+        });
     }
 
     /// What a JavaScript expression (which may be a promise) evaluates to.
