@@ -126,8 +126,9 @@ fn cell(point: &Vector3, edge: f32) -> CellKey {
     CellKey::new([0, 1, 2].map(|axis| (point[axis] / f64::from(edge)).floor() as i64))
 }
 
-fn in_map(map_from_base: &Isometry, point: &[f32; 3]) -> Vector3 {
-    map_from_base.rotation * Vector3::from(point.map(f64::from)) + map_from_base.translation.vector
+/// A point (body's frame, metres) in the map.
+pub fn in_map(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
+    map_from_body.rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector
 }
 
 /// Indices of the points (frame of a body, metres) for which those that looked from nearest to them say so, without one of them.

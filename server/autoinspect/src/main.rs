@@ -17,6 +17,7 @@ mod merge;
 mod optimise;
 mod output;
 mod patch;
+mod places;
 mod process;
 mod replay;
 mod robot;

@@ -4,16 +4,18 @@
 
 use super::Origin;
 use crate::failure::Failure;
-use geometry::{Isometry, Vector3, isometry_from_pose, level_alignment, pose_from_isometry, rms_apart};
+use crate::places::places;
+use geometry::{Isometry, Vector3, level_alignment, pose_from_isometry, rms_apart};
 use localisation::{Atlas, Guide, Standing, standing};
 use mapping::Place;
 use mapping::vantage::{VantageOptions, Vantages};
 use nalgebra::Point3;
 use points::Downsampler;
 use serde::{Serialize, Serializer};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use store::{MapPoints, SavedMap, map_clouds_and_sensors};
+use store::{MapPoints, SavedMap};
 
 /// So many scans of the map are looked for at most, so far apart at least, metres.
 const SCANS: usize = 60;
@@ -58,7 +60,7 @@ pub fn find(
     map: &Path,
 ) -> Result<Aligned, Failure> {
     // Only to say what is wrong with it, before much is done.
-    SavedMap::read(map).map_err(Failure::usage)?;
+    let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
     let mut downsampler = Downsampler::default();
     let seen = found.places.iter().map(|place| {
         let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
@@ -67,7 +69,9 @@ pub fn find(
     });
     let atlas = Atlas::new(Arc::new(Guide::new(seen.collect())));
     let mut votes = Vec::new();
-    for (scan, (map_from_base, place)) in scans(map)?.iter().enumerate() {
+    for (scan, (map_from_base, place)) in
+        places(map, |keyframe| chosen.contains(&keyframe))?.iter().enumerate()
+    {
         let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
             Standing::There(one) => vec![one],
             Standing::OneOf(several) => several,
@@ -126,25 +130,18 @@ fn most<'a>(among: &[&'a Vote]) -> Option<(&'a Vote, Vec<&'a Vote>)> {
     supported.rev().max_by_key(|(_, agreed)| agreed.len())
 }
 
-/// Scans of a map all over it: where each was taken, and what it saw.
-fn scans(map: &Path) -> Result<Vec<(Isometry, Place)>, Failure> {
-    let mut clouds = Vec::new();
-    let mut last: Option<Vector3> = None;
-    for read in map_clouds_and_sensors(map).map_err(Failure::usage)? {
-        let (cloud, sensor) = read.map_err(Failure::usage)?;
-        let pose = isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
-        if last.is_none_or(|last| (pose.translation.vector - last).norm() >= SPACING) {
-            last = Some(pose.translation.vector);
-            clouds.push((pose, cloud.xyz, sensor));
+/// Numbers of keyframes all over a map.
+fn all_over(poses: &[Isometry]) -> BTreeSet<usize> {
+    let (mut apart, mut last): (Vec<usize>, Option<Vector3>) = (Vec::new(), None);
+    for (keyframe, pose) in poses.iter().enumerate() {
+        let at = pose.translation.vector;
+        if last.is_none_or(|last| (at - last).norm() >= SPACING) {
+            last = Some(at);
+            apart.push(keyframe);
         }
     }
-    let mut downsampler = Downsampler::default();
-    let every = clouds.len().div_ceil(SCANS).max(1);
-    let chosen = clouds
-        .iter()
-        .step_by(every)
-        .map(|(pose, xyz, sensor)| (*pose, Place::new(xyz, &pose.rotation, *sensor, &mut downsampler)));
-    Ok(chosen.collect())
+    let every = apart.len().div_ceil(SCANS).max(1);
+    apart.into_iter().step_by(every).collect()
 }
 
 /// By points that somebody picked.

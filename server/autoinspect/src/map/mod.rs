@@ -88,6 +88,11 @@ fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> 
     Ok(Box::new(McapJournal(writer)))
 }
 
+/// Whether both are there and one and the same.
+pub(crate) fn is_same_folder(a: &Path, b: &Path) -> bool {
+    fs::canonicalize(a).is_ok_and(|a| Some(a) == fs::canonicalize(b).ok())
+}
+
 /// Makes the folder for results and removes those of an earlier run, and nothing else.
 pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     let cannot =

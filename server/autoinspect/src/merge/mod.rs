@@ -67,10 +67,7 @@ struct Join {
 pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let maps = args.maps.iter().map(|path| SavedMap::read(path)).collect::<Result<Vec<_>, _>>();
     let maps = maps.map_err(Failure::usage)?;
-    let inside = |path: &PathBuf| {
-        fs::canonicalize(&args.out).is_ok_and(|out| Some(out) == fs::canonicalize(path).ok())
-    };
-    if args.maps.iter().any(inside) {
+    if args.maps.iter().any(|map| map::is_same_folder(&args.out, map)) {
         return Err(Failure::usage(format!(
             "{} is one of the maps; choose another folder",
             args.out.display()

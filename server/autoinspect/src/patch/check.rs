@@ -1,20 +1,17 @@
 //! Whether a robot is localised by one version of a map as well as by another.
 
+use super::Paces;
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::localise::walk::Walk;
-use geometry::{Isometry, isometry_from_pose};
+use crate::places::places;
+use geometry::isometry_from_pose;
 use localisation::{Guide, Thinner};
-use mapping::Place;
 use messages::CorrectedScan;
-use points::Downsampler;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use store::map_clouds_and_sensors;
 
-/// A scan is compared with the map after so many metres.
-const COMPARED_EVERY: f64 = 1.0;
 /// What a version may be worse by: share of scans, and of what they see.
 const LOCALISED: f64 = 0.005;
 const FITTING: f64 = 0.002;
@@ -35,36 +32,19 @@ pub struct Fitness {
     pub contradicted: f64,
 }
 
-/// The surfaces of a map and what its keyframes saw.
-pub fn guide_of(map: &Path) -> Result<Guide, Failure> {
-    let (mut keyframes, mut downsampler) = (Vec::new(), Downsampler::default());
-    for read in map_clouds_and_sensors(map).map_err(Failure::usage)? {
-        let (cloud, sensor) = read.map_err(Failure::usage)?;
-        let pose = isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
-        keyframes.push((pose, Place::new(&cloud.xyz, &pose.rotation, sensor, &mut downsampler)));
-    }
-    Ok(Guide::new(keyframes))
-}
-
 /// Localises the robot of each recording in a map.
-pub fn fitness(
-    map: &Path,
-    guide: &Guide,
-    inputs: &InputArgs,
-    recordings: &[PathBuf],
-) -> Result<Fitness, Failure> {
+pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
+    let guide = Guide::new(places(map, |_| true)?);
     let known = Arc::new(runtime::known_map(map).map_err(Failure::usage)?);
     let (mut fitness, mut compared) = (Fitness::default(), 0.0);
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut last, mut thinner): (Option<Isometry>, _) = (None, Thinner::default());
+        let (mut paces, mut thinner) = (Paces::default(), Thinner::default());
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             let points = thinner.thin(&scan.cloud.xyz);
-            let step = |last: &Isometry| (last.translation.vector - pose.translation.vector).norm();
-            if last.as_ref().is_none_or(|last| step(last) >= COMPARED_EVERY) {
-                last = Some(pose);
+            if paces.is_due(&pose) {
                 let found = guide.settle(&points, &pose);
                 fitness.fit += found.fit;
                 fitness.contradicted += found.contradicted;

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::localise::walk::Walk;
 use crate::{map, output};
-use check::{Fitness, fitness, guide_of, worse};
+use check::{Fitness, fitness, worse};
 use clap::Args;
 use geometry::{Isometry, isometry_from_pose};
 use mapping::patch::Look;
@@ -73,10 +73,27 @@ struct Report {
     after: Fitness,
 }
 
+/// Chooses scans that lie apart along a walk.
+#[derive(Debug, Default)]
+struct Paces {
+    last: Option<Isometry>,
+}
+
+impl Paces {
+    fn is_due(&mut self, pose: &Isometry) -> bool {
+        let step = |last: &Isometry| (last.translation.vector - pose.translation.vector).norm();
+        let due = self.last.as_ref().is_none_or(|last| step(last) >= LOOK_EVERY);
+        if due {
+            self.last = Some(*pose);
+        }
+        due
+    }
+}
+
 /// Runs `autoinspect patch`.
 pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     let saved = SavedMap::read(&args.map).map_err(Failure::usage)?;
-    if fs::canonicalize(&args.out).is_ok_and(|out| Some(out) == fs::canonicalize(&args.map).ok()) {
+    if map::is_same_folder(&args.out, &args.map) {
         let sentence = format!("{} is the map itself; choose another folder", args.out.display());
         return Err(Failure::usage(sentence));
     }
@@ -111,7 +128,7 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
 /// How well the robot of each recording is localised in the version before and in the new one, if that is no worse.
 fn judge(args: &PatchArgs) -> Result<(Fitness, Fitness), Failure> {
     let recordings: Vec<PathBuf> = args.inputs.inputs.iter().chain(&args.check).cloned().collect();
-    let compare = |map: &Path| fitness(map, &guide_of(map)?, &args.inputs, &recordings);
+    let compare = |map: &Path| fitness(map, &args.inputs, &recordings);
     let (before, after) = (compare(&args.map)?, compare(&args.out)?);
     match worse(&before, &after) {
         Some(reason) => Err(Failure::failed(format!("the new version is worse and was not kept: {reason}"))),
@@ -128,12 +145,10 @@ fn looks(args: &PatchArgs) -> Result<Vec<Look>, Failure> {
         let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
         let lidar = boot.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
         let sensor = lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32).into();
-        let mut last: Option<Isometry> = None;
+        let mut paces = Paces::default();
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
-            let step = |last: &Isometry| (last.translation.vector - pose.translation.vector).norm();
-            if last.as_ref().is_none_or(|last| step(last) >= LOOK_EVERY) {
-                last = Some(pose);
+            if paces.is_due(&pose) {
                 let (xyz, intensity) = (&scan.cloud.xyz, &scan.cloud.intensity);
                 looks.push(Look::new(pose, xyz, intensity, sensor, &mut downsampler));
             }

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use api::MapSummary;
 use geometry::{Isometry, Vector3};
-use mapping::patch::{Look, Shown, belongs, come, gone, nearest};
+use mapping::patch::{Look, Shown, belongs, come, gone, in_map, nearest};
 use mapping::view::RangeImage;
 use messages::{Cloud, FinishedMap, Keyframe, VisitCounts};
 use serde::Serialize;
@@ -48,7 +48,7 @@ pub fn write_version(
         let pose = pose_of(&cloud);
         let gone = gone(&pose, &cloud.xyz, looks);
         cloud.drop_points(&gone);
-        cloud.xyz.iter().for_each(|point| shown.add(&moved(&pose, point)));
+        cloud.xyz.iter().for_each(|point| shown.add(&in_map(&pose, point)));
         left.push(gone);
     }
     let newcomers = newcomers(saved, looks, &mut shown);
@@ -76,7 +76,7 @@ fn newcomers(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<Newcome
     for (one, look) in looks.iter().enumerate() {
         let Some(home) = nearest(&look.map_from_base, &saved.poses) else { continue };
         newcomers.extend(come(looks, one, shown).into_iter().map(|index| Newcomer {
-            in_map: moved(&look.map_from_base, &look.xyz[index as usize]),
+            in_map: in_map(&look.map_from_base, &look.xyz[index as usize]),
             intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
             home,
         }));
@@ -88,8 +88,7 @@ fn newcomers(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<Newcome
 fn put_in(cloud: &mut MapCloud, map_from_keyframe: &Isometry, view: &RangeImage, newcomers: &[Newcomer]) {
     let keyframe_from_map = map_from_keyframe.inverse();
     for newcomer in newcomers {
-        let in_map = newcomer.in_map;
-        let at = keyframe_from_map.rotation * in_map + keyframe_from_map.translation.vector;
+        let at = keyframe_from_map.rotation * newcomer.in_map + keyframe_from_map.translation.vector;
         let point = at.map(|c| c as f32).into();
         if newcomer.home == cloud.keyframe.0 as usize || belongs(view, &point) {
             cloud.xyz.push(point);
@@ -130,8 +129,4 @@ fn finished(saved: &SavedMap, looks: &[Look], name: &str) -> FinishedMap {
         unverified: 0,
         visits: VisitCounts::default(),
     }
-}
-
-fn moved(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
-    map_from_body.rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector
 }
