@@ -1,10 +1,11 @@
 //! A known map as the tracker uses it.
 
-use geometry::{Isometry, Vector3};
+use crate::tiles::{Keyframes, TiledSurfaces};
+use geometry::Isometry;
 use mapping::Place;
 use mapping::view::Sight;
 use nalgebra::Point3;
-use points::{GaussianMap, GaussianMapConfig};
+use points::GaussianMapConfig;
 
 /// Keyframes so near to the robot, metres, so many at most, are asked what they saw, and vertically so near.
 const ASKED_WITHIN: f64 = 8.0;
@@ -19,8 +20,8 @@ const SPOKEN_OF: usize = 20;
 /// Surfaces and sight of a known map.
 #[derive(Clone, Debug)]
 pub struct Guide {
-    surfaces: GaussianMap,
-    keyframes: Vec<(Isometry, Place)>,
+    surfaces: TiledSurfaces,
+    keyframes: Keyframes,
 }
 
 /// What the keyframes about a place saw where a scan's points are.
@@ -45,22 +46,16 @@ impl Sightings {
 }
 
 impl Guide {
-    /// Of keyframes, each with its pose in the map. Linear in their points.
+    /// Of keyframes, each with its pose in the map. Linear in their points, some 2 ns each: surfaces are made where they are first looked
+    /// at.
     pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
         let config = GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() };
-        let mut surfaces = GaussianMap::new(config);
-        for (map_from_keyframe, place) in &keyframes {
-            let turn = map_from_keyframe.rotation.to_rotation_matrix();
-            for point in place.points() {
-                let at = turn * Vector3::from(point.map(f64::from)) + map_from_keyframe.translation.vector;
-                surfaces.insert_seen(&at.into(), map_from_keyframe.translation.vector.as_ref());
-            }
-        }
-        Self { surfaces, keyframes }
+        let keyframes = Keyframes::from(keyframes);
+        Self { surfaces: TiledSurfaces::new(config, Keyframes::clone(&keyframes)), keyframes }
     }
 
     /// Its surfaces.
-    pub fn surfaces(&self) -> &GaussianMap {
+    pub fn surfaces(&self) -> &TiledSurfaces {
         &self.surfaces
     }
 

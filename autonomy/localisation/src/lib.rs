@@ -9,11 +9,13 @@ mod guide;
 mod outline;
 mod relocalise;
 mod thin;
+mod tiles;
 mod tracker;
 mod trust;
 
 pub use guide::{Guide, Sightings};
 pub use relocalise::{Atlas, Hypothesis, Standing, is_same_place, standing};
 pub use thin::Thinner;
+pub use tiles::TiledSurfaces;
 pub use tracker::{Fix, Scan, Tracker};
 pub use trust::{Doubt, Evidence, Trust};

@@ -109,6 +109,40 @@ impl Guide {
             contradicted: self.sightings(&map_from_body, points).share(),
         }
     }
+
+    /// As [`Atlas::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs as many fits, and nothing that grows
+    /// with the map.
+    pub fn seek_about(&self, place: &Place, map_from_base: &Isometry) -> Vec<Hypothesis> {
+        let moved = |x: f64, y: f64, yaw: f64| {
+            let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
+            let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
+            Isometry::from_parts(Translation3::from(at), turn)
+        };
+        let mut starts = Vec::new();
+        for x in ABOUT.0 {
+            for y in ABOUT.0 {
+                starts.extend(ABOUT.1.map(|yaw| moved(x, y, yaw)));
+            }
+        }
+        self.try_starts(place, &starts, None)
+    }
+
+    /// Fits a scan from all these starts and settles the best, and what is held in any case.
+    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<Hypothesis> {
+        let points: Vec<[f32; 3]> = place.points().collect();
+        let few: Vec<[f32; 3]> =
+            points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
+        let coarse = |start| refine(self.surfaces(), &few, start, &COARSE, COARSE_STEPS);
+        let mut fits: Vec<Fit> = starts.iter().map(coarse).collect();
+        // Stable, so that of equals the one that looks more alike comes first.
+        fits.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let settle = |start: &Isometry| self.settle(&points, start);
+        let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
+        let mut settled: Vec<Hypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
+        settled.extend(held.map(settle));
+        settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
+        distinct(settled, |one| &one.map_from_base, APART)
+    }
 }
 
 impl Atlas {
@@ -132,41 +166,7 @@ impl Atlas {
     /// Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear in the area
     /// walked.
     pub fn seek(&self, place: &Place, up_from_base: &Rotation, held: Option<&Isometry>) -> Vec<Hypothesis> {
-        self.try_starts(place, &self.starts(place, up_from_base), held)
-    }
-
-    /// As [`Self::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs as many fits.
-    pub fn seek_about(&self, place: &Place, map_from_base: &Isometry) -> Vec<Hypothesis> {
-        let moved = |x: f64, y: f64, yaw: f64| {
-            let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
-            let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
-            Isometry::from_parts(Translation3::from(at), turn)
-        };
-        let mut starts = Vec::new();
-        for x in ABOUT.0 {
-            for y in ABOUT.0 {
-                starts.extend(ABOUT.1.map(|yaw| moved(x, y, yaw)));
-            }
-        }
-        self.try_starts(place, &starts, None)
-    }
-
-    /// Fits a scan from all these starts and settles the best, and what is held in any case.
-    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<Hypothesis> {
-        let points: Vec<[f32; 3]> = place.points().collect();
-        let few: Vec<[f32; 3]> =
-            points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
-        let surfaces = self.guide.surfaces();
-        let mut fits: Vec<Fit> =
-            starts.iter().map(|start| refine(surfaces, &few, start, &COARSE, COARSE_STEPS)).collect();
-        // Stable, so that of equals the one that looks more alike comes first.
-        fits.sort_by(|a, b| b.score.total_cmp(&a.score));
-        let settle = |start: &Isometry| self.guide.settle(&points, start);
-        let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
-        let mut settled: Vec<Hypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
-        settled.extend(held.map(settle));
-        settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
-        distinct(settled, |one| &one.map_from_base, APART)
+        self.guide.try_starts(place, &self.starts(place, up_from_base), held)
     }
 
     /// Poses of the base from which fits are tried.

@@ -13,6 +13,9 @@ pub(crate) const ASIDE: f32 = 1.5;
 /// From where a place is looked at: metres ahead of and left of the base.
 pub const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
 
+/// Which rules places are made by. It goes up whenever those change, so that what was kept of others is not used.
+pub const PLACE_VERSION: u32 = 1;
+
 /// A keyframe's small cloud and its looks from the base and from both sides: some 40 kB, shared by clones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
@@ -20,13 +23,13 @@ pub struct Place {
     pub(crate) views: [Arc<Descriptor>; 3],
 }
 
-/// A [`Place`] as plain data.
+/// A [`Place`] as plain data; the two large lists are shared with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlaceParts {
     /// As [`KeyframeCloud::lattice`].
-    pub points: Vec<[i16; 3]>,
+    pub points: Arc<[[i16; 3]]>,
     /// As [`crate::view::RangeImage::cells`].
-    pub ranges: Vec<u16>,
+    pub ranges: Arc<[u16]>,
     /// As [`Descriptor::pictures`], of each view.
     pub views: [[Vec<u8>; 2]; 3],
 }
@@ -48,8 +51,8 @@ impl Place {
     /// Its data.
     pub fn parts(&self) -> PlaceParts {
         PlaceParts {
-            points: self.cloud.lattice().to_vec(),
-            ranges: self.cloud.view().cells().to_vec(),
+            points: Arc::clone(self.cloud.lattice()),
+            ranges: Arc::clone(self.cloud.view().cells()),
             views: std::array::from_fn(|view| self.views[view].pictures()),
         }
     }
@@ -69,6 +72,17 @@ impl Place {
     /// Its small cloud, base frame, metres.
     pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         self.cloud.points()
+    }
+
+    /// Corners of a box about its small cloud, base frame, metres; none if there is nothing in it.
+    pub fn extent(&self) -> Option<[[f32; 3]; 2]> {
+        let first = self.points().next()?;
+        Some(self.points().fold([first; 2], |[least, most], point| {
+            let each = |pick: fn(f32, f32) -> f32, of: [f32; 3]| {
+                std::array::from_fn(|axis| pick(of[axis], point[axis]))
+            };
+            [each(f32::min, least), each(f32::max, most)]
+        }))
     }
 
     /// What the sensor saw through.
@@ -97,7 +111,7 @@ mod tests {
             change(&mut parts);
             Place::from_parts(parts, SENSOR)
         };
-        assert_eq!(broken(|parts| parts.ranges.truncate(9)), None);
+        assert_eq!(broken(|parts| parts.ranges = parts.ranges[..9].into()), None);
         assert_eq!(broken(|parts| parts.views[1][0].push(0)), None);
         assert_eq!(broken(|parts| parts.views[2][1].clear()), None);
     }

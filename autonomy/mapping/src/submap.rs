@@ -16,7 +16,7 @@ const STEP: f32 = 0.002;
 /// A keyframe's own small cloud and what its sensor saw through: at most 18 kB and 11.5 kB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeCloud {
-    points: Box<[[i16; 3]]>,
+    points: Arc<[[i16; 3]]>,
     view: RangeImage,
 }
 
@@ -43,13 +43,13 @@ impl KeyframeCloud {
     }
 
     /// From what [`Self::lattice`] and [`RangeImage::cells`] gave; none if that is not of the right size.
-    pub fn from_parts(lattice: Vec<[i16; 3]>, sensor: [f32; 3], cells: Vec<u16>) -> Option<Self> {
+    pub fn from_parts(points: Arc<[[i16; 3]]>, sensor: [f32; 3], cells: Arc<[u16]>) -> Option<Self> {
         let view = RangeImage::from_cells(cells, sensor)?;
-        (lattice.len() <= POINTS).then(|| Self { points: lattice.into(), view })
+        (points.len() <= POINTS).then_some(Self { points, view })
     }
 
     /// The points as they are kept, base frame, in steps of 2 mm.
-    pub fn lattice(&self) -> &[[i16; 3]] {
+    pub fn lattice(&self) -> &Arc<[[i16; 3]]> {
         &self.points
     }
 

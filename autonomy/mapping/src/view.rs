@@ -2,6 +2,7 @@
 //! through.
 
 use std::f32::consts::{PI, TAU};
+use std::sync::Arc;
 
 /// Columns of 2 degrees.
 const COLUMNS: usize = 180;
@@ -30,14 +31,14 @@ pub enum Sight {
 pub struct RangeImage {
     sensor: [f32; 3],
     /// Centimetres, rounded down; 0 where nothing returned.
-    cells: Box<[u16]>,
+    cells: Arc<[u16]>,
 }
 
 impl RangeImage {
     /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame). Points that are not finite or
     /// out of the image are skipped.
     pub fn new(xyz: &[[f32; 3]], sensor: [f32; 3]) -> Self {
-        let mut cells = vec![0_u16; COLUMNS * ROWS].into_boxed_slice();
+        let mut cells = vec![0_u16; COLUMNS * ROWS];
         for point in xyz {
             let Some((column, row, range)) = direction(point, &sensor) else { continue };
             let cell = &mut cells[row * COLUMNS + column];
@@ -46,16 +47,16 @@ impl RangeImage {
                 *cell = centimetres;
             }
         }
-        Self { sensor, cells }
+        Self { sensor, cells: cells.into() }
     }
 
     /// From what [`Self::cells`] gave; none if that is not of the right size.
-    pub fn from_cells(cells: Vec<u16>, sensor: [f32; 3]) -> Option<Self> {
-        (cells.len() == COLUMNS * ROWS).then(|| Self { sensor, cells: cells.into() })
+    pub fn from_cells(cells: Arc<[u16]>, sensor: [f32; 3]) -> Option<Self> {
+        (cells.len() == COLUMNS * ROWS).then_some(Self { sensor, cells })
     }
 
     /// Row by row the nearest range in each cell, centimetres; 0 where nothing returned.
-    pub fn cells(&self) -> &[u16] {
+    pub fn cells(&self) -> &Arc<[u16]> {
         &self.cells
     }
 

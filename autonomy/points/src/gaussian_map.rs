@@ -27,6 +27,15 @@ pub struct GaussianMapConfig {
     pub max_points: u16,
 }
 
+impl GaussianMapConfig {
+    /// The root cube that holds a point (map frame, metres), counted along each axis.
+    #[inline]
+    pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {
+        let per_metre = 1.0 / self.root_size;
+        std::array::from_fn(|axis| floor((point[axis] + GRID_SHIFT[axis]) * per_metre))
+    }
+}
+
 impl Default for GaussianMapConfig {
     fn default() -> Self {
         Self { root_size: 2.0, depth: 3, plane_thickness: 0.03, min_points: 8, max_points: 1_000 }
@@ -378,16 +387,11 @@ impl GaussianMap {
     /// Root cube of a point, and the point relative to its centre.
     #[inline]
     fn locate(&self, point: &[f64; 3]) -> (CellKey, [f32; 3]) {
-        let size = self.config.root_size;
-        let per_metre = 1.0 / size;
-        let mut cell = [0; 3];
-        let mut local = [0.0; 3];
-        for axis in 0..3 {
-            let shifted = point[axis] + GRID_SHIFT[axis];
-            let index = floor(shifted * per_metre);
-            cell[axis] = index;
-            local[axis] = (shifted - (index as f64 + 0.5) * size) as f32;
-        }
+        let cell = self.config.root_cell(point);
+        let local = std::array::from_fn(|axis| {
+            let middle = (cell[axis] as f64 + 0.5) * self.config.root_size;
+            (point[axis] + GRID_SHIFT[axis] - middle) as f32
+        });
         (CellKey::new(cell), local)
     }
 

@@ -6,7 +6,9 @@ pub mod downsample;
 pub mod filter;
 pub mod gaussian_map;
 pub mod hash;
+pub mod surfaces;
 pub mod symmetric;
 
 pub use downsample::{Centroid, Downsampler};
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};
+pub use surfaces::Surfaces;

@@ -5,7 +5,7 @@
 //! of the kernel's use as weights: Chebrolu et al., *Adaptive Robust Kernels*, RA-L 2021.
 
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
-use points::{GaussianMap, Surface};
+use points::{Surface, Surfaces};
 
 /// How points are matched and weighted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub fn plane_jacobian(point: &Vector3, normal_body: &Vector3) -> Vector6 {
 
 /// Matches every point (body frame, metres) at a pose and sums the normal equations, in the points' order.
 pub fn linearise<'a>(
-    map: &GaussianMap,
+    map: &impl Surfaces,
     points: impl IntoIterator<Item = &'a [f32; 3]>,
     map_from_body: &Isometry,
     options: &MatchOptions,
@@ -179,7 +179,7 @@ fn add_outer(upper: &mut [f64; 21], jacobian: &Vector6, weight: f64) {
 mod tests {
     use super::*;
     use geometry::{RngTree, se3};
-    use points::GaussianMapConfig;
+    use points::{GaussianMap, GaussianMapConfig};
 
     #[test]
     fn the_plane_jacobian_matches_central_differences() {

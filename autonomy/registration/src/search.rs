@@ -4,7 +4,7 @@
 use crate::linearise::{MatchOptions, linearise};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::Translation3;
-use points::GaussianMap;
+use points::Surfaces;
 
 /// Where to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,7 @@ pub struct Fit {
 
 /// Share of the points that fit the map at a pose, weighted by how well: 0 to 1.
 pub fn score(
-    map: &GaussianMap,
+    map: &impl Surfaces,
     points: &[[f32; 3]],
     map_from_body: &Isometry,
     options: &MatchOptions,
@@ -53,7 +53,7 @@ fn fit(at: &crate::NormalEquations, points: usize, options: &MatchOptions) -> f6
 
 /// Plain Gauss-Newton from a guess, with wide gates first.
 pub fn refine(
-    map: &GaussianMap,
+    map: &impl Surfaces,
     points: &[[f32; 3]],
     guess: &Isometry,
     options: &MatchOptions,
@@ -79,7 +79,7 @@ pub fn refine(
 
 /// Tries turned starts about every position in `positions` (map frame) and gives the best fit.
 pub fn search(
-    map: &GaussianMap,
+    map: &impl Surfaces,
     points: &[[f32; 3]],
     guesses: &[Isometry],
     matching: &MatchOptions,
@@ -117,7 +117,7 @@ fn tilts(options: &SearchOptions) -> impl Iterator<Item = (f64, f64)> {
 mod tests {
     use super::*;
     use geometry::RngTree;
-    use points::GaussianMapConfig;
+    use points::{GaussianMap, GaussianMapConfig};
 
     /// A room with a column and a cupboard: 8 x 6 x 3 m.
     fn room(seed: u64, points: usize) -> Vec<Vector3> {

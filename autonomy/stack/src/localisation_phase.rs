@@ -57,6 +57,8 @@ struct Relocalising {
     question: Option<Question>,
     contest: Contest,
     faint: Faint,
+    /// Whether the places in the contest are all that look alike in the whole map.
+    everywhere: bool,
 }
 
 #[derive(Debug)]
@@ -69,6 +71,8 @@ struct Localised {
     /// Of the newest scan.
     seen: Option<Stamp>,
     second_opinion: SecondOpinion,
+    /// Whether the whole map has been searched for the place: not yet, where a person showed it.
+    confirmed: bool,
     question: Option<Question>,
 }
 
@@ -116,9 +120,13 @@ impl LocalisationPhase {
         matches!(self.phase, Phase::Idle)
     }
 
-    /// Whether the place in a saved map is wanted and not known.
+    /// Whether the place in a saved map is wanted and not known, or might yet be another.
     pub fn is_looking(&self) -> bool {
-        matches!(self.phase, Phase::Loading { .. } | Phase::Relocalising(_))
+        match &self.phase {
+            Phase::Loading { .. } | Phase::Relocalising(_) => true,
+            Phase::Localised(state) => state.doubt == Some(LocalisationDoubt::Unconfirmed),
+            Phase::Idle => false,
+        }
     }
 
     /// Whether the place in a saved map is known and nothing speaks against it.
@@ -215,8 +223,8 @@ impl LocalisationPhase {
             (Turn::Found, Phase::Relocalising(state)) => match state.contest.winner() {
                 Some(tracker) => {
                     let tracker = tracker.clone();
-                    let Relocalising { map, ground, .. } = *state;
-                    Phase::Localised(Box::new(Localised::new(map, ground, tracker)))
+                    let Relocalising { map, ground, everywhere, .. } = *state;
+                    Phase::Localised(Box::new(Localised::new(map, ground, tracker, everywhere)))
                 }
                 None => Phase::Relocalising(state),
             },
@@ -263,21 +271,26 @@ impl LocalisationPhase {
         let (at, thought) = (question.odom_from_base, question.thought);
         let found = question.answered(answer);
         match (&mut self.phase, thought) {
-            (Phase::Localised(_), Thought::Held(held)) => {
-                let places = outdone(&held, &found)?;
+            (Phase::Localised(state), Thought::Held(held)) => {
+                let Some(places) = outdone(&held, &found) else {
+                    state.confirm(answer.is_some());
+                    return None;
+                };
                 self.change(Some(Turn::Lost));
                 if let Phase::Relocalising(state) = &mut self.phase {
                     state.contest = Contest::new(&ground, &places, Some(&held), &at);
+                    state.everywhere = true;
                 }
                 Some(Turn::Lost)
             }
             (Phase::Relocalising(state), _) => {
+                let told = matches!(thought, Thought::Told(_));
+                state.everywhere = !told;
                 let places = match standing(&found) {
                     Standing::There(one) => vec![one],
                     Standing::OneOf(several) => several,
                     Standing::Faint(one) => {
-                        let believed =
-                            matches!(thought, Thought::Told(_)) || state.faint.recognise(&one, &at);
+                        let believed = told || state.faint.recognise(&one, &at);
                         if believed { vec![one] } else { Vec::new() }
                     }
                     Standing::Nowhere => Vec::new(),
@@ -316,7 +329,15 @@ impl Phase {
 
 impl Relocalising {
     fn new(map: MapId, ground: Arc<Ground>, told: Option<Told>) -> Self {
-        Self { map, ground, told, question: None, contest: Contest::default(), faint: Faint::default() }
+        Self {
+            map,
+            ground,
+            told,
+            question: None,
+            contest: Contest::default(),
+            faint: Faint::default(),
+            everywhere: false,
+        }
     }
 
     /// Whether to ask where this scan may have been taken.
@@ -339,15 +360,28 @@ impl Relocalising {
 }
 
 impl Localised {
-    fn new(map: MapId, ground: Arc<Ground>, tracker: Tracker) -> Self {
+    fn new(map: MapId, ground: Arc<Ground>, tracker: Tracker, confirmed: bool) -> Self {
         let covariance = tracker.map_from_base().covariance;
+        let doubt = (!confirmed).then_some(LocalisationDoubt::Unconfirmed);
         let second_opinion = SecondOpinion::default();
-        Self { map, ground, tracker, covariance, doubt: None, seen: None, second_opinion, question: None }
+        Self {
+            map,
+            ground,
+            tracker,
+            covariance,
+            doubt,
+            seen: None,
+            second_opinion,
+            confirmed,
+            question: None,
+        }
     }
 
     /// Whether to ask if the robot might be elsewhere. Only while nothing speaks against the place: what does is dealt with.
     fn is_due(&mut self, located: &Located) -> bool {
-        self.second_opinion.is_due(located) && self.doubt.is_none()
+        let asking = self.question.as_ref().is_some_and(Question::is_open);
+        let due = self.second_opinion.is_due(located) || (!self.confirmed && !asking);
+        due && self.doubt.is_none_or(|doubt| doubt == LocalisationDoubt::Unconfirmed)
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64) {
@@ -356,12 +390,20 @@ impl Localised {
         self.question = Some(Question::new(located, place, number, held));
     }
 
+    /// Another opinion has been heard, if it was given, and no other place looked better.
+    fn confirm(&mut self, given: bool) {
+        self.confirmed |= given;
+        if self.confirmed && self.doubt == Some(LocalisationDoubt::Unconfirmed) {
+            self.doubt = None;
+        }
+    }
+
     fn track(&mut self, scan: &Scan) -> Option<Turn> {
         let fix = self.tracker.track(scan);
         self.covariance = fix.map_from_base.covariance;
         self.seen = Some(scan.stamp);
         self.doubt = match fix.trust {
-            Trust::Localised => None,
+            Trust::Localised => (!self.confirmed).then_some(LocalisationDoubt::Unconfirmed),
             Trust::Uncertain(doubt) | Trust::Lost(doubt) => Some(plain(doubt)),
         };
         matches!(fix.trust, Trust::Lost(_)).then_some(Turn::Lost)

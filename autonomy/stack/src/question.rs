@@ -7,7 +7,7 @@ use crate::localising::Located;
 use crate::second_opinion::outdone;
 use crate::work::Work;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, so3};
-use localisation::{Atlas, Guide, Hypothesis};
+use localisation::{Atlas, Guide, Hypothesis, Standing, standing};
 use mapping::Place;
 use messages::{PossiblePlace, RelocaliseTask, Relocalised};
 use std::sync::{Arc, OnceLock};
@@ -20,23 +20,23 @@ const AGAIN_AFTER: Span = Span::from_millis(2_000);
 /// A known map, with what is made of it when it is first needed, by whoever needs it: the same whoever that is.
 #[derive(Debug)]
 pub(crate) struct Ground {
-    keyframes: Vec<(Isometry, Place)>,
+    guide: Arc<Guide>,
     atlas: OnceLock<Atlas>,
 }
 
 impl Ground {
     /// Of keyframes, each with its pose in the map.
     pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
-        Self { keyframes, atlas: OnceLock::new() }
+        Self { guide: Arc::new(Guide::new(keyframes)), atlas: OnceLock::new() }
     }
 
     /// The map's surfaces and what its keyframes saw.
     pub fn guide(&self) -> &Arc<Guide> {
-        self.atlas().guide()
+        &self.guide
     }
 
     fn atlas(&self) -> &Atlas {
-        self.atlas.get_or_init(|| Atlas::new(Arc::new(Guide::new(self.keyframes.clone()))))
+        self.atlas.get_or_init(|| Atlas::new(Arc::clone(&self.guide)))
     }
 }
 
@@ -92,6 +92,11 @@ impl Question {
         waiting
     }
 
+    /// Whether it has not been answered.
+    pub fn is_open(&self) -> bool {
+        self.progress != Progress::Answered
+    }
+
     /// Whether a job answers it.
     pub fn is_answered_by(&self, job: u64) -> bool {
         self.progress == Progress::Running(job)
@@ -130,13 +135,12 @@ pub(crate) struct Ask {
 }
 
 impl Ask {
-    /// Where the scan may have been taken: a pure function of what it owns, see [`Atlas::seek`]; the first one makes the map's surfaces.
+    /// Where the scan may have been taken: a pure function of what it owns, see [`Atlas::seek`].
     pub fn run(self) -> Relocalised {
-        let (atlas, up_from_base) = (self.ground.atlas(), &self.odom_from_base.rotation);
         let places = match &self.thought {
-            Thought::Told(told) => self.seek_told(atlas, told),
-            Thought::Held(held) => atlas.seek(&self.place, up_from_base, Some(held)),
-            Thought::Nothing => atlas.seek(&self.place, up_from_base, None),
+            Thought::Told(told) => self.seek_told(told),
+            Thought::Held(held) => self.seek(Some(held)),
+            Thought::Nothing => self.seek(None),
         };
         let plain = |one: &Hypothesis| PossiblePlace {
             map_from_base: pose_from_isometry(&one.map_from_base),
@@ -146,12 +150,19 @@ impl Ask {
         Relocalised { task: self.task, places: places.iter().map(plain).collect() }
     }
 
-    /// Where somebody said, unless another place looks more like it: people confuse look-alikes as well.
-    fn seek_told(&self, atlas: &Atlas, told: &Isometry) -> Vec<Hypothesis> {
-        let about = atlas.seek_about(&self.place, told);
+    fn seek(&self, held: Option<&Isometry>) -> Vec<Hypothesis> {
+        self.ground.atlas().seek(&self.place, &self.odom_from_base.rotation, held)
+    }
+
+    /// Where somebody said, if the scan fits there: nobody need wait to see that until the whole map is searched for look-alikes,
+    /// which the robot asks for next. Else wherever it fits better.
+    fn seek_told(&self, told: &Isometry) -> Vec<Hypothesis> {
+        let about = self.ground.guide().seek_about(&self.place, told);
+        if matches!(standing(&about), Standing::There(_) | Standing::OneOf(_)) {
+            return about;
+        }
         let Some(best) = about.first() else { return about };
         let held = &best.map_from_base;
-        let all = atlas.seek(&self.place, &self.odom_from_base.rotation, Some(held));
-        outdone(held, &all).unwrap_or(about)
+        outdone(held, &self.seek(Some(held))).unwrap_or(about)
     }
 }

@@ -1,21 +1,23 @@
 //! What the keyframes of a saved map saw, as localisation uses it.
 
 use crate::failure::Failure;
-use geometry::{Isometry, isometry_from_pose};
-use mapping::Place;
-use points::Downsampler;
+use geometry::Isometry;
+use mapping::{Place, PlaceParts};
+use messages::KnownPlace;
 use std::path::Path;
-use store::map_clouds_and_sensors;
+use store::{SavedMap, known_places};
 
-/// Those keyframes of the map in a folder that are wanted, by number, each with its pose in the map. Linear in the map's points.
+/// Those keyframes of the map in a folder that are wanted, by number, each with its pose in the map. Linear in its keyframes.
 pub fn places(map: &Path, wanted: impl Fn(usize) -> bool) -> Result<Vec<(Isometry, Place)>, Failure> {
-    let (mut places, mut downsampler) = (Vec::new(), Downsampler::default());
-    for read in map_clouds_and_sensors(map).map_err(Failure::usage)? {
-        let (cloud, sensor) = read.map_err(Failure::usage)?;
-        if wanted(cloud.keyframe.0 as usize) {
-            let pose = isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
-            places.push((pose, Place::new(&cloud.xyz, &pose.rotation, sensor, &mut downsampler)));
-        }
-    }
-    Ok(places)
+    let saved = SavedMap::read(map).map_err(Failure::usage)?;
+    let known = known_places(map, saved.poses.len()).map_err(Failure::usage)?;
+    let whole = known.len() == saved.poses.len();
+    let all = saved.poses.into_iter().zip(known).enumerate().filter(|(number, _)| wanted(*number));
+    let places = all.map(|(_, (pose, KnownPlace { lidar, points, ranges, views }))| {
+        Some((pose, Place::from_parts(PlaceParts { points, ranges, views }, lidar)?))
+    });
+    places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| {
+        let text = format!("{} misses clouds of some of its keyframes; make the map again", map.display());
+        Failure::usage(text)
+    })
 }

@@ -102,6 +102,7 @@ pub fn localisation(state: &LocalisationState) -> api::Localisation {
         LocalisationDoubt::Vague => api::Doubt::Vague,
         LocalisationDoubt::Dark => api::Doubt::Dark,
         LocalisationDoubt::Unmapped => api::Doubt::Unmapped,
+        LocalisationDoubt::Unconfirmed => api::Doubt::Unconfirmed,
     };
     match *state {
         LocalisationState::Idle => api::Localisation::Idle,

@@ -13,7 +13,7 @@ use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, KnownMap, Severit
 use stack::Stack;
 use std::path::Path;
 use std::sync::Arc;
-use store::{SavedMap, Store, StoreError, map_clouds_and_sensors};
+use store::{SavedMap, Store, StoreError, known_places};
 use vocab::{MapId, SessionId};
 
 /// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
@@ -219,16 +219,12 @@ impl Worker {
     }
 }
 
-/// What the stack takes of a saved map in this folder.
+/// What the stack takes of a saved map in this folder. Linear in its keyframes, see [`known_places`].
 ///
 /// # Errors
 /// When there is no such map, or it cannot be read.
 pub fn known_map(path: &Path) -> Result<KnownMap, StoreError> {
     let saved = SavedMap::read(path)?;
-    let mut places = Vec::with_capacity(saved.poses.len());
-    for read in map_clouds_and_sensors(&saved.path)? {
-        let (cloud, lidar) = read?;
-        places.extend(stack::known_place(&cloud.map_from_keyframe, &cloud.xyz, lidar));
-    }
+    let places = known_places(&saved.path, saved.poses.len())?;
     Ok(KnownMap { map: saved.summary.id, graph: saved.graph(), places })
 }

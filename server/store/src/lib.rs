@@ -6,6 +6,7 @@
 
 mod error;
 mod files;
+mod known_places;
 mod map_clouds;
 mod map_files;
 mod map_points;
@@ -18,6 +19,7 @@ mod tiles;
 
 pub use error::StoreError;
 pub use files::write_json;
+pub use known_places::known_places;
 pub use map_clouds::{MapCloud, MapClouds, Wanted, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFiles, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;

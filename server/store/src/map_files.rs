@@ -5,12 +5,14 @@
 //! graph.g2o          pose graph for other people's tools
 //! graph.json         pose graph for the client, an api::Graph
 //! loops.json         what was decided on loops, with the evidence, a list of messages::LoopDecision
+//! places.bin         what each keyframe leaves behind for being found again
 //! clouds/NNNNNN.pcd  one motion-corrected cloud per keyframe, in its frame (there already)
 //! tiles.json         tiles of the whole map, an api::TileList; the tiles lie in a directory of their own
 //! map.ply            all points in the map frame, if asked for
 //! map.json           an api::MapSummary, written last
 //! ```
 
+use crate::known_places::write_known_places;
 use crate::map_clouds::Place;
 use crate::tiles::Durability;
 use crate::{MapClouds, MapPoints, StoreError, TileFiles, Wanted, files};
@@ -86,6 +88,7 @@ pub fn write_map_files_of(
 
     files::write_json(&dir.join("tiles.json"), &list)?;
     files::write_json(&dir.join("graph.json"), &api_graph(&finished.graph))?;
+    write_known_places(dir)?;
     files::write_json(&dir.join("loops.json"), &finished.decisions)?;
     files::write_durably(&dir.join("trajectory.tum"), |out| formats::tum::write(out, &finished.trajectory))?;
     files::write_durably(&dir.join("graph.g2o"), |out| write_g2o(out, &finished.graph))?;

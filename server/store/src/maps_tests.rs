@@ -1,4 +1,5 @@
 use super::*;
+use crate::known_places;
 use api::Graph;
 use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
 use std::sync::Arc;
@@ -72,6 +73,27 @@ fn a_saved_map_is_listed_and_its_tiles_hold_every_wall() {
         assert!(store.dir().map(maps[0].id).join(name).exists(), "{name}");
     }
     assert!(!store.dir().map(maps[0].id).join("clouds/000009.scan").exists(), "it was for clients only");
+}
+
+#[test]
+fn what_keyframes_leave_behind_is_read_back_and_made_anew_where_its_file_is_broken() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let map = store.save_map(&session(&store, 1, 100)).expect("saved").summary.id;
+    let folder = store.dir().map(map);
+    let clouds = folder.join("clouds");
+    let hidden = folder.join("elsewhere");
+    fs::rename(&clouds, &hidden).expect("renamed");
+    let kept = known_places(&folder, 10).expect("read without the clouds");
+    assert_eq!(kept.len(), 10);
+    assert!(kept.iter().all(|place| place.points.len() > 100));
+    fs::rename(&hidden, &clouds).expect("renamed");
+    for broken in [&b"AIPLACES"[..], b"", b"something else"] {
+        fs::write(folder.join("places.bin"), broken).expect("written");
+        assert_eq!(known_places(&folder, 10).expect("made anew"), kept);
+    }
+    fs::remove_file(folder.join("places.bin")).expect("removed");
+    assert_eq!(known_places(&folder, 10).expect("made anew"), kept);
 }
 
 #[test]

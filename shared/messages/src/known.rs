@@ -2,6 +2,7 @@
 
 use crate::PoseGraph;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use vocab::{KeyframeId, MapId, Pose, SessionId};
 
 /// A saved map, but for its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
@@ -21,9 +22,9 @@ pub struct KnownPlace {
     /// Where the LiDAR was, keyframe's frame, metres.
     pub lidar: [f32; 3],
     /// Its thinned cloud, keyframe's frame, in steps of 2 mm.
-    pub points: Vec<[i16; 3]>,
+    pub points: Arc<[[i16; 3]]>,
     /// Nearest range in each direction, centimetres; 0 where nothing returned.
-    pub ranges: Vec<u16>,
+    pub ranges: Arc<[u16]>,
     /// As it looks from the base and from both sides: greatest heights and filled slices of polar bins.
     pub views: [[Vec<u8>; 2]; 3],
 }

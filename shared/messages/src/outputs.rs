@@ -233,6 +233,8 @@ pub enum LocalisationDoubt {
     Dark,
     /// The map shows nothing of what it sees.
     Unmapped,
+    /// A person showed it, and the rest of the map has not been searched yet for places that look alike.
+    Unconfirmed,
 }
 
 /// State of mapping.

@@ -177,6 +177,7 @@ pub fn localisation(localisation: &Localisation) -> String {
             Doubt::Vague => "Unsure: nothing has told its place for a while".to_owned(),
             Doubt::Dark => "Unsure: the LiDAR sees nothing".to_owned(),
             Doubt::Unmapped => "Outside what the map shows".to_owned(),
+            Doubt::Unconfirmed => "Looking whether other places look like this one".to_owned(),
         },
     }
 }
