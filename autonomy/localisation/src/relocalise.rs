@@ -110,18 +110,20 @@ impl Guide {
         }
     }
 
-    /// As [`Atlas::seek`], of a scan that was taken about a place, to a metre and 20 degrees. Costs as many fits, and nothing that grows
-    /// with the map.
-    pub fn seek_about(&self, place: &Place, map_from_base: &Isometry) -> Vec<Hypothesis> {
-        let moved = |x: f64, y: f64, yaw: f64| {
+    /// As [`Atlas::seek`], of a scan that was taken about one of these places, to a metre and 20 degrees. Costs as many fits for each, and
+    /// nothing that grows with the map.
+    pub fn seek_about(&self, place: &Place, bases: &[Isometry]) -> Vec<Hypothesis> {
+        let moved = |map_from_base: &Isometry, x: f64, y: f64, yaw: f64| {
             let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
             let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
             Isometry::from_parts(Translation3::from(at), turn)
         };
         let mut starts = Vec::new();
-        for x in ABOUT.0 {
-            for y in ABOUT.0 {
-                starts.extend(ABOUT.1.map(|yaw| moved(x, y, yaw)));
+        for base in bases {
+            for x in ABOUT.0 {
+                for y in ABOUT.0 {
+                    starts.extend(ABOUT.1.map(|yaw| moved(base, x, y, yaw)));
+                }
             }
         }
         self.try_starts(place, &starts, None)

@@ -4,7 +4,7 @@ use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
     Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, MotionState, Order,
-    PoseGraph, Publication, RelocaliseTask,
+    PlaceInMap, PoseGraph, Publication, RelocaliseTask,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -26,6 +26,7 @@ pub(crate) struct Day {
     pub(crate) localisation: LocalisationState,
     /// Every state of localisation.
     pub(crate) localisations: Vec<LocalisationState>,
+    pub(crate) docks: Arc<[PlaceInMap]>,
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     /// The newest question to a known map, with its job.
@@ -62,6 +63,7 @@ impl Day {
             states: Vec::new(),
             localisation: LocalisationState::Idle,
             localisations: Vec::new(),
+            docks: Arc::default(),
             motion: MotionState::Idle,
             refusals: Vec::new(),
             asked: None,
@@ -85,6 +87,7 @@ impl Day {
             states,
             localisation,
             localisations,
+            docks,
             motion,
             refusals,
             asked,
@@ -102,6 +105,7 @@ impl Day {
                 *localisation = *now;
                 localisations.push(*now);
             }
+            Effect::Publish(Publication::Docks(now)) => *docks = Arc::clone(now),
             Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
             Effect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
             Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),

@@ -9,6 +9,8 @@ pub use walk::{JobPace, Lockstep};
 #[cfg(test)]
 mod day;
 #[cfg(test)]
+mod dock_tests;
+#[cfg(test)]
 mod extend_tests;
 #[cfg(test)]
 mod foreign_tests;

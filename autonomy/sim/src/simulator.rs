@@ -186,6 +186,7 @@ impl Simulator {
             start_mapping: None,
             leave_loops_open: false,
             last_place: None,
+            docks: Arc::default(),
         }
     }
 

@@ -6,6 +6,7 @@
 
 mod contest;
 mod control;
+mod docks;
 mod faint;
 mod health;
 mod known;
@@ -24,6 +25,7 @@ pub use known::known_place;
 pub use work::Work;
 
 use control::{Admission, Control};
+use docks::Docks;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
 use localisation_phase::{LocalisationPhase, Told, Turn};
@@ -57,6 +59,7 @@ struct Running {
     watch: Watch,
     mapping: MappingPhase,
     localisation: LocalisationPhase,
+    docks: Docks,
     motion: Motion,
     jobs: u64,
     points_used: u32,
@@ -117,6 +120,7 @@ impl Running {
             watch: Watch::default(),
             mapping,
             localisation,
+            docks: Docks::new(&record.docks),
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
             points_used: 0,
@@ -131,6 +135,7 @@ impl Running {
             self.watch.found(finding);
         }
         publish(effects, Publication::Control(self.control.state().clone()));
+        publish(effects, Publication::Docks(Arc::clone(self.docks.known())));
         self.start_jobs(effects);
         self.publish_changes(effects);
     }
@@ -138,6 +143,7 @@ impl Running {
     fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<Effect>) {
         self.watch.heard(at, sensor);
         if let Sensor::Battery(battery) = sensor {
+            self.docks.hear(battery);
             publish(effects, Publication::Battery(*battery));
         }
         let mut said = Vec::new();
@@ -175,9 +181,12 @@ impl Running {
             effects.extend(self.motion.forget_map().map(Effect::Drive));
         }
         let grown = self.mapping.add(&located);
-        let turn = self.localisation.add(&located, self.mapping.sensor());
+        let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
         self.tell_turn(at, turn, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
+        if self.docks.note(at, self.localisation.sure_of().map(|map| (map, map_from_base))) {
+            publish(effects, Publication::Docks(Arc::clone(self.docks.known())));
+        }
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
         if !located.blind && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {

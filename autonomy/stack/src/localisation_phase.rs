@@ -5,6 +5,7 @@
 //! enough, or another place turns out to fit better: then all begins anew.
 
 use crate::contest::Contest;
+use crate::docks::Docks;
 use crate::faint::Faint;
 use crate::known::Known;
 use crate::localising::Located;
@@ -131,7 +132,15 @@ impl LocalisationPhase {
 
     /// Whether the place in a saved map is known and nothing speaks against it.
     pub fn knows(&self) -> bool {
-        matches!(&self.phase, Phase::Localised(state) if state.doubt.is_none())
+        self.sure_of().is_some()
+    }
+
+    /// The map in which the robot knows its place with nothing speaking against it.
+    pub fn sure_of(&self) -> Option<MapId> {
+        match &self.phase {
+            Phase::Localised(state) if state.doubt.is_none() => Some(state.map),
+            _ => None,
+        }
     }
 
     /// Where odometry's frame is in the map; none before the robot has found itself in one.
@@ -162,8 +171,8 @@ impl LocalisationPhase {
         Ok(())
     }
 
-    /// Takes in a located scan, seen from `sensor` (base frame).
-    pub fn add(&mut self, located: &Located, sensor: [f32; 3]) -> Option<Turn> {
+    /// Takes in a located scan, seen from `sensor` (base frame), by a robot that may be at one of these docks of the map.
+    pub fn add(&mut self, located: &Located, sensor: [f32; 3], docks: &Docks) -> Option<Turn> {
         if !matches!(self.phase, Phase::Relocalising(_) | Phase::Localised(_)) {
             return None;
         }
@@ -194,7 +203,7 @@ impl LocalisationPhase {
                 let found = state.contest.winner().is_some();
                 if !found && state.is_due(located) {
                     self.questions += 1;
-                    state.ask(located, place(), self.questions);
+                    state.ask(located, place(), self.questions, docks);
                 }
                 found.then_some(Turn::Found)
             }
@@ -268,8 +277,9 @@ impl LocalisationPhase {
             return None;
         }
         let ground = Arc::clone(ground);
-        let (at, thought) = (question.odom_from_base, question.thought);
+        let (at, thought) = (question.odom_from_base, question.thought.clone());
         let found = question.answered(answer);
+        let told = matches!(thought, Thought::Told(_));
         match (&mut self.phase, thought) {
             (Phase::Localised(state), Thought::Held(held)) => {
                 let Some(places) = outdone(&held, &found) else {
@@ -284,7 +294,6 @@ impl LocalisationPhase {
                 Some(Turn::Lost)
             }
             (Phase::Relocalising(state), _) => {
-                let told = matches!(thought, Thought::Told(_));
                 state.everywhere = !told;
                 let places = match standing(&found) {
                     Standing::There(one) => vec![one],
@@ -346,12 +355,13 @@ impl Relocalising {
         self.told.is_some() || (self.contest.is_empty() && stale())
     }
 
-    fn ask(&mut self, located: &Located, place: Place, number: u64) {
-        let thought = match self.told.take() {
-            Some(Told::Base(map_from_base)) => Thought::Told(map_from_base),
-            Some(Told::Odom(map_from_odom)) => Thought::Told(map_from_odom * located.odom_from_base),
-            None => Thought::Nothing,
+    fn ask(&mut self, located: &Located, place: Place, number: u64, docks: &Docks) {
+        let told = match self.told.take() {
+            Some(Told::Base(map_from_base)) => vec![map_from_base],
+            Some(Told::Odom(map_from_odom)) => vec![map_from_odom * located.odom_from_base],
+            None => docks.candidates(self.map),
         };
+        let thought = if told.is_empty() { Thought::Nothing } else { Thought::Told(told) };
         if thought != Thought::Nothing {
             self.contest = Contest::default();
         }

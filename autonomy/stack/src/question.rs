@@ -41,12 +41,12 @@ impl Ground {
 }
 
 /// What is thought of the robot's place when it asks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Thought {
     /// It may be anywhere.
     Nothing,
-    /// Somebody said that the base is about there.
-    Told(Isometry),
+    /// Somebody said that the base is about there, or the contacts of a dock that it is about one of these.
+    Told(Vec<Isometry>),
     /// The robot believes that the base is there, and wants to know whether it might be elsewhere.
     Held(Isometry),
 }
@@ -119,7 +119,7 @@ impl Question {
             ground: Arc::clone(ground),
             odom_from_base: self.odom_from_base,
             place: self.place.clone(),
-            thought: self.thought,
+            thought: self.thought.clone(),
         })
     }
 }
@@ -156,7 +156,7 @@ impl Ask {
 
     /// Where somebody said, if the scan fits there: nobody need wait to see that until the whole map is searched for look-alikes,
     /// which the robot asks for next. Else wherever it fits better.
-    fn seek_told(&self, told: &Isometry) -> Vec<Hypothesis> {
+    fn seek_told(&self, told: &[Isometry]) -> Vec<Hypothesis> {
         let about = self.ground.guide().seek_about(&self.place, told);
         if matches!(standing(&about), Standing::There(_) | Standing::OneOf(_)) {
             return about;

@@ -9,6 +9,7 @@ use sim::{FULL_COLUMNS, SimConfig, SiteName};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
 use vocab::Stamp;
 
 /// A robot, as named on the command line.
@@ -111,6 +112,7 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
         start_mapping: None,
         leave_loops_open: false,
         last_place: None,
+        docks: Arc::default(),
     }
 }
 

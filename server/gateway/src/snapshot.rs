@@ -238,6 +238,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Quality(_) => Some(9),
         Event::Localisation(_) => Some(10),
         Event::Import(_) => Some(11),
+        Event::Docks(_) => Some(12),
         Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
     }
 }

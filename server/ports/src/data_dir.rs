@@ -85,9 +85,14 @@ impl DataDir {
         self.uploads().join(format!("{upload}.map"))
     }
 
-    /// Where the robot was last known to be, a [`messages::LastPlace`] as JSON.
+    /// Where the robot was last known to be, a [`messages::PlaceInMap`] as JSON.
     pub fn place(&self) -> PathBuf {
         self.root.join("place.json")
+    }
+
+    /// Docks of the saved maps, a list of [`messages::PlaceInMap`] as JSON.
+    pub fn docks(&self) -> PathBuf {
+        self.root.join("docks.json")
     }
 
     /// Directory of all recordings.

@@ -10,7 +10,7 @@ use crate::jobs::{Jobs, Work};
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crossbeam_channel::{Receiver, select};
-use messages::{BootRecord, Command, Effect, Input, JobDone, LastPlace, Publication};
+use messages::{BootRecord, Command, Effect, Input, JobDone, PlaceInMap, Publication};
 use ports::{Arrival, Mishap, News, RobotLink};
 use stack::Stack;
 use std::sync::Arc;
@@ -61,7 +61,8 @@ pub struct ControlLoop {
     pub clock: Arc<RobotClock>,
     pub stack: Stack,
     /// Where the robot was before it was switched off, if it was localised then.
-    pub last_place: Option<LastPlace>,
+    pub last_place: Option<PlaceInMap>,
+    pub docks: Vec<PlaceInMap>,
 }
 
 impl ControlLoop {
@@ -76,7 +77,8 @@ impl ControlLoop {
             return;
         };
         let mut running = Running { now: first.at, next_tick: first.at, effects: Vec::new(), parts: self };
-        let boot = BootRecord { last_place: running.parts.last_place, ..running.parts.link.boot() };
+        let docks = std::mem::take(&mut running.parts.docks).into();
+        let boot = BootRecord { last_place: running.parts.last_place, docks, ..running.parts.link.boot() };
         running.feed(Input::Boot(Box::new(boot)));
         running.arrival(first);
         running.run(sources);

@@ -2,7 +2,9 @@
 
 use crate::imports::Wanted;
 use api::{Event, LoopsChanged, Order};
-use messages::{EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, Publication};
+use messages::{
+    EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, PlaceInMap, Publication,
+};
 use ports::Mishap;
 use vocab::{Span, UploadId};
 
@@ -184,8 +186,14 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Tied(_)
         | Publication::Mapping(_)
         | Publication::Localisation(_)
+        | Publication::Docks(_)
         | Publication::Battery(_) => return None,
     })
+}
+
+/// Docks of saved maps.
+pub fn docks(docks: &[PlaceInMap]) -> Vec<api::Dock> {
+    docks.iter().map(|dock| api::Dock { map: dock.map, map_from_base: dock.map_from_base }).collect()
 }
 
 fn quality(quality: messages::MapQuality) -> api::Quality {

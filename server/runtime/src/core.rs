@@ -81,7 +81,7 @@ impl Core {
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
         let CoreConfig { link, store, recording, socket, importer } = config;
         let (mailbox, board, clock) = (Arc::<Mailbox>::default(), Arc::<Board>::default(), Arc::default());
-        let last_place = store.last_place();
+        let (last_place, docks) = (store.last_place(), store.docks());
         board.set(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
         let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
@@ -106,6 +106,7 @@ impl Core {
             platform: PlatformProbe::new(link.boot().robot, link.site(), store.recordings()),
             battery: BatteryForecast::default(),
             place: PlaceKeeper::new(Arc::clone(&store)),
+            docks: None,
         };
         let (imports, importing) = import_thread(importer, &store, &board, &mailbox, &clock, &stopped)?;
         let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
@@ -120,6 +121,7 @@ impl Core {
             clock,
             stack: Stack::new(),
             last_place,
+            docks,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);
         Ok(Self {

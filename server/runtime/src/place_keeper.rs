@@ -1,6 +1,6 @@
-//! Keeps on disk where the robot is in the map in use, so that it finds itself there when it is switched on again.
+//! Keeps on disk where the robot is in the map in use, and where docks are, so that it finds itself there when it is switched on again.
 
-use messages::{Estimate, LastPlace, LocalisationState};
+use messages::{Estimate, LocalisationState, PlaceInMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::Store;
@@ -14,7 +14,7 @@ pub struct PlaceKeeper {
     store: Arc<Store>,
     /// The map in which the robot knows its place now.
     known: Option<MapId>,
-    kept: Option<(Instant, LastPlace)>,
+    kept: Option<(Instant, PlaceInMap)>,
 }
 
 impl PlaceKeeper {
@@ -38,14 +38,21 @@ impl PlaceKeeper {
     /// Takes down where the robot is, if it knows.
     pub fn note(&mut self, now: Instant, estimate: &Estimate) {
         let Some(map) = self.known else { return };
-        let place = LastPlace { map, map_from_base: estimate.map_from_base };
+        let place = PlaceInMap { map, map_from_base: estimate.map_from_base };
         if self.kept.is_none_or(|(at, kept)| now >= at + EVERY && kept != place) {
             self.kept = Some((now, place));
             self.write(Some(&place));
         }
     }
 
-    fn write(&self, place: Option<&LastPlace>) {
+    /// Keeps where docks are.
+    pub fn keep_docks(&self, docks: &[PlaceInMap]) {
+        if let Err(error) = self.store.keep_docks(docks) {
+            tracing::warn!("where docks are cannot be kept: {error}");
+        }
+    }
+
+    fn write(&self, place: Option<&PlaceInMap>) {
         if let Err(error) = self.store.keep_place(place) {
             tracing::warn!("where the robot is cannot be kept: {error}");
         }
@@ -93,5 +100,12 @@ mod tests {
         assert_eq!(kept(), None);
         keeper.follow(&LocalisationState::Idle);
         assert!(!store.dir().place().exists());
+        assert_eq!(store.docks(), []);
+        let dock = PlaceInMap { map, map_from_base: Pose::IDENTITY };
+        let gone = PlaceInMap { map: MapId(Uuid::from_u128(4)), ..dock };
+        keeper.keep_docks(&[dock, gone]);
+        assert_eq!(store.docks(), [dock], "of maps that are there");
+        std::fs::write(store.dir().docks(), "nonsense").expect("written");
+        assert_eq!(store.docks(), []);
     }
 }

@@ -10,7 +10,7 @@ use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
 use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
-use messages::{CorrectedScan, Estimate, Keyframe, Publication, Severity};
+use messages::{CorrectedScan, Estimate, Keyframe, PlaceInMap, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
@@ -32,6 +32,8 @@ pub struct Publisher {
     pub platform: PlatformProbe,
     pub battery: BatteryForecast,
     pub place: PlaceKeeper,
+    /// As they were told last; the first time, as they are on the disk.
+    pub docks: Option<Arc<[PlaceInMap]>>,
 }
 
 impl Publisher {
@@ -87,6 +89,13 @@ impl Publisher {
                 self.board.set(Event::Localisation(convert::localisation(&state)));
                 let shown = self.live_map.show_known(&state);
                 self.show(shown);
+            }
+            Publication::Docks(docks) => {
+                if self.docks.as_ref().is_some_and(|before| *before != docks) {
+                    self.place.keep_docks(&docks);
+                }
+                self.board.set(Event::Docks(convert::docks(&docks)));
+                self.docks = Some(docks);
             }
             Publication::Battery(state) => self.board.set(Event::Battery(self.battery.look(&state))),
             other => {

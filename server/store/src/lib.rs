@@ -28,7 +28,7 @@ pub use saved::SavedMap;
 pub use sessions::write_cloud;
 pub use tiles::TileFiles;
 
-use messages::LastPlace;
+use messages::PlaceInMap;
 use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
@@ -78,12 +78,12 @@ impl Store {
     }
 
     /// Where the robot was last known to be, if that map is still there. What cannot be read is as if it had never been.
-    pub fn last_place(&self) -> Option<LastPlace> {
+    pub fn last_place(&self) -> Option<PlaceInMap> {
         let path = self.dir.place();
         if !path.exists() {
             return None;
         }
-        match files::read_json::<LastPlace>(&path) {
+        match files::read_json::<PlaceInMap>(&path) {
             Ok(place) => Some(place).filter(|place| self.dir.map_summary(place.map).exists()),
             Err(error) => {
                 tracing::warn!("where the robot was is not known any more: {error}");
@@ -96,12 +96,34 @@ impl Store {
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn keep_place(&self, place: Option<&LastPlace>) -> Result<(), StoreError> {
+    pub fn keep_place(&self, place: Option<&PlaceInMap>) -> Result<(), StoreError> {
         let path = self.dir.place();
         let Some(place) = place else { return files::remove_file(&path) };
         let bytes = serde_json::to_vec(place)
             .map_err(|source| StoreError::Document { path: path.clone(), source })?;
         files::replace(&path, &bytes)
+    }
+
+    /// Docks of the saved maps. What cannot be read is as if it had never been; docks of maps that are gone are left out.
+    pub fn docks(&self) -> Vec<PlaceInMap> {
+        let path = self.dir.docks();
+        if !path.exists() {
+            return Vec::new();
+        }
+        let mut docks = files::read_json::<Vec<PlaceInMap>>(&path).unwrap_or_else(|error| {
+            tracing::warn!("where docks are is not known any more: {error}");
+            Vec::new()
+        });
+        docks.retain(|dock| self.dir.map_summary(dock.map).exists());
+        docks
+    }
+
+    /// Keeps where docks are, for when the robot is switched on again.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn keep_docks(&self, docks: &[PlaceInMap]) -> Result<(), StoreError> {
+        write_json(&self.dir.docks(), &docks)
     }
 
     /// The recordings of this directory.

@@ -46,6 +46,17 @@ pub enum Event {
     Platform(Platform),
     /// A point cloud of somebody else's on its way to being a map; the last one, once it has ended.
     Import(Import),
+    /// Docks of saved maps, as the robot learnt them by being charged there.
+    Docks(Vec<Dock>),
+}
+
+/// A dock of a saved map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Dock {
+    /// The saved map.
+    pub map: MapId,
+    /// The base there while it is charged.
+    pub map_from_base: Pose,
 }
 
 /// A point cloud of somebody else's on its way to being a map.

@@ -34,12 +34,14 @@ pub struct BootRecord {
     /// Whether loops are left open, so that the map is what the odometry alone makes of it.
     pub leave_loops_open: bool,
     /// Where the robot was before it was switched off: it is localised in that map at once.
-    pub last_place: Option<LastPlace>,
+    pub last_place: Option<PlaceInMap>,
+    /// Docks of saved maps, as it learnt them before.
+    pub docks: Arc<[PlaceInMap]>,
 }
 
 /// A place in a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LastPlace {
+pub struct PlaceInMap {
     /// The saved map.
     pub map: MapId,
     /// The base in it.

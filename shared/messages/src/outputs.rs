@@ -1,6 +1,6 @@
 //! What leaves the stack.
 
-use crate::{BatteryState, LoopDecision, LoopTask, PlaceTask, RelocaliseTask, Tied, VisitTask};
+use crate::{BatteryState, LoopDecision, LoopTask, PlaceInMap, PlaceTask, RelocaliseTask, Tied, VisitTask};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -92,6 +92,8 @@ pub enum Publication {
     Mapping(MappingState),
     /// State of localisation in a saved map.
     Localisation(LocalisationState),
+    /// Docks of saved maps: all that are known now.
+    Docks(Arc<[PlaceInMap]>),
     /// State of motion.
     Motion(MotionState),
     /// Who controls.

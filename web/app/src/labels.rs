@@ -1,6 +1,6 @@
-//! The things of the scene that have names: robot, goal, keyframes.
+//! The things of the scene that have names: robot, goal, docks, keyframes.
 
-use crate::stage::vector;
+use crate::stage::{BASE_HEIGHT_M, vector};
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::{LabelKind, SceneLabel};
@@ -21,6 +21,7 @@ pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<Sc
     if model.viewed().is_none() {
         worth_a_walk(model, &place, &mut labels);
     }
+    dock_labels(model, &place, &mut labels);
     // Nothing shall be in the way of who shows where the robot stands.
     if (model.view.get().graph || model.loop_pick.is_some()) && !model.place_armed {
         keyframe_labels(model, &place, &mut labels);
@@ -60,6 +61,15 @@ fn worth_a_walk(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &
         let name = format!("Place {number} worth a walk, in the scene");
         let tag = panels::words::why_walk(lacking.why);
         labels.push(SceneLabel { kind: LabelKind::WorthAWalk, name, tag, at, selected: false, small: false });
+    }
+}
+
+/// Where the robot was charged.
+fn dock_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
+    for (number, dock) in (1..).zip(model.docks()) {
+        let Some((at, _)) = place(vector(dock.position) - DVec3::Z * BASE_HEIGHT_M) else { continue };
+        let (kind, name) = (LabelKind::Dock, format!("Dock {number} in the scene"));
+        labels.push(SceneLabel { kind, name, tag: "Dock".to_owned(), at, selected: false, small: false });
     }
 }
 

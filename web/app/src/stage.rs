@@ -151,7 +151,9 @@ impl Stage {
         let places = model.quality.places.iter().filter(|_| live);
         let arrow = placing.map(|way| arrow(way, model));
         let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
-        renderer.set_annotations(lines, places.map(|place| lacking(place, &colours)).chain(heads).collect());
+        let docks = model.docks().map(|map_from_base| dock(map_from_base, &colours));
+        let signs = places.map(|place| lacking(place, &colours)).chain(docks).chain(heads);
+        renderer.set_annotations(lines, signs.collect());
         renderer.set_robot(if live && model.has_place() { robot(model) } else { None });
         renderer.select_node(match model.selection {
             Some(Selection::Keyframe(id)) => Some(id.0),
@@ -257,6 +259,19 @@ fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
         radius: 11.0,
         fill: palette.loop_open,
         rim: palette.loop_open,
+    }
+}
+
+/// The sign of a dock, on the floor.
+fn dock(map_from_base: &Pose, palette: &Palette) -> Marker {
+    Marker {
+        id: None,
+        position: vector(map_from_base.position) - DVec3::Z * (BASE_HEIGHT_M - SIGN_HEIGHT_M / 4.0),
+        ahead: DVec3::ZERO,
+        shape: Shape::Square,
+        radius: 9.0,
+        fill: palette.accent,
+        rim: palette.node,
     }
 }
 

@@ -13,10 +13,10 @@ use crate::{
     ViewSettings,
 };
 use api::{
-    Battery, ClientMessage, Control, Estimate, Health, Import, Localisation, MapSummary, Mapping, Motion,
-    Order, Platform, Quality, Severity, StreamRequest,
+    Battery, ClientMessage, Control, Dock, Estimate, Health, Import, Localisation, MapSummary, Mapping,
+    Motion, Order, Platform, Quality, Severity, StreamRequest,
 };
-use vocab::{ClientId, KeyframeId, MapId, Stamp, Vec3};
+use vocab::{ClientId, KeyframeId, MapId, Pose, Stamp, Vec3};
 
 /// Something selected in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,8 @@ pub struct Model {
     pub(crate) import_frame: Option<MapId>,
     /// What becomes of the last point cloud that anybody sent.
     pub import: Import,
+    /// Docks of all saved maps.
+    pub(crate) docks: Vec<Dock>,
     /// Sentences on show.
     pub notes: Notes,
     /// How things look.
@@ -165,6 +167,7 @@ impl Model {
             upload: None,
             import_frame: None,
             import: Import::None,
+            docks: Vec::new(),
             notes: Notes::default(),
             view: Undo::new(view),
             history: History::default(),
@@ -253,6 +256,12 @@ impl Model {
     /// The saved map being looked at.
     pub fn viewed(&self) -> Option<MapId> {
         self.saved.as_ref().map(|(id, _)| *id)
+    }
+
+    /// Docks of the map on show, each the base there while it is charged.
+    pub fn docks(&self) -> impl Iterator<Item = &Pose> {
+        let map = self.viewed().or(self.localisation.map());
+        self.docks.iter().filter(move |dock| Some(dock.map) == map).map(|dock| &dock.map_from_base)
     }
 
     /// Whether this client holds the control lease.

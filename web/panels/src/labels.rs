@@ -1,4 +1,4 @@
-//! Things in the 3D scene as accessible elements and tags: robot, goal, keyframes.
+//! Things in the 3D scene as accessible elements and tags: robot, goal, docks, keyframes.
 
 use crate::theme::{self, Tokens, Weight, font};
 use client_model::{Command, Selection};
@@ -18,6 +18,8 @@ pub enum LabelKind {
     Goal,
     /// Where it is worth walking to.
     WorthAWalk,
+    /// Where it was charged.
+    Dock,
 }
 
 /// A thing of the scene and where it is on the screen.

@@ -99,6 +99,7 @@ impl Model {
             api::Event::Health(value) => self.robot.health = Some(Aged { value, arrived }),
             api::Event::Battery(value) => self.robot.battery = Some(Aged { value, arrived }),
             api::Event::Import(import) => self.import = import,
+            api::Event::Docks(docks) => self.docks = docks,
             api::Event::Maps(maps) => self.maps = Some(maps),
             api::Event::Notice(notice) => {
                 self.unread.push(notice);

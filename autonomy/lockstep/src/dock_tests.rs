@@ -1,0 +1,76 @@
+//! Docks: learnt where the robot is charged while it knows its place, and telling its place where the LiDAR alone cannot.
+
+use crate::day::{Day, FIRST, first};
+use geometry::vec_from_plain;
+use messages::{BatteryState, BootRecord, Input, LocalisationState, Order, PlaceInMap, Sensor};
+use sim::{SiteName, Start};
+use std::sync::Arc;
+use vocab::{Pose, SessionId, Vec3};
+
+const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
+
+fn at([x, y]: [f64; 2], yaw: f64) -> Start {
+    Start { position: Vec3::new(x, y, 0.0), yaw }
+}
+
+/// For so many tenths of a second, in contact with a dock that the site does not have.
+fn charged(day: &mut Day, tenths: u32) {
+    for _ in 0..tenths {
+        let stamp = day.lockstep.now();
+        let battery = BatteryState { stamp, charging: true, ..BatteryState::default() };
+        day.lockstep.give(Input::Sensor(Sensor::Battery(battery)));
+        day.run(0.1);
+    }
+}
+
+#[test]
+fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
+    // It sets out along x, so that the map has the site's heading.
+    let start = at([13.0, 3.5], 0.0);
+    let mut day = Day::on(SiteName::Twins, 0, start, 41, Some(SessionId(uuid::Uuid::from_u128(1))));
+    day.run(1.0);
+    let origin = day.true_place();
+    day.drive(start, &[[9.0, 2.0], [9.0, -1.5], [43.0, -1.5], [43.0, 2.0], [47.0, 3.5]]);
+    day.finish(FIRST);
+    let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+    let another_day = |docks: Arc<[PlaceInMap]>| {
+        let mut day = Day::on(SiteName::Twins, 0, at([47.0, 3.5], 0.0), 42, None);
+        day.lockstep.keep_map(known.clone());
+        let boot = BootRecord { docks, ..day.lockstep.simulator().boot() };
+        day.lockstep.give(Input::Boot(Box::new(boot)));
+        day
+    };
+
+    let mut day = another_day(Arc::default());
+    day.order(Order::Localise { map: FIRST, at: None });
+    charged(&mut day, 60);
+    let LocalisationState::Relocalising { places: 2.., .. } = day.localisation else {
+        panic!("nobody knows a dock: {:?}", day.localisation)
+    };
+    // A little off, as docks are that somebody has bumped into.
+    let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
+    let dock = PlaceInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
+    let mut day = another_day(Arc::from([dock]));
+    day.order(Order::Localise { map: FIRST, at: None });
+    charged(&mut day, 30);
+    assert_eq!(day.localisation, LOCALISED);
+    // The map itself is off by a third of a metre here, after a bare corridor; the other room is 34 m away.
+    assert!(day.error(&origin) < 0.5, "{} m", day.error(&origin));
+}
+
+#[test]
+fn where_it_is_charged_it_learns_a_dock() {
+    let (known, _, origin) = first();
+    let dock = Vec3::new(16.4, 23.5, 0.0);
+    let mut day = Day::begin(Start { position: dock, yaw: 0.0 }, 43, None);
+    day.lockstep.keep_map(Arc::clone(known));
+    day.run(6.0);
+    assert!(day.docks.is_empty(), "in no map");
+    day.order(Order::Localise { map: FIRST, at: None });
+    day.run(8.0);
+    assert_eq!(day.localisation, LOCALISED);
+    let [learnt] = day.docks[..] else { panic!("{:?}", day.docks) };
+    assert_eq!(learnt.map, FIRST);
+    let off = vec_from_plain(learnt.map_from_base.position) + origin - vec_from_plain(dock);
+    assert!(off.xy().norm() < 0.1, "{off}");
+}
