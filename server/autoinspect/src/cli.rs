@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{
-    export, import, info, localise, map, merge, optimise, patch, replay, sim_record, trajectory, up,
+    align, export, import, info, localise, map, merge, optimise, patch, replay, sim_record, trajectory, up,
 };
 use clap::{Parser, Subcommand};
 
@@ -41,6 +41,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Make a map of somebody else's point cloud, for a robot to work by.
     Import(import::ImportArgs),
+    /// Lay a saved map into the frame of another one of the same site.
+    Align(align::AlignArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
     /// Say what a recording holds and what is missing, or what a saved map is.
@@ -84,6 +86,7 @@ impl Cli {
             Command::Patch(args) => patch::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Import(args) => import::run(&args),
+            Command::Align(args) => align::run(&args),
             Command::Optimise(args) => optimise::run(&args),
             Command::Info(args) => info::run(&args),
             Command::Sim(SimCommand::Record(args)) => sim_record::run(&args),

@@ -3,6 +3,7 @@
 //! Standard output carries results only; with `--json` its last line is one JSON object. Progress and complaints go to
 //! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
 
+mod align;
 mod calibration;
 mod cli;
 mod export;
@@ -19,6 +20,7 @@ mod output;
 mod patch;
 mod places;
 mod process;
+mod progress;
 mod replay;
 mod robot;
 mod sim_record;

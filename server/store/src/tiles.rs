@@ -28,6 +28,12 @@ impl TileFiles {
         Self { dir: dir.into() }
     }
 
+    /// The bytes of a tile.
+    pub(crate) fn read(&self, hash: TileHash) -> Result<Vec<u8>, StoreError> {
+        let path = self.path(hash);
+        fs::read(&path).map_err(|source| StoreError::io("read", &path, source))
+    }
+
     /// Keeps a tile of a running session; after a power cut it may be gone.
     ///
     /// # Errors

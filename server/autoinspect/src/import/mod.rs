@@ -1,22 +1,21 @@
 //! `autoinspect import`: a point cloud of somebody else's as a map that a robot can work by.
 
-mod align;
-mod progress;
 mod upright;
 
+use crate::align::lay::{self, Aligned, Pair, pair};
 use crate::failure::Failure;
+use crate::progress::{Progress, give_way};
 use crate::{map, output};
-use align::{Aligned, Pair, pair};
 use api::ImportStage;
 use clap::Args;
 use formats::FormatError;
 use formats::survey::{self, Station, Survey};
-use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
+use geometry::{Isometry, Vector3, isometry_from_pose, pose_from_isometry};
+use mapping::Place;
 use mapping::vantage::{Vantage, VantageOptions, Vantages, vantages};
 use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
 use nalgebra::Point3;
 use points::Downsampler;
-use progress::{Progress, give_way};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -165,12 +164,16 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let mut found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
     progress.ends();
     origin.aligned = match &args.align_to {
-        Some(map) => Some(align::find(&found, &thinned, &options, map)?),
+        Some(map) => Some(lay::find(seen(&found, &thinned, &options), map, &mut |_| ())?),
         None if args.pair.is_empty() => None,
-        None => Some(align::by_pairs(&args.pair, &origin)?),
+        None => Some(lay::by_pairs(&args.pair.iter().map(|pair| origin.as_read(pair)).collect::<Vec<_>>())?),
     };
     if let Some(aligned) = &origin.aligned {
-        aligned.apply([&mut points, &mut thinned], &mut found);
+        aligned.move_points(&mut points.xyz);
+        aligned.move_points(&mut thinned.xyz);
+        for place in &mut found.places {
+            place.map_from_base = aligned.map_from_cloud() * place.map_from_base;
+        }
     }
     let bounds = bounds(&points.xyz);
     seconds.places = began.elapsed().as_secs_f64();
@@ -223,6 +226,23 @@ impl Origin {
             aligned: None,
         }
     }
+
+    /// A pair whose point of the file lies where it was read to.
+    fn as_read(&self, pair: &Pair) -> Pair {
+        let mut near = [[0, 1, 2].map(|axis| (pair.cloud[axis] - self.offset[axis]) as f32)];
+        self.up.turn(&mut near);
+        Pair { cloud: near[0].map(f64::from), ..*pair }
+    }
+}
+
+/// The cloud as a robot would see it from each of its places.
+fn seen(found: &Vantages, thinned: &MapPoints, options: &VantageOptions) -> Vec<(Isometry, Place)> {
+    let mut downsampler = Downsampler::default();
+    let place_of = |place: &Vantage| {
+        let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
+        (place.map_from_base, Place::new(&seen_from(place, thinned), rotation, sensor, &mut downsampler))
+    };
+    found.places.iter().map(place_of).collect()
 }
 
 /// As asked for, or as the file is called.

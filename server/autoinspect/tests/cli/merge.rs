@@ -81,6 +81,28 @@ fn two_walks_become_one_map_and_another_site_does_not() {
         let wanted = f64::from(sign) * bounds(&plain, across, turned) + [10.0, 20.0, 1.0][axis];
         assert!((bounds(&report, corner, axis) - wanted).abs() < 0.01, "{report} {plain}");
     }
+    // The map that was laid elsewhere comes back as well, by either.
+    let laid = path("laid");
+    let back = |more: &[&str]| {
+        let report =
+            json(&[&["align", text(&moved), "--onto", text(&one), "--out", text(&laid)], more].concat());
+        for (axis, wanted) in [("x", -20.0), ("y", 10.0), ("z", -1.0)] {
+            let lies = report["aligned"]["map_from_cloud"]["position"][axis].as_f64().expect("a number");
+            assert!((lies - wanted).abs() < 0.1, "{report}");
+        }
+        report
+    };
+    let picked = back(&["--pair", "10,20,1=0,0,0", "--pair", "10,25,1=5,0,0"]);
+    assert_eq!((picked["aligned"]["agreed"].as_u64(), keyframes(&laid)), (Some(2), keyframes(&moved)));
+    assert!(back(&[])["aligned"]["agreed"].as_u64() >= Some(6));
+    json(&["export", text(&laid), "--out", text(&path("laid.ply"))]);
+    let again = json(&["import", text(&path("laid.ply")), "--out", text(&path("again"))]);
+    for (corner, axis) in [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)] {
+        let off = bounds(&again, corner, axis) - bounds(&plain, corner, axis);
+        assert!(off.abs() < 0.15, "{again} {plain}");
+    }
+    let complaint = refused(&["align", text(&one), "--onto", text(&two), "--out", text(&two)]);
+    assert!(complaint.contains("is one of the maps"), "{complaint}");
     let complaint = refused(&[
         "import",
         text(&cloud),

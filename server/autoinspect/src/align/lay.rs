@@ -1,21 +1,18 @@
-//! Where an imported cloud lies in a map that is there already: found by what it looks like, or told by points picked in both.
+//! Where a cloud or a map lies in a map that is there already: found by what it looks like, or told by points picked in both.
 //!
 //! Both are level, so a heading and a place are all there is to find; what a robot was taught in the old map is true in the new one then.
 
-use super::Origin;
 use crate::failure::Failure;
 use crate::places::places;
 use geometry::{Isometry, Vector3, level_alignment, pose_from_isometry, rms_apart};
 use localisation::{Atlas, Guide, Standing, standing};
 use mapping::Place;
-use mapping::vantage::{VantageOptions, Vantages};
 use nalgebra::Point3;
-use points::Downsampler;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use store::{MapPoints, SavedMap};
+use store::SavedMap;
 
 /// So many scans of the map are looked for at most, so far apart at least, metres.
 const SCANS: usize = 60;
@@ -28,11 +25,13 @@ const RIVAL: f64 = 0.5;
 /// Picked points may be so far apart, metres: a hand's breadth is usual.
 const PICKED: f64 = 0.5;
 
-/// The same point in the file and in the map: coordinates as the file has them, and as the map shows them, metres.
+/// The same point in the cloud and in the map: as the cloud's file has it, or the map that is moved, and as the map shows it, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    file: [f64; 3],
-    map: [f64; 3],
+    /// In the cloud.
+    pub cloud: [f64; 3],
+    /// In the map.
+    pub map: [f64; 3],
 }
 
 /// How a cloud was aligned.
@@ -41,7 +40,7 @@ pub struct Aligned {
     /// The map that it was found in.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<PathBuf>,
-    /// Where the cloud lies, as read, less the offset, its z axis up.
+    /// Where the cloud lies: a file as read, less the offset, its z axis up; or a map.
     #[serde(serialize_with = "as_pose")]
     map_from_cloud: Isometry,
     /// Places recognised, or points picked, that agree on it.
@@ -50,28 +49,21 @@ pub struct Aligned {
     apart: f64,
 }
 
-/// Looks for what was imported in a map: each of that map's scans is looked for in the cloud, as a robot that is switched on there would, and
-/// the way to lay the cloud on which most of them agree is taken, if they are many and no other way has half as many. Costs a fifth of
-/// a second for each scan asked.
+/// Looks for a cloud, as it is seen from `seen`, in a map: each of that map's scans is looked for in the cloud, as a robot that is switched on
+/// there would, and the way to lay the cloud on which most of them agree is taken, if they are many and no other way has half as many.
+/// Costs a fifth of a second for each scan asked, and says what share of them is done.
 pub fn find(
-    found: &Vantages,
-    thinned: &MapPoints,
-    options: &VantageOptions,
+    seen: Vec<(Isometry, Place)>,
     map: &Path,
+    progress: &mut dyn FnMut(f64),
 ) -> Result<Aligned, Failure> {
     // Only to say what is wrong with it, before much is done.
     let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
-    let mut downsampler = Downsampler::default();
-    let seen = found.places.iter().map(|place| {
-        let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
-        let place_seen = Place::new(&super::seen_from(place, thinned), rotation, sensor, &mut downsampler);
-        (place.map_from_base, place_seen)
-    });
-    let atlas = Atlas::new(Arc::new(Guide::new(seen.collect())));
+    let atlas = Atlas::new(Arc::new(Guide::new(seen)));
     let mut votes = Vec::new();
-    for (scan, (map_from_base, place)) in
-        places(map, |keyframe| chosen.contains(&keyframe))?.iter().enumerate()
-    {
+    let scans = places(map, |keyframe| chosen.contains(&keyframe))?;
+    for (scan, (map_from_base, place)) in scans.iter().enumerate() {
+        progress(scan as f64 / scans.len() as f64);
         let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
             Standing::There(one) => vec![one],
             Standing::OneOf(several) => several,
@@ -144,17 +136,10 @@ fn all_over(poses: &[Isometry]) -> BTreeSet<usize> {
     apart.into_iter().step_by(every).collect()
 }
 
-/// By points that somebody picked.
-pub fn by_pairs(pairs: &[Pair], origin: &Origin) -> Result<Aligned, Failure> {
-    let pairs: Vec<(Vector3, Vector3)> = pairs
-        .iter()
-        .map(|pair| {
-            let near: [f64; 3] = std::array::from_fn(|axis| pair.file[axis] - origin.offset[axis]);
-            let mut near = [near.map(|coordinate| coordinate as f32)];
-            origin.up.turn(&mut near);
-            (Vector3::from(pair.map), Vector3::from(near[0].map(f64::from)))
-        })
-        .collect();
+/// By points that somebody picked; both z axes point up.
+pub fn by_pairs(pairs: &[Pair]) -> Result<Aligned, Failure> {
+    let pairs: Vec<(Vector3, Vector3)> =
+        pairs.iter().map(|pair| (Vector3::from(pair.map), Vector3::from(pair.cloud))).collect();
     let aligned = aligned(&pairs).ok_or_else(|| {
         Failure::usage("two --pair or more are needed, of points that are not above each other".to_owned())
     })?;
@@ -169,16 +154,16 @@ pub fn by_pairs(pairs: &[Pair], origin: &Origin) -> Result<Aligned, Failure> {
 }
 
 impl Aligned {
-    /// Moves all that was read into the map.
-    pub fn apply(&self, clouds: [&mut MapPoints; 2], found: &mut Vantages) {
-        for cloud in clouds {
-            for point in &mut cloud.xyz {
-                let moved = self.map_from_cloud.transform_point(&Point3::from(point.map(f64::from)));
-                *point = moved.coords.map(|coordinate| coordinate as f32).into();
-            }
-        }
-        for place in &mut found.places {
-            place.map_from_base = self.map_from_cloud * place.map_from_base;
+    /// Where the cloud lies.
+    pub fn map_from_cloud(&self) -> &Isometry {
+        &self.map_from_cloud
+    }
+
+    /// Moves points of the cloud, metres, into the map.
+    pub fn move_points(&self, xyz: &mut [[f32; 3]]) {
+        for point in xyz {
+            let moved = self.map_from_cloud.transform_point(&Point3::from(point.map(f64::from)));
+            *point = moved.coords.map(|coordinate| coordinate as f32).into();
         }
     }
 
@@ -211,7 +196,7 @@ fn as_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::
 
 fn words(agreed: usize, rival: usize, map: &Path) -> String {
     let map = map.display();
-    let remedy = "`autoinspect import --pair` lays it by points picked in both";
+    let remedy = "points picked in both (--pair) lay it";
     if agreed < AGREED {
         format!("only {agreed} places of {map} were recognised in the cloud; {remedy}")
     } else {
@@ -228,10 +213,8 @@ pub fn pair(text: &str) -> Result<Pair, String> {
         numbers.ok()?.try_into().ok().filter(|point: &[f64; 3]| point.iter().all(|c| c.is_finite()))
     };
     text.split_once('=')
-        .and_then(|(file, map)| Some(Pair { file: point(file)?, map: point(map)? }))
-        .ok_or_else(|| {
-            "a point of the file and the same one in the map are expected, like 12,3.5,0=1.2,4,0".into()
-        })
+        .and_then(|(cloud, map)| Some(Pair { cloud: point(cloud)?, map: point(map)? }))
+        .ok_or_else(|| "a point and the same one in the other map are expected, like 12,3.5,0=1.2,4,0".into())
 }
 
 #[cfg(test)]
@@ -240,7 +223,7 @@ mod tests {
 
     #[test]
     fn pairs_are_read_or_refused() {
-        let read = Pair { file: [1.0, -2.0, 3.5], map: [0.0, 0.0, 1e6] };
+        let read = Pair { cloud: [1.0, -2.0, 3.5], map: [0.0, 0.0, 1e6] };
         assert_eq!(pair("1,-2,3.5=0,0,1000000"), Ok(read));
         for text in ["", "1,2,3", "1,2=3,4", "1,2,3=4,5,6,7", "a,2,3=4,5,6", "1,2,NaN=4,5,6"] {
             assert!(pair(text).is_err(), "{text}");

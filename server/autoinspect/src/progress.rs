@@ -1,4 +1,4 @@
-//! How far an import is, for people at a terminal or for a program that waits.
+//! How far a map that is made of others' data is, for people at a terminal or for a program that waits.
 
 use crate::output;
 use api::ImportStage;

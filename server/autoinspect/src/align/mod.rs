@@ -1,0 +1,147 @@
+//! `autoinspect align`: a saved map laid into the frame of another one of the same site.
+
+pub mod lay;
+
+use crate::failure::Failure;
+use crate::places::places;
+use crate::progress::{Progress, give_way};
+use crate::{map, output};
+use api::ImportStage;
+use clap::Args;
+use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
+use lay::{Aligned, Pair, pair};
+use messages::{FinishedMap, GraphNode, PoseGraph, VisitCounts};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use store::{MapFiles, MapPoints, SavedMap, TileFiles, copy_clouds, write_map_files_of};
+use uuid::Uuid;
+use vocab::{MapId, Pose, SessionId};
+
+/// Lay a saved map into the frame of another one of the same site.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "MAP and OTHER are folders that `autoinspect map`, `import`, `merge`, `patch` or `align` wrote, or those in a platform's data
+directory. The new map is MAP, moved: nothing of OTHER is in it (`autoinspect merge` joins two). What a robot was taught in OTHER is true
+in it then. It is found where MAP lies by what both look like; --pair says it by points picked in both. align.json beside the map says
+how many places or points agree.
+
+EXAMPLES:
+  autoinspect align survey --onto walked --out laid
+  autoinspect align data/maps/1f0c… --onto data/maps/77ab… --out laid --name \"Hall, laid\"
+  autoinspect align survey --onto walked --out laid --pair 81.2,40,1=0.3,-2.1,0.4 --pair 97,38.5,1=16.1,-3.6,0.4"
+)]
+pub struct AlignArgs {
+    /// Folder of the map to be moved.
+    map: PathBuf,
+    /// Folder of the map whose frame it is to have.
+    #[arg(long, value_name = "OTHER")]
+    onto: PathBuf,
+    /// A point of MAP, and the same one in OTHER, metres; two or more.
+    #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = pair, allow_hyphen_values = true)]
+    pair: Vec<Pair>,
+    /// Folder for the results; what an earlier run left there is replaced.
+    #[arg(long)]
+    out: PathBuf,
+    /// Name of the map; that of MAP and OTHER if none is given.
+    #[arg(long)]
+    name: Option<String>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Give way to other programs, and print a line of JSON now and then that says how far it is.
+    #[arg(long)]
+    background: bool,
+}
+
+/// How it was laid: kept beside the map as align.json.
+#[derive(Debug, Serialize)]
+struct Report {
+    /// The map that was moved, and the one whose frame it has now.
+    map: MapId,
+    onto: MapId,
+    name: String,
+    points: u64,
+    keyframes: u64,
+    aligned: Aligned,
+}
+
+/// Runs `autoinspect align`.
+pub fn run(args: &AlignArgs) -> Result<(), Failure> {
+    if args.background {
+        give_way();
+    }
+    if [&args.map, &args.onto].iter().any(|map| map::is_same_folder(&args.out, map)) {
+        let text = format!("{} is one of the maps; choose another folder for the result", args.out.display());
+        return Err(Failure::usage(text));
+    }
+    let saved = SavedMap::read(&args.map).map_err(Failure::usage)?;
+    let onto = SavedMap::read(&args.onto).map_err(Failure::usage)?;
+    let mut progress = Progress::new(args.background, ImportStage::Looking);
+    progress.is(0.0);
+    let aligned = match args.pair.as_slice() {
+        [] => lay::find(places(&args.map, |_| true)?, &args.onto, &mut |share| progress.is(share))?,
+        pairs => lay::by_pairs(pairs)?,
+    };
+    progress.ends();
+    let name = args.name.clone();
+    let name = name.unwrap_or_else(|| format!("{} on {}", saved.summary.name, onto.summary.name));
+
+    let mut progress = Progress::new(args.background, ImportStage::Writing);
+    progress.is(0.0);
+    // An imported map keeps less of what it was made of anywhere else.
+    let mut points = MapPoints::of_tiles(&args.map).map_err(Failure::usage)?;
+    aligned.move_points(&mut points.xyz);
+    map::prepare(&args.out)?;
+    copy_clouds(&args.map, &args.out.join("clouds"), 0).map_err(Failure::failed)?;
+    let finished = moved(&saved, aligned.map_from_cloud(), &name);
+    let tiles = TileFiles::new(args.out.join("tiles"));
+    progress.is(0.2);
+    let files = write_map_files_of(&args.out, &tiles, &finished, MapFiles::default(), points)
+        .map_err(Failure::failed)?;
+    progress.ends();
+    let report = Report {
+        map: saved.summary.id,
+        onto: onto.summary.id,
+        name,
+        points: files.summary.points,
+        keyframes: u64::from(files.summary.keyframes),
+        aligned,
+    };
+    for name in ["align.json", "summary.json"] {
+        store::write_json(&args.out.join(name), &report).map_err(Failure::failed)?;
+    }
+    output::print_human(args.json, &describe(&report, &args.out));
+    output::print_json(args.json, &report)
+}
+
+/// The same map elsewhere; the same two make the same id.
+fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap {
+    let move_pose = |pose: &Isometry| pose_from_isometry(&(onto_from_map * pose));
+    let Pose { position, orientation } = pose_from_isometry(onto_from_map);
+    let bits = position.to_array().into_iter().chain([orientation.z, orientation.w]).map(f64::to_bits);
+    let id = bits.fold(saved.summary.id.0.as_u128(), |id, bits| id.rotate_left(7) ^ u128::from(bits));
+    let nodes = saved.graph().nodes.into_iter().zip(&saved.poses);
+    let nodes = nodes.map(|(node, pose)| GraphNode { map_from_keyframe: move_pose(pose), ..node });
+    let trajectory = saved.trajectory.iter();
+    let trajectory = trajectory.filter_map(|(at, pose)| Some((*at, move_pose(&isometry_from_pose(pose)?))));
+    FinishedMap {
+        map: MapId(Uuid::from_u128(id)),
+        name: name.to_owned(),
+        session: SessionId(Uuid::nil()),
+        extends: None,
+        at: saved.summary.created,
+        distance: saved.summary.distance,
+        trajectory: trajectory.collect(),
+        graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges: saved.edges.clone() }),
+        degenerate: Vec::new(),
+        decisions: saved.decisions.clone(),
+        unverified: 0,
+        visits: VisitCounts::default(),
+    }
+}
+
+fn describe(report: &Report, out: &Path) -> String {
+    let Report { name, points, keyframes, aligned, .. } = report;
+    format!("{name} in {}: {points} points, {keyframes} keyframes\n{}", out.display(), aligned.describe())
+}
