@@ -1,6 +1,7 @@
 //! A map of somebody else's, brought by the browser.
 
 use crate::support::chromium::Chromium;
+use crate::support::page::{At, Page};
 use crate::support::server::Server;
 use crate::support::wait_for;
 use std::fmt::Write as _;
@@ -8,8 +9,8 @@ use std::time::Duration;
 
 const IMPORT_LIMIT: Duration = Duration::from_secs(120);
 
-/// A room of 8 by 6 metres as a PLY file: floor, ceiling and walls.
-fn room() -> String {
+/// A room of 8 by 6 metres as a PLY file: floor, ceiling and walls, so far to the east.
+fn room(east: f32) -> String {
     let mut points: Vec<[f32; 3]> = Vec::new();
     for x in 0..=160_u8 {
         for y in 0..=120_u8 {
@@ -31,7 +32,7 @@ fn room() -> String {
         points.len()
     );
     for [x, y, z] in points {
-        writeln!(text, "{x} {y} {z}").unwrap();
+        writeln!(text, "{} {y} {z}", x + east).unwrap();
     }
     text
 }
@@ -41,7 +42,7 @@ fn a_cloud_of_somebody_else_s_is_sent_and_becomes_a_map_and_what_is_none_is_said
     let Some(browser) = Chromium::start() else { return };
     let (data, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let (survey, letter) = (files.path().join("North room.ply"), files.path().join("letter.ply"));
-    std::fs::write(&survey, room()).unwrap();
+    std::fs::write(&survey, room(0.0)).unwrap();
     std::fs::write(&letter, "Dear Sir or Madam").unwrap();
     let server = Server::start("b1", data.path());
     let mut page = browser.open(1440, 900);
@@ -73,6 +74,64 @@ fn a_cloud_of_somebody_else_s_is_sent_and_becomes_a_map_and_what_is_none_is_said
     });
     assert!(told.contains("that map") && !told.contains(&*data.path().to_string_lossy()), "{told}");
     assert_eq!(std::fs::read_dir(data.path().join("uploads")).unwrap().count(), 0);
+    assert_eq!(page.complaints(), Vec::<String>::new());
+    server.stop();
+}
+
+/// Waits until nothing moves in the picture any more.
+#[track_caller]
+fn wait_for_rest(page: &mut Page) {
+    let mut last = None;
+    wait_for("the picture to rest", IMPORT_LIMIT, || {
+        let picture = page.screenshot();
+        let now = (picture.lit(picture.middle(), 30), picture.colours(picture.middle()));
+        (now.0 > 0.05 && last.replace(now) == Some(now)).then_some(())
+    });
+}
+
+#[test]
+fn a_map_is_laid_onto_another_by_points_that_are_clicked_in_both() {
+    let Some(browser) = Chromium::start() else { return };
+    let (data, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let server = Server::start("b1", data.path());
+    let mut page = browser.open(1440, 900);
+    page.go(&server.url());
+    page.click("button", "Map");
+    for (name, east) in [("North room", 0.0), ("South room", 30.0)] {
+        let file = files.path().join(format!("{name}.ply"));
+        std::fs::write(&file, room(east)).unwrap();
+        page.choose_file("Import a map", &file);
+        wait_for("the map", IMPORT_LIMIT, || page.find("status", &format!("Saved map {name}")));
+    }
+    page.click("button", "View North room");
+    page.click("button", "Align North room");
+    page.click("button", "Onto South room");
+    // Both fill the picture alike, so that the same place of it shows the same point of both.
+    for at in [At { x: 640.0, y: 430.0 }, At { x: 860.0, y: 470.0 }] {
+        for other in ["South room", "North room"] {
+            wait_for("the map to be on show", IMPORT_LIMIT, || {
+                page.find("button", &format!("Look at {other}"))
+            });
+            wait_for_rest(&mut page);
+            page.press(at);
+            page.release(at);
+        }
+    }
+    wait_for("two pairs", IMPORT_LIMIT, || (page.status("Points picked in both")? == "2").then_some(()));
+    wait_for_rest(&mut page);
+    page.screenshot().keep("aligning-1440x900");
+    page.resize(1024, 768);
+    page.screenshot().keep("aligning-1024x768");
+    page.click("button", "Align by the points");
+    wait_for("the map", IMPORT_LIMIT, || page.find("status", "Saved map North room on South room"));
+    let maps = std::fs::read_dir(data.path().join("maps")).unwrap().flatten();
+    let laid: Vec<serde_json::Value> = maps
+        .filter_map(|map| std::fs::read(map.path().join("align.json")).ok())
+        .map(|text| serde_json::from_slice(&text).unwrap())
+        .collect();
+    let [laid] = laid.as_slice() else { panic!("{laid:?}") };
+    let east = laid["aligned"]["map_from_cloud"]["position"]["x"].as_f64().unwrap();
+    assert!((east - 30.0).abs() < 0.3, "{laid}");
     assert_eq!(page.complaints(), Vec::<String>::new());
     server.stop();
 }

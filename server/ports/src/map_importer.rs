@@ -3,6 +3,7 @@
 use api::ImportStage;
 use std::ops::ControlFlow;
 use std::path::Path;
+use vocab::Vec3;
 
 /// Makes maps of files. Whoever implements this sees to it that neither a file nor its size can harm the core.
 pub trait MapImporter: Send {
@@ -16,6 +17,20 @@ pub trait MapImporter: Send {
         file: &Path,
         name: &str,
         frame: Option<&Path>,
+        out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String>;
+
+    /// Makes a map called `name` in the folder `out` of the first of two maps' folders, laid into the frame of the second: by points picked in
+    /// both, that of the first one first (metres), or, where there are none, by what both look like. Otherwise as [`Self::import`].
+    ///
+    /// # Errors
+    /// As for [`Self::import`].
+    fn align(
+        &self,
+        maps: [&Path; 2],
+        pairs: &[[Vec3; 2]],
+        name: &str,
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String>;

@@ -1,6 +1,6 @@
 //! Between the log schema and the contract with clients. They are alike today and need not stay so.
 
-use crate::imports::Wanted;
+use crate::imports::{Source, Wanted};
 use api::{Event, LoopsChanged, Order};
 use messages::{
     EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, PlaceInMap, Publication,
@@ -12,7 +12,7 @@ use vocab::{Span, UploadId};
 pub enum Aside {
     /// Something to happen to a simulated robot, of which the stack must not know.
     Mishap(Mishap),
-    /// A map of an uploaded file.
+    /// A map of an uploaded file, or of another map.
     Import(Wanted),
     /// No map of it any more.
     CancelImport(UploadId),
@@ -26,7 +26,11 @@ pub fn order(order: Order) -> Result<messages::Order, Aside> {
     Ok(match order {
         Order::Cause(wanted) => return Err(Aside::Mishap(limited(wanted))),
         Order::ImportMap { upload, name, frame } => {
-            return Err(Aside::Import(Wanted { upload, name, frame }));
+            return Err(Aside::Import(Wanted { upload, name, of: Source::File { frame } }));
+        }
+        Order::AlignMap { upload, name, map, onto, mut pairs } => {
+            pairs.truncate(api::MAX_PAIRS);
+            return Err(Aside::Import(Wanted { upload, name, of: Source::Map { map, onto, pairs } }));
         }
         Order::CancelImport(upload) => return Err(Aside::CancelImport(upload)),
         Order::TakeControl { name } => messages::Order::TakeControl { name },

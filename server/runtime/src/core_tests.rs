@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Span, Stamp, UploadId};
+use vocab::{ClientId, CommandId, MapId, Span, Stamp, UploadId, Vec3};
 
 /// Far longer than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -406,6 +406,18 @@ impl MapImporter for FakeImporter {
         }
         Err(format!("{name} is no cloud."))
     }
+
+    fn align(
+        &self,
+        maps: [&Path; 2],
+        pairs: &[[Vec3; 2]],
+        name: &str,
+        _out: &Path,
+        _progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        assert!(maps.iter().all(|map| map.exists()));
+        Err(format!("{name} cannot be laid by {} pairs.", pairs.len()))
+    }
 }
 
 #[test]
@@ -441,6 +453,19 @@ fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is
     gateway.order(5, api::Order::ImportMap { upload: missing, name: "Laid".to_owned(), frame });
     let gone = "The map whose frame it was to have is not here any more.".to_owned();
     assert_eq!(failed(&mut gateway), (missing, gone));
+    let [map, onto] = [7, 8].map(|number| MapId(Uuid::from_u128(number)));
+    let work = UploadId(Uuid::from_u128(4));
+    let align = |pairs| api::Order::AlignMap { upload: work, name: "Laid".to_owned(), map, onto, pairs };
+    let data = uploads.parent().expect("a folder").join("maps");
+    gateway.order(6, align(Vec::new()));
+    assert_eq!(failed(&mut gateway), (work, "The map to be laid is not here any more.".to_owned()));
+    for map in [map, onto] {
+        std::fs::create_dir_all(data.join(map.to_string())).expect("made");
+    }
+    gateway.order(7, align(vec![[Vec3::default(); 2]; 3]));
+    assert_eq!(failed(&mut gateway), (work, "Laid cannot be laid by 3 pairs.".to_owned()));
+    gateway.order(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
+    assert_eq!(failed(&mut gateway).1, format!("Laid cannot be laid by {} pairs.", api::MAX_PAIRS));
     assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
 }
 

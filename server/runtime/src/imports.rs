@@ -1,4 +1,4 @@
-//! Point clouds that clients sent, made into maps: one at a time, far from the control loop.
+//! Point clouds that clients sent, made into maps, and maps laid into other maps' frames: one at a time, far from the control loop.
 
 use crate::board::Board;
 use crate::clock::RobotClock;
@@ -10,20 +10,40 @@ use messages::Severity;
 use ports::MapImporter;
 use std::fs;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use store::{Store, StoreError};
-use vocab::{MapId, UploadId};
+use vocab::{MapId, UploadId, Vec3};
 
 /// Names longer than this are cut, characters.
 const NAME_MAX: usize = 80;
 
-/// A map to be made of a file.
+/// A map to be made.
 pub struct Wanted {
+    /// The file, or what the work is called.
     pub upload: UploadId,
     /// Of the map.
     pub name: String,
-    /// The map whose frame it is to have.
-    pub frame: Option<MapId>,
+    /// What it is made of.
+    pub of: Source,
+}
+
+/// What a map is made of.
+pub enum Source {
+    /// The uploaded file.
+    File {
+        /// The map whose frame it is to have.
+        frame: Option<MapId>,
+    },
+    /// Another map.
+    Map {
+        /// Which.
+        map: MapId,
+        /// The map whose frame it is to have.
+        onto: MapId,
+        /// Points picked in both.
+        pairs: Vec<[Vec3; 2]>,
+    },
 }
 
 /// The file that no map shall be made of any more.
@@ -92,15 +112,14 @@ impl ImportWorker {
             crossbeam_channel::select! {
                 recv(self.stop) -> _ => return,
                 recv(self.asked) -> asked => match asked {
-                    Ok(wanted) => self.import(wanted.upload, &tidy(&wanted.name), wanted.frame),
+                    Ok(wanted) => self.make(wanted.upload, &tidy(&wanted.name), &wanted.of),
                     Err(_) => return,
                 },
             }
         }
     }
 
-    fn import(&self, upload: UploadId, name: &str, frame: Option<MapId>) {
-        let frame = frame.map(|map| self.store.dir().map(map));
+    fn make(&self, upload: UploadId, name: &str, of: &Source) {
         let (file, made) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
         let mut progress = |stage, share| {
             self.board.set(Event::Import(Import::Running { upload, name: name.to_owned(), stage, share }));
@@ -108,12 +127,8 @@ impl ImportWorker {
         };
         let imported = if progress(ImportStage::Reading, 0.0).is_break() {
             Err("It was cancelled.".to_owned())
-        } else if !file.exists() {
-            Err("That file is not here any more. Send it again.".to_owned())
-        } else if frame.as_ref().is_some_and(|frame| !frame.exists()) {
-            Err("The map whose frame it was to have is not here any more.".to_owned())
         } else {
-            self.importer.import(&file, name, frame.as_deref(), &made, &mut progress)
+            self.made_of(of, &file, name, &made, &mut progress)
         };
         let adopted = imported.and_then(|()| match self.is_over(upload) {
             true => Err("It was cancelled.".to_owned()),
@@ -122,7 +137,35 @@ impl ImportWorker {
         // What is left has no use; at the next start it is removed in any case.
         let _ = fs::remove_file(&file);
         let _ = fs::remove_dir_all(&made);
-        self.tell(upload, name, adopted.map(|summary| summary.id));
+        let verb = if matches!(of, Source::File { .. }) { "imported" } else { "laid" };
+        self.tell(upload, name, verb, adopted.map(|summary| summary.id));
+    }
+
+    fn made_of(
+        &self,
+        of: &Source,
+        file: &Path,
+        name: &str,
+        made: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        let gone = |what: &str| Err(format!("The map {what} is not here any more."));
+        let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
+        match of {
+            Source::File { .. } if !file.exists() => {
+                Err("That file is not here any more. Send it again.".to_owned())
+            }
+            Source::File { frame: None } => self.importer.import(file, name, None, made, progress),
+            Source::File { frame: Some(frame) } => match folder(*frame) {
+                Some(frame) => self.importer.import(file, name, Some(&frame), made, progress),
+                None => gone("whose frame it was to have"),
+            },
+            Source::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
+                (Some(map), Some(onto)) => self.importer.align([&map, &onto], pairs, name, made, progress),
+                (None, _) => gone("to be laid"),
+                (_, None) => gone("whose frame it was to have"),
+            },
+        }
     }
 
     fn is_over(&self, upload: UploadId) -> bool {
@@ -131,10 +174,10 @@ impl ImportWorker {
         cancelled == Some(upload) || ended
     }
 
-    fn tell(&self, upload: UploadId, name: &str, result: Result<MapId, String>) {
+    fn tell(&self, upload: UploadId, name: &str, verb: &str, result: Result<MapId, String>) {
         let (severity, text) = match &result {
-            Ok(_) => (Severity::Info, format!("{name} is imported.")),
-            Err(reason) => (Severity::Warning, format!("{name} was not imported: {reason}")),
+            Ok(_) => (Severity::Info, format!("{name} is {verb}.")),
+            Err(reason) => (Severity::Warning, format!("{name} was not {verb}: {reason}")),
         };
         if result.is_ok() {
             match self.store.maps() {

@@ -84,9 +84,25 @@ pub enum Order {
         /// A saved map of the same site, whose frame it is to have; its own if none.
         frame: Option<MapId>,
     },
+    /// Make a map of a saved one, laid into the frame of another one of the same site. It goes the way of imports. Needs no lease.
+    AlignMap {
+        /// What [`crate::Import`] calls this work.
+        upload: UploadId,
+        /// Name of the map.
+        name: String,
+        /// The saved map that is laid.
+        map: MapId,
+        /// The one whose frame it is to have.
+        onto: MapId,
+        /// Points picked in both, metres, that of `map` first: two or more, [`MAX_PAIRS`] at most. None: it is found by what both look like.
+        pairs: Vec<[Vec3; 2]>,
+    },
     /// End the import that is under way, if it is of this upload. Needs no lease.
     CancelImport(UploadId),
 }
+
+/// Pairs of points of [`Order::AlignMap`] at most.
+pub const MAX_PAIRS: usize = 32;
 
 /// What can go wrong with a simulated robot, to see what it makes of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

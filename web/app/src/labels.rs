@@ -1,4 +1,4 @@
-//! The things of the scene that have names: robot, goal, docks, keyframes.
+//! The things of the scene that have names: robot, goal, docks, picked points, keyframes.
 
 use crate::stage::{BASE_HEIGHT_M, vector};
 use client_model::{Model, Selection};
@@ -22,6 +22,7 @@ pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<Sc
         worth_a_walk(model, &place, &mut labels);
     }
     dock_labels(model, &place, &mut labels);
+    picked_labels(model, &place, &mut labels);
     // Nothing shall be in the way of who shows where the robot stands.
     if (model.view.get().graph || model.loop_pick.is_some()) && !model.place_armed {
         keyframe_labels(model, &place, &mut labels);
@@ -70,6 +71,16 @@ fn dock_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &m
         let Some((at, _)) = place(vector(dock.position) - DVec3::Z * BASE_HEIGHT_M) else { continue };
         let (kind, name) = (LabelKind::Dock, format!("Dock {number} in the scene"));
         labels.push(SceneLabel { kind, name, tag: "Dock".to_owned(), at, selected: false, small: false });
+    }
+}
+
+/// Points that are to lie on each other when one map is laid onto the other.
+fn picked_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
+    let (Some(align), Some(viewed)) = (&model.align, model.viewed()) else { return };
+    for (number, picked) in (1..).zip(align.picked_in(viewed)) {
+        let Some((at, _)) = place(vector(picked)) else { continue };
+        let (kind, name, tag) = (LabelKind::Picked, format!("Picked point {number}"), number.to_string());
+        labels.push(SceneLabel { kind, name, tag, at, selected: false, small: false });
     }
 }
 

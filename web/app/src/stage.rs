@@ -152,7 +152,10 @@ impl Stage {
         let arrow = placing.map(|way| arrow(way, model));
         let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         let docks = model.docks().map(|map_from_base| dock(map_from_base, &colours));
-        let signs = places.map(|place| lacking(place, &colours)).chain(docks).chain(heads);
+        let picked = model.align.as_ref().zip(model.viewed());
+        let picked = picked.map(|(align, viewed)| align.picked_in(viewed)).unwrap_or_default();
+        let picked = picked.into_iter().map(|at| picked_sign(vector(at), &colours));
+        let signs = places.map(|place| lacking(place, &colours)).chain(docks).chain(picked).chain(heads);
         renderer.set_annotations(lines, signs.collect());
         renderer.set_robot(if live && model.has_place() { robot(model) } else { None });
         renderer.select_node(match model.selection {
@@ -272,6 +275,19 @@ fn dock(map_from_base: &Pose, palette: &Palette) -> Marker {
         radius: 9.0,
         fill: palette.accent,
         rim: palette.node,
+    }
+}
+
+/// The sign of a point that two maps share.
+fn picked_sign(position: DVec3, palette: &Palette) -> Marker {
+    Marker {
+        id: None,
+        position,
+        ahead: DVec3::ZERO,
+        shape: Shape::Diamond,
+        radius: 9.0,
+        fill: palette.loop_open,
+        rim: palette.outline,
     }
 }
 

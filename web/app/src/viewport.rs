@@ -8,7 +8,9 @@ use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
 use panels::SceneLabel;
 use scene::{Camera, CameraPose, Eye, Hit, Pace, PickOptions, View};
+use std::collections::BTreeMap;
 use std::time::Duration;
+use vocab::MapId;
 
 /// The camera looks at the robot's body, a little above the ground, metres.
 const LOOK_HEIGHT_M: f64 = 0.3;
@@ -39,12 +41,23 @@ pub(crate) struct Viewport {
     pace: Pace,
     /// Where a person who shows where the robot stands pressed the ground, and where the pointer is, map frame.
     placing: Option<[DVec3; 2]>,
+    /// The saved map on show, and from where those shown before were looked at last.
+    viewed: Option<MapId>,
+    left: BTreeMap<MapId, CameraPose>,
 }
 
 impl Viewport {
     /// `pace` is how much is drawn at first.
     pub(crate) fn new(pace: Pace) -> Self {
-        Self { camera: Camera::new(first_pose()), placed: false, view: None, pace, placing: None }
+        Self {
+            camera: Camera::new(first_pose()),
+            placed: false,
+            view: None,
+            pace,
+            placing: None,
+            viewed: None,
+            left: BTreeMap::new(),
+        }
     }
 
     /// From where the map is looked at, for the choice of tiles.
@@ -65,6 +78,7 @@ impl Viewport {
             node.set_role(egui::Role::Canvas);
             node.set_label("Map in 3D");
         });
+        self.change_map(model);
         self.follow_robot(model, stage);
         if model.place_armed {
             self.place_robot(ui, &response, model, stage, out);
@@ -118,7 +132,12 @@ impl Viewport {
         let pose = self.camera.pose();
         match to {
             CameraMove::Fit => {
-                if let Some(fit) = self.fitting(model) {
+                // Who goes to and fro between two maps to pick points goes on where they were.
+                self.change_map(model);
+                let left = model.viewed().and_then(|map| self.left.remove(&map));
+                if let Some(pose) = left.filter(|_| model.align.is_some()) {
+                    self.camera.jump_to(pose);
+                } else if let Some(fit) = self.fitting(model) {
                     self.camera.fly_to(fit);
                 }
             }
@@ -167,6 +186,18 @@ impl Viewport {
         let bounds = model.shown().bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         Some(self.camera.fitting(min, max, view.viewport_px))
+    }
+
+    /// Remembers from where the map was looked at that is not on show any more.
+    fn change_map(&mut self, model: &Model) {
+        let now = model.viewed();
+        if self.viewed != now {
+            let before = std::mem::replace(&mut self.viewed, now);
+            if model.align.is_none() {
+                self.left.clear();
+            }
+            self.left.extend(before.map(|before| (before, self.camera.pose())));
+        }
     }
 
     fn follow_robot(&mut self, model: &Model, stage: &Stage) {
@@ -284,6 +315,12 @@ impl Viewport {
                 Some(goal) => out.push(Command::WalkTo(vocab::Vec3::from(goal.to_array()))),
                 None => out.push(Command::ArmWalk(false)),
             }
+            return;
+        }
+        if model.align.as_ref().is_some_and(|align| align.onto.is_some()) {
+            let eye = Eye::new(view.camera, view.viewport_px);
+            let point = stage.renderer.borrow().pick_point(&view, &eye, at, POINT_REACH * scale);
+            out.extend(point.map(|point| Command::PickPoint(vocab::Vec3::from(point.to_array()))));
             return;
         }
         let reach = PickOptions {

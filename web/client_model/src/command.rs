@@ -36,6 +36,21 @@ pub enum Command {
         /// The saved map.
         frame: Option<MapId>,
     },
+    /// Begin to lay a saved map into the frame of another one, which may be chosen later.
+    Align {
+        /// The map that is to be laid.
+        map: MapId,
+        /// The other one.
+        onto: Option<MapId>,
+    },
+    /// This point of the map on show is the next of those that both maps show, metres.
+    PickPoint(Vec3),
+    /// Take the last one back.
+    UnpickPoint,
+    /// Lay the map by the points picked; by what both maps look like if there are none.
+    Lay,
+    /// Leave both maps as they are.
+    CancelAlign,
     /// Give up sending it, or making a map of it.
     CancelImport,
     /// Let something go wrong with a simulated robot.

@@ -4,6 +4,7 @@
 //! finished downloads into [`Event`]s and carries out the [`Effect`]s. Time comes in as [`ClientTime`], randomness as
 //! the seed of [`Ids`], so every behaviour of the client can be tested without a browser.
 
+mod align;
 mod command;
 mod compare;
 mod drive;
@@ -26,6 +27,7 @@ mod view;
 #[cfg(test)]
 mod tests;
 
+pub use align::Align;
 pub use command::Command;
 pub use compare::{CloudState, Comparison, Overlay, fitted, shift};
 pub use drive::{Drive, SPEED_MPS_MAX, TELEOPERATION_PERIOD_S, TURN_RADPS_MAX};

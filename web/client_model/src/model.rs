@@ -8,8 +8,8 @@ use crate::compare::Clouds;
 use crate::history::History;
 use crate::pending::Pending;
 use crate::{
-    Aged, ClientTime, Drive, Effect, Event, Eye, Ids, Link, LoopGuess, LoopPair, LoopPick, LoopStep, Loops,
-    MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, Upload,
+    Aged, Align, ClientTime, Drive, Effect, Event, Eye, Ids, Link, LoopGuess, LoopPair, LoopPick, LoopStep,
+    Loops, MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, Upload,
     ViewSettings,
 };
 use api::{
@@ -98,6 +98,8 @@ pub struct Model {
     pub(crate) import_frame: Option<MapId>,
     /// What becomes of the last point cloud that anybody sent.
     pub import: Import,
+    /// How far laying one saved map into the frame of another has come; `None` while nobody does.
+    pub align: Option<Align>,
     /// Docks of all saved maps.
     pub(crate) docks: Vec<Dock>,
     /// Sentences on show.
@@ -120,7 +122,7 @@ pub struct Model {
     unread: Vec<api::Notice>,
     /// Client time of the last event.
     pub now: ClientTime,
-    ids: Ids,
+    pub(crate) ids: Ids,
     sequence: u64,
     pinged: Option<ClientTime>,
     pings: u64,
@@ -167,6 +169,7 @@ impl Model {
             upload: None,
             import_frame: None,
             import: Import::None,
+            align: None,
             docks: Vec::new(),
             notes: Notes::default(),
             view: Undo::new(view),
@@ -393,7 +396,9 @@ impl Model {
         self.shown_mut().plan(&eye, now, effects);
     }
 
-    fn view_map(&mut self, map: Option<MapId>, effects: &mut Vec<Effect>) {
+    /// Looks at a saved map, or at the live one. Whoever looks at a third one does not want to lay one onto another any more.
+    pub(crate) fn view_map(&mut self, map: Option<MapId>, effects: &mut Vec<Effect>) {
+        self.align.take_if(|align| map != Some(align.map) && (map.is_none() || map != align.onto));
         if self.viewed() == map {
             return;
         }

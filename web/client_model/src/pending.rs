@@ -46,6 +46,7 @@ impl Pending {
             Order::ProposeLoop { .. } => "Looking for the loop",
             Order::Localise { .. } => "Using the map",
             Order::ImportMap { .. } => "Importing the map",
+            Order::AlignMap { .. } => "Laying the map",
             Order::CancelImport(_) => "Ending the import",
             Order::Cause(_) => "The simulated trouble",
             Order::LookAbout => "Looking about",

@@ -1,5 +1,6 @@
 //! What everybody must see at once, at the top of the scene: the link, which map this is, notices.
 
+use crate::align;
 use crate::button::Button;
 use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
@@ -37,6 +38,7 @@ pub(crate) fn show(
             walk_hint(ui, model, tokens);
             place_hint(ui, model, tokens, out);
             loop_hint(ui, model, tokens, out);
+            align_hint(ui, model, tokens, out);
             notes::show(ui, model, tokens, out);
         },
     );
@@ -105,6 +107,16 @@ fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command
         line(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, text, |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(Command::ArmPlace(false));
+            }
+        });
+    }
+}
+
+fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+    if let Some(align) = model.align.as_ref().filter(|align| align.onto.is_some()) {
+        line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &align::step(model, align), |ui| {
+            if Button::new("Cancel").show(ui, tokens).clicked() {
+                out.push(Command::CancelAlign);
             }
         });
     }

@@ -1,4 +1,4 @@
-//! Things in the 3D scene as accessible elements and tags: robot, goal, docks, keyframes.
+//! Things in the 3D scene as accessible elements and tags: robot, goal, docks, points, keyframes.
 
 use crate::theme::{self, Tokens, Weight, font};
 use client_model::{Command, Selection};
@@ -20,6 +20,8 @@ pub enum LabelKind {
     WorthAWalk,
     /// Where it was charged.
     Dock,
+    /// A point that two maps share.
+    Picked,
 }
 
 /// A thing of the scene and where it is on the screen.

@@ -46,6 +46,7 @@ mod imports;
 pub mod theme;
 pub mod words;
 
+mod align;
 mod banner;
 mod button;
 mod drive;

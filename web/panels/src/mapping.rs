@@ -36,7 +36,7 @@ pub(crate) fn show(
                 let ground = if *on_known_ground { "Known: nothing to add" } else { "New" };
                 running(ui, model, tokens, (*since, *distance, *keyframes, ground));
                 if let Some(map) = extends {
-                    fact(ui, tokens, "Extends", name_of(model, *map));
+                    fact(ui, tokens, "Extends", words::map_name(model, *map));
                 }
                 quality::show(ui, model, tokens, out);
                 finish(ui, model, tokens, state, out);
@@ -99,7 +99,7 @@ fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<Command>) {
 fn loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
     status_head(ui, tokens, "Reading the map");
     ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
-    widgets::remark(ui, tokens, &format!("{} is being read.", name_of(model, map)));
+    widgets::remark(ui, tokens, &format!("{} is being read.", words::map_name(model, map)));
     if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
         out.push(Command::DiscardMapping);
     }
@@ -114,7 +114,7 @@ fn finding(
     out: &mut Vec<Command>,
 ) {
     status_head(ui, tokens, "Finding itself in the map");
-    let name = name_of(model, map);
+    let name = words::map_name(model, map);
     let sentence = if ambiguous {
         format!("What was seen so far fits {name} in two places. Drive to a part that exists once only.")
     } else {
@@ -129,11 +129,6 @@ fn finding(
     if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
         out.push(Command::DiscardMapping);
     }
-}
-
-fn name_of(model: &Model, map: MapId) -> &str {
-    let known = model.maps.iter().flatten().find(|summary| summary.id == map);
-    known.map_or("the map", |summary| &summary.name)
 }
 
 fn saving(ui: &mut Ui, tokens: &Tokens) {
@@ -181,7 +176,7 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         return;
     }
     let hint = match &model.mapping {
-        Mapping::Running { extends: Some(map), .. } => name_of(model, *map).to_owned(),
+        Mapping::Running { extends: Some(map), .. } => words::map_name(model, *map).to_owned(),
         _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
     };
     text_field(ui, tokens, state, "Map name", &hint);

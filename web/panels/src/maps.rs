@@ -3,12 +3,15 @@
 use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
-use crate::{PanelState, icon, imports, words};
+use crate::{PanelState, align, icon, imports, words};
 use api::{Localisation, MapSummary, Mapping, Motion, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, Ui};
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &PanelState, out: &mut Vec<Command>) {
+    if let Some(align) = &model.align {
+        return align::show(ui, model, tokens, align, out);
+    }
     widgets::head(ui, tokens, "Saved maps");
     match &model.maps {
         None => widgets::remark(ui, tokens, "Waiting for the robot to list them."),
@@ -76,6 +79,7 @@ fn entry(
     if viewed && model.mapping == Mapping::Idle {
         use_or_leave(ui, model, tokens, map, out);
         extend(ui, model, tokens, map, out);
+        align::offer(ui, model, tokens, map.id, out);
     }
     let name = format!("Saved map {}", map.name);
     let value =

@@ -438,3 +438,46 @@ fn a_map_can_be_imported_and_one_sees_how_far_it_is() {
     harness.run_steps(2);
     assert!(harness.state().asked.contains(&Command::CancelImport));
 }
+
+#[test]
+fn the_map_that_is_looked_at_can_be_laid_onto_another_by_points() {
+    let [hall, cellar] = [9, 8].map(|number| MapId(Uuid::from_u128(number)));
+    let align = |desk: &mut Desk, commands: &[Command]| {
+        for command in commands {
+            desk.model.apply(ClientTime(1.0), Event::Command(command.clone()), &mut Vec::new());
+        }
+    };
+    let desk = |commands: &[Command]| {
+        let mut desk = Desk::connected().event(api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]));
+        align(&mut desk, commands);
+        desk.on(Screen::Map).shown(1440.0, 1200.0)
+    };
+    let mut harness = desk(&[Command::ViewMap(Some(hall))]);
+    harness.get_by_label("Align Hall").click();
+    harness.run_steps(2);
+    assert!(harness.state().asked.contains(&Command::Align { map: hall, onto: None }));
+    let mut harness = desk(&[Command::Align { map: hall, onto: None }]);
+    assert!(harness.query_by_label("Onto Hall").is_none(), "onto itself");
+    harness.get_by_label("Onto Cellar").click();
+    harness.run_steps(2);
+    let onto = Command::Align { map: hall, onto: Some(cellar) };
+    assert!(harness.state().asked.contains(&onto));
+    desk(std::slice::from_ref(&onto)).get_by_label("Align by what both look like");
+
+    let pick = |x: f64, y: f64| Command::PickPoint(Vec3::new(x, y, 0.0));
+    let mut commands = vec![onto, pick(0.0, 0.0), pick(5.0, 5.0), pick(4.0, 0.0), pick(5.0, 9.0)];
+    let mut harness = desk(&commands);
+    assert_eq!(harness.get_by_label("Points picked in both").value().as_deref(), Some("2"));
+    assert_eq!(harness.get_by_label("They agree to").value().as_deref(), Some("1 mm"));
+    harness.get_by_label("Align by the points").click();
+    harness.get_by_label("Look at Cellar").click();
+    harness.run_steps(2);
+    let asked = &harness.state().asked;
+    assert!(asked.contains(&Command::Lay) && asked.contains(&Command::ViewMap(Some(cellar))), "{asked:?}");
+    commands.extend([pick(0.0, 3.0), pick(5.0, 19.0)]);
+    let mut harness = desk(&commands);
+    harness.get_by_label_contains("contradict each other");
+    harness.get_by_label("Align by the points").click();
+    harness.run_steps(2);
+    assert!(!harness.state().asked.contains(&Command::Lay), "not by these");
+}

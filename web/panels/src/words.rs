@@ -4,8 +4,8 @@ use api::{
     Battery, Doubt, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity,
     WhyWalk,
 };
-use client_model::{ColourBy, LoopPair, LoopPick, Theme};
-use vocab::{Stamp, Vec3};
+use client_model::{ColourBy, LoopPair, LoopPick, Model, Theme};
+use vocab::{MapId, Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
@@ -180,6 +180,12 @@ pub fn localisation(localisation: &Localisation) -> String {
             Doubt::Unconfirmed => "Looking whether other places look like this one".to_owned(),
         },
     }
+}
+
+/// Name of a saved map.
+pub fn map_name(model: &Model, map: MapId) -> &str {
+    let known = model.maps.iter().flatten().find(|summary| summary.id == map);
+    known.map_or("the map", |summary| &summary.name)
 }
 
 /// What mapping does.

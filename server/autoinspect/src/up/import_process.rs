@@ -3,13 +3,15 @@
 use api::ImportStage;
 use ports::MapImporter;
 use serde::Deserialize;
+use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{ChildStderr, Command, Stdio};
 use std::thread;
+use vocab::Vec3;
 
-/// Runs `autoinspect import`.
+/// Runs `autoinspect import` and `autoinspect align`.
 pub struct ImportProcess;
 
 /// A line that it prints as it goes on.
@@ -28,43 +30,67 @@ impl MapImporter for ImportProcess {
         out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        let started = std::env::current_exe().and_then(|program| {
-            let mut import = Command::new(program);
-            import.args(["import", "--background", &format!("--name={name}"), "--out"]).arg(out);
-            if let Some(frame) = frame {
-                import.arg("--align-to").arg(frame);
-            }
-            import
-                .arg("--")
-                .arg(file)
-                .stdin(Stdio::null())
-                .stdout(Stdio::piped())
-                .stderr(Stdio::piped())
-                .spawn()
-        });
-        let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
-        let (lines, errors) = (child.stdout.take(), child.stderr.take());
-        let (cancelled, complaint) = thread::scope(|scope| {
-            // Beside the progress, or a child with much to complain of would wait for a reader for ever.
-            let complaint = scope.spawn(|| complaint(errors));
-            let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
-            if cancelled {
-                // It may have ended by itself meanwhile.
-                let _ = child.kill();
-            }
-            (cancelled, complaint.join().unwrap_or_default())
-        });
-        match child.wait() {
-            _ if cancelled => Err("It was cancelled.".to_owned()),
-            Ok(status) if status.success() => Ok(()),
-            Ok(_) => {
-                let paths = [(Some(file), "The file"), (frame, "that map")];
-                let named = paths.iter().filter_map(|(path, name)| path.map(|path| (path, name)));
-                Err(named
-                    .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name)))
-            }
-            Err(error) => Err(format!("What became of the import is not known: {error}.")),
+        let mut arguments: Vec<OsString> = vec!["import".into(), format!("--name={name}").into()];
+        arguments.extend(["--out".into(), out.into()]);
+        if let Some(frame) = frame {
+            arguments.extend(["--align-to".into(), frame.into()]);
         }
+        arguments.extend(["--background".into(), "--".into(), file.into()]);
+        let named: Vec<_> = [(Some(file), "The file"), (frame, "that map")]
+            .into_iter()
+            .filter_map(|(path, name)| Some((path?, name)))
+            .collect();
+        run(&arguments, &named, progress)
+    }
+
+    fn align(
+        &self,
+        [map, onto]: [&Path; 2],
+        pairs: &[[Vec3; 2]],
+        name: &str,
+        out: &Path,
+        progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+    ) -> Result<(), String> {
+        let mut arguments: Vec<OsString> = vec!["align".into(), format!("--name={name}").into()];
+        arguments.extend(["--out".into(), out.into(), "--onto".into(), onto.into()]);
+        arguments.extend(pairs.iter().map(|[from, to]| {
+            let [from, to] = [from, to].map(|at| format!("{},{},{}", at.x, at.y, at.z));
+            format!("--pair={from}={to}").into()
+        }));
+        arguments.extend(["--background".into(), "--".into(), map.into()]);
+        run(&arguments, &[(map, "the map"), (onto, "the other map")], progress)
+    }
+}
+
+/// Runs this program with other arguments until it ends or is to end. Whoever complains of a path means what it is named here.
+fn run(
+    arguments: &[OsString],
+    named: &[(&Path, &str)],
+    progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
+) -> Result<(), String> {
+    let started = std::env::current_exe().and_then(|program| {
+        let mut import = Command::new(program);
+        import.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
+    });
+    let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
+    let (lines, errors) = (child.stdout.take(), child.stderr.take());
+    let (cancelled, complaint) = thread::scope(|scope| {
+        // Beside the progress, or a child with much to complain of would wait for a reader for ever.
+        let complaint = scope.spawn(|| complaint(errors));
+        let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
+        if cancelled {
+            // It may have ended by itself meanwhile.
+            let _ = child.kill();
+        }
+        (cancelled, complaint.join().unwrap_or_default())
+    });
+    match child.wait() {
+        _ if cancelled => Err("It was cancelled.".to_owned()),
+        Ok(status) if status.success() => Ok(()),
+        Ok(_) => Err(named
+            .iter()
+            .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name))),
+        Err(error) => Err(format!("What became of the import is not known: {error}.")),
     }
 }
 

@@ -33,6 +33,13 @@ impl Model {
                 self.import_frame = frame;
                 effects.push(Effect::PickFile);
             }
+            Command::Align { map, onto } => self.begin_align(map, onto, effects),
+            Command::PickPoint(at) => self.pick_point(at, effects),
+            Command::UnpickPoint => {
+                self.take_point_back(effects);
+            }
+            Command::Lay => self.lay(effects),
+            Command::CancelAlign => self.align = None,
             Command::CancelImport => self.cancel_import(effects),
             Command::Cause(mishap) => self.order(Order::Cause(mishap), effects),
             Command::LookAbout => self.order_in_control(Order::LookAbout, effects),
@@ -95,8 +102,11 @@ impl Model {
         }
     }
 
-    /// Takes back the last step that can be; the view's own memory may be shorter than the history.
+    /// Takes back the last point picked, or else the last step that can be; the view's own memory may be shorter than the history.
     fn undo(&mut self, effects: &mut Vec<Effect>) {
+        if self.take_point_back(effects) {
+            return;
+        }
         while let Some(step) = self.history.take_last() {
             match step {
                 Step::Loop(step) => return self.take_back(step, effects),

@@ -154,3 +154,48 @@ fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
     bench.apply(Event::Uploaded { upload, result: Err("late".into()) });
     assert!(bench.orders().is_empty() && bench.model.notes.shown().is_empty(), "nobody waits for it");
 }
+
+#[test]
+fn points_are_picked_in_one_map_and_the_other_in_turn_and_may_be_taken_back() {
+    let mut bench = Bench::connected();
+    let [map, onto, third] = [1, 2, 3].map(|number| MapId(Uuid::from_u128(number)));
+    let at = |x: f64| Vec3::new(x, 0.5 * x * x, 1.0);
+    bench.command(Command::Align { map, onto: None });
+    bench.command(Command::PickPoint(at(0.0)));
+    assert!(bench.model.align.as_ref().is_some_and(|align| align.first.is_none()), "onto which?");
+    bench.command(Command::Align { map, onto: Some(onto) });
+    for number in 0..2 {
+        assert_eq!(bench.model.viewed(), Some(map));
+        bench.command(Command::PickPoint(at(f64::from(number))));
+        assert_eq!(bench.model.viewed(), Some(onto));
+        bench.command(Command::PickPoint(at(f64::from(number) + 10.0)));
+    }
+    bench.command(Command::PickPoint(at(9.0)));
+    bench.command(Command::Undo);
+    assert_eq!(bench.model.viewed(), Some(map));
+    bench.command(Command::Undo);
+    assert_eq!(bench.model.viewed(), Some(onto));
+    let picked = bench.model.align.as_ref().map(|align| (align.picked_in(map), align.picked_in(onto)));
+    assert_eq!(picked, Some((vec![at(0.0), at(1.0)], vec![at(10.0)])));
+    bench.command(Command::ViewMap(Some(map)));
+    bench.command(Command::PickPoint(at(5.0)));
+    assert!(bench.model.align.as_ref().is_some_and(|align| align.pairs.len() == 1), "its like is asked for");
+    bench.command(Command::ViewMap(Some(onto)));
+    bench.command(Command::PickPoint(at(12.0)));
+    bench.take();
+    bench.command(Command::Lay);
+    let orders = bench.orders();
+    let [Order::AlignMap { map: laid, onto: frame, pairs, .. }] = orders.as_slice() else {
+        panic!("{orders:?}")
+    };
+    assert_eq!((*laid, *frame), (map, onto));
+    assert_eq!(*pairs, [[at(0.0), at(10.0)], [at(1.0), at(12.0)]]);
+    assert_eq!(bench.model.align, None);
+
+    bench.command(Command::Align { map, onto: Some(onto) });
+    bench.command(Command::ViewMap(Some(third)));
+    assert_eq!(bench.model.align, None, "something else is looked at");
+    bench.command(Command::Align { map, onto: Some(onto) });
+    bench.command(Command::CancelAlign);
+    assert_eq!((bench.model.align.as_ref(), bench.model.viewed()), (None, Some(map)));
+}

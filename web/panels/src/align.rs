@@ -1,0 +1,117 @@
+//! Laying one saved map into the frame of another: onto which, by which points, and how well those agree.
+
+use crate::button::{Button, Kind};
+use crate::theme::Tokens;
+use crate::{icon, widgets, words};
+use client_model::{Align, Command, Model};
+use egui::Ui;
+use vocab::MapId;
+
+/// Points apart by more than this, metres, are not the same: the robot's computer will not lay a map by them.
+const APART_MAX: f64 = 0.5;
+
+/// The button at the map that is looked at, where there is another one.
+pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+    if model.maps.as_ref().is_none_or(|maps| maps.len() < 2) {
+        return;
+    }
+    let name = format!("Align {}", words::map_name(model, map));
+    let button = Button::new(&name).text("Align to another map").icon(icon::ARROWS_DOWN_UP);
+    if button.enabled(model.link.connected()).wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::Align { map, onto: None });
+    }
+    widgets::remark(
+        ui,
+        tokens,
+        "Of the same site: both then have one frame. Both are kept; the result is a third map.",
+    );
+}
+
+/// The card while a map is being laid.
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, out: &mut Vec<Command>) {
+    widgets::head(ui, tokens, &format!("Align {}", words::map_name(model, align.map)));
+    match align.onto {
+        None => choose(ui, model, tokens, align.map, out),
+        Some(onto) => pick(ui, model, tokens, align, onto, out),
+    }
+    if Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::CancelAlign);
+    }
+}
+
+/// Onto which map.
+fn choose(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+    widgets::remark(ui, tokens, "Into the frame of which map?");
+    for other in model.maps.iter().flatten().filter(|other| other.id != map) {
+        let name = format!("Onto {}", other.name);
+        if Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD).wide(ui).show(ui, tokens).clicked() {
+            out.push(Command::Align { map, onto: Some(other.id) });
+        }
+    }
+}
+
+/// By which points.
+fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId, out: &mut Vec<Command>) {
+    widgets::fact(ui, tokens, "Into the frame of", words::map_name(model, onto));
+    widgets::fact(ui, tokens, "Points picked in both", &words::count(align.pairs.len() as u64));
+    let apart = align.apart();
+    if let Some(apart) = apart {
+        widgets::fact(ui, tokens, "They agree to", &words::accuracy(apart.max(1e-3)));
+    }
+    let contradict = apart.is_some_and(|apart| apart > APART_MAX);
+    let text = if contradict {
+        "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again."
+            .to_owned()
+    } else {
+        step(model, align)
+    };
+    let colour = if contradict { tokens.warn } else { tokens.accent };
+    widgets::tinted_box(ui, tokens, colour, |ui| widgets::sentence(ui, tokens, &text));
+    let (here, there) = match model.viewed() {
+        Some(viewed) if viewed == onto => (onto, align.map),
+        _ => (align.map, onto),
+    };
+    let look = format!("Look at {}", words::map_name(model, there));
+    if Button::new(&look).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::ViewMap(Some(there)));
+    }
+    let picked = !align.picked_in(here).is_empty() || !align.picked_in(there).is_empty();
+    let back = Button::new("Take the last point back").text("Take back").icon(icon::ARROW_COUNTER_CLOCKWISE);
+    if back.enabled(picked).hint("Ctrl Z").wide(ui).show(ui, tokens).clicked() {
+        out.push(Command::UnpickPoint);
+    }
+    let busy = !model.link.connected();
+    if picked {
+        let lay = format!("Align by {} pairs", align.pairs.len());
+        let enabled = align.pairs.len() >= 2 && apart.is_some() && !contradict && !busy;
+        let button =
+            Button::new("Align by the points").text(&lay).icon(icon::CHECK_CIRCLE).kind(Kind::Primary);
+        if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
+            out.push(Command::Lay);
+        }
+    } else {
+        let button = Button::new("Align by what both look like").icon(icon::CHECK_CIRCLE).enabled(!busy);
+        if button.wide(ui).show(ui, tokens).clicked() {
+            out.push(Command::Lay);
+        }
+        widgets::remark(
+            ui,
+            tokens,
+            "Without any points it is tried to find one in the other, which takes some seconds.",
+        );
+    }
+}
+
+/// What to do next.
+pub(crate) fn step(model: &Model, align: &Align) -> String {
+    let Some(next) = align.picks_in() else { return "These are enough.".to_owned() };
+    let name = words::map_name(model, next);
+    let number = align.pairs.len() + 1;
+    match (model.viewed() == Some(next), align.first.is_some()) {
+        (false, _) => format!("Look at {name} for the next point."),
+        (true, true) => format!("Click the same point here, in {name}."),
+        (true, false) => {
+            format!("Point {number}: click a corner or a pipe's end that {name} and the other map both show.")
+        }
+    }
+}
