@@ -1,5 +1,6 @@
 //! A map of somebody else's, brought by the browser.
 
+use super::mapping::NEXT_PICTURES;
 use crate::support::chromium::Chromium;
 use crate::support::page::{At, Page};
 use crate::support::server::Server;
@@ -78,14 +79,16 @@ fn a_cloud_of_somebody_else_s_is_sent_and_becomes_a_map_and_what_is_none_is_said
     server.stop();
 }
 
-/// Waits until nothing moves in the picture any more.
+/// Waits until nothing moves in the picture any more, and no finer one comes.
 #[track_caller]
 fn wait_for_rest(page: &mut Page) {
-    let mut last = None;
+    let (mut last, mut same) = (None, 0);
     wait_for("the picture to rest", IMPORT_LIMIT, || {
+        assert_eq!(page.evaluate(NEXT_PICTURES), true);
         let picture = page.screenshot();
         let now = (picture.lit(picture.middle(), 30), picture.colours(picture.middle()));
-        (now.0 > 0.05 && last.replace(now) == Some(now)).then_some(())
+        same = if now.0 > 0.05 && last.replace(now) == Some(now) { same + 1 } else { 0 };
+        (same == 3).then_some(())
     });
 }
 

@@ -17,7 +17,7 @@ const LIT_MIN: f64 = 0.03;
 const COLOURS_MIN: usize = 100;
 
 /// True once two more pictures have been drawn.
-const NEXT_PICTURES: &str =
+pub const NEXT_PICTURES: &str =
     "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
 #[test]

@@ -8,7 +8,7 @@ use api::{Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platfor
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = 12;
+const LATEST_KINDS: usize = DOCKS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -222,6 +222,8 @@ impl Snapshot {
 }
 
 const MAPS: usize = 7;
+/// The last of them.
+const DOCKS: usize = 12;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -238,7 +240,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Quality(_) => Some(9),
         Event::Localisation(_) => Some(10),
         Event::Import(_) => Some(11),
-        Event::Docks(_) => Some(12),
+        Event::Docks(_) => Some(DOCKS),
         Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
     }
 }

@@ -191,6 +191,7 @@ impl eframe::App for Client {
         core.frame();
         // What was dropped goes before what came: it may be the same tile, fetched again.
         self.carry_out(&mut core);
+        self.stage.change_map(&core.model);
         self.show_scan(&mut core);
         self.decode_tiles(&mut core);
         self.decode_clouds(&mut core);

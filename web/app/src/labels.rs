@@ -23,8 +23,9 @@ pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<Sc
     }
     dock_labels(model, &place, &mut labels);
     picked_labels(model, &place, &mut labels);
-    // Nothing shall be in the way of who shows where the robot stands.
-    if (model.view.get().graph || model.loop_pick.is_some()) && !model.place_armed {
+    // Nothing shall be in the way of who shows where the robot stands, or picks points.
+    let pointing = model.place_armed || model.align.is_some();
+    if (model.view.get().graph || model.loop_pick.is_some()) && !pointing {
         keyframe_labels(model, &place, &mut labels);
     }
     labels

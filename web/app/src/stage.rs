@@ -111,19 +111,26 @@ impl Stage {
         self.told.scan = true;
     }
 
-    /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
-    pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
-        let shown = model.shown();
-        let mut renderer = self.renderer.borrow_mut();
+    /// Clears the stage when another map is to be seen. Before anything of that map comes: what is cleared away does not come again.
+    pub(crate) fn change_map(&mut self, model: &Model) {
         if self.told.map != model.viewed() {
+            let mut renderer = self.renderer.borrow_mut();
             renderer.clear_tiles();
             renderer.set_live_scan(None);
             renderer.set_compared([None, None]);
             self.told = Told { map: model.viewed(), ..Told::default() };
         }
+    }
+
+    /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
+    pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
+        self.change_map(model);
+        let shown = model.shown();
+        let mut renderer = self.renderer.borrow_mut();
         let live = model.viewed().is_none();
         // Who is to choose keyframes has to see them.
-        let graph_shown = model.view.get().graph || model.loop_pick.is_some();
+        // And who picks points, what they lie on.
+        let graph_shown = (model.view.get().graph || model.loop_pick.is_some()) && model.align.is_none();
         // Saved maps do not say how well they are known.
         let nothing = Quality::default();
         let quality = if live { &model.quality } else { &nothing };

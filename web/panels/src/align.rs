@@ -59,14 +59,10 @@ fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId,
         widgets::fact(ui, tokens, "They agree to", &words::accuracy(apart.max(1e-3)));
     }
     let contradict = apart.is_some_and(|apart| apart > APART_MAX);
-    let text = if contradict {
-        "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again."
-            .to_owned()
-    } else {
-        step(model, align)
-    };
-    let colour = if contradict { tokens.warn } else { tokens.accent };
-    widgets::tinted_box(ui, tokens, colour, |ui| widgets::sentence(ui, tokens, &text));
+    if contradict {
+        let text = "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again.";
+        widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, text));
+    }
     let (here, there) = match model.viewed() {
         Some(viewed) if viewed == onto => (onto, align.map),
         _ => (align.map, onto),

@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::state::TextField;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{PanelState, icon, maps, quality, sensors, words};
+use crate::{PanelState, align, icon, maps, quality, sensors, words};
 use api::{Mapping, Order};
 use client_model::{Command, Model};
 use egui::{CornerRadius, StrokeKind, Ui, vec2};
@@ -25,6 +25,9 @@ pub(crate) fn show(
     }
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 8.0;
+        if let (Mapping::Idle, Some(align)) = (&model.mapping, &model.align) {
+            return align::show(ui, model, tokens, align, out);
+        }
         match &model.mapping {
             Mapping::Idle => idle(ui, model, tokens, out),
             Mapping::Starting { .. } => starting(ui, tokens, out),
