@@ -18,7 +18,7 @@ const POINTS: usize = 400;
 const SPOKEN_OF: usize = 20;
 
 /// Surfaces and sight of a known map.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Guide {
     surfaces: TiledSurfaces,
     keyframes: Keyframes,

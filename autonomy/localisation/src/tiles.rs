@@ -16,8 +16,8 @@ const TILE: i64 = 16;
 /// What the surfaces are made of: keyframes, each with its pose in the map.
 pub(crate) type Keyframes = Arc<[(Isometry, Place)]>;
 
-/// Surfaces by tile. Clones share what the first one has made when they are taken.
-#[derive(Clone, Debug)]
+/// Surfaces by tile.
+#[derive(Debug)]
 pub struct TiledSurfaces {
     config: GaussianMapConfig,
     keyframes: Keyframes,
@@ -26,7 +26,7 @@ pub struct TiledSurfaces {
     tiles: Vec<Tile>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Tile {
     /// In tiles along x and y.
     at: [i64; 2],
@@ -90,6 +90,17 @@ impl TiledSurfaces {
             }
         }
         surfaces
+    }
+
+    /// Makes all tiles within so many metres of a place, so that nobody who walks there has to wait for one.
+    pub fn make_about(&self, place: &Vector3, metres: f64) {
+        for tile in &self.tiles {
+            let edge = TILE as f64 * self.config.root_size;
+            let middle = tile.at.map(|index| (index as f64 + 0.5) * edge);
+            if (middle[0] - place.x).abs().max((middle[1] - place.y).abs()) <= metres + edge / 2.0 {
+                tile.surfaces.get_or_init(|| self.make(tile));
+            }
+        }
     }
 
     /// Tiles made so far, and all there are.
@@ -192,5 +203,12 @@ mod tests {
         assert!(tiled.surface(&[0.0, 0.0, -0.5], 0.1).is_some());
         let (made, all) = tiled.made();
         assert!(made == 1 && all > 8, "{made} of {all}");
+        tiled.make_about(&Vector3::zeros(), 20.0);
+        let about = tiled.made().0;
+        assert!(about > made && about < all, "{about} of {all}");
+        for at in [[15.0, 15.0, -0.5], [-15.0, 0.0, -0.5], [19.0, -19.0, 0.0]] {
+            tiled.surface(&at, 0.1);
+        }
+        assert_eq!(tiled.made().0, about);
     }
 }

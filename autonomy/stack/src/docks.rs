@@ -66,6 +66,11 @@ impl Docks {
         true
     }
 
+    /// Whether the robot is charged, and docks of a map are known.
+    pub fn is_at_one_of(&self, map: MapId) -> bool {
+        self.charging && self.known.iter().any(|dock| dock.map == map)
+    }
+
     /// Where the robot may be in a map if it is at a dock of that; none if it is at no dock, or nobody knows one.
     pub fn candidates(&self, map: MapId) -> Vec<Isometry> {
         let of_map = self.known.iter().filter(|dock| self.charging && dock.map == map);

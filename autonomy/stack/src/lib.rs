@@ -252,6 +252,11 @@ impl Running {
     /// Says that the place in a saved map is known, or not any more.
     fn tell_turn(&mut self, at: Stamp, turn: Option<Turn>, effects: &mut Vec<Effect>) {
         let (drive, severity, text) = match turn {
+            Some(Turn::Found) if !self.localisation.knows() => {
+                let text =
+                    "The robot is where it was shown, and looks whether other places look like that one.";
+                (None, Severity::Info, text)
+            }
             Some(Turn::Found) if self.motion.go_on(at, &self.frames(self.last.as_deref())) => {
                 let text = "The robot knows where it is in the map, and goes on.";
                 (None, Severity::Info, text)

@@ -10,7 +10,7 @@ use crate::faint::Faint;
 use crate::known::Known;
 use crate::localising::Located;
 use crate::question::{Ground, Question, Thought};
-use crate::second_opinion::{SecondOpinion, outdone};
+use crate::second_opinion::{SecondOpinion, outdone, upheld};
 use crate::work::Work;
 use geometry::{Isometry, Matrix6};
 use localisation::{Doubt, Scan, Standing, Thinner, Tracker, Trust, standing};
@@ -60,6 +60,8 @@ struct Relocalising {
     faint: Faint,
     /// Whether the places in the contest are all that look alike in the whole map.
     everywhere: bool,
+    /// Whether the docks have been tried since the robot has been charged.
+    docked: bool,
 }
 
 #[derive(Debug)]
@@ -125,7 +127,7 @@ impl LocalisationPhase {
     pub fn is_looking(&self) -> bool {
         match &self.phase {
             Phase::Loading { .. } | Phase::Relocalising(_) => true,
-            Phase::Localised(state) => state.doubt == Some(LocalisationDoubt::Unconfirmed),
+            Phase::Localised(state) => !state.confirmed,
             Phase::Idle => false,
         }
     }
@@ -201,7 +203,7 @@ impl LocalisationPhase {
             Phase::Relocalising(state) => {
                 state.contest.take(&scan);
                 let found = state.contest.winner().is_some();
-                if !found && state.is_due(located) {
+                if !found && state.is_due(located, docks) {
                     self.questions += 1;
                     state.ask(located, place(), self.questions, docks);
                 }
@@ -280,10 +282,11 @@ impl LocalisationPhase {
         let (at, thought) = (question.odom_from_base, question.thought.clone());
         let found = question.answered(answer);
         let told = matches!(thought, Thought::Told(_));
+        let docked = matches!(thought, Thought::Docked(_));
         match (&mut self.phase, thought) {
             (Phase::Localised(state), Thought::Held(held)) => {
                 let Some(places) = outdone(&held, &found) else {
-                    state.confirm(answer.is_some());
+                    state.confirm(upheld(&held, &found));
                     return None;
                 };
                 self.change(Some(Turn::Lost));
@@ -294,7 +297,7 @@ impl LocalisationPhase {
                 Some(Turn::Lost)
             }
             (Phase::Relocalising(state), _) => {
-                state.everywhere = !told;
+                state.everywhere = !told && !docked;
                 let places = match standing(&found) {
                     Standing::There(one) => vec![one],
                     Standing::OneOf(several) => several,
@@ -346,22 +349,28 @@ impl Relocalising {
             contest: Contest::default(),
             faint: Faint::default(),
             everywhere: false,
+            docked: false,
         }
     }
 
     /// Whether to ask where this scan may have been taken.
-    fn is_due(&self, located: &Located) -> bool {
+    fn is_due(&mut self, located: &Located, docks: &Docks) -> bool {
+        let at_dock = docks.is_at_one_of(self.map);
+        self.docked &= at_dock;
         let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
-        self.told.is_some() || (self.contest.is_empty() && stale())
+        self.told.is_some() || (at_dock && !self.docked) || (self.contest.is_empty() && stale())
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64, docks: &Docks) {
-        let told = match self.told.take() {
-            Some(Told::Base(map_from_base)) => vec![map_from_base],
-            Some(Told::Odom(map_from_odom)) => vec![map_from_odom * located.odom_from_base],
-            None => docks.candidates(self.map),
+        let thought = match self.told.take() {
+            Some(Told::Base(map_from_base)) => Thought::Told(map_from_base),
+            Some(Told::Odom(map_from_odom)) => Thought::Told(map_from_odom * located.odom_from_base),
+            None if docks.is_at_one_of(self.map) && !self.docked => {
+                self.docked = true;
+                Thought::Docked(docks.candidates(self.map))
+            }
+            None => Thought::Nothing,
         };
-        let thought = if told.is_empty() { Thought::Nothing } else { Thought::Told(told) };
         if thought != Thought::Nothing {
             self.contest = Contest::default();
         }
@@ -387,11 +396,13 @@ impl Localised {
         }
     }
 
-    /// Whether to ask if the robot might be elsewhere. Only while nothing speaks against the place: what does is dealt with.
+    /// Whether to ask if the robot might be elsewhere. Only while nothing speaks against the place, what does is dealt with; but a place
+    /// that is not confirmed needs that in any case.
     fn is_due(&mut self, located: &Located) -> bool {
         let asking = self.question.as_ref().is_some_and(Question::is_open);
-        let due = self.second_opinion.is_due(located) || (!self.confirmed && !asking);
-        due && self.doubt.is_none_or(|doubt| doubt == LocalisationDoubt::Unconfirmed)
+        let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
+        let due = self.second_opinion.is_due(located) && !asking && self.doubt.is_none();
+        due || (!self.confirmed && stale())
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64) {
@@ -400,9 +411,9 @@ impl Localised {
         self.question = Some(Question::new(located, place, number, held));
     }
 
-    /// Another opinion has been heard, if it was given, and no other place looked better.
-    fn confirm(&mut self, given: bool) {
-        self.confirmed |= given;
+    /// The whole map has been searched; nothing was better, if the place is upheld.
+    fn confirm(&mut self, upheld: bool) {
+        self.confirmed |= upheld;
         if self.confirmed && self.doubt == Some(LocalisationDoubt::Unconfirmed) {
             self.doubt = None;
         }

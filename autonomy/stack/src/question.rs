@@ -16,6 +16,8 @@ use vocab::{MapId, Span, Stamp};
 /// Where nothing was recognised, the question is asked again after so many metres or radians, or so long.
 const AGAIN: (f64, f64) = (0.5, 0.5);
 const AGAIN_AFTER: Span = Span::from_millis(2_000);
+/// As far as keyframes' clouds reach, metres.
+const READY: f64 = 64.0;
 
 /// A known map, with what is made of it when it is first needed, by whoever needs it: the same whoever that is.
 #[derive(Debug)]
@@ -45,8 +47,10 @@ impl Ground {
 pub(crate) enum Thought {
     /// It may be anywhere.
     Nothing,
-    /// Somebody said that the base is about there, or the contacts of a dock that it is about one of these.
-    Told(Vec<Isometry>),
+    /// Somebody said that the base is about there.
+    Told(Isometry),
+    /// The contacts of a dock say that it is about one of these.
+    Docked(Vec<Isometry>),
     /// The robot believes that the base is there, and wants to know whether it might be elsewhere.
     Held(Isometry),
 }
@@ -138,8 +142,13 @@ impl Ask {
     /// Where the scan may have been taken: a pure function of what it owns, see [`Atlas::seek`].
     pub fn run(self) -> Relocalised {
         let places = match &self.thought {
-            Thought::Told(told) => self.seek_told(told),
-            Thought::Held(held) => self.seek(Some(held)),
+            Thought::Told(told) => self.seek_told(std::slice::from_ref(told)),
+            Thought::Docked(docks) => self.seek_told(docks),
+            Thought::Held(held) => {
+                // Until it asks again the robot walks on ground that is ready.
+                self.ground.guide().surfaces().make_about(&held.translation.vector, READY);
+                self.seek(Some(held))
+            }
             Thought::Nothing => self.seek(None),
         };
         let plain = |one: &Hypothesis| PossiblePlace {

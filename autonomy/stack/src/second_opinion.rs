@@ -60,6 +60,13 @@ pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypot
     Some(places)
 }
 
+/// Whether nothing that was found anywhere fits clearly better than the place that is held, and something fits there.
+pub(crate) fn upheld(held: &Isometry, found: &[Hypothesis]) -> bool {
+    let best = found.iter().map(Hypothesis::quality).fold(0.0, f64::max);
+    let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
+    own.is_some_and(|own| own.quality() >= OUTDONE * best)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,5 +91,7 @@ mod tests {
         assert_eq!(outdone(&held, &[better]), Some(vec![better]));
         assert_eq!(outdone(&held, &[at(20.0, 0.6), poor]), None, "what fits nowhere well says nothing");
         assert_eq!(outdone(&held, &[]), None);
+        assert!(upheld(&held, &[at(0.0, 0.9), at(20.0, 0.91)]) && upheld(&held, &[poor]));
+        assert!(!upheld(&held, &[]) && !upheld(&held, &[at(20.0, 0.6), poor]) && !upheld(&held, &[better]));
     }
 }

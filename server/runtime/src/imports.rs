@@ -135,7 +135,9 @@ impl ImportWorker {
             false => self.store.adopt_map(&made).map_err(|error| told(&error)),
         });
         // What is left has no use; at the next start it is removed in any case.
-        let _ = fs::remove_file(&file);
+        if matches!(of, Source::File { .. }) {
+            let _ = fs::remove_file(&file);
+        }
         let _ = fs::remove_dir_all(&made);
         let verb = if matches!(of, Source::File { .. }) { "imported" } else { "laid" };
         self.tell(upload, name, verb, adopted.map(|summary| summary.id));
@@ -160,6 +162,9 @@ impl ImportWorker {
                 Some(frame) => self.importer.import(file, name, Some(&frame), made, progress),
                 None => gone("whose frame it was to have"),
             },
+            Source::Map { map, onto, .. } if map == onto => {
+                Err("A map cannot be laid onto itself.".to_owned())
+            }
             Source::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
                 (Some(map), Some(onto)) => self.importer.align([&map, &onto], pairs, name, made, progress),
                 (None, _) => gone("to be laid"),

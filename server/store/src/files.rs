@@ -48,6 +48,14 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         .map_err(|source| StoreError::io("write", path, source))
 }
 
+/// As [`replace`], for what has to survive a power cut.
+pub fn replace_durably(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let temporary = path.with_extension("part");
+    write_durably(&temporary, |file| file.write_all(bytes))?;
+    fs::rename(&temporary, path).map_err(|source| StoreError::io("write", path, source))?;
+    path.parent().map_or(Ok(()), sync_directory)
+}
+
 /// Removes a file; being gone already is fine.
 pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {

@@ -123,7 +123,10 @@ impl Store {
     /// # Errors
     /// When the disk fails.
     pub fn keep_docks(&self, docks: &[PlaceInMap]) -> Result<(), StoreError> {
-        write_json(&self.dir.docks(), &docks)
+        let path = self.dir.docks();
+        let bytes = serde_json::to_vec(docks)
+            .map_err(|source| StoreError::Document { path: path.clone(), source })?;
+        files::replace_durably(&path, &bytes)
     }
 
     /// The recordings of this directory.

@@ -320,6 +320,8 @@ impl Viewport {
         if model.align.as_ref().is_some_and(|align| align.onto.is_some()) {
             let eye = Eye::new(view.camera, view.viewport_px);
             let point = stage.renderer.borrow().pick_point(&view, &eye, at, POINT_REACH * scale);
+            // The second click of two would pick in the other map.
+            let point = point.filter(|_| !response.double_clicked());
             out.extend(point.map(|point| Command::PickPoint(vocab::Vec3::from(point.to_array()))));
             return;
         }

@@ -15,12 +15,14 @@ pub struct Align {
     pub pairs: Vec<[Vec3; 2]>,
     /// A point of `map` whose like in the other one comes next.
     pub first: Option<Vec3>,
+    /// The work of laying it, while that is under way: what is picked stays until it is done, in case it fails.
+    pub laying: Option<UploadId>,
 }
 
 impl Align {
     /// The map in which the next point is to be picked; `None` if that is none.
     pub fn picks_in(&self) -> Option<MapId> {
-        let onto = self.onto?;
+        let onto = self.onto.filter(|_| self.laying.is_none())?;
         if self.first.is_some() {
             Some(onto)
         } else {
@@ -75,8 +77,13 @@ impl Model {
     /// Begins to lay a map, asks onto which, or goes on to picking.
     pub(crate) fn begin_align(&mut self, map: MapId, onto: Option<MapId>, effects: &mut Vec<Effect>) {
         (self.walk_armed, self.place_armed) = (false, false);
-        self.align =
-            Some(Align { map, onto: onto.filter(|onto| *onto != map), pairs: Vec::new(), first: None });
+        self.align = Some(Align {
+            map,
+            onto: onto.filter(|onto| *onto != map),
+            pairs: Vec::new(),
+            first: None,
+            laying: None,
+        });
         self.view_map(Some(map), effects);
     }
 
@@ -93,7 +100,7 @@ impl Model {
 
     /// Takes the last point back; says whether there was one.
     pub(crate) fn take_point_back(&mut self, effects: &mut Vec<Effect>) -> bool {
-        let Some(align) = &mut self.align else { return false };
+        let Some(align) = self.align.as_mut().filter(|align| align.laying.is_none()) else { return false };
         if align.first.take().is_none() {
             let Some([first, _]) = align.pairs.pop() else { return false };
             align.first = Some(first);
@@ -104,14 +111,26 @@ impl Model {
 
     /// Lays the map by the pairs, or by what both look like where there are none.
     pub(crate) fn lay(&mut self, effects: &mut Vec<Effect>) {
-        let Some(Align { map, onto: Some(onto), pairs, .. }) = self.align.take() else { return };
+        let Some(Align { map, onto: Some(onto), pairs, laying: None, .. }) = self.align.clone() else {
+            return;
+        };
         let name = |id| {
             let known = self.maps.iter().flatten().find(|map| map.id == id);
             known.map_or_else(|| "Map".to_owned(), |map| map.name.clone())
         };
         let name = format!("{} on {}", name(map), name(onto));
         let upload = UploadId(self.ids.map().0);
+        self.align.iter_mut().for_each(|align| align.laying = Some(upload));
         self.order(Order::AlignMap { upload, name, map, onto, pairs }, effects);
+    }
+
+    /// The work has ended: what was picked has served, or can be put right.
+    pub(crate) fn laid(&mut self, work: UploadId, well: bool) {
+        let Some(align) = self.align.as_mut().filter(|align| align.laying == Some(work)) else { return };
+        align.laying = None;
+        if well {
+            self.align = None;
+        }
     }
 
     fn show_pick(&mut self, effects: &mut Vec<Effect>) {
@@ -128,7 +147,7 @@ mod tests {
 
     fn align(pairs: Vec<[Vec3; 2]>) -> Align {
         let [map, onto] = [1, 2].map(|number| MapId(Uuid::from_u128(number)));
-        Align { map, onto: Some(onto), pairs, first: None }
+        Align { map, onto: Some(onto), pairs, first: None, laying: None }
     }
 
     #[test]

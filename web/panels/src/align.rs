@@ -2,7 +2,8 @@
 
 use crate::button::{Button, Kind};
 use crate::theme::Tokens;
-use crate::{icon, widgets, words};
+use crate::{icon, imports, widgets, words};
+use api::Import;
 use client_model::{Align, Command, Model};
 use egui::Ui;
 use vocab::MapId;
@@ -34,7 +35,9 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, o
         None => choose(ui, model, tokens, align.map, out),
         Some(onto) => pick(ui, model, tokens, align, onto, out),
     }
-    if Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
+    if align.laying.is_none()
+        && Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked()
+    {
         out.push(Command::CancelAlign);
     }
 }
@@ -62,6 +65,13 @@ fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId,
     if contradict {
         let text = "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again.";
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, text));
+    }
+    if align.laying.is_some() {
+        match &model.import {
+            Import::Running { .. } => imports::show(ui, model, tokens, out),
+            _ => widgets::remark(ui, tokens, "The robot's computer is asked to."),
+        }
+        return;
     }
     let (here, there) = match model.viewed() {
         Some(viewed) if viewed == onto => (onto, align.map),

@@ -113,7 +113,7 @@ fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command
 }
 
 fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
-    if let Some(align) = model.align.as_ref().filter(|align| align.onto.is_some()) {
+    if let Some(align) = model.align.as_ref().filter(|align| align.onto.is_some() && align.laying.is_none()) {
         line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &align::step(model, align), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(Command::CancelAlign);

@@ -7,6 +7,9 @@ use crate::{PanelState, mishaps, sensors, words};
 use client_model::{Command, Model};
 use egui::Ui;
 
+/// What is longer does not fit beside its name.
+const LINE_CHARS: usize = 24;
+
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelState, out: &mut Vec<Command>) {
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 6.0;
@@ -36,6 +39,20 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelSt
     });
 }
 
+/// What the robot knows of its place in the map: beside its name if that is short, else a sentence below.
+fn localisation(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+    let known = words::localisation(&model.localisation);
+    if known.chars().count() <= LINE_CHARS {
+        fact(ui, tokens, "Localisation", &known);
+        return;
+    }
+    widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+        let text = egui::RichText::new(&known).size(theme::BODY).color(tokens.text);
+        let response = ui.add(egui::Label::new(text).wrap());
+        widgets::status_node(&response, "Localisation", &known);
+    });
+}
+
 fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     fact(ui, tokens, "Motion", words::motion(model.robot.motion.as_ref().map(|motion| &motion.value)));
     if let api::Motion::Blocked { reason, .. } = model.motion() {
@@ -44,10 +61,7 @@ fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     if let Some(map) = model.localisation.map() {
         let known = model.maps.iter().flatten().find(|known| known.id == map);
         fact(ui, tokens, "Map", known.map_or("One that was deleted", |known| known.name.as_str()));
-        let known = words::localisation(&model.localisation);
-        let text = egui::RichText::new(&known).size(theme::BODY).color(tokens.text);
-        let response = ui.add(egui::Label::new(text).wrap());
-        widgets::status_node(&response, "Localisation", &known);
+        localisation(ui, model, tokens);
     }
     let Some(estimate) = &model.robot.estimate else {
         widgets::remark(ui, tokens, "The robot has not said where it is yet.");

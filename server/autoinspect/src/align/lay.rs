@@ -24,6 +24,8 @@ const AGREED: usize = 5;
 const RIVAL: f64 = 0.5;
 /// Picked points may be so far apart, metres: a hand's breadth is usual.
 const PICKED: f64 = 0.5;
+/// Nobody's site is larger, metres.
+const FAR: f64 = 1e5;
 
 /// The same point in the cloud and in the map: as the cloud's file has it, or the map that is moved, and as the map shows it, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,6 +145,12 @@ pub fn by_pairs(pairs: &[Pair]) -> Result<Aligned, Failure> {
     let aligned = aligned(&pairs).ok_or_else(|| {
         Failure::usage("two --pair or more are needed, of points that are not above each other".to_owned())
     })?;
+    let far = aligned.map_from_cloud.translation.vector.norm();
+    if !(aligned.apart.is_finite() && far <= FAR) {
+        let text =
+            format!("the pairs lay the cloud farther away than {:.0} km; check their coordinates", FAR / 1e3);
+        return Err(Failure::usage(text));
+    }
     if aligned.apart > PICKED {
         return Err(Failure::usage(format!(
             "the pairs contradict each other: whichever way the cloud is laid, they stay {:.2} m apart in the mean; check their order, \

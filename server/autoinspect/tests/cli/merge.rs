@@ -101,6 +101,11 @@ fn two_walks_become_one_map_and_another_site_does_not() {
         let off = bounds(&again, corner, axis) - bounds(&plain, corner, axis);
         assert!(off.abs() < 0.15, "{again} {plain}");
     }
+    let far = ["--pair", "0,0,1e300=0,0,0", "--pair", "5,0,1e300=5,0,0"];
+    let complaint = refused(
+        &[&["align", text(&one), "--onto", text(&two), "--out", text(&path("far"))], &far[..]].concat(),
+    );
+    assert!(complaint.contains("farther away than 100 km") && !path("far").exists(), "{complaint}");
     let complaint = refused(&["align", text(&one), "--onto", text(&two), "--out", text(&two)]);
     assert!(complaint.contains("is one of the maps"), "{complaint}");
     let complaint = refused(&[

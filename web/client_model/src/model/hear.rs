@@ -98,7 +98,14 @@ impl Model {
             api::Event::Control(control) => self.control = control,
             api::Event::Health(value) => self.robot.health = Some(Aged { value, arrived }),
             api::Event::Battery(value) => self.robot.battery = Some(Aged { value, arrived }),
-            api::Event::Import(import) => self.import = import,
+            api::Event::Import(import) => {
+                match import {
+                    api::Import::Done { upload, .. } => self.laid(upload, true),
+                    api::Import::Failed { upload, .. } => self.laid(upload, false),
+                    api::Import::None | api::Import::Running { .. } => {}
+                }
+                self.import = import;
+            }
             api::Event::Docks(docks) => self.docks = docks,
             api::Event::Maps(maps) => self.maps = Some(maps),
             api::Event::Notice(notice) => {
@@ -157,9 +164,17 @@ impl Model {
     fn done(&mut self, id: vocab::CommandId, outcome: CommandOutcome) {
         let proposal = |pending: &Pending| matches!(pending.order, Order::ProposeLoop { .. });
         let proposed = self.pending.iter().any(|pending| pending.id == id && proposal(pending));
+        let work =
+            self.pending.iter().find(|pending| pending.id == id).and_then(|pending| match pending.order {
+                Order::AlignMap { upload, .. } => Some(upload),
+                _ => None,
+            });
         self.pending.retain(|pending| pending.id != id);
         if let CommandOutcome::Refused(reason) = outcome {
             self.history.refused(id);
+            if let Some(work) = work {
+                self.laid(work, false);
+            }
             if proposed {
                 self.proposed = None;
             }

@@ -190,6 +190,18 @@ fn points_are_picked_in_one_map_and_the_other_in_turn_and_may_be_taken_back() {
     };
     assert_eq!((*laid, *frame), (map, onto));
     assert_eq!(*pairs, [[at(0.0), at(10.0)], [at(1.0), at(12.0)]]);
+    let work = bench.model.align.as_ref().and_then(|align| align.laying).expect("under way");
+    bench.command(Command::PickPoint(at(6.0)));
+    bench.command(Command::Undo);
+    let pairs = |bench: &Bench| bench.model.align.as_ref().map(|align| align.pairs.len());
+    assert_eq!(pairs(&bench), Some(2), "nothing changes meanwhile");
+    let reason = "It was cancelled.".to_owned();
+    bench.event(api::Event::Import(api::Import::Failed { upload: work, name: String::new(), reason }));
+    bench.take();
+    bench.command(Command::Lay);
+    assert_eq!((pairs(&bench), bench.orders().len()), (Some(2), 1), "once more");
+    let work = bench.model.align.as_ref().and_then(|align| align.laying).expect("under way");
+    bench.event(api::Event::Import(api::Import::Done { upload: work, map: third }));
     assert_eq!(bench.model.align, None);
 
     bench.command(Command::Align { map, onto: Some(onto) });
