@@ -20,8 +20,8 @@ const WALKED: Span = Span::from_millis(120_000);
 /// searched for places that look alike.
 pub fn print_header() {
     println!(
-        "{:<8}{:>12}{:>10}{:>10}{:>10}{:>12}{:>10}{:>10}",
-        "site", "points", "places", "placed s", "sure s", "median ms", "mean ms", "p99 ms"
+        "{:<8}{:>12}{:>10}{:>10}{:>10}{:>12}{:>10}{:>10}{:>10}",
+        "site", "points", "places", "placed s", "sure s", "median ms", "mean ms", "p99 ms", "max ms"
     );
 }
 
@@ -99,7 +99,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments, points: u64) -> Result<()> 
         costs.get((share * (costs.len().max(1) - 1) as f64) as usize).copied().unwrap_or(f64::NAN)
     };
     println!(
-        "{:<8}{:>12}{:>10}{:>10.2}{:>10.2}{:>12.2}{:>10.2}{:>10.2}",
+        "{:<8}{:>12}{:>10}{:>10.2}{:>10.2}{:>12.2}{:>10.2}{:>10.2}{:>10.1}",
         known.site.name(),
         of_one * count,
         places,
@@ -107,7 +107,8 @@ pub fn run(known: &KnownSite, arguments: &Arguments, points: u64) -> Result<()> 
         since_order[1].unwrap_or(f64::NAN),
         at(0.5),
         costs.iter().sum::<f64>() / costs.len().max(1) as f64,
-        at(0.99)
+        at(0.99),
+        at(1.0)
     );
     Ok(())
 }
