@@ -48,6 +48,11 @@ impl Place {
         Self { cloud: Arc::new(KeyframeCloud::new(xyz, sensor, downsampler)), views }
     }
 
+    /// As [`Self::new`], with a downsampler of its own.
+    pub fn of_cloud(xyz: &[[f32; 3]], rotation: &Rotation, sensor: [f32; 3]) -> Self {
+        Self::new(xyz, rotation, sensor, &mut Downsampler::default())
+    }
+
     /// Its data.
     pub fn parts(&self) -> PlaceParts {
         PlaceParts {

@@ -4,14 +4,13 @@ use crate::loops::plain;
 use geometry::isometry_from_pose;
 use mapping::{Chart, Edge, Node, OldKeyframe, Place, PlaceParts};
 use messages::{EdgeKind, GraphEdge, GraphNode, KnownMap, KnownPlace};
-use points::Downsampler;
 use vocab::{KeyframeId, MapId, Pose};
 
 /// What is kept of a keyframe's cloud (keyframe's frame, metres, seen from `lidar`) for a session that goes on from its map. None
 /// if the pose is none. Costs what [`Place::new`] does.
 pub fn known_place(map_from_keyframe: &Pose, xyz: &[[f32; 3]], lidar: [f32; 3]) -> Option<KnownPlace> {
     let rotation = isometry_from_pose(map_from_keyframe)?.rotation;
-    let parts = Place::new(xyz, &rotation, lidar, &mut Downsampler::default()).parts();
+    let parts = Place::of_cloud(xyz, &rotation, lidar).parts();
     Some(KnownPlace { lidar, points: parts.points, ranges: parts.ranges, views: parts.views })
 }
 

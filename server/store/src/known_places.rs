@@ -13,7 +13,6 @@ use crate::{StoreError, files};
 use geometry::isometry_from_pose;
 use mapping::{PLACE_VERSION, Place, PlaceParts};
 use messages::KnownPlace;
-use points::Downsampler;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -40,18 +39,17 @@ pub(crate) fn write_known_places(dir: &Path) -> Result<(), StoreError> {
 }
 
 fn places_of_clouds(dir: &Path) -> Result<Vec<KnownPlace>, StoreError> {
-    let mut downsampler = Downsampler::default();
     let mut places = Vec::new();
     for read in map_clouds_and_sensors(dir)? {
         let (cloud, lidar) = read?;
-        places.extend(place_of(&cloud, lidar, &mut downsampler));
+        places.extend(place_of(&cloud, lidar));
     }
     Ok(places)
 }
 
-fn place_of(cloud: &MapCloud, lidar: [f32; 3], downsampler: &mut Downsampler) -> Option<KnownPlace> {
+fn place_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<KnownPlace> {
     let rotation = isometry_from_pose(&cloud.map_from_keyframe)?.rotation;
-    let PlaceParts { points, ranges, views } = Place::new(&cloud.xyz, &rotation, lidar, downsampler).parts();
+    let PlaceParts { points, ranges, views } = Place::of_cloud(&cloud.xyz, &rotation, lidar).parts();
     Some(KnownPlace { lidar, points, ranges, views })
 }
 
