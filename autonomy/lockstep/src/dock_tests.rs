@@ -2,7 +2,7 @@
 
 use crate::day::{Day, FIRST, first};
 use geometry::vec_from_plain;
-use messages::{BatteryState, BootRecord, Input, LocalisationState, Order, PlaceInMap, Sensor};
+use messages::{BatteryState, BootRecord, Input, LocalisationState, MotionState, Order, PlaceInMap, Sensor};
 use sim::{SiteName, Start};
 use std::sync::Arc;
 use vocab::{Pose, SessionId, Vec3};
@@ -52,7 +52,11 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     let dock = PlaceInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
     let mut day = another_day(Arc::from([dock]));
     day.order(Order::Localise { map: FIRST, at: None });
+    day.run(3.0);
+    assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "not charged yet");
+    day.order(Order::LookAbout);
     charged(&mut day, 30);
+    assert_eq!(day.motion, MotionState::Idle, "there is nothing left to look for");
     assert_eq!(day.localisation, LOCALISED);
     // The map itself is off by a third of a metre here, after a bare corridor; the other room is 34 m away.
     assert!(day.error(&origin) < 0.5, "{} m", day.error(&origin));

@@ -254,7 +254,7 @@ impl Running {
         let (drive, severity, text) = match turn {
             Some(Turn::Found) if !self.localisation.knows() => {
                 let text =
-                    "The robot is where it was shown, and looks whether other places look like that one.";
+                    "The robot has found a place in the map that fits, and looks whether others fit as well.";
                 (None, Severity::Info, text)
             }
             Some(Turn::Found) if self.motion.go_on(at, &self.frames(self.last.as_deref())) => {
@@ -301,9 +301,9 @@ impl Running {
         self.localisation.tick(at);
         let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
         let frames = self.frames(predicted.as_deref());
-        if self.localisation.knows() {
-            // Odometry may have begun anew without the place having been lost.
-            self.motion.go_on(at, &frames);
+        // Odometry may have begun anew without the place having been lost, and the place may have been in doubt when it was found.
+        if self.localisation.knows() && !self.motion.go_on(at, &frames) {
+            effects.extend(self.motion.end_look().map(Effect::Drive));
         }
         if let Some(drive) = self.motion.tick(at, &frames) {
             effects.push(Effect::Drive(drive));

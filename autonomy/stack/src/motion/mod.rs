@@ -158,6 +158,15 @@ impl Motion {
         true
     }
 
+    /// The place in the map is known: a robot that looks about for nothing else stops. Returns what is to be said to it then.
+    pub fn end_look(&mut self) -> Option<Drive> {
+        let ends = matches!(&self.mode, Mode::Looking(look) if look.goal.is_none());
+        ends.then(|| {
+            self.mode = Mode::Idle;
+            Drive::default()
+        })
+    }
+
     /// Stops and stays stopped.
     pub fn stop(&mut self, by: Option<ClientId>) {
         self.mode = Mode::Stopped { by };
