@@ -166,6 +166,10 @@ impl ImportWorker {
                 Err("A map cannot be laid onto itself.".to_owned())
             }
             Source::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
+                (Some(_), Some(_)) if !self.store.has_room_beside(*map).map_err(|error| told(&error))? => {
+                    Err("There is too little room on the robot's disk for another map of this size. Delete maps or recordings first."
+                        .to_owned())
+                }
                 (Some(map), Some(onto)) => self.importer.align([&map, &onto], pairs, name, made, progress),
                 (None, _) => gone("to be laid"),
                 (_, None) => gone("whose frame it was to have"),

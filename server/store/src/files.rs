@@ -106,3 +106,24 @@ pub fn bytes_under(path: &Path) -> Result<u64, StoreError> {
         Ok(sum + bytes)
     })
 }
+
+/// Free space on the disk that holds a directory, bytes.
+///
+/// # Errors
+/// When the disk does not say.
+pub fn free_bytes(directory: &Path) -> Result<u64, StoreError> {
+    let disk =
+        rustix::fs::statvfs(directory).map_err(|error| StoreError::io("read", directory, error.into()))?;
+    Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+/// Bytes of all files in a directory and those below it.
+///
+/// # Errors
+/// When the disk does.
+pub fn bytes_below(directory: &Path) -> Result<u64, StoreError> {
+    entries(directory)?.iter().try_fold(0, |sum, path| {
+        let about = fs::symlink_metadata(path).map_err(|source| StoreError::io("read", path, source))?;
+        Ok(sum + if about.is_dir() { bytes_below(path)? } else { about.len() })
+    })
+}

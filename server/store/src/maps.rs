@@ -13,6 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId};
 
+/// What a new map leaves free on the disk, bytes.
+const DISK_SPARED: u64 = 2 << 30;
+
 impl Store {
     /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
     /// hide the others.
@@ -83,6 +86,16 @@ impl Store {
             write_map_files_of(&temporary, &self.tiles(), finished, MapFiles::default(), points)
         });
         self.publish(finished.map, written, || Ok(()))
+    }
+
+    /// Whether the disk has room for another map as large as this one, with its tiles, and for the robot to go on recording.
+    ///
+    /// # Errors
+    /// When the disk does not say.
+    pub fn has_room_beside(&self, map: MapId) -> Result<bool, StoreError> {
+        let folder = self.dir().map(map);
+        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(DISK_SPARED);
+        Ok(files::free_bytes(&folder)? >= needed)
     }
 
     /// Takes in a map that another process has written to `from`, on the same disk, with its tiles in `from/tiles`.

@@ -273,3 +273,16 @@ fn a_map_that_another_process_wrote_is_taken_in_once_with_its_tiles() {
     fs::copy(store.dir().map_summary(finished.map), made.join("map.json")).expect("copied");
     assert!(matches!(store.adopt_map(&made), Err(StoreError::MapExists { .. })));
 }
+
+#[test]
+fn the_room_that_another_map_takes_is_counted_with_all_its_folders() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    fs::create_dir_all(dir.path().join("a/b")).expect("made");
+    for (name, bytes) in [("one", 10), ("a/two", 20), ("a/b/three", 30)] {
+        fs::write(dir.path().join(name), vec![0; bytes]).expect("written");
+    }
+    assert_eq!(files::bytes_below(dir.path()).expect("read"), 60);
+    assert!(files::free_bytes(dir.path()).expect("the disk says") > 0);
+    let store = Store::open(dir.path().join("store")).expect("opens");
+    assert!(store.has_room_beside(MapId(Uuid::from_u128(1))).is_err(), "there is no such map");
+}

@@ -48,9 +48,7 @@ impl Recordings {
     /// # Errors
     /// When the disk does not say.
     pub fn free_bytes(&self) -> Result<u64, StoreError> {
-        let disk = rustix::fs::statvfs(&self.dir)
-            .map_err(|error| StoreError::io("read", &self.dir, error.into()))?;
-        Ok(disk.f_bavail.saturating_mul(disk.f_frsize))
+        files::free_bytes(&self.dir)
     }
 
     /// Removes the oldest recordings, never the running one, until all together hold what they may.

@@ -5,6 +5,7 @@ use messages::{ExternalOdometry, ImuSample, LegOdometry};
 
 const CHARGING: u8 = 1;
 const DISCHARGING: u8 = 2;
+const FULL: u8 = 4;
 
 impl From<&Imu> for ImuSample {
     fn from(imu: &Imu) -> Self {
@@ -63,13 +64,18 @@ impl Odometry {
 }
 
 impl From<&BatteryState> for messages::BatteryState {
+    /// A full battery takes nothing from its dock any more: it is there as long as it gives nothing away.
     fn from(battery: &BatteryState) -> Self {
         Self {
             stamp: battery.header.stamp,
             charge: battery.percentage,
             voltage: battery.voltage,
             current: battery.current,
-            charging: battery.power_supply_status == CHARGING,
+            charging: match battery.power_supply_status {
+                CHARGING => true,
+                FULL => battery.current >= 0.0,
+                _ => false,
+            },
         }
     }
 }
@@ -83,5 +89,22 @@ impl From<&messages::BatteryState> for BatteryState {
             percentage: battery.charge,
             power_supply_status: if battery.charging { CHARGING } else { DISCHARGING },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_battery_is_in_contact_with_its_dock_as_long_as_it_gives_nothing_away() {
+        let charging = |power_supply_status, current| {
+            let battery = BatteryState { power_supply_status, current, ..BatteryState::default() };
+            messages::BatteryState::from(&battery).charging
+        };
+        assert!(charging(CHARGING, 3.0) && charging(CHARGING, f32::NAN));
+        assert!(charging(FULL, 0.0) && !charging(FULL, -4.0));
+        assert!(!charging(FULL, f32::NAN), "it may as well stand in the yard");
+        assert!(!charging(DISCHARGING, 0.0));
     }
 }
