@@ -6,6 +6,8 @@ use expect_test::{Expect, expect};
 use geometry::Isometry;
 
 const SIZE: f64 = 0.25;
+/// What is seen from far above hides nothing, and nothing is seen through.
+const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Draws the picture into a terrain by showing it the points a LiDAR would see there.
 pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
@@ -29,9 +31,8 @@ pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
             }
         }
     }
-    let far_away = Isometry::identity();
     for _ in 0..2 {
-        terrain.observe(&far_away, &points, 100.0);
+        terrain.observe(&Isometry::identity(), FROM_ABOVE, &points, 100.0);
     }
     (terrain, from, to)
 }
@@ -140,10 +141,10 @@ fn people_who_leave_free_the_way() {
     let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
     let floor = [[2.0, 0.0, -0.55]];
     let cell = terrain.index(2.0, 0.0);
-    terrain.observe(&Isometry::identity(), &person, 10.0);
+    terrain.observe(&Isometry::identity(), FROM_ABOVE, &person, 10.0);
     assert!(!terrain.is_free(cell));
     for _ in 0..20 {
-        terrain.observe(&Isometry::identity(), &floor, 10.0);
+        terrain.observe(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
     }
     assert!(terrain.is_free(cell));
 }

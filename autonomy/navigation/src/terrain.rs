@@ -1,9 +1,14 @@
 //! A grid of ground heights and obstacles round everywhere the robot has looked.
 //!
 //! 2.5-dimensional: one ground height per cell. On a site with several floors a cell forgets the other floor as soon as
-//! the robot sees it again from this one. Memory: 8 bytes a cell, 0.8 kB a square metre seen.
+//! the robot sees it again from this one. Memory: 12 bytes a cell, 1.2 kB a square metre seen.
+//!
+//! An obstacle is forgotten where the ground is seen in its place, and where rays go through it: people leave, and what a robot saw
+//! while it was carried stands nowhere. Beside itself a robot sees no ground, so that the first is not enough.
 
 use geometry::Isometry;
+use nalgebra::Point3;
+use points::view::{RangeImage, Sight};
 use std::collections::BTreeMap;
 
 /// Cells along a block's side; blocks are allocated whole.
@@ -12,6 +17,13 @@ const BLOCK: i32 = 64;
 const OBSTACLE_AT: i8 = 2;
 const OBSTACLE_MOST: i8 = 12;
 const OBSTACLE_SEEN: i8 = 3;
+/// Heights of obstacles are kept in steps of this, metres.
+const HEIGHT: f32 = 0.05;
+/// Rays are asked for at heights so far apart, metres, between those where an obstacle was seen: over a box or under a table they go through
+/// nothing.
+const ASKED: f32 = 0.15;
+/// And only where what was seen of it looks so thick from the robot, radians: the rays of a LiDAR are up to 2 degrees apart.
+const THICK: f32 = 0.026;
 /// A ground height farther than this from what was known is another floor, metres.
 const OTHER_FLOOR: f32 = 1.2;
 
@@ -50,11 +62,14 @@ pub struct Cell {
     ground: f32,
     /// Confidence that something stands here.
     obstacle: i8,
+    /// Between which heights over the ground it was seen, in steps of [`HEIGHT`].
+    band: (u8, u8),
     /// Obstacle cells within the robot's radius: kept up to date so that planning asks one cell only.
     near: u16,
 }
 
-const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, near: 0 };
+const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, band: NO_BAND, near: 0 };
+const NO_BAND: (u8, u8) = (u8::MAX, 0);
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -65,6 +80,38 @@ impl Cell {
     /// Whether something stands here.
     pub fn is_obstacle(&self) -> bool {
         self.obstacle >= OBSTACLE_AT
+    }
+
+    /// Whether rays of a scan went through what was seen here, the middle of the cell being so far from the robot, and none met anything.
+    fn is_seen_through(&self, seen: &Seen, at: [f64; 2], distance: f32) -> bool {
+        let [low, high] = [self.band.0, self.band.1].map(|step| f32::from(step) * HEIGHT);
+        let thickness = (high - low).max(HEIGHT);
+        if thickness < THICK * distance {
+            return false;
+        }
+        let ground = if self.ground.is_finite() { self.ground } else { seen.foot };
+        let steps = (thickness / ASKED).ceil();
+        let sights = (0..=steps as i32).map(|step| {
+            let height = ground + low + (high - low) * step as f32 / steps;
+            let point = seen.base_from_map * Point3::new(at[0], at[1], f64::from(height));
+            let point = point.coords.map(|c| c as f32).into();
+            (seen.view.look(&point), seen.view.passed(&point))
+        });
+        let mut through = false;
+        for (sight, passed) in sights {
+            if sight == Sight::Agrees {
+                return false;
+            }
+            through |= passed;
+        }
+        through
+    }
+
+    /// Something was seen between these heights over the ground, metres.
+    fn widen(&mut self, low: f32, high: f32) {
+        let step = |height: f32| height.clamp(0.0, 255.0) as u8;
+        let (low, high) = (step((low / HEIGHT).ceil()), step((high / HEIGHT).floor()));
+        self.band = (self.band.0.min(low), self.band.1.max(high));
     }
 }
 
@@ -78,10 +125,19 @@ pub struct Terrain {
     touched: BTreeMap<CellIndex, Touch>,
 }
 
+/// What a scan saw, from where, and the height of the ground that the robot stands on.
+struct Seen {
+    view: RangeImage,
+    base_from_map: Isometry,
+    foot: f32,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Touch {
     lowest: f32,
     highest: f32,
+    /// Lowest of those that the robot cannot step over, infinite if there are none.
+    standing: f32,
 }
 
 impl Terrain {
@@ -116,13 +172,14 @@ impl Terrain {
         self.blocks.get(&block).map_or(UNKNOWN, |cells| cells[offset])
     }
 
-    /// Learns from a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`. Points farther than
-    /// `range` are left out. Linear in the points, with a logarithm of the cells touched.
-    pub fn observe(&mut self, map_from_base: &Isometry, points: &[[f32; 3]], range: f64) {
+    /// Learns from a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame). Points
+    /// farther than `range` are left out. Linear in the points, with a logarithm of the cells touched, and in the ground within range.
+    pub fn observe(&mut self, map_from_base: &Isometry, sensor: [f32; 3], points: &[[f32; 3]], range: f64) {
         let rotation = map_from_base.rotation.to_rotation_matrix().cast::<f32>();
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
         let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
+        let over = foot + self.shape.step as f32;
         let range_squared = (range * range) as f32;
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -136,15 +193,47 @@ impl Terrain {
                 continue;
             }
             let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
-            let touch = touched.entry(index).or_insert(Touch { lowest: z, highest: z });
+            let touch =
+                touched.entry(index).or_insert(Touch { lowest: z, highest: z, standing: f32::INFINITY });
             touch.lowest = touch.lowest.min(z);
             touch.highest = touch.highest.max(z);
+            if z > over {
+                touch.standing = touch.standing.min(z);
+            }
         }
         for (&index, touch) in &touched {
             self.learn(index, touch, foot);
         }
         self.touched = touched;
+        let view = RangeImage::new(points, sensor);
+        self.look_through(
+            &Seen { view, base_from_map: map_from_base.inverse(), foot },
+            [origin.x, origin.y],
+            range,
+        );
         self.stand(map_from_base, foot);
+    }
+
+    /// Doubts the obstacles within `range` of `place` that rays of a scan went through.
+    fn look_through(&mut self, seen: &Seen, place: [f64; 2], range: f64) {
+        let [low, high] =
+            [-range, range].map(|reach| locate(self.index(place[0] + reach, place[1] + reach)).0);
+        let is_about =
+            |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
+        let mut through: Vec<(CellIndex, i8)> = Vec::new();
+        for (block, cells) in self.blocks.iter().filter(|(block, _)| is_about(**block)) {
+            for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.is_obstacle()) {
+                let index = at_offset(*block, offset);
+                let (x, y) = self.centre(index);
+                let distance = (x - place[0]).hypot(y - place[1]);
+                if distance <= range && cell.is_seen_through(seen, [x, y], distance as f32) {
+                    through.push((index, cell.obstacle - 1));
+                }
+            }
+        }
+        for (index, obstacle) in through {
+            self.set_obstacle(index, obstacle);
+        }
     }
 
     /// The ground under the robot is known: it stands on it. The LiDAR is blind there.
@@ -185,6 +274,7 @@ impl Terrain {
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
         let in_the_way = touch.highest > ground + step && touch.lowest < ground + clearance;
         if in_the_way {
+            cell.widen(touch.standing.min(touch.highest) - ground, touch.highest - ground);
             obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);
         } else if touch.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);
@@ -197,6 +287,9 @@ impl Terrain {
         let cell = self.cell_mut(index);
         let was = cell.is_obstacle();
         cell.obstacle = obstacle;
+        if obstacle == 0 {
+            cell.band = NO_BAND;
+        }
         let is = cell.is_obstacle();
         if was == is {
             return;
@@ -224,6 +317,12 @@ impl Terrain {
     }
 }
 
+/// The cell that lies there in a block.
+fn at_offset(block: (i32, i32), offset: usize) -> CellIndex {
+    let (row, column) = (offset as i32 / BLOCK, offset as i32 % BLOCK);
+    CellIndex { x: block.0 * BLOCK + column, y: block.1 * BLOCK + row }
+}
+
 fn nalgebra_point(point: &[f32; 3]) -> nalgebra::Vector3<f32> {
     nalgebra::Vector3::from(*point)
 }
@@ -232,3 +331,7 @@ fn locate(index: CellIndex) -> ((i32, i32), usize) {
     let block = (index.x.div_euclid(BLOCK), index.y.div_euclid(BLOCK));
     (block, (index.y.rem_euclid(BLOCK) * BLOCK + index.x.rem_euclid(BLOCK)) as usize)
 }
+
+#[cfg(test)]
+#[path = "terrain_tests.rs"]
+mod tests;

@@ -7,6 +7,7 @@ use crate::filter::Filter;
 use crate::imu_queue::ImuQueue;
 use crate::motion::Motion;
 use crate::pose_table::PoseTable;
+use crate::rest::Rest;
 use crate::state::{ErrorVector, State};
 use crate::velocity::VelocityMeasurement;
 use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, se3, so3};
@@ -19,6 +20,9 @@ const ASTRAY: (f64, f64) = (0.5, 5.0);
 /// Noise of readings at the end of their range, per √Hz: rad/s and m/s².
 const SATURATED_GYRO: f64 = 3.0;
 const SATURATED_ACCEL: f64 = 10.0;
+
+/// Legs have spoken lately if it is no longer ago.
+const LATELY: Span = Span::from_millis(300);
 
 /// Something with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +85,9 @@ pub struct Carrier {
     /// Latest turn rate as the gyroscope read it, rad/s.
     gyro: Vector3,
     last_legs: Option<Stamp>,
+    /// How fast they were, m/s.
+    legs_speed: f64,
+    rest: Rest,
     last_external: Option<Timed<Isometry>>,
 }
 
@@ -118,6 +125,8 @@ impl Carrier {
             bias_kept: None,
             gyro: Vector3::zeros(),
             last_legs: None,
+            legs_speed: 0.0,
+            rest: Rest::default(),
             last_external: None,
         }
     }
@@ -140,6 +149,27 @@ impl Carrier {
     /// say nothing of the way before.
     pub fn book_guess(&mut self) {
         self.guessed = self.guess();
+    }
+
+    /// Whether the IMU feels motion of which the legs know nothing: somebody carries the robot, or pushes it about.
+    pub fn is_carried(&self) -> bool {
+        self.inertial && self.rest.is_carried(self.time)
+    }
+
+    /// Whether neither legs nor IMU feel any motion.
+    pub fn is_at_rest(&self) -> bool {
+        self.inertial && self.rest.is_at_rest(self.time)
+    }
+
+    /// Whether legs and IMU know the way, and agree on it.
+    pub fn has_legs(&self) -> bool {
+        self.inertial && self.last_legs.is_some_and(|last| self.time - last <= LATELY) && !self.is_carried()
+    }
+
+    /// How much faster the body is than the legs say, m/s; none where they say nothing.
+    pub fn faster_than_legs(&self) -> Option<f64> {
+        let lately = self.last_legs.is_some_and(|last| self.time - last <= LATELY);
+        lately.then(|| self.filter.state.velocity.norm() - self.legs_speed)
     }
 
     /// Newest leg velocity taken in.
@@ -194,6 +224,7 @@ impl Carrier {
         let motion = match (readings, twist) {
             (Some(mean), _) => {
                 self.gyro = mean.gyro;
+                self.rest.imu(dt, &mean.specific_force, &mean.gyro);
                 noise.gyro *= self.agreement.doubt();
                 self.rough |= mean.saturated;
                 if mean.saturated {
@@ -237,6 +268,8 @@ impl Carrier {
             scaled: true,
         };
         measurement.apply(&mut self.filter);
+        self.legs_speed = measured.value.norm();
+        self.rest.legs(measured.stamp, self.legs_speed);
     }
 
     /// Without an IMU, the other odometry's twist between its last pose and its next one carries the motion.

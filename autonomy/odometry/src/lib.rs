@@ -21,6 +21,7 @@ mod motion;
 mod odometry;
 mod pose_table;
 mod recovery;
+mod rest;
 mod startup;
 mod state;
 mod sweep;

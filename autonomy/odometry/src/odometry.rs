@@ -154,6 +154,11 @@ impl Odometry {
         self.work(true, out);
     }
 
+    /// Whether it follows the motion now: not before the start, nor while it begins anew.
+    pub fn is_underway(&self) -> bool {
+        self.tracker.is_some()
+    }
+
     /// The estimate at an instant: between and after scans the pose is carried by the IMU. Before the start, and while it begins anew,
     /// where it is to begin, with a large covariance.
     pub fn predict(&self, at: Stamp) -> Estimate {

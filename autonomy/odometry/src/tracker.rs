@@ -39,8 +39,15 @@ const LOST: Span = Span::from_millis(3_000);
 const DARK: Span = Span::from_millis(1_000);
 /// And if that is no more than so many standard deviations from where it is expected, a poorer fit will do.
 const EXPECTED: f64 = 4.0;
-/// A robot on legs that seems to be faster than this does not know how it moves, m/s.
+/// Where legs and IMU agree on the way there, much of what is seen may be new, if there is a share of it at most that is known, or such a
+/// share of that lies on its surfaces.
+const HARDLY_KNOWN: f64 = 0.1;
+const KNOWN_FITS: f64 = 0.5;
+/// A robot on legs that seems to be faster than this does not know how it moves, m/s; nor does one that seems to be faster than its legs by
+/// so much, or than the second of these at rest, for so long.
 const FASTEST: f64 = 3.0;
+const FAST_AT_REST: f64 = 0.3;
+const TOO_FAST: Span = Span::from_millis(1_000);
 /// After so long without a scan, guesses are compared before one is followed.
 const LONG_AGO: Span = Span::from_millis(150);
 
@@ -59,6 +66,12 @@ pub struct Tracker {
     recovery: Recovery,
     /// Start of the first of the scans, all to the last, that had enough points and did not fit.
     lost_since: Option<Stamp>,
+    /// Since when the body has seemed to be far faster than the legs.
+    fast_since: Option<Stamp>,
+    /// Whether the way since the last scan that entered the map has been booked as a guess.
+    guessed: bool,
+    /// Whether somebody carried the robot meanwhile: the legs were wrong, and with them all that they taught the filter.
+    carried: bool,
     /// Where to begin anew: the filter's velocity and sense of gravity are not to be believed any more.
     astray: Option<Origin>,
     /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
@@ -160,6 +173,9 @@ impl Tracker {
             scans: 0,
             recovery: Recovery::default(),
             lost_since: None,
+            fast_since: None,
+            guessed: false,
+            carried: false,
             astray: None,
             usual_share: 0.0,
             thinned: Thinned::default(),
@@ -194,8 +210,29 @@ impl Tracker {
 
     /// Goes on to a stamp without a scan.
     pub fn advance(&mut self, to: Stamp, queues: &mut Queues) {
-        self.carrier.advance(to, queues);
+        self.carry_on(to, queues);
         self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
+    }
+
+    /// Carries the estimate to a stamp. In the dark nothing but legs and IMU know the way: where they contradict each other nobody does.
+    fn carry_on(&mut self, to: Stamp, queues: &mut Queues) {
+        self.carrier.advance(to, queues);
+        if self.is_dark(to) && self.carrier.is_carried() {
+            self.carried = true;
+            self.guess_way();
+        }
+    }
+
+    /// Whether no scan has entered the map for so long that the robot may be elsewhere.
+    fn is_dark(&self, now: Stamp) -> bool {
+        self.carrier.inertial && self.last_entered.is_some_and(|entered| now - entered.stamp > DARK)
+    }
+
+    /// Books the way since the last scan that entered the map as a guess, once.
+    fn guess_way(&mut self) {
+        if !std::mem::replace(&mut self.guessed, true) {
+            self.carrier.book_guess();
+        }
     }
 
     /// Takes a scan in and tells the pose at its end.
@@ -220,16 +257,16 @@ impl Tracker {
         self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
     }
 
-    /// Gives the local map up when no scan has fitted for long, so that the way from here on is followed at least. A blind LiDAR is none of this:
-    /// the map is as good as before when it sees again.
+    /// Gives the local map up when no scan has fitted for long, or the robot was carried in the dark, so that the way from here on is followed
+    /// at least. A blind LiDAR alone is none of this: the map is as good as before when it sees again.
     fn begin_anew_if_lost(&mut self, sweep: &Sweep, report: &RegistrationReport) -> Option<Finding> {
-        let unlike = report.rejected && self.thinned.coarse.len() >= MIN_POINTS;
-        if !unlike {
-            self.lost_since = None;
-            return None;
-        }
-        let since = *self.lost_since.get_or_insert(sweep.start);
-        if sweep.end - since < LOST {
+        // In the dark it might begin anew in somebody's arms, where no second says which way is up.
+        let sees = self.thinned.coarse.len() >= MIN_POINTS;
+        let lost_since = (sees && report.rejected).then(|| self.lost_since.unwrap_or(sweep.start));
+        self.lost_since = lost_since;
+        let lost = lost_since.is_some_and(|since| self.carried || sweep.end - since >= LOST);
+        let runs_away = self.runs_away(sweep.end) && sees;
+        if !lost && !runs_away {
             return None;
         }
         if self.carrier.inertial {
@@ -242,6 +279,16 @@ impl Tracker {
         Some(checks::lost_way())
     }
 
+    /// Whether the body has seemed to be far faster than the legs for long: where a LiDAR hardly sees how the robot moves, as along a
+    /// corridor, scans follow a wrong velocity.
+    fn runs_away(&mut self, now: Stamp) -> bool {
+        let limit = if self.carrier.is_at_rest() { FAST_AT_REST } else { FASTEST };
+        let faster = self.carrier.faster_than_legs().filter(|_| self.carrier.inertial);
+        let fast = faster.is_some_and(|faster| faster > limit);
+        self.fast_since = if fast { self.fast_since.or(Some(now)) } else { None };
+        self.fast_since.is_some_and(|since| now - since >= TOO_FAST)
+    }
+
     /// Where the robot may be, now that it sees nothing of what it saw before: where sensors carried it to, if they can be believed, or
     /// where it was last sure.
     fn guess(&self) -> Origin {
@@ -251,7 +298,8 @@ impl Tracker {
             Some(sure) if now.velocity.norm() > FASTEST => sure,
             _ => now.odom_from_base,
         };
-        Origin { odom_from_base, guessed: self.carrier.guess() }
+        let guessed = if self.guessed { now.guessed } else { self.carrier.guess() };
+        Origin { odom_from_base, guessed }
     }
 
     /// Takes a sweep without an IMU: part by part, and where a part does not fit as parts usually do, as a whole.
@@ -319,6 +367,7 @@ impl Tracker {
         if *worth {
             self.map.insert(thinned, odom_from_body);
             self.last_entered = self.last_scan;
+            (self.guessed, self.carried) = (false, false);
         }
     }
 
@@ -330,7 +379,7 @@ impl Tracker {
         queues: &mut Queues,
         whence: Whence,
     ) -> (Outcome, Placed) {
-        self.carrier.advance(sweep.end, queues);
+        self.carry_on(sweep.end, queues);
         let prior = self.carrier.filter.state.odom_from_body;
         let passes = if self.carrier.inertial || !sweep.timed { 1 } else { COAST_PASSES };
         let mut fitted = None;
@@ -343,11 +392,17 @@ impl Tracker {
                 self.follow_scan(sweep, &state);
             }
         }
-        let accepted = fitted.filter(|fitted| !fitted.report.rejected);
+        let accepted = fitted.filter(|fitted| !fitted.report.rejected && !self.carried);
         let mut report = fitted.map(|fitted| fitted.report).unwrap_or_default();
         report.rejected = accepted.is_none() && !self.map.gaussians().is_empty();
         if let Some(fitted) = accepted {
+            let surprising = self.is_dark(sweep.end)
+                && !self.carrier.filter.expects(&fitted.state.odom_from_body, EXPECTED);
             self.carrier.filter.absorb_pose(fitted.state, &fitted.information);
+            // It fits somewhere in what was seen before, but legs and IMU came by another way: it may as well be somewhere alike.
+            if surprising {
+                self.guess_way();
+            }
         }
         let posterior = self.carrier.filter.state.odom_from_body;
         if passes > 1 {
@@ -385,8 +440,7 @@ impl Tracker {
             return None;
         }
         let mut start = previous.map_or(self.carrier.filter.state, |fitted| fitted.state);
-        let dark = self.carrier.inertial
-            && self.last_entered.is_some_and(|entered| sweep.end - entered.stamp > DARK);
+        let dark = self.is_dark(sweep.end);
         if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough && !dark) {
             return Some(judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Close)));
         }
@@ -394,8 +448,10 @@ impl Tracker {
         let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
         if !(long_ago && previous.is_none()) {
             let fitted = judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Loose));
-            let fits = self.recovery.fits(&self.map, &self.thinned, &fitted.state.odom_from_body);
-            let fits = fits && (!dark || self.is_believable(&fitted));
+            let fits = match dark {
+                true => self.is_believable(&fitted),
+                false => self.recovery.fits(&self.map, &self.thinned, &fitted.state.odom_from_body),
+            };
             if previous.is_some() || (fits && !fitted.report.rejected) {
                 return Some(fitted);
             }
@@ -416,11 +472,13 @@ impl Tracker {
     /// Whether a scan after darkness fits as well as it has to where it was found.
     fn is_believable(&mut self, fitted: &Fitted) -> bool {
         let found = &fitted.state.odom_from_body;
-        if self.carrier.filter.expects(found, EXPECTED) {
-            self.recovery.fits(&self.map, &self.thinned, found)
-        } else {
-            self.recovery.fits_well(&self.map, &self.thinned, found)
+        if !self.carrier.filter.expects(found, EXPECTED) {
+            return self.recovery.fits_well(&self.map, &self.thinned, found);
         }
+        let RegistrationReport { matched, points_used, inlier_share, .. } = fitted.report;
+        let hardly_known = (matched as f64) < HARDLY_KNOWN * points_used as f64;
+        (self.carrier.has_legs() && (hardly_known || inlier_share >= KNOWN_FITS))
+            || self.recovery.fits(&self.map, &self.thinned, found)
     }
 
     /// Without inertial readings, makes the motion during the sweep the one that its points imply.

@@ -1,4 +1,4 @@
-//! Point clouds: thinning, filters, and maps made of Gaussians in hashed cells.
+//! Point clouds: thinning, filters, maps made of Gaussians in hashed cells, and what a sensor saw through.
 //!
 //! Knows nothing of sensors, time or robots. Points are `f32` around an origin that the caller keeps in `f64`.
 
@@ -8,6 +8,7 @@ pub mod gaussian_map;
 pub mod hash;
 pub mod surfaces;
 pub mod symmetric;
+pub mod view;
 
 pub use downsample::{Centroid, Downsampler};
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};

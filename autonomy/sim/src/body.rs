@@ -1,6 +1,6 @@
 //! The robot's body as a trajectory: the walker's path made smooth, with the gait on top.
 
-use crate::gait::Gait;
+use crate::gait::{Gait, Wobble};
 use crate::site::Site;
 use crate::smooth::Smooth;
 use crate::walker::Walker;
@@ -96,7 +96,7 @@ impl Body {
     pub(crate) fn advance(&mut self, site: &Site, wanted: &Twist) {
         let before = [self.walker.x, self.walker.y, self.walker.yaw];
         self.walker.step(site, wanted, BLOCK_SECONDS);
-        self.follow(before);
+        self.follow(before, |_| Wobble::default());
     }
 
     /// Where the walker is: x, y (metres), yaw (radians), site frame.
@@ -104,19 +104,26 @@ impl Body {
         [self.walker.x, self.walker.y, self.walker.yaw]
     }
 
-    /// One block in somebody's arms, to that place; the ground is felt again when it is `put_down`.
-    pub(crate) fn carry(&mut self, site: &Site, [x, y, yaw]: [f64; 3], put_down: bool) {
+    /// One block in somebody's arms, to that place, where `sway` moves it at each tick, 0 being the start of the block; the ground is felt
+    /// again when it is `put_down`.
+    pub(crate) fn carry(
+        &mut self,
+        site: &Site,
+        [x, y, yaw]: [f64; 3],
+        sway: impl Fn(usize) -> Wobble,
+        put_down: bool,
+    ) {
         let before = self.place();
         let footing = self.walker.footing;
         self.walker = Walker::new(site, x, y, footing.height, yaw);
         if !put_down {
             self.walker.footing = footing;
         }
-        self.follow(before);
+        self.follow(before, sway);
     }
 
-    /// Moves smoothly to where the walker is now from where it was a block ago.
-    fn follow(&mut self, before: [f64; 3]) {
+    /// Moves smoothly to where the walker is now from where it was a block ago, with what `sway` adds at each tick.
+    fn follow(&mut self, before: [f64; 3], sway: impl Fn(usize) -> Wobble) {
         let after = [self.walker.x, self.walker.y, self.walker.yaw];
         let footing = self.walker.footing;
         let (speed, turning) = self.walker.pace();
@@ -130,7 +137,7 @@ impl Body {
             {
                 smooth.step(target);
             }
-            let wobble = self.gait.step(speed, turning);
+            let wobble = self.gait.step(speed, turning).and(&sway(tick));
             self.motion.site_from_base.push(self.pose(wobble.shift, wobble.lean));
         }
     }

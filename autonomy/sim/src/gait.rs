@@ -23,6 +23,14 @@ pub(crate) struct Wobble {
     pub(crate) lean: [f64; 3],
 }
 
+impl Wobble {
+    /// Both, which are small.
+    pub(crate) fn and(&self, other: &Self) -> Self {
+        let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|axis| a[axis] + b[axis]);
+        Self { shift: sum(self.shift, other.shift), lean: sum(self.lean, other.lean) }
+    }
+}
+
 /// The stride.
 #[derive(Clone, Debug)]
 pub(crate) struct Gait {

@@ -3,6 +3,7 @@
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
 use crate::faults::{Fault, Faults};
+use crate::gait::Wobble;
 use crate::imu::Imu;
 use crate::legs::Legs;
 use crate::lidar::{FULL_COLUMNS, Lidar};
@@ -10,12 +11,14 @@ use crate::people::People;
 use crate::route::Start;
 use crate::site::{Site, SiteName};
 use crate::{
-    BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, IMU_HZ, TICK_NANOS, TICKS_PER_BLOCK, TICKS_PER_IMU,
+    BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, IMU_HZ, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK,
+    TICKS_PER_IMU,
 };
 use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
 use messages::{BootRecord, Drive, Mounting, Sensor, Sources};
 use nalgebra::Translation3;
 use std::collections::VecDeque;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use vocab::{Pose, Span, Stamp, Twist, Vec3};
 
@@ -88,6 +91,11 @@ pub struct Truth {
     pub velocity: Twist,
 }
 
+/// Somebody lifts the robot so high, metres, in so long, seconds, and walks at so many steps a second.
+const LIFTED: f64 = 0.35;
+const LIFTING: f64 = 1.5;
+const STEPS_HZ: f64 = 1.8;
+
 /// A robot in somebody's arms: x, y (metres) and yaw (radians) at both ends, and the blocks of 10 ms that it takes.
 #[derive(Clone, Copy, Debug)]
 struct Carried {
@@ -101,8 +109,21 @@ impl Carried {
     /// Smoothly from rest to rest.
     fn at(&self) -> [f64; 3] {
         let share = (self.done as f64 / self.blocks as f64).min(1.0);
-        let eased = share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
+        let eased = share - (TAU * share).sin() / TAU;
         [0, 1, 2].map(|axis| self.from[axis] + (self.to[axis] - self.from[axis]) * eased)
+    }
+
+    /// Lifted, and swaying with the steps of who carries it, so long after it was taken up, seconds.
+    fn sway(&self, seconds: f64) -> Wobble {
+        let whole = self.blocks as f64 * BLOCK_SECONDS;
+        let share = (seconds.min(whole - seconds) / LIFTING.min(whole / 2.0)).clamp(0.0, 1.0);
+        // Continuous in acceleration.
+        let ease = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
+        let swing = |steps: f64, phase: f64| ease * (TAU * STEPS_HZ * steps * seconds + phase).sin();
+        Wobble {
+            shift: [0.0, 0.02 * swing(0.5, 0.0), LIFTED * ease + 0.02 * swing(1.0, 0.5)],
+            lean: [0.04 * swing(0.5, 1.0), 0.03 * swing(1.0, 2.0), 0.0],
+        }
     }
 }
 
@@ -311,9 +332,11 @@ impl Simulator {
             self.body.advance(&self.site, &wanted);
             return false;
         };
+        let before = carried.done as f64 * BLOCK_SECONDS;
         carried.done += 1;
-        let put_down = carried.done >= carried.blocks;
-        self.body.carry(&self.site, carried.at(), put_down);
+        let (carried, put_down) = (*carried, carried.done >= carried.blocks);
+        let sway = |tick: usize| carried.sway(before + tick as f64 * TICK_SECONDS);
+        self.body.carry(&self.site, carried.at(), sway, put_down);
         if put_down {
             self.carried = None;
         }

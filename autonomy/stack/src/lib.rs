@@ -191,7 +191,7 @@ impl Running {
         self.points_used = located.points_used;
         if !located.blind && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
             self.observed = Some(located.stamp);
-            self.motion.observe(at, &located.odom_from_base, &located.cloud.xyz);
+            self.motion.observe(at, &located.odom_from_base, self.mapping.sensor(), &located.cloud.xyz);
         }
         publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
         publish(
@@ -298,7 +298,7 @@ impl Running {
     }
 
     fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
-        self.localisation.tick(at);
+        self.localisation.tick(at, self.localiser.is_underway());
         let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         // Odometry may have begun anew without the place having been lost, and the place may have been in doubt when it was found.

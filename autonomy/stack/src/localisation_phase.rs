@@ -218,10 +218,10 @@ impl LocalisationPhase {
         turn
     }
 
-    /// Time passes.
-    pub fn tick(&mut self, at: Stamp) {
+    /// Time passes, with odometry underway or not.
+    pub fn tick(&mut self, at: Stamp, underway: bool) {
         if let Phase::Localised(state) = &mut self.phase
-            && state.seen.is_some_and(|seen| at - seen > DARK_AFTER)
+            && (!underway || state.seen.is_some_and(|seen| at - seen > DARK_AFTER))
         {
             state.doubt = Some(LocalisationDoubt::Dark);
         }

@@ -121,6 +121,11 @@ impl Localiser {
         self.collect(said);
     }
 
+    /// Whether odometry follows the robot now: not before it has begun, nor while it begins anew.
+    pub fn is_underway(&self) -> bool {
+        self.odometry.is_underway()
+    }
+
     /// The last located scan moved on to `at`.
     pub fn predict(&self, at: Stamp, last: &Located) -> Box<Located> {
         let estimate = self.odometry.predict(at);

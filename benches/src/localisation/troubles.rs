@@ -5,7 +5,7 @@ use crate::Arguments;
 use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
-use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose};
+use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{Effect, LocalisationState, Order, Publication};
 use sim::{Fault, Site, Start};
 use std::sync::Arc;
@@ -24,13 +24,20 @@ const CARRIED: Span = Span::from_millis(12_000);
 /// And walked between troubles.
 const BETWEEN: Span = Span::from_millis(15_000);
 
-/// Names of the columns: for each trouble how often it came, after how many the robot knew its place within 15 s, and how long that took;
-/// and scans after which it claimed a place that was wrong.
+/// Names of the columns: for each trouble how often it came, how far the robot was brought or walked meanwhile (the least of all times,
+/// metres, as the crow flies), after how many it knew its place within 15 s, and how long that took; and scans after which it claimed a place that
+/// was wrong.
 pub fn print_header() {
     println!(
-        "{:<8}{:>12}{:>8}{:>11}{:>11}{:>9}",
-        "site", "trouble", "times", "in 15 s", "median s", "worst s"
+        "{:<8}{:>12}{:>8}{:>9}{:>11}{:>11}{:>9}",
+        "site", "trouble", "times", "least m", "in 15 s", "median s", "worst s"
     );
+}
+
+/// One trouble: how far it brought the robot, metres, and after how many seconds that knew its place again.
+struct Recovery {
+    metres: f64,
+    seconds: f64,
 }
 
 /// What the robot says of its place.
@@ -112,33 +119,54 @@ impl Day<'_> {
         Ok(f64::INFINITY)
     }
 
-    fn cover(&mut self) -> Result<f64> {
-        let from = self.walk.simulator().elapsed();
+    fn cover(&mut self) -> Result<Recovery> {
+        let (from, before) = (self.walk.simulator().elapsed(), self.place()?);
         self.walk.simulator().inject(Fault::BlindLidar { from, until: from + DARK });
         self.go(DARK)?;
-        self.recovers()
+        let metres = (self.place()? - before).norm();
+        Ok(Recovery { metres, seconds: self.recovers()? })
+    }
+
+    /// Where it truly is in the site.
+    fn place(&self) -> Result<Vector3> {
+        Ok(self.walk.site_from_base()?.translation.vector)
     }
 
     /// There and back again; two recoveries, or none where there is nowhere to go.
-    fn carry(&mut self) -> Result<Vec<f64>> {
+    fn carry(&mut self) -> Result<Vec<Recovery>> {
         let here = self.walk.site_from_base()?;
         let Some(there) = self.elsewhere(&here.translation.vector) else { return Ok(Vec::new()) };
         self.walk.obey_stack(true);
         let back = start(&here.translation.vector, here.rotation.euler_angles().2);
         let mut took = Vec::new();
         for to in [there, back] {
+            let before = self.place()?;
             self.walk.simulator().carry(to, CARRIED);
             self.go(CARRIED)?;
+            let metres = (self.place()? - before).norm();
             let seconds = self.recovers()?;
-            took.push(seconds);
+            took.push(Recovery { metres, seconds });
             if self.each {
                 self.tell(&to, seconds)?;
             }
             self.walk.give(Order::StopMotion, &mut |_, _, _| {});
             self.walk.give(Order::AllowMotion, &mut |_, _, _| {});
         }
+        self.put_back(back)?;
         self.walk.obey_stack(false);
         Ok(took)
+    }
+
+    /// Looking about it may have gone anywhere: it is carried to where it left its route, and shown its place.
+    fn put_back(&mut self, route: Start) -> Result<()> {
+        self.walk.simulator().carry(route, CARRIED);
+        self.go(CARRIED)?;
+        let map_from_base = self.known.site_from_map.inverse() * self.walk.site_from_base()?;
+        let (map, at) = (self.known.known.map, Some(pose_from_isometry(&map_from_base)));
+        let heard = &mut self.heard;
+        self.walk.give(Order::Localise { map, at }, &mut |_, _, effects| heard.hear(effects));
+        self.recovers()?;
+        Ok(())
     }
 
     /// One line: where it was put down, how long it took to know that, and where it is now.
@@ -195,22 +223,25 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         carried.extend(day.carry()?);
     }
     for (trouble, took) in [("covered", covered), ("carried", carried)] {
-        print(known, trouble, took);
+        print(known, trouble, &took);
     }
-    println!("{:<8}{:>12}{:>8}{:>11}", known.site.name(), "wrong scans", day.claimed, day.wrong);
+    println!("{:<8}{:>12}{:>8}{:>20}", known.site.name(), "wrong scans", day.claimed, day.wrong);
     Ok(())
 }
 
-fn print(known: &KnownSite, trouble: &str, mut took: Vec<f64>) {
+fn print(known: &KnownSite, trouble: &str, recoveries: &[Recovery]) {
+    let mut took: Vec<f64> = recoveries.iter().map(|recovery| recovery.seconds).collect();
     took.sort_by(f64::total_cmp);
     let at =
         |share: f64| took.get((share * (took.len().max(1) - 1) as f64) as usize).copied().unwrap_or(f64::NAN);
     let in_time = took.iter().filter(|seconds| **seconds <= BAR).count();
+    let metres = recoveries.iter().map(|recovery| recovery.metres).fold(f64::INFINITY, f64::min);
     println!(
-        "{:<8}{:>12}{:>8}{:>11}{:>11.1}{:>9.1}",
+        "{:<8}{:>12}{:>8}{:>9.1}{:>11}{:>11.1}{:>9.1}",
         known.site.name(),
         trouble,
         took.len(),
+        metres,
         in_time,
         at(0.5),
         at(1.0)

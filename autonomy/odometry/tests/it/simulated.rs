@@ -1,6 +1,6 @@
 //! Half a minute of walking through the test hall, with every combination of sources that makes sense.
 
-use crate::support::{b1, carried, config, narrow_doors, poses, run};
+use crate::support::{Walk, b1, carried, config, narrow_doors, poses, run};
 use geometry::Vector3;
 use messages::Sensor;
 use odometry::{FindingKind, OdometryEvent};
@@ -112,8 +112,10 @@ fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_p
         let at = *put_down + Span::from_secs_f64(seconds);
         found.iter().find(|pose| pose.estimate.stamp >= at).unwrap().estimate
     };
-    // It stands, upright, from five seconds on.
-    let (first, last) = (after(5.0), found.last().unwrap().estimate);
+    // It feels that it is carried.
+    assert!(after(-4.0).covariance[(3, 3)].sqrt() > 3.0, "{}", after(-4.0).covariance);
+    // It stands, upright, from three seconds on.
+    let (first, last) = (after(3.0), found.last().unwrap().estimate);
     let moved = first.odom_from_base.inverse() * last.odom_from_base;
     assert!(moved.translation.vector.norm() < 0.02, "{moved}");
     assert!(moved.rotation.angle() < 0.01, "{moved}");
@@ -128,18 +130,10 @@ fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_p
 #[test]
 fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
     let walk = b1();
-    let first = walk.messages[0].stamp();
-    let covered = first + Span::from_millis(10_000)..first + Span::from_millis(30_000);
-    let blind = |message: &Sensor| match message {
-        Sensor::Scan(scan) if covered.contains(&scan.stamp) => {
-            let empty = messages::Scan { stamp: scan.stamp, ..messages::Scan::default() };
-            Sensor::Scan(Arc::new(empty))
-        }
-        other => other.clone(),
-    };
-    let found = poses(&run(config(walk, &[]), walk.messages.iter().map(blind)));
+    let found = poses(&run(config(walk, &[]), covered(walk, 20.0)));
+    let dark = walk.messages[0].stamp() + Span::from_millis(10_000);
     let last = found.last().unwrap();
-    let before = found.iter().rfind(|pose| pose.scan_stamp < covered.start).unwrap();
+    let before = found.iter().rfind(|pose| pose.scan_stamp < dark).unwrap();
     let moved = before.estimate.odom_from_base.inverse() * last.estimate.odom_from_base;
     let truth = walk.truth_at(before.estimate.stamp).inverse() * walk.truth_at(last.estimate.stamp);
     let error = (moved.translation.vector - truth.translation.vector).norm();
@@ -150,6 +144,57 @@ fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
         |pose: &odometry::PoseEvent| pose.estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
     assert!(deviation(last) > 10.0 * deviation(before), "{} {}", deviation(last), deviation(before));
     assert!(error < 5.0 * deviation(last));
+}
+
+/// The walk through b1 with the LiDAR covered for so long from its tenth second on.
+fn covered(walk: &Walk, seconds: f64) -> impl Iterator<Item = Sensor> {
+    let from = walk.messages[0].stamp() + Span::from_millis(10_000);
+    let until = from + Span::from_secs_f64(seconds);
+    walk.messages.iter().map(move |message| match message {
+        Sensor::Scan(scan) if (from..until).contains(&scan.stamp) => {
+            let empty = messages::Scan { stamp: scan.stamp, ..messages::Scan::default() };
+            Sensor::Scan(Arc::new(empty))
+        }
+        other => other.clone(),
+    })
+}
+
+#[test]
+fn what_it_sees_after_walking_through_the_dark_may_be_new_for_the_most_part() {
+    let walk = b1();
+    let events = run(config(walk, &[]), covered(walk, 16.0));
+    assert!(!events.iter().any(|event| matches!(event, OdometryEvent::Finding(_))), "nobody carried it");
+    let found = poses(&events);
+    let lit = walk.messages[0].stamp() + Span::from_millis(26_000);
+    let before = found.iter().rfind(|pose| pose.scan_stamp < lit - Span::from_millis(16_000)).unwrap();
+    let after = found.iter().filter(|pose| pose.scan_stamp >= lit);
+    assert!(after.clone().count() > 20);
+    for pose in after {
+        assert!(!pose.registration.rejected, "{:?}", pose.registration);
+        let moved = before.estimate.odom_from_base.inverse() * pose.estimate.odom_from_base;
+        let truth = walk.truth_at(before.estimate.stamp).inverse() * walk.truth_at(pose.estimate.stamp);
+        let error = (moved.translation.vector - truth.translation.vector).norm();
+        assert!(error < 0.15 && truth.translation.vector.norm() > 3.0, "{error} of {truth}");
+    }
+}
+
+#[test]
+fn far_faster_than_its_legs_it_does_not_know_how_it_moves() {
+    let walk = b1();
+    let from = walk.messages[0].stamp() + Span::from_millis(12_000);
+    let pushed = covered(walk, 10.0).map(|message| match message {
+        Sensor::Imu(mut imu) if imu.stamp > from => {
+            imu.specific_force.x += 6.0;
+            Sensor::Imu(imu)
+        }
+        other => other,
+    });
+    let events = run(config(walk, &[]), pushed);
+    let lost =
+        |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::LostWay);
+    assert!(events.iter().any(lost));
+    let fastest = poses(&events).iter().map(|pose| pose.estimate.velocity.norm()).fold(0.0, f64::max);
+    assert!((3.0..40.0).contains(&fastest), "{fastest} m/s");
 }
 
 #[test]

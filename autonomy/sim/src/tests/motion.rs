@@ -126,7 +126,10 @@ fn carried_away_the_robot_feels_it_with_its_imu_alone() {
     run(&mut simulator, drive(0.0, 0.0, 0.0), 5);
     let to = Start { position: Vec3::new(29.0, 17.2, 0.0), yaw: 1.0 };
     simulator.carry(to, Span::from_millis(8_000));
-    let events = run(&mut simulator, drive(0.5, 0.0, 0.0), 80);
+    let mut events = run(&mut simulator, drive(0.5, 0.0, 0.0), 40);
+    let lifted = site_from_base(&simulator.truth()).translation.z;
+    assert!((lifted - STANDING_HEIGHT - 0.35).abs() < 0.05, "{lifted} m");
+    events.extend(run(&mut simulator, drive(0.5, 0.0, 0.0), 40));
     let place = site_from_base(&simulator.truth()).translation.vector;
     assert!((place - Vector3::new(29.0, 17.2, place.z)).norm() < 0.05, "{place}");
     assert!(scans(&events).iter().all(|scan| scan.xyz.is_empty()));

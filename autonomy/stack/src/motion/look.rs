@@ -13,6 +13,8 @@ const STAND: Span = Span::from_millis(1_000);
 const WALK: f64 = 4.0;
 /// Slower than where it knows its way, m/s.
 const SPEED: f64 = 0.6;
+/// A walk on which it gets no farther than so many metres in such a time is over: something that it does not see is in its way.
+const STUCK: (f64, Span) = (0.1, Span::from_millis(6_000));
 /// After so many places it gives up, until somebody helps.
 const PLACES: usize = 16;
 
@@ -27,13 +29,26 @@ pub(super) struct Look {
 
 #[derive(Debug)]
 enum Now {
-    Stands { since: Stamp },
-    Walks { follower: Follower, planned: Stamp },
+    Stands {
+        since: Stamp,
+    },
+    /// `passed`: where it was, and when, as it last got any farther.
+    Walks {
+        follower: Follower,
+        planned: Stamp,
+        passed: (Stamp, Vector3),
+    },
 }
 
 impl Look {
     pub fn new(at: Stamp, goal: Option<Vector3>) -> Self {
         Self { goal, been: Vec::new(), now: Now::Stands { since: at } }
+    }
+
+    /// Where it walks to, odometry's frame, if it walks.
+    #[cfg(test)]
+    pub fn goes_to(&self) -> Option<Vector3> {
+        if let Now::Walks { follower, .. } = &self.now { follower.path().last().copied() } else { None }
     }
 
     /// Sees nothing.
@@ -56,34 +71,46 @@ impl Look {
                 }
                 self.been.push(here);
                 self.now = match roam(terrain, &here, &self.been, WALK) {
-                    Some(path) => {
-                        let config = FollowerConfig { speed: SPEED, ..FollowerConfig::default() };
-                        Now::Walks { follower: Follower::new(config, path), planned: at }
-                    }
+                    Some(path) => Now::Walks { follower: follower(path), planned: at, passed: (at, here) },
                     None => Now::Stands { since: at },
                 };
             }
-            Now::Walks { follower, planned } => {
-                let free = at - *planned < REPLAN_EVERY || is_free(terrain, &here, follower.path());
-                match follower.velocity(odom_from_base).filter(|_| free) {
-                    Some(velocity) => {
-                        if at - *planned >= REPLAN_EVERY {
-                            *planned = at;
+            Now::Walks { follower: following, planned, passed } => {
+                if at - *planned >= REPLAN_EVERY {
+                    *planned = at;
+                    match replan(terrain, &here, following.path()) {
+                        Some(path) => *following = follower(path),
+                        None => {
+                            self.now = Now::Stands { since: at };
+                            return Step::Go(Velocity::default());
                         }
-                        return Step::Go(velocity);
                     }
-                    None => self.now = Now::Stands { since: at },
                 }
+                if (here - passed.1).norm() > STUCK.0 {
+                    *passed = (at, here);
+                }
+                let stuck = at - passed.0 > STUCK.1;
+                if let Some(velocity) = following.velocity(odom_from_base).filter(|_| !stuck) {
+                    return Step::Go(velocity);
+                }
+                // Not there again.
+                self.been.extend(following.path().last().filter(|_| stuck));
+                self.now = Now::Stands { since: at };
             }
         }
         Step::Go(Velocity::default())
     }
 }
 
-/// Whether nobody has stepped into the way: the rest of it is planned as it was, to half a metre.
-fn is_free(terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> bool {
-    let Some(end) = path.last() else { return false };
+fn follower(path: Vec<Vector3>) -> Follower {
+    Follower::new(FollowerConfig { speed: SPEED, ..FollowerConfig::default() }, path)
+}
+
+/// The way to the end of a path as it is seen now; none if nobody would go there for it: it is longer than the whole path, and than the way
+/// as the crow flies by more than half a metre.
+fn replan(terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
+    let end = path.last()?;
     let length = |path: &[Vector3]| path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
     let nearly = (end - here).norm() + 0.5;
-    plan(terrain, here, end).is_ok_and(|now| length(&now) <= length(path).max(nearly))
+    plan(terrain, here, end).ok().filter(|now| length(now) <= length(path).max(nearly))
 }

@@ -16,7 +16,7 @@ fn on_a_floor() -> Motion {
     }
     points.extend((0..20_u8).flat_map(|z| [[1.5, 0.0, 0.05 * f32::from(z) - 0.4]; 3]));
     for _ in 0..20 {
-        motion.observe(Stamp::EPOCH, &Isometry::identity(), &points);
+        motion.observe(Stamp::EPOCH, &Isometry::identity(), [0.0; 3], &points);
     }
     motion
 }
@@ -66,24 +66,42 @@ fn room() -> Vec<[f32; 3]> {
 
 /// Lets a robot move as it is told for so long, at 20 Hz; it sees the room unless it is dark. Returns where it went.
 fn live(motion: &mut Motion, frames: &mut Frames, now: &mut Stamp, seconds: u32, dark: bool) -> Vec<Vector3> {
+    let points = if dark { Vec::new() } else { room() };
+    live_in(&points, &|_| true, motion, frames, now, seconds)
+}
+
+/// The same among points that it sees, in the dark if there are none, in places that it can come to.
+fn live_in(
+    points: &[[f32; 3]],
+    is_open: &dyn Fn(&Vector3) -> bool,
+    motion: &mut Motion,
+    frames: &mut Frames,
+    now: &mut Stamp,
+    seconds: u32,
+) -> Vec<Vector3> {
     let mut way = Vec::new();
     for _ in 0..seconds * 20 {
         *now += Span::from_millis(50);
-        if !dark {
+        if !points.is_empty() {
             let base_from_odom = frames.odom_from_base.inverse();
-            let points = room().into_iter().map(|point| {
+            let points = points.iter().map(|point| {
                 let [x, y, z] = point.map(f64::from);
                 let seen =
                     base_from_odom.rotation * Vector3::new(x, y, z) + base_from_odom.translation.vector;
                 [seen.x as f32, seen.y as f32, seen.z as f32]
             });
-            motion.observe(*now, &frames.odom_from_base, &points.collect::<Vec<_>>());
+            motion.observe(*now, &frames.odom_from_base, [0.0; 3], &points.collect::<Vec<_>>());
         }
         if let Some(drive) = motion.tick(*now, frames) {
             let turned = so3::exp(&Vector3::new(0.0, 0.0, 0.05 * drive.velocity.angular.z));
             let step =
                 Isometry::from_parts(Vector3::new(0.05 * drive.velocity.linear.x, 0.0, 0.0).into(), turned);
-            frames.odom_from_base *= step;
+            let next = frames.odom_from_base * step;
+            if is_open(&next.translation.vector) {
+                frames.odom_from_base = next;
+            } else {
+                frames.odom_from_base.rotation = next.rotation;
+            }
         }
         way.push(frames.odom_from_base.translation.vector);
     }
@@ -150,4 +168,42 @@ fn who_does_not_find_its_place_gives_up_and_says_so_and_a_stop_is_a_stop() {
     assert!(
         live(&mut motion, &mut frames, &mut now, 5, false).iter().all(|place| (place - at).norm() < 1e-9)
     );
+}
+
+/// A robot in the room that looks about, and where it goes first.
+fn looking() -> (Motion, Frames, Stamp, Vector3) {
+    let mut motion = Motion::new(Some(0.5));
+    let (mut frames, mut now) =
+        (Frames { map_from_odom: shifted(0.0, 0.0), odom_from_base: shifted(0.0, 0.0) }, Stamp::EPOCH);
+    live(&mut motion, &mut frames, &mut now, 1, false);
+    assert_eq!(motion.look_about(now), Ok(()));
+    live(&mut motion, &mut frames, &mut now, 3, false);
+    let Mode::Looking(look) = &motion.mode else { panic!("does not look") };
+    let Some(end) = look.goes_to() else { panic!("does not walk") };
+    (motion, frames, now, end)
+}
+
+#[test]
+fn who_looks_about_goes_round_what_comes_into_its_way() {
+    let (mut motion, mut frames, mut now, end) = looking();
+    let post = end * 0.6;
+    let mut points = room();
+    points.extend((0..20_u8).flat_map(|z| {
+        let at = |x: f64, y: f64| [(post.x + x) as f32, (post.y + y) as f32, 0.05 * f32::from(z) - 0.4];
+        [at(0.0, 0.0), at(0.1, 0.0), at(-0.1, 0.0), at(0.0, 0.1), at(0.0, -0.1)]
+    }));
+    let way = live_in(&points, &|_| true, &mut motion, &mut frames, &mut now, 15);
+    let nearest = way.iter().map(|place| (place - post).xy().norm()).fold(f64::INFINITY, f64::min);
+    let farthest = way.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    assert!(nearest > 0.3 && farthest > 1.5, "{nearest} m from it, {farthest} m away");
+}
+
+#[test]
+fn who_looks_about_turns_elsewhere_where_something_unseen_stops_it() {
+    let (mut motion, mut frames, mut now, end) = looking();
+    let that_way = end.normalize();
+    let is_open = |place: &Vector3| place.dot(&that_way) < 0.5;
+    let way = live_in(&room(), &is_open, &mut motion, &mut frames, &mut now, 30);
+    let farthest = way.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    assert!(farthest > 1.5, "{farthest} m");
 }

@@ -77,6 +77,16 @@ impl RangeImage {
         }
     }
 
+    /// Whether rays passed through a point, base frame, metres, and above it and below it: what stands there and is thicker than the rays
+    /// are apart would have been met. At the edge of what the sensor sees [`Self::look`] cannot tell that.
+    pub fn passed(&self, point: &[f32; 3]) -> bool {
+        let is_seen = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
+        let enclosed = direction(point, &self.sensor).is_some_and(|(column, row, _)| {
+            (1..ROWS - 1).contains(&row) && is_seen(row - 1, column) && is_seen(row + 1, column)
+        });
+        enclosed && self.look(point) == Sight::Through
+    }
+
     /// Whether the sensor saw what a point, base frame, metres, lies on: surfaces near its direction lie both before and
     /// behind it, or at it. Kinder than [`Self::look`] to walls seen at a slant.
     pub fn saw(&self, point: &[f32; 3]) -> bool {
@@ -158,6 +168,9 @@ mod tests {
         assert_eq!(image.look(&[-4.0, 0.0, 0.5]), Sight::Unseen);
         assert!(image.saw(&[5.9, 1.5, 0.5]) && !image.saw(&[9.0, 1.5, 0.5]) && !image.saw(&[4.0, 1.5, 0.5]));
         assert!(!image.saw(&[-4.0, 0.0, 0.5]) && image.saw(&[6.0, 0.05, 0.5]), "beside the pole");
+        assert!(image.passed(&[4.0, 1.5, 0.5]) && !image.passed(&[5.9, 1.5, 0.5]));
+        let top = [3.0, 1.5, 1.15];
+        assert!(image.look(&top) == Sight::Through && !image.passed(&top), "no ray went higher");
         // The pole protects itself and what is beside it.
         assert_eq!(image.look(&[3.0, 0.05, 0.5]), Sight::Agrees);
     }

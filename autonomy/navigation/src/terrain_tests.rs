@@ -1,0 +1,92 @@
+//! A LiDAR in the middle of a round hall of 6 m, and what stands there and leaves.
+
+use super::*;
+use geometry::Vector3;
+
+/// The base is 0.55 m over the floor, the LiDAR 0.2 m over the base.
+const FLOOR: f64 = -0.55;
+const SENSOR: [f32; 3] = [0.0, 0.0, 0.2];
+
+/// A round thing: middle, radius, and between which heights over the floor.
+#[derive(Clone, Copy)]
+struct Thing {
+    at: [f64; 2],
+    radius: f64,
+    heights: (f64, f64),
+}
+
+const PERSON: Thing = Thing { at: [2.0, 0.3], radius: 0.25, heights: (0.0, 1.7) };
+
+/// Where a ray from the LiDAR ends: 6 m away at the latest.
+fn cast(ray: &Vector3, things: &[Thing]) -> f64 {
+    let floor = if ray.z < 0.0 { (FLOOR - f64::from(SENSOR[2])) / ray.z } else { f64::INFINITY };
+    let level = ray.xy().norm();
+    let met = things.iter().filter_map(|thing| {
+        let along = (thing.at[0] * ray.x + thing.at[1] * ray.y) / level;
+        let aside = (thing.at[0] * ray.y - thing.at[1] * ray.x) / level;
+        let half = (thing.radius.powi(2) - aside.powi(2)).max(0.0).sqrt();
+        // In steps of 2 cm through the thing, so that what hangs is met from below as well.
+        let steps = (2.0 * half / 0.02) as usize;
+        (along > 0.0 && half > 0.0).then_some(0..=steps)?.find_map(|step| {
+            let range = (along - half + 0.02 * step as f64) / level;
+            let height = f64::from(SENSOR[2]) + range * ray.z - FLOOR;
+            (thing.heights.0..=thing.heights.1).contains(&height).then_some(range)
+        })
+    });
+    met.fold(floor.min(6.0 / level), f64::min)
+}
+
+/// One turn of a LiDAR with 33 beams and so many columns.
+fn scan(columns: usize, things: &[Thing]) -> Vec<[f32; 3]> {
+    let mut points = Vec::new();
+    for column in 0..columns {
+        let yaw = (column as f64 + 0.3) * std::f64::consts::TAU / columns as f64;
+        for beam in -16..=16 {
+            let pitch = f64::from(beam).to_radians();
+            let ray = Vector3::new(pitch.cos() * yaw.cos(), pitch.cos() * yaw.sin(), pitch.sin());
+            let end = ray * cast(&ray, things) + Vector3::from(SENSOR.map(f64::from));
+            points.push([end.x as f32, end.y as f32, end.z as f32]);
+        }
+    }
+    points
+}
+
+fn look(terrain: &mut Terrain, scan: &[[f32; 3]], times: usize) {
+    for _ in 0..times {
+        terrain.observe(&Isometry::identity(), SENSOR, scan, 12.0);
+    }
+}
+
+#[test]
+fn people_who_leave_free_the_way_where_the_robot_sees_no_ground() {
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    look(&mut terrain, &scan(500, &[PERSON]), 20);
+    let edge = terrain.index(1.8, 0.3);
+    assert!(!terrain.is_free(edge));
+    // The lowest beam meets the floor 2.6 m away.
+    look(&mut terrain, &scan(500, &[]), 15);
+    assert!(terrain.is_free(edge));
+    assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall stays");
+}
+
+#[test]
+fn what_rays_go_over_or_under_or_beside_stays() {
+    let low = Thing { at: [0.95, 0.05], radius: 0.1, heights: (0.0, 0.4) };
+    let table = Thing { at: [2.05, 0.05], radius: 0.4, heights: (0.70, 0.78) };
+    let pole = Thing { at: [3.05, 0.05], radius: 0.015, heights: (0.0, 3.0) };
+    for (thing, columns) in [(low, 500), (table, 500), (pole, 720)] {
+        let mut terrain = Terrain::new(0.1, RobotShape::default());
+        // Once it was seen from farther away, where all of it is in sight.
+        let cell = terrain.index(thing.at[0], thing.at[1]);
+        let ([x, y], (foot, top)) = (thing.at.map(|c| c as f32), thing.heights);
+        let mut seen: Vec<[f32; 3]> = (0..=20)
+            .map(|step| [x, y, (FLOOR + foot + (top - foot) * f64::from(step) / 20.0) as f32])
+            .collect();
+        seen.push([x, y, FLOOR as f32]);
+        for _ in 0..4 {
+            terrain.observe(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+        }
+        look(&mut terrain, &scan(columns, &[thing]), 40);
+        assert!(terrain.cell(cell).is_obstacle(), "{:?}", thing.at);
+    }
+}
