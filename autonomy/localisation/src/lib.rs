@@ -5,6 +5,7 @@
 //! whether the scan can have been taken there at all: a person or a rack that was moved contradicts a little of what they saw, a wrong
 //! place most of it. `docs/maths/localisation.md` has the method and its numbers.
 
+mod bits;
 mod guide;
 mod outline;
 mod relocalise;

@@ -5,9 +5,11 @@
 //! place some metres off the lane in which the map was walked. Heights count from the floor that the scan itself sees, so that a map can be
 //! used by a robot that is taller than the one that walked it.
 
+use crate::bits::{Bits, Counts, each};
 use crate::guide::Guide;
 use geometry::{Isometry, Rotation, Vector3, so3};
 use nalgebra::Translation3;
+use std::cmp::Reverse;
 use std::f64::consts::TAU;
 
 /// Edge of a cell, metres.
@@ -34,9 +36,9 @@ const RANGE: (f64, f64) = (0.8, 15.0);
 const POINTS: usize = 120;
 /// Of two poses as near as that, metres and radians, a fit from the better one finds what the other would.
 const BESIDE: (f64, f64) = (0.85, 0.2);
-/// After so many of them, spots that cover less than this share are given up.
+/// Spots that do not cover so many of the first of them are given up.
 const FIRST: usize = 24;
-const HOPELESS: f64 = 0.5;
+const HOPEFUL: u8 = 12;
 
 /// The levels of a map.
 #[derive(Clone, Debug, Default)]
@@ -46,21 +48,26 @@ pub(crate) struct Outlines(Vec<Level>);
 struct Level {
     /// Of the floor.
     floor: f64,
-    /// Of the first cell's corner, cells.
-    corner: [i64; 2],
-    size: [usize; 2],
-    /// Whether something stands in the cell or beside it, row by row.
-    cells: Vec<bool>,
+    /// Cells in which something stands, or beside which.
+    stands: Bits,
     /// Cells where the robot may be.
-    spots: Vec<[i64; 2]>,
+    spots: Bits,
+}
+
+/// A heading at a spot of a level.
+#[derive(Clone, Copy, Debug)]
+struct Laid {
+    /// Points of the outline that something covers.
+    covered: u8,
+    heading: u8,
+    level: u16,
+    spot: [i32; 2],
 }
 
 /// A pose of the base that covers much.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cover {
     pub map_from_base: Isometry,
-    /// Share of the outline that something known covers.
-    pub share: f64,
 }
 
 impl Outlines {
@@ -78,7 +85,7 @@ impl Outlines {
     }
 
     /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
-    /// first and none beside another. Linear in the area walked.
+    /// first and none beside another. Linear in the area walked: some millisecond for 100 m².
     pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
         let over_floor = over_floor(points, level_from_base).unwrap_or(USUAL);
         let outline = outline(points, level_from_base, over_floor);
@@ -93,24 +100,26 @@ impl Outlines {
                 outline.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y].map(steps)).collect()
             })
             .collect();
-        let mut found = Vec::new();
-        for level in &self.0 {
-            for spot in &level.spots {
-                for (share, heading) in level.best(*spot, &turned) {
-                    let [x, y] = spot.map(middle);
-                    let place = Translation3::new(x, y, level.floor + over_floor);
-                    let turn = so3::exp(&(Vector3::z() * angle(heading))) * level_from_base;
-                    found.push(Cover { map_from_base: Isometry::from_parts(place, turn), share });
-                }
-            }
+        let mut laid = Vec::new();
+        for (number, level) in self.0.iter().enumerate() {
+            level.lay(number as u16, &turned, &mut laid);
         }
-        found.sort_by(|a, b| b.share.total_cmp(&a.share));
-        apart(found, most)
+        // Stable: of equals the first.
+        laid.sort_by_key(|one| Reverse(one.covered));
+        apart(
+            laid.iter().map(|one| {
+                let [x, y] = one.spot.map(|cell| middle(i64::from(cell)));
+                let place = Translation3::new(x, y, self.0[usize::from(one.level)].floor + over_floor);
+                let turn = so3::exp(&(Vector3::z() * angle(usize::from(one.heading)))) * level_from_base;
+                Cover { map_from_base: Isometry::from_parts(place, turn) }
+            }),
+            most,
+        )
     }
 }
 
 /// The first ones that are no neighbours of those before: what stands close would else take all that is looked at.
-fn apart(all: Vec<Cover>, most: usize) -> Vec<Cover> {
+fn apart(all: impl IntoIterator<Item = Cover>, most: usize) -> Vec<Cover> {
     let mut chosen: Vec<Cover> = Vec::new();
     for one in all {
         if chosen.len() == most {
@@ -151,67 +160,66 @@ impl Level {
         }
         floors.sort_by(f64::total_cmp);
         let floor = floors.get(floors.len() / 2).copied().unwrap_or(height - USUAL);
-        let first = *stands.first()?;
-        let (least, most) = stands.iter().fold((first, first), |(least, most), at| {
-            ([least[0].min(at[0]), least[1].min(at[1])], [most[0].max(at[0]), most[1].max(at[1])])
-        });
-        let corner = least.map(|c| c - 1);
-        let size = [0, 1].map(|axis| (most[axis] - least[axis] + 3) as usize);
-        let mut cells = vec![false; size[0] * size[1]];
-        for at in stands {
-            for (x, y) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let [column, row] = [at[0] + x - corner[0], at[1] + y - corner[1]].map(|c| c as usize);
-                cells[row * size[0] + column] = true;
-            }
+        if stands.is_empty() {
+            return None;
         }
+        let beside =
+            |at: [i64; 2]| [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(x, y)| [at[0] + x, at[1] + y]);
+        stands.sort_unstable();
+        stands.dedup();
+        let stands = Bits::of(&stands.into_iter().flat_map(beside).collect::<Vec<_>>());
         let near: Vec<Vector3> = guide
             .keyframes()
             .iter()
             .map(|(pose, _)| pose.translation.vector)
             .filter(|at| (at.z - height).abs() <= LEVEL)
             .collect();
-        Some(Self { floor, corner, size, cells, spots: spots(&near) })
+        Some(Self { floor, stands, spots: Bits::of(&spots(&near)) })
     }
 
-    /// The two headings at a spot that cover most, as far as any is worth it, apart from each other.
-    fn best(&self, spot: [i64; 2], turned: &[Vec<[i64; 2]>]) -> impl Iterator<Item = (f64, usize)> {
-        let mut best: [Option<(f64, usize)>; 2] = [None; 2];
-        for (heading, outline) in turned.iter().enumerate() {
-            let Some(share) = self.share(spot, outline) else { continue };
-            let beats = |held: Option<(f64, usize)>| held.is_none_or(|(other, _)| share > other);
-            let beside = best[0].is_some_and(|(_, other)| {
-                let apart = heading.abs_diff(other);
-                apart.min(HEADINGS - apart) <= HEADINGS / 12
-            });
-            if beats(best[0]) {
-                if !beside {
-                    best[1] = best[0];
+    /// Lays an outline over every spot in every heading, and notes the two headings at each that cover most, as far as any is worth it,
+    /// apart from each other.
+    fn lay(&self, level: u16, turned: &[Vec<[i64; 2]>], laid: &mut Vec<Laid>) {
+        for ([x, y], spots) in self.spots.words() {
+            let mut best = [Best::default(); 64];
+            for (heading, outline) in turned.iter().enumerate() {
+                let (first, rest) = outline.split_at(FIRST.min(outline.len()));
+                let mut counts = Counts::default();
+                first.iter().for_each(|at| counts.add(self.stands.run([x + at[0], y + at[1]])));
+                let hopeful = counts.at_least(HOPEFUL) & spots;
+                if hopeful != 0 {
+                    rest.iter().for_each(|at| counts.add(self.stands.run([x + at[0], y + at[1]])));
+                    each(hopeful).for_each(|bit| best[bit as usize].note(counts.get(bit), heading as u8));
                 }
-                best[0] = Some((share, heading));
-            } else if !beside && beats(best[1]) {
-                best[1] = Some((share, heading));
+            }
+            for bit in each(spots) {
+                let spot = [x as i32, y as i32 + bit as i32];
+                let of = |(covered, heading)| Laid { covered, heading, level, spot };
+                laid.extend(best[bit as usize].0.into_iter().flatten().map(of));
             }
         }
-        best.into_iter().flatten()
     }
+}
 
-    /// Share of an outline that is covered at a spot; none if it is hopeless.
-    fn share(&self, spot: [i64; 2], outline: &[[i64; 2]]) -> Option<f64> {
-        let covers = |points: &[[i64; 2]]| points.iter().filter(|at| self.stands(spot, at)).count();
-        let (first, rest) = outline.split_at(FIRST.min(outline.len()));
-        let begun = covers(first);
-        if (begun as f64) < HOPELESS * first.len() as f64 {
-            return None;
+/// The two headings that cover most, with how many points, apart from each other.
+#[derive(Clone, Copy, Debug, Default)]
+struct Best([Option<(u8, u8)>; 2]);
+
+impl Best {
+    fn note(&mut self, covered: u8, heading: u8) {
+        let beats = |held: Option<(u8, u8)>| held.is_none_or(|(other, _)| covered > other);
+        let beside = self.0[0].is_some_and(|(_, other)| {
+            let apart = usize::from(heading.abs_diff(other));
+            apart.min(HEADINGS - apart) <= HEADINGS / 12
+        });
+        if beats(self.0[0]) {
+            if !beside {
+                self.0[1] = self.0[0];
+            }
+            self.0[0] = Some((covered, heading));
+        } else if !beside && beats(self.0[1]) {
+            self.0[1] = Some((covered, heading));
         }
-        Some((begun + covers(rest)) as f64 / outline.len() as f64)
-    }
-
-    #[inline]
-    fn stands(&self, spot: [i64; 2], at: &[i64; 2]) -> bool {
-        // What lies before the corner wraps round to far beyond the end.
-        let column = (spot[0] + at[0] - self.corner[0]) as usize;
-        let row = (spot[1] + at[1] - self.corner[1]) as usize;
-        column < self.size[0] && row < self.size[1] && self.cells[row * self.size[0] + column]
     }
 }
 
@@ -297,6 +305,7 @@ fn angle(heading: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     /// A floor so far below, a table over a part of it, and a wall.
     fn room(below: f32) -> Vec<[f32; 3]> {
@@ -327,14 +336,50 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_do_not_crowd_out_what_is_elsewhere() {
-        let cover = |x: f64, yaw: f64, share| {
-            let turn = so3::exp(&(Vector3::z() * yaw));
-            Cover { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn), share }
+    fn laying_an_outline_counts_what_it_covers() {
+        let mut rng = geometry::RngTree::new(6).child("outline").rng();
+        let mut cells = |count: usize, reach: f64| -> Vec<[i64; 2]> {
+            (0..count).map(|_| [rng.range(-reach, reach) as i64, rng.range(-reach, reach) as i64]).collect()
         };
-        let mut all: Vec<Cover> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0, 0.9)).collect();
-        all.extend([cover(0.0, 1.0, 0.8), cover(3.0, 0.0, 0.7), cover(6.0, 0.0, 0.6)]);
-        let shares: Vec<f64> = apart(all, 3).iter().map(|cover| cover.share).collect();
-        assert_eq!(shares, [0.9, 0.8, 0.7]);
+        let (stands, spots) = (cells(6_000, 50.0), cells(300, 40.0));
+        let turned: Vec<Vec<[i64; 2]>> = (0..HEADINGS).map(|_| cells(100, 20.0)).collect();
+        let level = Level { floor: 0.0, stands: Bits::of(&stands), spots: Bits::of(&spots) };
+        let mut laid = Vec::new();
+        level.lay(2, &turned, &mut laid);
+
+        let [stands, spots] = [stands, spots].map(|cells| cells.into_iter().collect::<BTreeSet<_>>());
+        let mut slow = Vec::new();
+        for spot in spots {
+            let mut best = Best::default();
+            for (heading, outline) in turned.iter().enumerate() {
+                let covers = |points: &[[i64; 2]]| {
+                    points.iter().filter(|at| stands.contains(&[spot[0] + at[0], spot[1] + at[1]])).count()
+                };
+                if covers(&outline[..FIRST]) >= usize::from(HOPEFUL) {
+                    best.note(covers(outline) as u8, heading as u8);
+                }
+            }
+            slow.extend(best.0.into_iter().flatten().map(|(covered, heading)| (covered, heading, spot)));
+        }
+        let fast = laid.iter().map(|one| (one.covered, one.heading, one.spot.map(i64::from)));
+        assert!(slow.len() > 100 && laid.iter().all(|one| one.level == 2));
+        assert_eq!(fast.collect::<Vec<_>>(), slow);
+    }
+
+    #[test]
+    fn neighbours_do_not_crowd_out_what_is_elsewhere() {
+        let cover = |x: f64, yaw: f64| {
+            let turn = so3::exp(&(Vector3::z() * yaw));
+            Cover { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn) }
+        };
+        let mut all: Vec<Cover> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0)).collect();
+        all.extend([cover(0.0, 1.0), cover(3.0, 0.0), cover(6.0, 0.0)]);
+        let places: Vec<(f64, f64)> = apart(all, 3)
+            .iter()
+            .map(|cover| {
+                (cover.map_from_base.translation.x, so3::log(&cover.map_from_base.rotation).z.round())
+            })
+            .collect();
+        assert_eq!(places, [(0.0, 0.0), (0.0, 1.0), (3.0, 0.0)]);
     }
 }

@@ -37,7 +37,7 @@ pub struct RangeImage {
 impl RangeImage {
     /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame). Points that are not finite or
     /// out of the image are skipped.
-    pub fn new(xyz: &[[f32; 3]], sensor: [f32; 3]) -> Self {
+    pub fn new<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {
         let mut cells = vec![0_u16; COLUMNS * ROWS];
         for point in xyz {
             let Some((column, row, range)) = direction(point, &sensor) else { continue };
@@ -77,14 +77,14 @@ impl RangeImage {
         }
     }
 
-    /// Whether rays passed through a point, base frame, metres, and above it and below it: what stands there and is thicker than the rays
-    /// are apart would have been met. At the edge of what the sensor sees [`Self::look`] cannot tell that.
-    pub fn passed(&self, point: &[f32; 3]) -> bool {
+    /// As [`Self::look`], but at the edge of what the sensor sees, above or below, it says that nothing was seen: where rays went on either
+    /// side, whatever is thicker than they are apart would have been met.
+    pub fn look_inside(&self, point: &[f32; 3]) -> Sight {
         let is_seen = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
-        let enclosed = direction(point, &self.sensor).is_some_and(|(column, row, _)| {
+        let inside = direction(point, &self.sensor).is_some_and(|(column, row, _)| {
             (1..ROWS - 1).contains(&row) && is_seen(row - 1, column) && is_seen(row + 1, column)
         });
-        enclosed && self.look(point) == Sight::Through
+        if inside { self.look(point) } else { Sight::Unseen }
     }
 
     /// Whether the sensor saw what a point, base frame, metres, lies on: surfaces near its direction lie both before and
@@ -168,9 +168,13 @@ mod tests {
         assert_eq!(image.look(&[-4.0, 0.0, 0.5]), Sight::Unseen);
         assert!(image.saw(&[5.9, 1.5, 0.5]) && !image.saw(&[9.0, 1.5, 0.5]) && !image.saw(&[4.0, 1.5, 0.5]));
         assert!(!image.saw(&[-4.0, 0.0, 0.5]) && image.saw(&[6.0, 0.05, 0.5]), "beside the pole");
-        assert!(image.passed(&[4.0, 1.5, 0.5]) && !image.passed(&[5.9, 1.5, 0.5]));
+        assert_eq!(image.look_inside(&[4.0, 1.5, 0.5]), Sight::Through);
         let top = [3.0, 1.5, 1.15];
-        assert!(image.look(&top) == Sight::Through && !image.passed(&top), "no ray went higher");
+        assert_eq!(
+            (image.look(&top), image.look_inside(&top)),
+            (Sight::Through, Sight::Unseen),
+            "the highest ray"
+        );
         // The pole protects itself and what is beside it.
         assert_eq!(image.look(&[3.0, 0.05, 0.5]), Sight::Agrees);
     }
