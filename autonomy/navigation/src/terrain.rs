@@ -17,15 +17,16 @@ const BLOCK: i32 = 64;
 const OBSTACLE_AT: i8 = 2;
 const OBSTACLE_MOST: i8 = 12;
 const OBSTACLE_SEEN: i8 = 3;
-/// Heights of obstacles are kept in steps of this, metres.
-const HEIGHT: f32 = 0.05;
-/// Rays are asked for up to this height over the ground, metres, between the heights where an obstacle was seen: over a box or under a
-/// table they go through nothing.
-const TALLEST: f32 = 2.0;
-/// And only where what was seen of it looks so thick from the robot, radians: the rays of a LiDAR are up to 2 degrees apart.
-const THICK: f32 = 0.026;
+/// Of obstacles it is kept in which slices of this height they were seen, metres, counted from the one that holds the ground.
+const SLICE: f64 = 0.125;
+/// Rays speak of what looks so thick from the robot, radians: the beams of a LiDAR are up to 2 degrees apart. What was seen in one slice
+/// alone may be as thin as the second, metres.
+const THICK: f64 = 0.04;
+const THIN: f64 = 0.03;
 /// Rays of a scan that are asked at most.
 const RAYS: usize = 30_000;
+/// Slices under the robot's feet in which something is looked for: three metres.
+const BELOW: i64 = 24;
 /// A ground height farther than this from what was known is another floor, metres.
 const OTHER_FLOOR: f32 = 1.2;
 
@@ -64,14 +65,13 @@ pub struct Cell {
     ground: f32,
     /// Confidence that something stands here.
     obstacle: i8,
-    /// Between which heights over the ground it was seen, in steps of [`HEIGHT`].
-    band: (u8, u8),
+    /// In which slices over the ground it was seen, the lowest first.
+    slices: u16,
     /// Obstacle cells within the robot's radius: kept up to date so that planning asks one cell only.
     near: u16,
 }
 
-const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, band: NO_BAND, near: 0 };
-const NO_BAND: (u8, u8) = (u8::MAX, 0);
+const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, slices: 0, near: 0 };
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -84,33 +84,61 @@ impl Cell {
         self.obstacle >= OBSTACLE_AT
     }
 
-    /// Whether rays of a scan went through what was seen here, the middle of the cell being so far from the robot, and none met anything.
-    fn is_seen_through(&self, seen: &Seen, at: [f64; 2], distance: f32) -> bool {
-        let [low, high] = [self.band.0, self.band.1].map(|step| f32::from(step) * HEIGHT);
-        let thickness = (high - low).max(HEIGHT);
-        if thickness < THICK * distance {
-            return false;
-        }
-        let ground = if self.ground.is_finite() { self.ground } else { seen.foot };
-        // The middle says it all, if it is in sight.
-        for share in [0.5, 0.75, 0.25, 1.0, 0.0] {
-            let height = ground + low + (high.min(TALLEST) - low) * share;
-            let point = seen.base_from_map * Point3::new(at[0], at[1], f64::from(height));
-            match seen.view.look_inside(&point.coords.map(|c| c as f32).into()) {
-                Sight::Through => return true,
-                Sight::Agrees | Sight::Hidden => return false,
-                Sight::Unseen => {}
+    /// The slices of what rays of a scan went through, the middle of the cell being so far from the robot. What was seen in neighbouring
+    /// slices is one thing, and gone as a whole if a ray went through it and none met anything: its foot may be out of sight.
+    fn seen_through(&self, seen: &Seen, at: [f64; 2], distance: f64) -> u16 {
+        let lowest = slice(if self.ground.is_finite() { self.ground } else { seen.foot });
+        let look = |edge: u32| {
+            let height = (lowest + i64::from(edge)) as f64 * SLICE;
+            let point = seen.base_from_map * Point3::new(at[0], at[1], height);
+            seen.view.look_inside(&point.coords.map(|c| c as f32).into())
+        };
+        let mut gone = 0;
+        for (first, count) in runs(self.slices) {
+            if THICK * distance > f64::from(count - 1) * SLICE + THIN {
+                continue;
+            }
+            // Between its slices; at its own edges there may be nothing any more.
+            let mut through = false;
+            let mut stands = false;
+            if count == 1 {
+                // Somewhere in it.
+                let sights = [look(first), look(first + 1)];
+                through = sights == [Sight::Through; 2];
+            }
+            for edge in first + 1..first + count {
+                match look(edge) {
+                    Sight::Through => through = true,
+                    Sight::Agrees | Sight::Hidden => stands = true,
+                    Sight::Unseen => {}
+                }
+                if stands {
+                    break;
+                }
+            }
+            if through && !stands {
+                gone |= ((1_u32 << (first + count)) - (1 << first)) as u16;
             }
         }
-        false
+        gone
     }
+}
 
-    /// Something was seen between these heights over the ground, metres.
-    fn widen(&mut self, low: f32, high: f32) {
-        let step = |height: f32| height.clamp(0.0, 255.0) as u8;
-        let (low, high) = (step((low / HEIGHT).ceil()), step((high / HEIGHT).floor()));
-        self.band = (self.band.0.min(low), self.band.1.max(high));
-    }
+/// The slice that holds a height, counted from zero.
+fn slice(height: f32) -> i64 {
+    (f64::from(height) / SLICE).floor() as i64
+}
+
+/// The first of neighbouring bits that are set, and their number.
+fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
+    std::iter::from_fn(move || {
+        (bits != 0).then(|| {
+            let first = bits.trailing_zeros();
+            let count = (bits >> first).trailing_ones();
+            bits &= !(((1_u32 << (first + count)) - (1 << first)) as u16);
+            (first, count)
+        })
+    })
 }
 
 /// The grid.
@@ -134,8 +162,8 @@ struct Seen {
 struct Touch {
     lowest: f32,
     highest: f32,
-    /// Lowest of those that the robot cannot step over, infinite if there are none.
-    standing: f32,
+    /// In which slices, from [`BELOW`] under the feet on.
+    slices: u64,
 }
 
 impl Terrain {
@@ -177,7 +205,7 @@ impl Terrain {
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
         let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
-        let over = foot + self.shape.step as f32;
+        let lowest = slice(foot) - BELOW;
         let range_squared = (range * range) as f32;
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -191,13 +219,11 @@ impl Terrain {
                 continue;
             }
             let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
-            let touch =
-                touched.entry(index).or_insert(Touch { lowest: z, highest: z, standing: f32::INFINITY });
+            let touch = touched.entry(index).or_insert(Touch { lowest: z, highest: z, slices: 0 });
             touch.lowest = touch.lowest.min(z);
             touch.highest = touch.highest.max(z);
-            if z > over {
-                touch.standing = touch.standing.min(z);
-            }
+            touch.slices |=
+                u32::try_from(slice(z) - lowest).ok().and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
         }
         for (&index, touch) in &touched {
             self.learn(index, touch, foot);
@@ -220,19 +246,31 @@ impl Terrain {
             [-range, range].map(|reach| locate(self.index(place[0] + reach, place[1] + reach)).0);
         let is_about =
             |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
-        let mut through: Vec<(CellIndex, i8)> = Vec::new();
+        let mut through: Vec<(CellIndex, u16)> = Vec::new();
         for (block, cells) in self.blocks.iter().filter(|(block, _)| is_about(**block)) {
             for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.is_obstacle()) {
                 let index = at_offset(*block, offset);
                 let (x, y) = self.centre(index);
                 let distance = (x - place[0]).hypot(y - place[1]);
-                if distance <= range && cell.is_seen_through(seen, [x, y], distance as f32) {
-                    through.push((index, cell.obstacle - 1));
+                // What it saw in the cell itself has been taken in.
+                if distance > range || self.touched.contains_key(&index) {
+                    continue;
+                }
+                let gone = cell.seen_through(seen, [x, y], distance);
+                if gone != 0 {
+                    through.push((index, gone));
                 }
             }
         }
-        for (index, obstacle) in through {
-            self.set_obstacle(index, obstacle);
+        for (index, gone) in through {
+            let cell = self.cell_mut(index);
+            let obstacle = cell.obstacle;
+            if gone == cell.slices {
+                self.set_obstacle(index, obstacle - 1);
+            } else {
+                // Something else stands there.
+                cell.slices &= !gone;
+            }
         }
     }
 
@@ -264,17 +302,24 @@ impl Terrain {
         let mut obstacle = cell.obstacle;
         if other_floor {
             cell.ground = f32::NAN;
+            cell.slices = 0;
             obstacle = 0;
         }
         // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
         let looks_like_ground = (touch.lowest - foot).abs() < OTHER_FLOOR;
         if looks_like_ground && (cell.ground.is_nan() || cell.ground > touch.lowest) {
+            let before = if cell.ground.is_nan() { foot } else { cell.ground };
+            let lower = (slice(before) - slice(touch.lowest)).clamp(-15, 15);
+            cell.slices = if lower >= 0 { cell.slices << lower } else { cell.slices >> -lower };
             cell.ground = touch.lowest;
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
         let in_the_way = touch.highest > ground + step && touch.lowest < ground + clearance;
         if in_the_way {
-            cell.widen(touch.standing.min(touch.highest) - ground, touch.highest - ground);
+            let from = slice(ground) - (slice(foot) - BELOW);
+            let over = (f64::from(ground + step) / SLICE).ceil() as i64 - slice(ground);
+            let seen = u32::try_from(from).ok().and_then(|from| touch.slices.checked_shr(from)).unwrap_or(0);
+            cell.slices |= (seen as u16) & (u16::MAX << over.clamp(0, 15));
             obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);
         } else if touch.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);
@@ -287,10 +332,10 @@ impl Terrain {
         let cell = self.cell_mut(index);
         let was = cell.is_obstacle();
         cell.obstacle = obstacle;
-        if obstacle == 0 {
-            cell.band = NO_BAND;
-        }
         let is = cell.is_obstacle();
+        if was && !is {
+            cell.slices = 0;
+        }
         if was == is {
             return;
         }

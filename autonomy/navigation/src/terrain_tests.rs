@@ -69,24 +69,73 @@ fn people_who_leave_free_the_way_where_the_robot_sees_no_ground() {
     assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall stays");
 }
 
+/// What a thing shows of itself from farther away, where all of it is in sight, and the floor at its foot.
+fn shown(thing: &Thing) -> Vec<[f32; 3]> {
+    let ([x, y], (foot, top)) = (thing.at.map(|c| c as f32), thing.heights);
+    let at = |share: f64| [x, y, (FLOOR + foot + (top - foot) * share) as f32];
+    let mut points: Vec<[f32; 3]> = (0..=20).map(|step| at(f64::from(step) / 20.0)).collect();
+    points.push([x, y, FLOOR as f32]);
+    points
+}
+
 #[test]
-fn what_rays_go_over_or_under_or_beside_stays() {
+fn what_rays_go_over_or_under_or_through_stays() {
     let low = Thing { at: [0.95, 0.05], radius: 0.1, heights: (0.0, 0.4) };
     let table = Thing { at: [2.05, 0.05], radius: 0.4, heights: (0.70, 0.78) };
-    let pole = Thing { at: [3.05, 0.05], radius: 0.015, heights: (0.0, 3.0) };
-    for (thing, columns) in [(low, 500), (table, 500), (pole, 720)] {
+    // The bars of a railing: from near, no ray meets them, and some go between them.
+    let bars = [0.5, 1.05].map(|height| Thing {
+        at: [0.65, 0.05],
+        radius: 0.1,
+        heights: (height - 0.02, height + 0.02),
+    });
+    // Between two beams of the LiDAR.
+    let rope = Thing { at: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
+    for things in [&[low][..], &[table], &bars, &[rope]] {
         let mut terrain = Terrain::new(0.1, RobotShape::default());
-        // Once it was seen from farther away, where all of it is in sight.
-        let cell = terrain.index(thing.at[0], thing.at[1]);
-        let ([x, y], (foot, top)) = (thing.at.map(|c| c as f32), thing.heights);
-        let mut seen: Vec<[f32; 3]> = (0..=20)
-            .map(|step| [x, y, (FLOOR + foot + (top - foot) * f64::from(step) / 20.0) as f32])
-            .collect();
-        seen.push([x, y, FLOOR as f32]);
+        let cell = terrain.index(things[0].at[0], things[0].at[1]);
+        let seen: Vec<[f32; 3]> = things.iter().flat_map(shown).collect();
         for _ in 0..4 {
             terrain.observe(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
         }
-        look(&mut terrain, &scan(columns, &[thing]), 40);
-        assert!(terrain.cell(cell).is_obstacle(), "{:?}", thing.at);
+        look(&mut terrain, &scan(500, things), 40);
+        assert!(terrain.cell(cell).is_obstacle(), "{:?}", things[0].at);
     }
+}
+
+#[test]
+fn a_pole_stays_that_every_third_scan_meets() {
+    let pole = Thing { at: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let cell = terrain.index(pole.at[0], pole.at[1]);
+    let (met, missed) = (scan(720, &[pole]), scan(720, &[]));
+    look(&mut terrain, &met, 4);
+    for _ in 0..20 {
+        look(&mut terrain, &met, 1);
+        look(&mut terrain, &missed, 2);
+        assert!(terrain.cell(cell).is_obstacle());
+    }
+    look(&mut terrain, &missed, 12);
+    assert!(!terrain.cell(cell).is_obstacle(), "pulled out");
+}
+
+#[test]
+fn of_two_things_one_over_the_other_the_one_that_is_gone_is_forgotten() {
+    // A sign over a box that no ray meets from near.
+    let [cat, sign] =
+        [(0.0, 0.45), (0.9, 1.2)].map(|heights| Thing { at: [0.95, 0.05], radius: 0.1, heights });
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let cell = terrain.index(cat.at[0], cat.at[1]);
+    let seen: Vec<[f32; 3]> = [cat, sign].iter().flat_map(shown).collect();
+    for _ in 0..4 {
+        terrain.observe(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+    }
+    look(&mut terrain, &scan(500, &[cat]), 40);
+    assert!(terrain.cell(cell).is_obstacle());
+}
+
+#[test]
+fn runs_are_of_neighbours() {
+    assert_eq!(runs(0b1000_0000_0110_1110).collect::<Vec<_>>(), [(1, 3), (5, 2), (15, 1)]);
+    assert_eq!(runs(u16::MAX).collect::<Vec<_>>(), [(0, 16)]);
+    assert_eq!(runs(0).count(), 0);
 }

@@ -132,9 +132,11 @@ fn fifty_scans_with_imu_and_legs() -> usize {
                     (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
                 odometry.imu(imu.stamp, gyro, force, &mut out);
             }
-            Sensor::Legs(legs) => {
-                odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), &mut out)
-            }
+            Sensor::Legs(legs) => odometry.legs(
+                legs.stamp,
+                [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
+                &mut out,
+            ),
             Sensor::Odometry(_) | Sensor::Battery(_) => {}
         }
         told += out.drain(..).count();

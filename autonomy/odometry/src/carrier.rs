@@ -38,8 +38,8 @@ pub struct Timed<T> {
 pub struct Queues {
     /// Inertial readings.
     pub imu: ImuQueue,
-    /// Velocities of the base in its own frame, m/s.
-    pub legs: VecDeque<Timed<Vector3>>,
+    /// Velocities and turn rates of the base in its own frame, m/s and rad/s.
+    pub legs: VecDeque<Timed<[Vector3; 2]>>,
     /// Poses of the external frame in its own origin.
     pub external: VecDeque<Timed<Isometry>>,
 }
@@ -139,9 +139,18 @@ impl Carrier {
     /// The present uncertainty of the pose as that of a guess, of a robot that sees nothing of what it saw before. It is added to later
     /// covariances as it is, alike in all directions.
     pub fn guess(&self) -> Matrix6 {
+        self.widened(ASTRAY)
+    }
+
+    /// The same, of one whose present pose has been [booked](Self::book_guess) as a guess since.
+    pub fn guess_since(&self) -> Matrix6 {
+        self.widened((0.0, 0.0))
+    }
+
+    fn widened(&self, (radians, metres): (f64, f64)) -> Matrix6 {
         let pose = self.estimate().covariance;
         let widest = |first: usize| (first..first + 3).map(|i| pose[(i, i)]).fold(0.0, f64::max);
-        let (rotation, position) = (widest(0) + ASTRAY.0 * ASTRAY.0, widest(3) + ASTRAY.1 * ASTRAY.1);
+        let (rotation, position) = (widest(0) + radians * radians, widest(3) + metres * metres);
         Matrix6::from_diagonal(&Vector6::from_fn(|i, _| if i < 3 { rotation } else { position }))
     }
 
@@ -156,11 +165,6 @@ impl Carrier {
         self.inertial && self.rest.is_carried(self.time)
     }
 
-    /// Whether neither legs nor IMU feel any motion.
-    pub fn is_at_rest(&self) -> bool {
-        self.inertial && self.rest.is_at_rest(self.time)
-    }
-
     /// Whether legs and IMU know the way, and agree on it.
     pub fn has_legs(&self) -> bool {
         self.inertial && self.last_legs.is_some_and(|last| self.time - last <= LATELY) && !self.is_carried()
@@ -169,7 +173,7 @@ impl Carrier {
     /// How much faster the body is than the legs say, m/s; none where they say nothing.
     pub fn faster_than_legs(&self) -> Option<f64> {
         let lately = self.last_legs.is_some_and(|last| self.time - last <= LATELY);
-        lately.then(|| self.filter.state.velocity.norm() - self.legs_speed)
+        lately.then(|| self.estimate().velocity.norm() - self.legs_speed)
     }
 
     /// Newest leg velocity taken in.
@@ -257,19 +261,20 @@ impl Carrier {
         self.inertial = heard;
     }
 
-    fn take_legs(&mut self, measured: &Timed<Vector3>) {
+    fn take_legs(&mut self, measured: &Timed<[Vector3; 2]>) {
+        let [velocity, turn_rate] = measured.value;
         self.last_legs = Some(measured.stamp);
         let gyro = if self.inertial { self.gyro } else { Vector3::zeros() };
         let measurement = VelocityMeasurement {
-            velocity: measured.value,
+            velocity,
             body_from_frame: self.body_from_base,
             gyro,
             deviation: self.noise.legs,
             scaled: true,
         };
         measurement.apply(&mut self.filter);
-        self.legs_speed = measured.value.norm();
-        self.rest.legs(measured.stamp, self.legs_speed);
+        self.legs_speed = velocity.norm();
+        self.rest.legs(measured.stamp, self.legs_speed, turn_rate.norm());
     }
 
     /// Without an IMU, the other odometry's twist between its last pose and its next one carries the motion.

@@ -97,11 +97,14 @@ impl Odometry {
     }
 
     /// The legs say how fast the base moves, m/s, base frame.
-    pub fn legs(&mut self, stamp: Stamp, base_velocity: Vector3, out: &mut Vec<OdometryEvent>) {
-        if !self.config.sources.legs || !base_velocity.iter().all(|c| c.is_finite()) {
+    pub fn legs(&mut self, stamp: Stamp, [velocity, turn_rate]: [Vector3; 2], out: &mut Vec<OdometryEvent>) {
+        let is_finite = |v: &Vector3| v.iter().all(|c| c.is_finite());
+        if !self.config.sources.legs || !is_finite(&velocity) {
             return;
         }
-        if push_newer(&mut self.queues.legs, Timed { stamp, value: base_velocity }) {
+        // Some legs say nothing of it.
+        let turn_rate = if is_finite(&turn_rate) { turn_rate } else { Vector3::zeros() };
+        if push_newer(&mut self.queues.legs, Timed { stamp, value: [velocity, turn_rate] }) {
             self.heard(stamp, out);
         } else {
             self.find(checks::backwards("leg odometry"), out);

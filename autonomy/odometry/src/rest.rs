@@ -1,4 +1,4 @@
-//! Whether a robot whose legs stand is at rest: an IMU at rest is quiet, one in somebody's arms is not.
+//! Whether a robot whose legs stand is carried: an IMU at rest is quiet, one in somebody's arms is not.
 //!
 //! Nothing here depends on what the filter believes, which being carried spoils: legs that hang say that the body stands, and the filter
 //! learns wrong biases from that.
@@ -6,8 +6,8 @@
 use geometry::Vector3;
 use vocab::{Span, Stamp};
 
-/// Legs that are no faster stand, or hang, m/s.
-const STANDING: f64 = 0.15;
+/// Legs that are no faster stand, or hang, m/s and rad/s.
+const STANDING: (f64, f64) = (0.15, 0.1);
 /// What they do counts from so long after they came to stand on, and until so long after they spoke last.
 const SETTLED: Span = Span::from_millis(1_000);
 const LATELY: Span = Span::from_millis(300);
@@ -16,6 +16,8 @@ const LATELY: Span = Span::from_millis(300);
 const QUIET: (f64, f64) = (0.6, 0.08);
 /// Over so long, seconds.
 const OVER: f64 = 0.5;
+/// A knock is over sooner, seconds.
+const KNOCKED: f64 = 0.7;
 
 /// What legs and IMU say of it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -24,16 +26,18 @@ pub struct Rest {
     standing: Option<(Stamp, Stamp)>,
     force: Spread,
     gyro: Spread,
+    /// For how long the IMU has not been quiet, seconds.
+    unquiet: f64,
 }
 
 impl Rest {
-    /// How fast the legs are, m/s.
-    pub fn legs(&mut self, at: Stamp, speed: f64) {
+    /// How fast the legs are, m/s and rad/s.
+    pub fn legs(&mut self, at: Stamp, speed: f64, turning: f64) {
         self.standing = match self.standing {
-            _ if speed > STANDING => None,
+            _ if speed > STANDING.0 || turning > STANDING.1 => None,
             Some((since, last)) if at - last <= LATELY => Some((since, at)),
             _ => {
-                (self.force, self.gyro) = (Spread::default(), Spread::default());
+                *self = Self::default();
                 Some((at, at))
             }
         };
@@ -43,24 +47,15 @@ impl Rest {
     pub fn imu(&mut self, dt: f64, force: &Vector3, gyro: &Vector3) {
         self.force.add(dt, force);
         self.gyro.add(dt, gyro);
-    }
-
-    /// Whether the legs stand, and the IMU is quiet.
-    pub fn is_at_rest(&self, now: Stamp) -> bool {
-        self.stands(now) && !self.is_unquiet()
+        let is_quiet = self.force.deviation() <= QUIET.0 && self.gyro.deviation() <= QUIET.1;
+        self.unquiet = if is_quiet { 0.0 } else { self.unquiet + dt };
     }
 
     /// Whether the legs stand and the IMU moves all the same: somebody carries the robot, or pushes it about.
     pub fn is_carried(&self, now: Stamp) -> bool {
-        self.stands(now) && self.is_unquiet()
-    }
-
-    fn stands(&self, now: Stamp) -> bool {
-        self.standing.is_some_and(|(since, last)| now - last <= LATELY && last - since >= SETTLED)
-    }
-
-    fn is_unquiet(&self) -> bool {
-        self.force.deviation() > QUIET.0 || self.gyro.deviation() > QUIET.1
+        let stands =
+            self.standing.is_some_and(|(since, last)| now - last <= LATELY && last - since >= SETTLED);
+        stands && self.unquiet >= KNOCKED
     }
 }
 
@@ -87,28 +82,30 @@ mod tests {
     use geometry::RngTree;
 
     /// Legs and IMU at 100 Hz for so long, with such an amplitude of force at two steps a second.
-    fn run(rest: &mut Rest, now: &mut Stamp, seconds: f64, speed: f64, amplitude: f64) {
+    fn run(rest: &mut Rest, now: &mut Stamp, seconds: f64, (speed, turning): (f64, f64), amplitude: f64) {
         let mut rng = RngTree::new(5).child("rest").rng();
         for tick in 0..(seconds * 100.0) as i64 {
             *now += Span::from_millis(10);
             let mut noise = |scale: f64| Vector3::new(rng.normal(), rng.normal(), rng.normal()) * scale;
             let bounce = Vector3::z() * (9.81 + amplitude * (tick as f64 * 0.13).sin());
-            rest.imu(0.01, &(bounce + noise(0.05)), &noise(0.005));
-            rest.legs(*now, speed);
+            rest.imu(0.01, &(bounce + noise(0.05)), &(Vector3::z() * turning + noise(0.005)));
+            rest.legs(*now, speed, turning);
         }
     }
 
     #[test]
     fn who_stands_and_is_shaken_is_carried() {
         let (mut rest, mut now) = (Rest::default(), Stamp::EPOCH);
-        run(&mut rest, &mut now, 3.0, 0.8, 3.0);
-        assert!(!rest.is_at_rest(now) && !rest.is_carried(now), "it walks");
-        run(&mut rest, &mut now, 0.8, 0.0, 0.0);
-        assert!(!rest.is_at_rest(now) && !rest.is_carried(now), "it has hardly come to stand");
-        run(&mut rest, &mut now, 1.0, 0.0, 0.0);
-        assert!(rest.is_at_rest(now) && !rest.is_carried(now));
-        run(&mut rest, &mut now, 2.0, 0.0, 2.0);
-        assert!(!rest.is_at_rest(now) && rest.is_carried(now));
+        let mut goes = |seconds: f64, speeds: (f64, f64), amplitude: f64| {
+            run(&mut rest, &mut now, seconds, speeds, amplitude);
+            rest.is_carried(now)
+        };
+        assert!(!goes(3.0, (0.8, 0.0), 3.0), "it walks");
+        assert!(!goes(3.0, (0.0, 0.0), 0.0), "it stands");
+        assert!(!goes(3.0, (0.02, 0.8), 1.0), "it turns on the spot");
+        assert!(!goes(2.0, (0.0, 0.0), 0.0), "it stands again");
+        assert!(!goes(0.3, (0.0, 0.0), 4.0) && !goes(2.0, (0.0, 0.0), 0.0), "somebody knocked against it");
+        assert!(goes(2.0, (0.0, 0.0), 2.0));
         now += Span::from_millis(500);
         assert!(!rest.is_carried(now), "the legs have fallen silent");
     }

@@ -44,9 +44,8 @@ const EXPECTED: f64 = 4.0;
 const HARDLY_KNOWN: f64 = 0.1;
 const KNOWN_FITS: f64 = 0.5;
 /// A robot on legs that seems to be faster than this does not know how it moves, m/s; nor does one that seems to be faster than its legs by
-/// so much, or than the second of these at rest, for so long.
+/// so much for so long.
 const FASTEST: f64 = 3.0;
-const FAST_AT_REST: f64 = 0.3;
 const TOO_FAST: Span = Span::from_millis(1_000);
 /// After so long without a scan, guesses are compared before one is followed.
 const LONG_AGO: Span = Span::from_millis(150);
@@ -72,6 +71,8 @@ pub struct Tracker {
     guessed: bool,
     /// Whether somebody carried the robot meanwhile: the legs were wrong, and with them all that they taught the filter.
     carried: bool,
+    /// Whether legs and IMU have known the way since then.
+    known_way: bool,
     /// Where to begin anew: the filter's velocity and sense of gravity are not to be believed any more.
     astray: Option<Origin>,
     /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
@@ -176,6 +177,7 @@ impl Tracker {
             fast_since: None,
             guessed: false,
             carried: false,
+            known_way: true,
             astray: None,
             usual_share: 0.0,
             thinned: Thinned::default(),
@@ -217,6 +219,7 @@ impl Tracker {
     /// Carries the estimate to a stamp. In the dark nothing but legs and IMU know the way: where they contradict each other nobody does.
     fn carry_on(&mut self, to: Stamp, queues: &mut Queues) {
         self.carrier.advance(to, queues);
+        self.known_way &= self.carrier.has_legs();
         if self.is_dark(to) && self.carrier.is_carried() {
             self.carried = true;
             self.guess_way();
@@ -282,9 +285,8 @@ impl Tracker {
     /// Whether the body has seemed to be far faster than the legs for long: where a LiDAR hardly sees how the robot moves, as along a
     /// corridor, scans follow a wrong velocity.
     fn runs_away(&mut self, now: Stamp) -> bool {
-        let limit = if self.carrier.is_at_rest() { FAST_AT_REST } else { FASTEST };
         let faster = self.carrier.faster_than_legs().filter(|_| self.carrier.inertial);
-        let fast = faster.is_some_and(|faster| faster > limit);
+        let fast = faster.is_some_and(|faster| faster > FASTEST);
         self.fast_since = if fast { self.fast_since.or(Some(now)) } else { None };
         self.fast_since.is_some_and(|since| now - since >= TOO_FAST)
     }
@@ -298,7 +300,7 @@ impl Tracker {
             Some(sure) if now.velocity.norm() > FASTEST => sure,
             _ => now.odom_from_base,
         };
-        let guessed = if self.guessed { now.guessed } else { self.carrier.guess() };
+        let guessed = if self.guessed { self.carrier.guess_since() } else { self.carrier.guess() };
         Origin { odom_from_base, guessed }
     }
 
@@ -367,7 +369,7 @@ impl Tracker {
         if *worth {
             self.map.insert(thinned, odom_from_body);
             self.last_entered = self.last_scan;
-            (self.guessed, self.carried) = (false, false);
+            (self.guessed, self.carried, self.known_way) = (false, false, true);
         }
     }
 
@@ -477,7 +479,7 @@ impl Tracker {
         }
         let RegistrationReport { matched, points_used, inlier_share, .. } = fitted.report;
         let hardly_known = (matched as f64) < HARDLY_KNOWN * points_used as f64;
-        (self.carrier.has_legs() && (hardly_known || inlier_share >= KNOWN_FITS))
+        (self.known_way && (hardly_known || inlier_share >= KNOWN_FITS))
             || self.recovery.fits(&self.map, &self.thinned, found)
     }
 

@@ -1,6 +1,6 @@
 //! Point clouds: thinning, filters, maps made of Gaussians in hashed cells, and what a sensor saw through.
 //!
-//! Knows nothing of sensors, time or robots. Points are `f32` around an origin that the caller keeps in `f64`.
+//! Knows nothing of time or robots, and of sensors where they are. Points are `f32` around an origin that the caller keeps in `f64`.
 
 pub mod downsample;
 pub mod filter;

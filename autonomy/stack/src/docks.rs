@@ -6,7 +6,7 @@ use messages::{BatteryState, PlaceInMap};
 use std::sync::Arc;
 use vocab::{MapId, Span, Stamp};
 
-/// A place is a dock once the robot has been charged there, knowing it, for so long.
+/// A place is a dock once the robot has stood there and been charged, knowing it, for so long.
 const LEARNT_AFTER: Span = Span::from_millis(3_000);
 /// Docks of one map are farther apart than this, metres: what is nearer is the same one, moved.
 const APART: f64 = 1.0;
@@ -20,8 +20,8 @@ const KEPT: usize = 256;
 pub(crate) struct Docks {
     known: Arc<[PlaceInMap]>,
     charging: bool,
-    /// Since when it has been charged and has known its place.
-    since: Option<Stamp>,
+    /// Since when it has been charged and has known its place, and where that was.
+    since: Option<(Stamp, MapId, Isometry)>,
 }
 
 impl Docks {
@@ -46,7 +46,14 @@ impl Docks {
             self.since = None;
             return false;
         };
-        at - *self.since.get_or_insert(at) >= LEARNT_AFTER && self.learn(map, &map_from_base)
+        // A full battery may say so for a while when it has left its dock.
+        let has_stood = |(_, before, place): &(Stamp, MapId, Isometry)| {
+            let moved = (place.translation.vector - map_from_base.translation.vector).norm();
+            *before == map && moved <= MOVED
+        };
+        let (since, ..) =
+            *self.since.insert(self.since.filter(has_stood).unwrap_or((at, map, map_from_base)));
+        at - since >= LEARNT_AFTER && self.learn(map, &map_from_base)
     }
 
     fn learn(&mut self, map: MapId, map_from_base: &Isometry) -> bool {
@@ -104,6 +111,9 @@ mod tests {
         assert!(!after(&mut docks, 14, MAP, 1.0), "just found");
         assert!(after(&mut docks, 17, MAP, 1.0));
         assert!(!after(&mut docks, 18, MAP, 1.02), "the same");
+        for step in 0..10 {
+            assert!(!after(&mut docks, 20 + step, MAP, 2.0 + step as f64), "it walks");
+        }
         assert_eq!(docks.candidates(MAP), [Isometry::translation(1.0, 0.0, 0.5)]);
         assert_eq!(docks.candidates(OTHER), []);
         docks.hear(&charged(false));

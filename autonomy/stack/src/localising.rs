@@ -91,7 +91,11 @@ impl Localiser {
                 self.odometry.imu(imu.stamp, gyro, force, &mut events);
             }
             Sensor::Legs(legs) => {
-                self.odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), &mut events);
+                self.odometry.legs(
+                    legs.stamp,
+                    [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
+                    &mut events,
+                );
             }
             Sensor::Odometry(external) => {
                 if let Some(pose) = isometry_from_pose(&external.odom_from_external) {

@@ -109,7 +109,11 @@ impl Recorder {
                 &mut out,
             ),
             Sensor::Legs(legs) => {
-                self.odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), &mut out);
+                self.odometry.legs(
+                    legs.stamp,
+                    [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
+                    &mut out,
+                );
             }
             Sensor::Scan(scan) => {
                 let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());

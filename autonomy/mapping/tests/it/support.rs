@@ -54,7 +54,11 @@ fn feed(odometry: &mut Odometry, sensor: &Sensor, out: &mut Vec<OdometryEvent>) 
             let (gyro, force) = (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
             odometry.imu(imu.stamp, gyro, force, out);
         }
-        Sensor::Legs(legs) => odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), out),
+        Sensor::Legs(legs) => odometry.legs(
+            legs.stamp,
+            [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
+            out,
+        ),
         Sensor::Scan(scan) => {
             let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
             odometry.scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);

@@ -127,7 +127,8 @@ fn nonsense_neither_panics_nor_moves_the_robot() {
         let stamp = Stamp::from_nanos(1_000_000_000 + index as i64 * 5_000_000_000);
         odometry.scan(ScanView { stamp, xyz, intensity: &[1.0], offset_ns }, &mut out);
         odometry.imu(stamp, Vector3::repeat(f64::NAN), Vector3::zeros(), &mut out);
-        odometry.legs(stamp, Vector3::repeat(f64::INFINITY), &mut out);
+        odometry.legs(stamp, [Vector3::repeat(f64::INFINITY), Vector3::zeros()], &mut out);
+        odometry.legs(stamp, [Vector3::zeros(), Vector3::repeat(f64::NAN)], &mut out);
         odometry.external(stamp, Isometry::translation(f64::NAN, 0.0, 0.0), &mut out);
     }
     odometry.scan(

@@ -121,7 +121,11 @@ pub fn feed(odometry: &mut Odometry, message: &Sensor, out: &mut Vec<OdometryEve
             vec_from_plain(imu.specific_force),
             out,
         ),
-        Sensor::Legs(legs) => odometry.legs(legs.stamp, vec_from_plain(legs.base_velocity.linear), out),
+        Sensor::Legs(legs) => odometry.legs(
+            legs.stamp,
+            [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
+            out,
+        ),
         Sensor::Scan(scan) => {
             let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
             odometry.scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
