@@ -20,9 +20,12 @@ const OBSTACLE_SEEN: i8 = 3;
 /// Of obstacles it is kept in which slices of this height they were seen, metres, counted from the one that holds the ground.
 const SLICE: f64 = 0.125;
 /// Rays speak of what looks so thick from the robot, radians: the beams of a LiDAR are up to 2 degrees apart. What was seen in one slice
-/// alone may be as thin as the second, metres.
+/// alone may be as thin as the second, metres, if it was seen more often than twice or so; else people who walk leave such traces.
 const THICK: f64 = 0.04;
 const THIN: f64 = 0.03;
+const TRACE: (i8, f64) = (7, 0.12);
+/// Ground rises by so much at most, metres for each metre: steep stairs.
+const STEEPEST: f64 = 0.9;
 /// Rays of a scan that are asked at most.
 const RAYS: usize = 30_000;
 /// Slices under the robot's feet in which something is looked for: three metres.
@@ -93,9 +96,10 @@ impl Cell {
             let point = seen.base_from_map * Point3::new(at[0], at[1], height);
             seen.view.look_inside(&point.coords.map(|c| c as f32).into())
         };
+        let thin = if self.obstacle < TRACE.0 { TRACE.1 } else { THIN };
         let mut gone = 0;
         for (first, count) in runs(self.slices) {
-            if THICK * distance > f64::from(count - 1) * SLICE + THIN {
+            if THICK * distance > f64::from(count - 1) * SLICE + thin {
                 continue;
             }
             // Between its slices; at its own edges there may be nothing any more.
@@ -226,7 +230,10 @@ impl Terrain {
                 u32::try_from(slice(z) - lowest).ok().and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
         }
         for (&index, touch) in &touched {
-            self.learn(index, touch, foot);
+            let (x, y) = self.centre(index);
+            let away = (x - origin.x).hypot(y - origin.y);
+            let rise = (self.shape.step + STEEPEST * away).min(f64::from(OTHER_FLOOR)) as f32;
+            self.learn(index, touch, foot, rise);
         }
         self.touched = touched;
         // Of an odd number of points one, so that all beams of a LiDAR have their turn.
@@ -293,7 +300,8 @@ impl Terrain {
         }
     }
 
-    fn learn(&mut self, index: CellIndex, touch: &Touch, foot: f32) {
+    /// Takes in what was seen of a cell, by a robot whose feet are at that height, and to which the ground rises by so much at most.
+    fn learn(&mut self, index: CellIndex, touch: &Touch, foot: f32, rise: f32) {
         let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
         let cell = self.cell_mut(index);
         let other_floor = cell.ground.is_finite()
@@ -306,7 +314,7 @@ impl Terrain {
             obstacle = 0;
         }
         // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
-        let looks_like_ground = (touch.lowest - foot).abs() < OTHER_FLOOR;
+        let looks_like_ground = (touch.lowest - foot).abs() < rise;
         if looks_like_ground && (cell.ground.is_nan() || cell.ground > touch.lowest) {
             let before = if cell.ground.is_nan() { foot } else { cell.ground };
             let lower = (slice(before) - slice(touch.lowest)).clamp(-15, 15);
