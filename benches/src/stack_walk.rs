@@ -252,7 +252,12 @@ impl StackWalk {
             match effect {
                 Effect::StartJob {
                     job,
-                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
+                    work:
+                        Job::VerifyLoop(_)
+                        | Job::CompareVisit(_)
+                        | Job::SeekPlace(_)
+                        | Job::Relocalise(_)
+                        | Job::TellApart(_),
                 } => self.jobs.push_back(Waiting::Work(job)),
                 Effect::StartJob { job, work: Job::ReadMap(map) } => {
                     self.jobs.push_back(Waiting::Map(job, map));

@@ -9,6 +9,7 @@ mod bits;
 mod guide;
 mod outline;
 mod relocalise;
+mod tell_apart;
 mod thin;
 mod tiles;
 mod tracker;

@@ -134,7 +134,12 @@ impl Told {
             match effect {
                 Effect::StartJob {
                     job,
-                    work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
+                    work:
+                        Job::VerifyLoop(_)
+                        | Job::CompareVisit(_)
+                        | Job::SeekPlace(_)
+                        | Job::Relocalise(_)
+                        | Job::TellApart(_),
                 } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");

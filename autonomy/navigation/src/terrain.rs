@@ -24,6 +24,9 @@ const SLICE: f64 = 0.125;
 const THICK: f64 = 0.04;
 const THIN: f64 = 0.03;
 const TRACE: (i8, f64) = (7, 0.12);
+/// What is seen so little above the lowest beams, metres, and so much more for each metre, hangs there as far as is known: its foot is out of
+/// sight.
+const FOOTLESS: (f64, f64) = (0.12, 0.04);
 /// Ground rises by so much at most, metres for each metre: steep stairs.
 const STEEPEST: f64 = 0.9;
 /// Rays of a scan that are asked at most.
@@ -210,6 +213,9 @@ impl Terrain {
         let foot = (origin.z - self.shape.standing_height) as f32;
         let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
         let lowest = slice(foot) - BELOW;
+        let eye = map_from_base * Point3::from(sensor.map(f64::from));
+        // Tangent of the lowest beam that met anything.
+        let mut lowest_beam = 0.0_f32;
         let range_squared = (range * range) as f32;
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -219,6 +225,8 @@ impl Terrain {
             }
             let turned = rotation * nalgebra_point(point);
             let z = turned[2] + origin.z as f32;
+            let off = turned - (eye.coords - origin).cast::<f32>();
+            lowest_beam = lowest_beam.min(off.z / off.xy().norm().max(0.3));
             if z > ceiling || z < foot - 3.0 {
                 continue;
             }
@@ -233,6 +241,9 @@ impl Terrain {
             let (x, y) = self.centre(index);
             let away = (x - origin.x).hypot(y - origin.y);
             let rise = (self.shape.step + STEEPEST * away).min(f64::from(OTHER_FLOOR)) as f32;
+            let beams = eye.z + f64::from(lowest_beam) * (x - eye.x).hypot(y - eye.y);
+            let footless = f64::from(touch.lowest) < beams + FOOTLESS.0 + FOOTLESS.1 * away;
+            let rise = if footless { self.shape.step as f32 } else { rise };
             self.learn(index, touch, foot, rise);
         }
         self.touched = touched;
@@ -320,14 +331,23 @@ impl Terrain {
             let lower = (slice(before) - slice(touch.lowest)).clamp(-15, 15);
             cell.slices = if lower >= 0 { cell.slices << lower } else { cell.slices >> -lower };
             cell.ground = touch.lowest;
+            if cell.slices == 0 {
+                // What was seen is far above it.
+                obstacle = 0;
+            }
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
-        let in_the_way = touch.highest > ground + step && touch.lowest < ground + clearance;
+        let from = slice(ground) - (slice(foot) - BELOW);
+        let seen =
+            u32::try_from(from).ok().and_then(|from| touch.slices.checked_shr(from)).unwrap_or(0) as u16;
+        let slices_up_to = |height: f32| (f64::from(height) / SLICE).ceil() as i64 - slice(ground);
+        let above = |first: i64| seen & (u16::MAX << first.clamp(0, 15));
+        let (over, top) = (slices_up_to(ground + step), slices_up_to(ground + clearance));
+        // What is higher than a step by less than a slice is in the slice that the step ends in; what hangs is in nobody's way.
+        let body = if above(over) == 0 { above(over - 1) } else { above(over) };
+        let in_the_way = touch.highest > ground + step && body & !(u16::MAX << top.clamp(0, 15)) != 0;
         if in_the_way {
-            let from = slice(ground) - (slice(foot) - BELOW);
-            let over = (f64::from(ground + step) / SLICE).ceil() as i64 - slice(ground);
-            let seen = u32::try_from(from).ok().and_then(|from| touch.slices.checked_shr(from)).unwrap_or(0);
-            cell.slices |= (seen as u16) & (u16::MAX << over.clamp(0, 15));
+            cell.slices |= body;
             obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);
         } else if touch.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);

@@ -134,6 +134,29 @@ fn of_two_things_one_over_the_other_the_one_that_is_gone_is_forgotten() {
 }
 
 #[test]
+fn what_stands_so_near_that_its_foot_is_out_of_sight_is_no_ground_and_leaves_none() {
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let near = Thing { at: [1.3, 0.3], ..PERSON };
+    look(&mut terrain, &scan(500, &[near]), 20);
+    let edge = terrain.index(1.06, 0.3);
+    assert!(terrain.cell(edge).is_obstacle());
+    assert_eq!(terrain.cell(edge).ground(), None);
+    look(&mut terrain, &scan(500, &[]), 15);
+    assert!(terrain.is_free(edge));
+}
+
+#[test]
+fn what_hangs_over_the_robot_is_in_nobodys_way() {
+    for (heights, is_free) in [((1.2, 1.4), true), ((0.7, 1.4), false), ((0.25, 0.3), false)] {
+        let mut terrain = Terrain::new(0.1, RobotShape::default());
+        let mut points = scan(500, &[]);
+        points.extend(shown(&Thing { at: [3.0, 0.3], radius: 0.1, heights }));
+        look(&mut terrain, &points, 5);
+        assert_eq!(terrain.is_free(terrain.index(3.0, 0.3)), is_free, "{heights:?}");
+    }
+}
+
+#[test]
 fn runs_are_of_neighbours() {
     assert_eq!(runs(0b1000_0000_0110_1110).collect::<Vec<_>>(), [(1, 3), (5, 2), (15, 1)]);
     assert_eq!(runs(u16::MAX).collect::<Vec<_>>(), [(0, 16)]);

@@ -6,9 +6,10 @@
 
 use crate::question::Ground;
 use geometry::{Isometry, Matrix6, Vector6};
-use localisation::{Fix, Hypothesis, Scan, Tracker, Trust, is_same_place};
+use localisation::{Fix, Hypothesis, Scan, Standing, Tracker, Trust, is_same_place, standing};
 use mapping::Uncertain;
 use std::sync::Arc;
+use vocab::{Span, Stamp};
 
 /// A place that one scan was recognised by is so vague where the scan does not see it, as along a corridor: radians and metres.
 const RECOGNISED: (f64, f64) = (0.05, 0.4);
@@ -19,13 +20,26 @@ const LOOK: f64 = 0.4;
 const BEHIND: f64 = 0.2;
 /// The last one is believed after so many scans.
 const SCANS: u32 = 5;
+/// So many metres after the whole map was searched, what was found there may not be all that looks like what is seen now.
+const FRESH: f64 = 1.0;
+/// Another place challenges the last one if it fits as well and is not one that is out, to metres and radians. It begins so far behind.
+const THE_SAME: (f64, f64) = (1.0, 0.3);
+const CHALLENGER: f64 = 0.1;
+/// Where something has spoken against every place for so long, the robot is at none of them.
+const NOWHERE: Span = Span::from_millis(3_000);
 
 /// The places.
 #[derive(Debug, Default)]
 pub(crate) struct Contest {
     rivals: Vec<Rival>,
+    /// Where odometry's frame was in the map at places that are out.
+    out: Vec<Isometry>,
+    /// Metres since the map was searched.
+    walked: f64,
     /// Of the last scan.
     odom_from_base: Option<Isometry>,
+    /// When nothing spoke against one of them last.
+    sure: Option<Stamp>,
 }
 
 #[derive(Debug)]
@@ -53,7 +67,8 @@ impl Contest {
             let support = if held { best } else { place.quality() };
             Rival::new(ground, place, support, odom_from_base)
         };
-        Self { rivals: places.iter().map(begin).collect(), odom_from_base: Some(*odom_from_base) }
+        let rivals = places.iter().map(begin).collect();
+        Self { rivals, odom_from_base: Some(*odom_from_base), ..Self::default() }
     }
 
     /// How many are left.
@@ -66,14 +81,74 @@ impl Contest {
         self.rivals.is_empty()
     }
 
-    /// Tracks all places by another scan; those are out that it contradicts, or that have fallen behind. Costs a tracked scan for each.
+    /// Where the base may be, the likeliest first.
+    pub fn places(&self) -> Vec<Isometry> {
+        let mut rivals: Vec<&Rival> = self.rivals.iter().collect();
+        rivals.sort_by(|a, b| b.support.total_cmp(&a.support));
+        rivals.into_iter().map(|rival| rival.tracker.map_from_base().pose).collect()
+    }
+
+    /// Tracks all places by another scan; those are out that it contradicts, or that have fallen behind, and all of them where none has been
+    /// right for long. Costs a tracked scan for each.
     pub fn take(&mut self, scan: &Scan) {
         let before = self.odom_from_base.replace(scan.odom_from_base).unwrap_or(scan.odom_from_base);
         let moved = (scan.odom_from_base.translation.vector - before.translation.vector).norm();
         let look = (moved / LOOK).min(1.0);
-        self.rivals.retain_mut(|rival| rival.take(scan, look));
+        self.walked += moved;
+        let mut stays: Vec<bool> = self.rivals.iter_mut().map(|rival| rival.take(scan, look)).collect();
+        let staying = self.rivals.iter().zip(&stays).filter(|(_, stays)| **stays);
+        let best = staying.map(|(rival, _)| rival.support).fold(0.0, f64::max);
+        for (rival, stays) in self.rivals.iter().zip(&mut stays) {
+            *stays &= best - rival.support <= BEHIND;
+            if !*stays {
+                self.out.push(rival.tracker.map_from_odom());
+            }
+        }
+        let mut stays = stays.into_iter();
+        self.rivals.retain(|_| stays.next().unwrap_or(false));
+        let sure = self.sure.get_or_insert(scan.stamp);
+        if self.rivals.iter().any(|rival| rival.sure) {
+            *sure = scan.stamp;
+        } else if scan.stamp - *sure > NOWHERE {
+            self.rivals.clear();
+        }
+    }
+
+    /// Whether nothing but the places in it, and those that are out, can look like what is seen.
+    pub fn is_fresh(&self) -> bool {
+        self.walked <= FRESH
+    }
+
+    /// The whole map has been searched for what was seen at a moment of odometry, while one place was left. Others that fit as well, and are
+    /// not out already, come in beside it: the robot may be at none of those that looked alike where it began.
+    pub fn challenge(
+        &mut self,
+        ground: &Ground,
+        found: &[Hypothesis],
+        held: &Isometry,
+        odom_from_base: &Isometry,
+    ) {
+        self.walked = 0.0;
+        let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
+        let least = own.map_or(0.0, Hypothesis::quality);
+        let places = match standing(found) {
+            Standing::There(best) => vec![best],
+            Standing::OneOf(several) => several,
+            Standing::Faint(_) | Standing::Nowhere => return,
+        };
+        let is_out = |place: &Isometry| {
+            self.out.iter().any(|map_from_odom| {
+                let off = (map_from_odom * odom_from_base).inverse() * place;
+                off.translation.vector.norm() <= THE_SAME.0 && off.rotation.angle() <= THE_SAME.1
+            })
+        };
+        let challengers = places.iter().filter(|one| {
+            one.quality() >= least && !is_same_place(&one.map_from_base, held) && !is_out(&one.map_from_base)
+        });
         let best = self.rivals.iter().map(|rival| rival.support).fold(0.0, f64::max);
-        self.rivals.retain(|rival| best - rival.support <= BEHIND);
+        let challengers: Vec<Rival> =
+            challengers.map(|place| Rival::new(ground, place, best - CHALLENGER, odom_from_base)).collect();
+        self.rivals.extend(challengers);
     }
 
     /// The only one left, once enough speaks for it and nothing against.
@@ -102,5 +177,55 @@ impl Rival {
         self.scans += 1;
         self.sure = trust == Trust::Localised;
         !matches!(trust, Trust::Lost(_))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(x: f64, fit: f64) -> Hypothesis {
+        Hypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
+    }
+
+    /// A scan that shows nothing, of a robot that has walked so far.
+    fn dark(stamp: Stamp, metres: f64) -> Scan<'static> {
+        let odom_from_base = Isometry::translation(metres, 0.0, 0.0);
+        Scan { stamp, odom_from_base, covariance: Matrix6::identity() * 1e-6, points: &[] }
+    }
+
+    #[test]
+    fn where_none_of_the_places_is_right_for_long_all_are_let_go() {
+        let ground = Ground::new(Vec::new());
+        let mut contest =
+            Contest::new(&ground, &[place(0.0, 0.9), place(5.0, 0.9)], None, &Isometry::identity());
+        let mut stamp = Stamp::EPOCH;
+        let mut scans = 0;
+        while !contest.is_empty() && scans < 100 {
+            contest.take(&dark(stamp, 0.0));
+            assert!(contest.winner().is_none());
+            stamp += Span::from_millis(100);
+            scans += 1;
+        }
+        assert!((20..40).contains(&scans), "{scans}");
+    }
+
+    #[test]
+    fn the_last_place_is_challenged_by_others_that_fit_as_well_and_are_not_out() {
+        let ground = Ground::new(Vec::new());
+        let start = Isometry::identity();
+        let mut contest = Contest::new(&ground, &[place(0.0, 0.9), place(5.0, 0.5)], None, &start);
+        contest.take(&dark(Stamp::EPOCH, 0.0));
+        assert_eq!(contest.len(), 1, "the other fits so much less");
+        contest.take(&dark(Stamp::EPOCH + Span::from_millis(100), 1.5));
+        assert!(!contest.is_fresh());
+        let (here, held) = (Isometry::translation(1.5, 0.0, 0.0), Isometry::translation(1.5, 0.0, 0.0));
+        let found = [place(20.0, 0.95), place(6.5, 0.94), place(30.0, 0.92), place(1.5, 0.93)];
+        contest.challenge(&ground, &found, &held, &here);
+        assert!(contest.is_fresh());
+        let places: Vec<f64> = contest.places().iter().map(|place| place.translation.x).collect();
+        assert_eq!(places, [1.5, 20.0], "6.5 is out, and 30 fits less");
+        contest.challenge(&ground, &[place(1.5, 0.4)], &held, &here);
+        assert_eq!(contest.len(), 2, "what fits nowhere well challenges nothing");
     }
 }

@@ -19,6 +19,7 @@ mod optimiser;
 mod question;
 mod search;
 mod second_opinion;
+mod telling;
 mod work;
 
 pub use known::known_place;
@@ -39,6 +40,7 @@ use messages::{
 };
 use motion::{Frames, Motion};
 use std::sync::Arc;
+use telling::Clue;
 use vocab::{Covariance6, Span, Stamp};
 
 /// Scans teach the terrain at most this often: people walk 0.3 m in between.
@@ -305,7 +307,7 @@ impl Running {
         if self.localisation.knows() && !self.motion.go_on(at, &frames) {
             effects.extend(self.motion.end_look().map(Effect::Drive));
         }
-        if let Some(drive) = self.motion.tick(at, &frames) {
+        if let Some(drive) = self.motion.tick(at, &frames, &self.localisation.clue()) {
             effects.push(Effect::Drive(drive));
         }
         if let Some(located) = predicted {
@@ -418,7 +420,8 @@ impl Running {
             Order::StopMotion => {
                 self.motion.stop(Some(command.by));
                 // At once, not at the next tick.
-                effects.extend(self.motion.tick(at, &self.frames(self.last.as_deref())).map(Effect::Drive));
+                let frames = self.frames(self.last.as_deref());
+                effects.extend(self.motion.tick(at, &frames, &Clue::default()).map(Effect::Drive));
                 Ok(())
             }
             Order::AllowMotion => {
@@ -455,11 +458,13 @@ impl Running {
                 let turn = self.localisation.answered(done.job, Some(&answer));
                 self.tell_turn(at, turn, effects);
             }
+            JobResult::ToldApart(told) => self.localisation.told_apart(done.job, Some(&told)),
             JobResult::LoopVerified(_)
             | JobResult::VisitCompared(_)
             | JobResult::PlaceSought(_)
             | JobResult::LoopNotVerified => {
                 self.localisation.answered(done.job, None);
+                self.localisation.told_apart(done.job, None);
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
                 self.save_closed_map(at, effects);

@@ -11,11 +11,15 @@ use crate::known::Known;
 use crate::localising::Located;
 use crate::question::{Ground, Question, Thought};
 use crate::second_opinion::{SecondOpinion, outdone, upheld};
+use crate::telling::{Clue, Telling};
 use crate::work::Work;
 use geometry::{Isometry, Matrix6};
 use localisation::{Doubt, Scan, Standing, Thinner, Tracker, Trust, standing};
 use mapping::Place;
-use messages::{Effect, Job, KnownMap, LocalisationDoubt, LocalisationState, RelocaliseTask, Relocalised};
+use messages::{
+    Effect, Job, KnownMap, LocalisationDoubt, LocalisationState, RelocaliseTask, Relocalised, TellApartTask,
+    ToldApart,
+};
 use points::Downsampler;
 use std::sync::Arc;
 use vocab::{MapId, Span, Stamp};
@@ -57,6 +61,7 @@ struct Relocalising {
     told: Option<Told>,
     question: Option<Question>,
     contest: Contest,
+    telling: Telling,
     faint: Faint,
     /// Whether the places in the contest are all that look alike in the whole map.
     everywhere: bool,
@@ -145,6 +150,16 @@ impl LocalisationPhase {
         }
     }
 
+    /// What is known of where the robot may be while it looks for itself.
+    pub fn clue(&self) -> Clue {
+        match &self.phase {
+            Phase::Relocalising(state) => {
+                Clue { places: state.contest.len(), way: state.telling.way().map(Arc::clone) }
+            }
+            _ => Clue::default(),
+        }
+    }
+
     /// Where odometry's frame is in the map; none before the robot has found itself in one.
     pub fn map_from_odom(&self) -> Option<Isometry> {
         self.map_from_odom
@@ -202,10 +217,16 @@ impl LocalisationPhase {
             Phase::Relocalising(_) if located.blind => None,
             Phase::Relocalising(state) => {
                 state.contest.take(&scan);
-                let found = state.contest.winner().is_some();
+                let found = state.contest.winner().is_some() && state.contest.is_fresh();
                 if !found && state.is_due(located, docks) {
                     self.questions += 1;
                     state.ask(located, place(), self.questions, docks);
+                }
+                if state.contest.is_empty() {
+                    state.telling = Telling::default();
+                } else if state.telling.is_due(state.contest.len(), &located.odom_from_base) {
+                    self.questions += 1;
+                    state.telling.ask(self.questions, state.contest.places(), &located.odom_from_base);
                 }
                 found.then_some(Turn::Found)
             }
@@ -248,6 +269,13 @@ impl LocalisationPhase {
 
     /// Starts what is to be asked. `jobs` counts all jobs of the stack.
     pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+        if let Phase::Relocalising(state) = &mut self.phase
+            && let Some(number) = state.telling.start(*jobs)
+        {
+            let work = Job::TellApart(TellApartTask { map: state.map, number });
+            effects.push(Effect::StartJob { job: *jobs, work });
+            *jobs += 1;
+        }
         let job = *jobs;
         let work = match &mut self.phase {
             Phase::Loading { map, job: waited @ None, .. } => {
@@ -268,6 +296,11 @@ impl LocalisationPhase {
 
     /// What a job takes.
     pub fn take_work(&mut self, job: u64) -> Option<Work> {
+        if let Phase::Relocalising(state) = &self.phase
+            && let Some(work) = state.telling.work(job, state.map, &state.ground)
+        {
+            return Some(work);
+        }
         let (map, ground, question) = self.phase.asking()?;
         question.is_answered_by(job).then(|| question.work(map, ground))
     }
@@ -296,6 +329,13 @@ impl LocalisationPhase {
                 }
                 Some(Turn::Lost)
             }
+            (Phase::Relocalising(state), Thought::Held(held)) => {
+                if !state.contest.is_empty() {
+                    state.contest.challenge(&ground, &found, &held, &at);
+                    state.everywhere = true;
+                }
+                None
+            }
             (Phase::Relocalising(state), _) => {
                 state.everywhere = !told && !docked;
                 let places = match standing(&found) {
@@ -311,6 +351,13 @@ impl LocalisationPhase {
                 None
             }
             _ => None,
+        }
+    }
+
+    /// A way on which places can be told apart was thought out, or was not. Others' jobs are ignored.
+    pub fn told_apart(&mut self, job: u64, told: Option<&ToldApart>) {
+        if let Phase::Relocalising(state) = &mut self.phase {
+            state.telling.answered(job, told);
         }
     }
 
@@ -347,6 +394,7 @@ impl Relocalising {
             told,
             question: None,
             contest: Contest::default(),
+            telling: Telling::default(),
             faint: Faint::default(),
             everywhere: false,
             docked: false,
@@ -358,7 +406,12 @@ impl Relocalising {
         let at_dock = docks.is_at_one_of(self.map);
         self.docked &= at_dock;
         let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
-        self.told.is_some() || (at_dock && !self.docked) || (self.contest.is_empty() && stale())
+        let open = self.question.as_ref().is_some_and(Question::is_open);
+        let last = self.contest.winner().is_some() && !self.contest.is_fresh();
+        self.told.is_some()
+            || (at_dock && !self.docked)
+            || (self.contest.is_empty() && stale())
+            || (last && !open)
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64, docks: &Docks) {
@@ -369,9 +422,12 @@ impl Relocalising {
                 self.docked = true;
                 Thought::Docked(docks.candidates(self.map))
             }
-            None => Thought::Nothing,
+            None => match self.contest.winner() {
+                Some(tracker) => Thought::Held(tracker.map_from_base().pose),
+                None => Thought::Nothing,
+            },
         };
-        if thought != Thought::Nothing {
+        if matches!(thought, Thought::Told(_) | Thought::Docked(_)) {
             self.contest = Contest::default();
         }
         self.question = Some(Question::new(located, place, number, thought));

@@ -3,6 +3,7 @@
 use crate::loops::plain;
 use crate::mapping_phase::rows;
 use crate::question::Ask;
+use crate::telling::Tell;
 use geometry::pose_from_isometry;
 use mapping::{Chart, Comparison, Gates, Unrelated, compare};
 use messages::{FoundPlace, JobResult, LoopTask, PlaceTask, SoughtPlace, VisitTask};
@@ -16,6 +17,7 @@ enum Kind {
     Compare { asked: Asked, comparison: Comparison, gates: Gates },
     Seek(Box<Seek>),
     Ask(Box<Ask>),
+    Tell(Box<Tell>),
 }
 
 /// What was asked of a job.
@@ -56,6 +58,10 @@ impl Work {
         Self(Kind::Ask(Box::new(ask)))
     }
 
+    pub(crate) fn tell(tell: Tell) -> Self {
+        Self(Kind::Tell(Box::new(tell)))
+    }
+
     /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
     /// every other metre walked.
     pub fn run(self) -> JobResult {
@@ -72,6 +78,7 @@ impl Work {
                 }
             }
             Kind::Ask(ask) => JobResult::Relocalised(Box::new(ask.run())),
+            Kind::Tell(tell) => JobResult::ToldApart(tell.run()),
             Kind::Seek(seek) => {
                 let task = seek.task;
                 JobResult::PlaceSought(SoughtPlace { task, found: seek.run() })

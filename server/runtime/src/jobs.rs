@@ -92,12 +92,14 @@ impl Jobs {
             Job::SaveMap(map) => self.start(Work::Save { job, map }),
             Job::LoadMap { session, map } => self.start(Work::Load { job, session: Some(session), map }),
             Job::ReadMap(map) => self.start(Work::Load { job, session: None, map }),
-            Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_) => {
-                match stack.take_work(job) {
-                    Some(work) => self.start(Work::Look { job, work }),
-                    None => self.answer(job, JobResult::LoopNotVerified),
-                }
-            }
+            Job::VerifyLoop(_)
+            | Job::CompareVisit(_)
+            | Job::SeekPlace(_)
+            | Job::Relocalise(_)
+            | Job::TellApart(_) => match stack.take_work(job) {
+                Some(work) => self.start(Work::Look { job, work }),
+                None => self.answer(job, JobResult::LoopNotVerified),
+            },
         }
     }
 

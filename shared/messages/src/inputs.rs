@@ -1,6 +1,6 @@
 //! What enters the stack.
 
-use crate::{ComparedVisit, KnownMap, Relocalised, Sensor, SoughtPlace, VerifiedLoop};
+use crate::{ComparedVisit, KnownMap, Relocalised, Sensor, SoughtPlace, ToldApart, VerifiedLoop};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
@@ -205,4 +205,6 @@ pub enum JobResult {
     PlaceSought(SoughtPlace),
     /// Where the robot may stand in a saved map.
     Relocalised(Box<Relocalised>),
+    /// Which way to walk to tell places apart.
+    ToldApart(ToldApart),
 }

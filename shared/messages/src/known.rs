@@ -3,7 +3,7 @@
 use crate::PoseGraph;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{KeyframeId, MapId, Pose, SessionId};
+use vocab::{KeyframeId, MapId, Pose, SessionId, Vec3};
 
 /// A saved map, but for its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,6 +57,24 @@ pub struct PossiblePlace {
     pub fit: f64,
     /// Share of its points that stand where the map's keyframes saw through.
     pub contradicted: f64,
+}
+
+/// A question to a known map: which way to walk so that places that look alike turn out to be different? As for [`RelocaliseTask`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TellApartTask {
+    /// Where the robot is looked for.
+    pub map: MapId,
+    /// Number of the question.
+    pub number: u64,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToldApart {
+    /// What was asked.
+    pub task: TellApartTask,
+    /// Odometry's frame, metres; empty where no way would tell.
+    pub way: Vec<Vec3>,
 }
 
 /// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_work`.

@@ -1,6 +1,9 @@
 //! What leaves the stack.
 
-use crate::{BatteryState, LoopDecision, LoopTask, PlaceInMap, PlaceTask, RelocaliseTask, Tied, VisitTask};
+use crate::{
+    BatteryState, LoopDecision, LoopTask, PlaceInMap, PlaceTask, RelocaliseTask, TellApartTask, Tied,
+    VisitTask,
+};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
@@ -60,6 +63,8 @@ pub enum Job {
     ReadMap(MapId),
     /// Look where the robot may stand in it; as for [`Self::VerifyLoop`].
     Relocalise(RelocaliseTask),
+    /// Look which way to walk to tell places in it apart; as for [`Self::VerifyLoop`].
+    TellApart(TellApartTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.

@@ -1,9 +1,12 @@
 //! Looking about: the robot stands, so that what it sees can be recognised, and if it is not, walks a little over ground that it has
-//! seen, to where it has not been, and stands again.
+//! seen, to where it has not been, and stands again. Where what it sees is recognised in several places, only walking tells them apart:
+//! then it walks without standing, on the way that promises to, as far as it can see that way.
 
 use super::walk::{REPLAN_EVERY, Step};
+use crate::telling::Clue;
 use geometry::{Isometry, Vector3};
 use navigation::{Follower, FollowerConfig, Terrain, Velocity, plan, roam};
+use std::sync::Arc;
 use vocab::{Span, Stamp};
 
 /// It stands so long at first, and later: recognising a place takes half a second.
@@ -11,12 +14,19 @@ const STAND_FIRST: Span = Span::from_millis(2_500);
 const STAND: Span = Span::from_millis(1_000);
 /// One walk, metres: the lowest beams of a LiDAR on a mast meet the ground three metres away.
 const WALK: f64 = 4.0;
-/// Slower than where it knows its way, m/s.
-const SPEED: f64 = 0.6;
+/// Along the way that tells places apart it looks so far ahead, metres, and a piece of it may lead round so much more.
+const AHEAD: f64 = 6.0;
+const ROUND: f64 = 1.5;
+/// A shorter piece of it is none, metres.
+const LEAST: f64 = 0.7;
+/// With several places to tell apart it sets out anew so far before the end of a walk, metres.
+const WALK_ON: f64 = 1.5;
+/// Where it has been is noted after so many metres.
+const NOTED: f64 = 1.0;
 /// A walk on which it gets no farther than so many metres in such a time is over: something that it does not see is in its way.
 const STUCK: (f64, Span) = (0.1, Span::from_millis(6_000));
-/// After so many places it gives up, until somebody helps.
-const PLACES: usize = 16;
+/// Having looked for so long it gives up, until somebody helps.
+const PATIENCE: Span = Span::from_millis(150_000);
 
 #[derive(Debug)]
 pub(super) struct Look {
@@ -24,6 +34,11 @@ pub(super) struct Look {
     pub goal: Option<Vector3>,
     /// Where it has looked, odometry's frame.
     been: Vec<Vector3>,
+    /// For how long, and when that was last added to.
+    looked: (Span, Option<Stamp>),
+    has_walked: bool,
+    /// A way on which it could not get on.
+    barred: Option<Arc<[Vector3]>>,
     now: Now,
 }
 
@@ -42,7 +57,14 @@ enum Now {
 
 impl Look {
     pub fn new(at: Stamp, goal: Option<Vector3>) -> Self {
-        Self { goal, been: Vec::new(), now: Now::Stands { since: at } }
+        Self {
+            goal,
+            been: Vec::new(),
+            looked: (Span::from_millis(0), Some(at)),
+            has_walked: false,
+            barred: None,
+            now: Now::Stands { since: at },
+        }
     }
 
     /// Where it walks to, odometry's frame, if it walks.
@@ -54,63 +76,135 @@ impl Look {
     /// Sees nothing.
     pub fn wait(&mut self, at: Stamp) {
         self.now = Now::Stands { since: at };
+        self.looked.1 = None;
     }
 
-    pub fn tick(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry) -> Step {
+    /// What comes next, going by what is known of where the robot may be.
+    pub fn tick(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry, clue: &Clue) -> Step {
         let here = odom_from_base.translation.vector;
+        self.note(at, &here);
+        if self.looked.0 > PATIENCE {
+            return Step::GaveUp(
+                "The robot looked about and did not find its place in the map. Set its place on the map, or drive it to where the map is \
+                 right.",
+            );
+        }
         match &mut self.now {
             Now::Stands { since } => {
-                if at - *since < if self.been.is_empty() { STAND_FIRST } else { STAND } {
-                    return Step::Go(Velocity::default());
+                let stood = at - *since;
+                if let Some(path) = self.set_out(stood, terrain, &here, clue) {
+                    self.has_walked = true;
+                    self.now = Now::Walks { follower: to_follow(path), planned: at, passed: (at, here) };
                 }
-                if self.been.len() >= PLACES {
-                    return Step::GaveUp(
-                        "The robot looked about and did not find its place in the map. Set its place on the map, or drive it to where \
-                         the map is right.",
-                    );
-                }
-                self.been.push(here);
-                self.now = match roam(terrain, &here, &self.been, WALK) {
-                    Some(path) => Now::Walks { follower: follower(path), planned: at, passed: (at, here) },
-                    None => Now::Stands { since: at },
-                };
+                Step::Go(Velocity::default())
             }
-            Now::Walks { follower: following, planned, passed } => {
-                if at - *planned >= REPLAN_EVERY {
-                    *planned = at;
-                    match replan(terrain, &here, following.path()) {
-                        Some(path) => *following = follower(path),
-                        None => {
-                            self.now = Now::Stands { since: at };
-                            return Step::Go(Velocity::default());
-                        }
-                    }
-                }
+            Now::Walks { follower, planned, passed } => {
                 if (here - passed.1).norm() > STUCK.0 {
                     *passed = (at, here);
                 }
-                let stuck = at - passed.0 > STUCK.1;
-                if let Some(velocity) = following.velocity(odom_from_base).filter(|_| !stuck) {
-                    return Step::Go(velocity);
+                if at - passed.0 > STUCK.1 {
+                    // Not there again.
+                    self.been.extend(follower.path().last());
+                    self.barred.clone_from(&clue.way);
+                    self.now = Now::Stands { since: at };
+                    return Step::Go(Velocity::default());
                 }
-                // Not there again.
-                self.been.extend(following.path().last().filter(|_| stuck));
-                self.now = Now::Stands { since: at };
+                if at - *planned >= REPLAN_EVERY {
+                    let (passed, old) = (*passed, follower.path().to_vec());
+                    let ends = clue.places > 1 && follower.remaining(odom_from_base) < WALK_ON;
+                    let path = self
+                        .told(terrain, &here, clue)
+                        .or_else(|| if ends { roam(terrain, &here, &self.been, WALK) } else { None })
+                        .or_else(|| replan(terrain, &here, &old));
+                    self.now = match path {
+                        Some(path) => Now::Walks { follower: to_follow(path), planned: at, passed },
+                        None => Now::Stands { since: at },
+                    };
+                }
+                self.walk_on(at, odom_from_base)
             }
+        }
+    }
+
+    /// What is in the walk for now.
+    fn walk_on(&mut self, at: Stamp, odom_from_base: &Isometry) -> Step {
+        if let Now::Walks { follower, .. } = &self.now {
+            if let Some(velocity) = follower.velocity(odom_from_base) {
+                return Step::Go(velocity);
+            }
+            self.now = Now::Stands { since: at };
         }
         Step::Go(Velocity::default())
     }
+
+    /// The next walk of a robot that has stood for so long, if there is one. Standing tells no look-alikes apart; but where to walk is thought
+    /// out first, and people who stand in that way go on.
+    fn set_out(&self, stood: Span, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Vec<Vector3>> {
+        let stands = match clue {
+            Clue { places: 2.., way: Some(way) } if way.is_empty() => Span::from_millis(0),
+            Clue { places: 2.., way: Some(_) } => STAND,
+            _ if self.has_walked => STAND,
+            _ => STAND_FIRST,
+        };
+        let roam = || if stood >= stands { roam(terrain, here, &self.been, WALK) } else { None };
+        self.told(terrain, here, clue).or_else(roam)
+    }
+
+    /// On along the way that tells places apart.
+    fn told(&self, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Vec<Vector3>> {
+        let way = clue.way.as_ref().filter(|way| {
+            clue.places > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
+        })?;
+        along(terrain, here, way)
+    }
+
+    /// Where it is, and that time passes.
+    fn note(&mut self, at: Stamp, here: &Vector3) {
+        let (looked, last) = &mut self.looked;
+        *looked = *looked + last.replace(at).map_or(Span::from_millis(0), |last| at - last);
+        if self.been.iter().all(|been| (been - here).norm() >= NOTED) {
+            self.been.push(*here);
+        }
+    }
 }
 
-fn follower(path: Vec<Vector3>) -> Follower {
-    Follower::new(FollowerConfig { speed: SPEED, ..FollowerConfig::default() }, path)
+fn to_follow(path: Vec<Vector3>) -> Follower {
+    Follower::new(FollowerConfig::default(), path)
+}
+
+/// A plan on along a way from where it passes by: to its farthest point to which that leads over ground that is seen.
+fn along(terrain: &Terrain, here: &Vector3, way: &[Vector3]) -> Option<Vec<Vector3>> {
+    let off = |at: &Vector3| (at - here).xy().norm();
+    let nearest = (0..way.len()).min_by(|&a, &b| off(&way[a]).total_cmp(&off(&way[b])))?;
+    let mut metres = off(&way[nearest]);
+    let mut ahead = Vec::new();
+    for (number, end) in way.iter().enumerate().skip(nearest) {
+        if number > nearest {
+            metres += (end - way[number - 1]).xy().norm();
+        }
+        if metres > AHEAD {
+            break;
+        }
+        if off(end) >= LEAST {
+            ahead.push((metres, end));
+        }
+    }
+    let is_seen = |end: &Vector3| terrain.cell(terrain.index(end.x, end.y)).ground().is_some();
+    ahead
+        .into_iter()
+        .rev()
+        .filter(|(_, end)| is_seen(end))
+        .find_map(|(metres, end)| plan(terrain, here, end).ok().filter(|path| length(path) <= metres + ROUND))
 }
 
 /// The way to the end of a path as it is seen now; none if nobody would go there for it: it is longer than the whole path, and than the way
 /// as the crow flies by more than half a metre.
 fn replan(terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
     let end = path.last()?;
-    let length = |path: &[Vector3]| path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum::<f64>();
     let nearly = (end - here).norm() + 0.5;
     plan(terrain, here, end).ok().filter(|now| length(now) <= length(path).max(nearly))
+}
+
+fn length(path: &[Vector3]) -> f64 {
+    path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }

@@ -10,6 +10,7 @@
 mod look;
 mod walk;
 
+use crate::telling::Clue;
 use geometry::{Isometry, Vector3, vec_to_plain};
 use look::Look;
 use messages::{Drive, MotionState};
@@ -200,8 +201,9 @@ impl Motion {
         Ok(())
     }
 
-    /// The command for now, if anything must be said to the robot: while it moves, and once when it stops.
-    pub fn tick(&mut self, at: Stamp, frames: &Frames) -> Option<Drive> {
+    /// The command for now, if anything must be said to the robot: while it moves, and once when it stops. Whoever looks about goes by the
+    /// `clue`.
+    pub fn tick(&mut self, at: Stamp, frames: &Frames, clue: &Clue) -> Option<Drive> {
         let by_itself = matches!(self.mode, Mode::Walking(_) | Mode::Looking(_));
         self.waits = by_itself && self.seen.is_none_or(|seen| at - seen > BLIND_AFTER);
         match &mut self.mode {
@@ -229,7 +231,7 @@ impl Motion {
             }
             Mode::Looking(look) => {
                 let goal = look.goal;
-                let step = look.tick(at, &self.terrain, &frames.odom_from_base);
+                let step = look.tick(at, &self.terrain, &frames.odom_from_base, clue);
                 self.move_on(step, goal)
             }
         }

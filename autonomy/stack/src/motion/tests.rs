@@ -2,6 +2,7 @@
 
 use super::*;
 use geometry::so3;
+use std::sync::Arc;
 
 fn shifted(x: f64, y: f64) -> Isometry {
     Isometry::translation(x, y, 0.0)
@@ -44,7 +45,11 @@ fn a_map_that_moves_leaves_obstacles_where_they_are_and_the_goal_where_it_is_on_
     assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
     // A loop moves the map by 0.6 m under the robot. The same instant: no time for planning as a matter of course.
     frames.map_from_odom = shifted(10.0, 0.6);
-    assert!(motion.tick(Stamp::EPOCH, &frames).is_some_and(|drive| drive.velocity.linear.x >= 0.0));
+    assert!(
+        motion
+            .tick(Stamp::EPOCH, &frames, &Clue::default())
+            .is_some_and(|drive| drive.velocity.linear.x >= 0.0)
+    );
     let (end, nearest) = way(&mut motion, &frames, (11.5, 0.6));
     assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
     let Mode::Walking(walk) = &motion.mode else { panic!("does not walk") };
@@ -79,6 +84,19 @@ fn live_in(
     now: &mut Stamp,
     seconds: u32,
 ) -> Vec<Vector3> {
+    live_by(&Clue::default(), points, is_open, motion, frames, now, seconds)
+}
+
+/// The same with something known of where it may be.
+fn live_by(
+    clue: &Clue,
+    points: &[[f32; 3]],
+    is_open: &dyn Fn(&Vector3) -> bool,
+    motion: &mut Motion,
+    frames: &mut Frames,
+    now: &mut Stamp,
+    seconds: u32,
+) -> Vec<Vector3> {
     let mut way = Vec::new();
     for _ in 0..seconds * 20 {
         *now += Span::from_millis(50);
@@ -92,7 +110,7 @@ fn live_in(
             });
             motion.observe(*now, &frames.odom_from_base, [0.0; 3], &points.collect::<Vec<_>>());
         }
-        if let Some(drive) = motion.tick(*now, frames) {
+        if let Some(drive) = motion.tick(*now, frames, clue) {
             let turned = so3::exp(&Vector3::new(0.0, 0.0, 0.05 * drive.velocity.angular.z));
             let step =
                 Isometry::from_parts(Vector3::new(0.05 * drive.velocity.linear.x, 0.0, 0.0).into(), turned);
@@ -206,4 +224,50 @@ fn who_looks_about_turns_elsewhere_where_something_unseen_stops_it() {
     let way = live_in(&room(), &is_open, &mut motion, &mut frames, &mut now, 30);
     let farthest = way.iter().map(|place| place.norm()).fold(0.0, f64::max);
     assert!(farthest > 1.5, "{farthest} m");
+}
+
+/// A robot in the room that has been told to look about just now, with a clue.
+fn looking_by(clue: &Clue, seconds: u32) -> (Motion, Frames, Stamp, Vec<Vector3>) {
+    let mut motion = Motion::new(Some(0.5));
+    let (mut frames, mut now) =
+        (Frames { map_from_odom: shifted(0.0, 0.0), odom_from_base: shifted(0.0, 0.0) }, Stamp::EPOCH);
+    live(&mut motion, &mut frames, &mut now, 1, false);
+    assert_eq!(motion.look_about(now), Ok(()));
+    let way = live_by(clue, &room(), &|_| true, &mut motion, &mut frames, &mut now, seconds);
+    (motion, frames, now, way)
+}
+
+/// Two places, and a way between them round two corners.
+fn two_places() -> Clue {
+    let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
+    Clue { places: 2, way: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()) }
+}
+
+#[test]
+fn who_may_be_in_two_places_walks_at_once_on_the_way_that_tells_them_apart() {
+    let (_, _, _, way) = looking_by(&two_places(), 12);
+    assert!(way[20..].windows(10).take(100).all(|part| part[0] != part[9]), "it does not stand on the way");
+    let end = way[way.len() - 1];
+    let near = |x: f64, y: f64| way.iter().map(|at| (at.x - x).hypot(at.y - y)).fold(f64::INFINITY, f64::min);
+    assert!(near(-3.0, 3.0) < 0.6, "{end}");
+    assert!(way.iter().take(160).all(|at| at.x < 0.6 && at.y > -0.6), "straight there");
+}
+
+#[test]
+fn until_the_way_that_tells_them_apart_is_thought_out_it_stands() {
+    let clue = Clue { places: 2, way: None };
+    let (_, _, _, way) = looking_by(&clue, 2);
+    assert!(way.iter().all(|at| at.norm() < 0.01));
+    // None is found: it looks for itself.
+    let clue = Clue { places: 2, way: Some(Arc::from([])) };
+    let (_, _, _, way) = looking_by(&clue, 8);
+    assert!(way.iter().any(|at| at.norm() > 2.0));
+}
+
+#[test]
+fn where_the_way_that_tells_them_apart_is_barred_by_something_unseen_it_goes_elsewhere() {
+    let (mut motion, mut frames, mut now, _) = looking_by(&two_places(), 1);
+    let is_open = |at: &Vector3| at.y < 1.0;
+    let way = live_by(&two_places(), &room(), &is_open, &mut motion, &mut frames, &mut now, 25);
+    assert!(way.iter().any(|at| at.xy().norm() > 2.0), "it stays before it");
 }

@@ -223,7 +223,12 @@ impl Offline {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
             Effect::StartJob {
                 job,
-                work: Job::VerifyLoop(_) | Job::CompareVisit(_) | Job::SeekPlace(_) | Job::Relocalise(_),
+                work:
+                    Job::VerifyLoop(_)
+                    | Job::CompareVisit(_)
+                    | Job::SeekPlace(_)
+                    | Job::Relocalise(_)
+                    | Job::TellApart(_),
             } => self.jobs.push_back(job),
             // Nobody orders it here.
             Effect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}

@@ -1,0 +1,119 @@
+//! Which way to walk so that the places of a contest turn out to be different.
+//!
+//! Thinking that out takes a tenth of a second, so it is a job. It is thought out anew whenever a place is out, and as the robot gets on: its
+//! places are known better then.
+
+use crate::question::Ground;
+use crate::work::Work;
+use geometry::{Isometry, Vector3, vec_from_plain, vec_to_plain};
+use messages::{TellApartTask, ToldApart};
+use std::sync::Arc;
+use vocab::MapId;
+
+/// Thought out anew after so many metres.
+const AGAIN: f64 = 3.0;
+
+/// What is known of where the robot may be, to whoever walks it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Clue {
+    /// How many places are tracked.
+    pub places: usize,
+    /// The way on which they will turn out to be different, odometry's frame; empty if there is none, none as long as it has not been thought
+    /// out.
+    pub way: Option<Arc<[Vector3]>>,
+}
+
+/// The way, and what was asked last.
+#[derive(Debug, Default)]
+pub(crate) struct Telling {
+    way: Option<Arc<[Vector3]>>,
+    asked: Option<Asked>,
+}
+
+#[derive(Debug)]
+struct Asked {
+    number: u64,
+    /// Bases in the map.
+    places: Vec<Isometry>,
+    odom_from_base: Isometry,
+    progress: Progress,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    Waiting,
+    Running(u64),
+    Answered,
+}
+
+impl Telling {
+    /// The newest that was thought out.
+    pub fn way(&self) -> Option<&Arc<[Vector3]>> {
+        self.way.as_ref()
+    }
+
+    /// Whether to think about so many places, of a robot that is there now.
+    pub fn is_due(&self, places: usize, odom_from_base: &Isometry) -> bool {
+        places > 1
+            && self.asked.as_ref().is_none_or(|asked| {
+                let moved = odom_from_base.translation.vector - asked.odom_from_base.translation.vector;
+                asked.progress == Progress::Answered
+                    && (asked.places.len() != places || moved.norm() >= AGAIN)
+            })
+    }
+
+    /// About these places, the likeliest first.
+    pub fn ask(&mut self, number: u64, places: Vec<Isometry>, odom_from_base: &Isometry) {
+        let odom_from_base = *odom_from_base;
+        self.asked = Some(Asked { number, places, odom_from_base, progress: Progress::Waiting });
+    }
+
+    /// Begins with a job, if one is wanted and has not begun: its number.
+    pub fn start(&mut self, job: u64) -> Option<u64> {
+        let asked = self.asked.as_mut().filter(|asked| asked.progress == Progress::Waiting)?;
+        asked.progress = Progress::Running(job);
+        Some(asked.number)
+    }
+
+    /// What a job takes; none if it is another's.
+    pub fn work(&self, job: u64, map: MapId, ground: &Arc<Ground>) -> Option<Work> {
+        let asked = self.asked.as_ref().filter(|asked| asked.progress == Progress::Running(job))?;
+        Some(Work::tell(Tell {
+            task: TellApartTask { map, number: asked.number },
+            ground: Arc::clone(ground),
+            places: asked.places.clone(),
+            odom_from_base: asked.odom_from_base,
+        }))
+    }
+
+    /// A job has ended, with a way or without. Others' jobs are ignored.
+    pub fn answered(&mut self, job: u64, told: Option<&ToldApart>) {
+        let Some(asked) = self.asked.as_mut().filter(|asked| asked.progress == Progress::Running(job)) else {
+            return;
+        };
+        asked.progress = Progress::Answered;
+        self.way = Some(
+            told.map(|told| told.way.iter().map(|at| vec_from_plain(*at)).collect()).unwrap_or_default(),
+        );
+    }
+}
+
+/// The question on its way.
+#[derive(Debug)]
+pub(crate) struct Tell {
+    task: TellApartTask,
+    ground: Arc<Ground>,
+    places: Vec<Isometry>,
+    odom_from_base: Isometry,
+}
+
+impl Tell {
+    /// A pure function of what it owns, see [`localisation::Guide::way_to_tell`].
+    pub fn run(self) -> ToldApart {
+        let way = self.ground.guide().way_to_tell(&self.places);
+        let in_odom = |at: &Vector3| {
+            vec_to_plain(&(self.odom_from_base.rotation * at + self.odom_from_base.translation.vector))
+        };
+        ToldApart { task: self.task, way: way.iter().map(in_odom).collect() }
+    }
+}
