@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "the table is the point")]
 
 mod known;
+mod recorded;
 mod rounds;
 mod sizes;
 mod standing;
@@ -12,6 +13,7 @@ use anyhow::Result;
 use clap::Parser;
 use known::KnownSite;
 use sim::SiteName;
+use std::path::PathBuf;
 
 /// Localisation in known maps of the simulated sites.
 ///
@@ -54,6 +56,9 @@ struct Arguments {
     /// Sizes of maps, points, in which the cost of a scan is measured: the site's own map again and again, side by side.
     #[arg(long, value_delimiter = ',', value_name = "POINTS")]
     sizes: Vec<u64>,
+    /// Instead of the sites: recorded scans with their poses, of which the even ones make the map and the odd ones are looked for in it.
+    #[arg(long, value_name = "FOLDER")]
+    scans: Option<PathBuf>,
     /// One line for each place.
     #[arg(long)]
     each: bool,
@@ -61,6 +66,9 @@ struct Arguments {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    if let Some(folder) = &arguments.scans {
+        return recorded::run(folder);
+    }
     for name in &arguments.sites {
         let name: SiteName = name.parse()?;
         let known = KnownSite::map(name, &arguments)?;
