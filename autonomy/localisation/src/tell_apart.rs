@@ -1,7 +1,7 @@
 //! Where to walk so that places which look alike turn out to be different.
 //!
 //! Each place has surroundings of its own in the map: keyframes show where one can walk from there, and what is seen on the way. Where what
-//! they saw would not fit about the other places, the robot will see which of them it is at. The least way for the most to be told wins, as
+//! they saw would not fit about the other places, the robot will see which of them it is at. The shortest way that tells all apart wins, as
 //! in active localisation (Fox, Burgard and Thrun, *Active Markov Localization for Mobile Robots*, 1998), with fits in place of
 //! likelihoods.
 
@@ -14,18 +14,20 @@ use registration::{MatchOptions, score};
 /// One walks from keyframe to keyframe, where nothing stands between them, in steps of so many metres at most that rise by so much a metre.
 const STEP: f64 = 2.5;
 const RISE: f64 = 0.8;
-/// Ways are so long at most, metres, and two looks on them so far apart at least.
+/// Ways are so long at most, metres; keyframes so near to each other look alike.
 const FARTHEST: f64 = 25.0;
 const APART: f64 = 1.0;
-/// Points of each look; the places are known to some centimetres.
-const POINTS: usize = 300;
+/// Points of each look, matched nearly as scans are.
+const POINTS: usize = 500;
 const MATCHING: MatchOptions =
-    MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true, facing: true };
-/// A place that fits so much worse is told apart there; less than the other, of all places together, is noise.
-const TELLS: f64 = 0.2;
+    MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.02, spread: true, facing: true };
+/// A place is told apart that fits so much worse over so many metres; what fits by less worse is alike, and all places together told apart by less
+/// than the last are not.
+const TELLS: (f64, f64) = (0.2, 0.4);
+const ALIKE: f64 = 0.01;
 const NOISE: f64 = 0.25;
 /// Metres that any way costs besides its length, and for each radian that a robot has to turn to set out on it: it turns about as fast as it walks.
-const SETTING_OUT: f64 = 4.0;
+const SETTING_OUT: f64 = 2.0;
 const TURN: f64 = 1.0;
 /// Ways are looked for from so many places, the best.
 const FROM: usize = 3;
@@ -40,6 +42,22 @@ struct Reached {
     before: Option<usize>,
 }
 
+/// What a way is worth.
+#[derive(Clone, Copy, Debug)]
+struct Worth {
+    /// Whether it tells all places apart.
+    all: bool,
+    /// How many, for each metre.
+    rate: f64,
+}
+
+impl Worth {
+    /// All have to be told apart in the end: whatever tells only some of them sooner is a way round.
+    fn exceeds(&self, other: &Self) -> bool {
+        (self.all, self.rate) > (other.all, other.rate)
+    }
+}
+
 impl Guide {
     /// A way on which a robot that may be at any of these places (bases in the map, the likeliest first) sees which of them it is at: points in
     /// the frame of its base, the first of them next to it. Empty where nothing within 25 m tells any of them apart.
@@ -47,7 +65,7 @@ impl Guide {
     /// Costs a fit of 300 points for each metre of walkable ground within 25 m of each of the first three places and for each of the other
     /// places; finding what is walkable is quadratic in the keyframes there.
     pub fn way_to_tell(&self, places: &[Isometry]) -> Vec<Vector3> {
-        let mut best: Option<(f64, Vec<Vector3>)> = None;
+        let mut best: Option<(Worth, Vec<Vector3>)> = None;
         for (number, place) in places.iter().enumerate().take(FROM) {
             let others: Vec<Isometry> = places
                 .iter()
@@ -56,7 +74,7 @@ impl Guide {
                 .map(|(_, other)| other * place.inverse())
                 .collect();
             let Some((worth, way)) = self.best_way(place, &others) else { continue };
-            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
+            if best.as_ref().is_none_or(|(most, _)| worth.exceeds(most)) {
                 best = Some((worth, way));
             }
         }
@@ -64,22 +82,35 @@ impl Guide {
     }
 
     /// From one place, with where each of the others would put what is seen there, and what it is worth.
-    fn best_way(&self, place: &Isometry, others: &[Isometry]) -> Option<(f64, Vec<Vector3>)> {
+    fn best_way(&self, place: &Isometry, others: &[Isometry]) -> Option<(Worth, Vec<Vector3>)> {
         let reached = self.walkable(place);
-        let mut looks: Vec<Vector3> = Vec::new();
-        let mut best: Option<(f64, usize)> = None;
+        let mut looks: Vec<(Vector3, Vec<f64>)> = Vec::new();
+        // How far each of the others has been told apart at each of the reached, when it is walked to.
+        let mut told: Vec<Vec<f64>> = Vec::new();
+        let mut best: Option<(Worth, usize)> = None;
         for (number, one) in reached.iter().enumerate() {
             let (pose, seen) = &self.keyframes()[one.keyframe];
-            if looks.iter().any(|look| (look - pose.translation.vector).norm() < APART) {
+            let at = pose.translation.vector;
+            let look = looks.iter().position(|(look, _)| (look - at).norm() < APART).unwrap_or_else(|| {
+                looks.push((at, self.worse(pose, seen, others)));
+                looks.len() - 1
+            });
+            let (before, metres) = match one.before {
+                Some(before) => (told[before].clone(), one.metres - reached[before].metres),
+                None => (vec![0.0; others.len()], one.metres),
+            };
+            // A keyframe fits the map that it is part of a little better than any scan does; where the robot is now, all fit alike.
+            let (alike, worse) = (&looks[0].1, &looks[look].1);
+            let more = worse.iter().zip(alike).map(|(worse, alike)| (worse - alike - ALIKE).max(0.0));
+            let sum = before.iter().zip(more);
+            told.push(sum.map(|(before, more)| before + more * metres / (TELLS.0 * TELLS.1)).collect());
+            let tells: f64 = told[number].iter().map(|told| told.min(1.0)).sum();
+            if tells < NOISE {
                 continue;
             }
-            looks.push(pose.translation.vector);
-            let told = self.told(pose, seen, others);
-            if told < NOISE {
-                continue;
-            }
-            let worth = told / (one.metres + SETTING_OUT + TURN * turn(&self.way(place, &reached, number)));
-            if best.is_none_or(|(most, _)| worth > most) {
+            let cost = one.metres + SETTING_OUT + TURN * turn(&self.way(place, &reached, number));
+            let worth = Worth { all: told[number].iter().all(|told| *told >= 1.0), rate: tells / cost };
+            if best.is_none_or(|(most, _)| worth.exceeds(&most)) {
                 best = Some((worth, number));
             }
         }
@@ -99,13 +130,13 @@ impl Guide {
         way
     }
 
-    /// How many of the others are told apart by what a keyframe saw, each by a share.
-    fn told(&self, pose: &Isometry, seen: &Place, others: &[Isometry]) -> f64 {
+    /// How much worse what a keyframe saw fits at each of the others.
+    fn worse(&self, pose: &Isometry, seen: &Place, others: &[Isometry]) -> Vec<f64> {
         let stride = seen.points().len().div_ceil(POINTS).max(1);
         let points: Vec<[f32; 3]> = seen.points().step_by(stride).collect();
         let fit = |pose: &Isometry| score(self.surfaces(), &points, pose, &MATCHING);
         let here = fit(pose);
-        others.iter().map(|other| ((here - fit(&(other * pose))) / TELLS).clamp(0.0, 1.0)).sum()
+        others.iter().map(|other| here - fit(&(other * pose))).collect()
     }
 
     /// Keyframes that one can walk to, the nearest first (Dijkstra, 1959).
