@@ -21,14 +21,15 @@ const APART: f64 = 1.0;
 const POINTS: usize = 500;
 const MATCHING: MatchOptions =
     MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.02, spread: true, facing: true };
-/// A place is told apart that fits so much worse over so many metres; what fits by less worse is alike, and all places together told apart by less
+/// A place is told apart for certain that fits so much worse over so many metres, more than twice what it takes: a scan differs less than keyframes do; what fits by less worse is alike, and all places together told apart by less
 /// than the last are not.
-const TELLS: (f64, f64) = (0.2, 0.4);
+const TELLS: (f64, f64) = (0.2, 1.0);
 const ALIKE: f64 = 0.01;
 const NOISE: f64 = 0.25;
-/// Metres that any way costs besides its length, and for each radian that a robot has to turn to set out on it: it turns about as fast as it walks.
+/// Metres that any way costs besides its length, and for each radian that a robot has to turn to set out on it: it turns about as fast as it walks,
+/// and has seen what lies behind it.
 const SETTING_OUT: f64 = 2.0;
-const TURN: f64 = 1.0;
+const TURN: f64 = 2.0;
 /// Ways are looked for from so many places, the best.
 const FROM: usize = 3;
 
@@ -62,7 +63,7 @@ impl Guide {
     /// A way on which a robot that may be at any of these places (bases in the map, the likeliest first) sees which of them it is at: points in
     /// the frame of its base, the first of them next to it. Empty where nothing within 25 m tells any of them apart.
     ///
-    /// Costs a fit of 300 points for each metre of walkable ground within 25 m of each of the first three places and for each of the other
+    /// Costs a fit of 500 points for each metre of walkable ground within 25 m of each of the first three places and for each of the other
     /// places; finding what is walkable is quadratic in the keyframes there.
     pub fn way_to_tell(&self, places: &[Isometry]) -> Vec<Vector3> {
         let mut best: Option<(Worth, Vec<Vector3>)> = None;

@@ -6,7 +6,7 @@
 //! An obstacle is forgotten where the ground is seen in its place, and where rays go through it: people leave, and what a robot saw
 //! while it was carried stands nowhere. Beside itself a robot sees no ground, so that the first is not enough.
 
-use geometry::Isometry;
+use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use points::view::{RangeImage, Sight};
 use std::collections::BTreeMap;
@@ -27,8 +27,12 @@ const TRACE: (i8, f64) = (7, 0.12);
 /// What is seen so little above the lowest beams, metres, and so much more for each metre, hangs there as far as is known: its foot is out of
 /// sight.
 const FOOTLESS: (f64, f64) = (0.12, 0.04);
+/// Directions in which that is told apart.
+const SECTORS: usize = 16;
 /// Ground rises by so much at most, metres for each metre: steep stairs.
 const STEEPEST: f64 = 0.9;
+/// Ground that is higher than a step leads up from some that is so many cells away at most: a tread.
+const BESIDE: i32 = 3;
 /// Rays of a scan that are asked at most.
 const RAYS: usize = 30_000;
 /// Slices under the robot's feet in which something is looked for: three metres.
@@ -136,6 +140,57 @@ fn slice(height: f32) -> i64 {
     (f64::from(height) / SLICE).floor() as i64
 }
 
+/// Slices as they are counted from a slice that is so much lower.
+fn raised(slices: u16, lower: i64) -> u16 {
+    let by = lower.unsigned_abs().min(15) as u32;
+    if lower >= 0 { slices << by } else { slices >> by }
+}
+
+/// How many slices from the one that holds the ground there are up to so high over it.
+fn slices_up_to(ground: f32, height: f32) -> i64 {
+    (f64::from(ground + height) / SLICE).ceil() as i64 - slice(ground)
+}
+
+/// The slices under so high over the ground.
+fn low_slices(ground: f32, height: f32) -> u16 {
+    !(u16::MAX << slices_up_to(ground, height).clamp(0, 15))
+}
+
+/// Tangents of the lowest beams that met anything, by the direction in the map: a robot that leans sees the ground nearer on one side.
+struct LowestBeams {
+    eye: Vector3,
+    /// What is nearer than this is the robot itself, metres.
+    least: f64,
+    tangents: [f64; SECTORS],
+}
+
+impl LowestBeams {
+    fn new(eye: &Vector3, radius: f64) -> Self {
+        Self { eye: *eye, least: radius + 0.1, tangents: [0.0; SECTORS] }
+    }
+
+    /// One met something there, as seen from the base's `origin` in the map's axes.
+    fn met(&mut self, off: &nalgebra::Vector3<f32>, origin: &Vector3) {
+        let off = off.cast::<f64>() + origin - self.eye;
+        let away = off.xy().norm();
+        if away > self.least {
+            let tangent = &mut self.tangents[sector(off.x, off.y)];
+            *tangent = tangent.min(off.z / away);
+        }
+    }
+
+    /// How low the beams reach there, map's axes.
+    fn height(&self, x: f64, y: f64) -> f64 {
+        let (x, y) = (x - self.eye.x, y - self.eye.y);
+        self.eye.z + self.tangents[sector(x, y)] * x.hypot(y)
+    }
+}
+
+fn sector(x: f64, y: f64) -> usize {
+    let turns = y.atan2(x) / std::f64::consts::TAU + 0.5;
+    ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
+}
+
 /// The first of neighbouring bits that are set, and their number.
 fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
     std::iter::from_fn(move || {
@@ -214,8 +269,7 @@ impl Terrain {
         let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
         let lowest = slice(foot) - BELOW;
         let eye = map_from_base * Point3::from(sensor.map(f64::from));
-        // Tangent of the lowest beam that met anything.
-        let mut lowest_beam = 0.0_f32;
+        let mut beams = LowestBeams::new(&eye.coords, self.shape.radius);
         let range_squared = (range * range) as f32;
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -225,8 +279,7 @@ impl Terrain {
             }
             let turned = rotation * nalgebra_point(point);
             let z = turned[2] + origin.z as f32;
-            let off = turned - (eye.coords - origin).cast::<f32>();
-            lowest_beam = lowest_beam.min(off.z / off.xy().norm().max(0.3));
+            beams.met(&turned, &origin);
             if z > ceiling || z < foot - 3.0 {
                 continue;
             }
@@ -241,9 +294,14 @@ impl Terrain {
             let (x, y) = self.centre(index);
             let away = (x - origin.x).hypot(y - origin.y);
             let rise = (self.shape.step + STEEPEST * away).min(f64::from(OTHER_FLOOR)) as f32;
-            let beams = eye.z + f64::from(lowest_beam) * (x - eye.x).hypot(y - eye.y);
-            let footless = f64::from(touch.lowest) < beams + FOOTLESS.0 + FOOTLESS.1 * away;
-            let rise = if footless { self.shape.step as f32 } else { rise };
+            let lowest = f64::from(touch.lowest);
+            let footless =
+                touch.lowest > foot && lowest < beams.height(x, y) + FOOTLESS.0 + FOOTLESS.1 * away;
+            let rise = if footless || !self.leads_up_to(index, touch.lowest) {
+                self.shape.step as f32
+            } else {
+                rise
+            };
             self.learn(index, touch, foot, rise);
         }
         self.touched = touched;
@@ -256,6 +314,16 @@ impl Terrain {
             range,
         );
         self.stand(map_from_base, foot);
+    }
+
+    /// Whether ground next to a cell is known from which one steps up to so high: stairs are, and what hangs from somebody's shoulder is not.
+    fn leads_up_to(&self, index: CellIndex, height: f32) -> bool {
+        let step = self.shape.step as f32;
+        let is_below = |dx: i32, dy: i32| {
+            let ground = self.cell(CellIndex { x: index.x + dx, y: index.y + dy }).ground;
+            (ground - step..=ground + step).contains(&height)
+        };
+        (-BESIDE..=BESIDE).any(|dx| (-BESIDE..=BESIDE).any(|dy| is_below(dx, dy)))
     }
 
     /// Doubts the obstacles within `range` of `place` that rays of a scan went through.
@@ -271,7 +339,10 @@ impl Terrain {
                 let (x, y) = self.centre(index);
                 let distance = (x - place[0]).hypot(y - place[1]);
                 // What it saw in the cell itself has been taken in.
-                if distance > range || self.touched.contains_key(&index) {
+                let overhead = f64::from(seen.foot) + self.shape.clearance;
+                let touched =
+                    self.touched.get(&index).is_some_and(|touch| f64::from(touch.lowest) < overhead);
+                if distance > range || touched {
                     continue;
                 }
                 let gone = cell.seen_through(seen, [x, y], distance);
@@ -325,13 +396,23 @@ impl Terrain {
             obstacle = 0;
         }
         // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
-        let looks_like_ground = (touch.lowest - foot).abs() < rise;
+        let mut looks_like_ground = (touch.lowest - foot).abs() < rise;
+        if !looks_like_ground && touch.lowest > foot && cell.ground > touch.lowest {
+            // Nor did what was taken for it: something stands lower than that.
+            cell.slices = raised(cell.slices, slice(cell.ground) - slice(foot));
+            cell.ground = f32::NAN;
+        }
+        let over_foot = (slice(touch.lowest) - slice(foot)).clamp(0, 15);
+        if cell.ground.is_nan() && cell.slices & !(u16::MAX << over_foot) != 0 {
+            // Something stands under it.
+            looks_like_ground = false;
+        }
         if looks_like_ground && (cell.ground.is_nan() || cell.ground > touch.lowest) {
             let before = if cell.ground.is_nan() { foot } else { cell.ground };
-            let lower = (slice(before) - slice(touch.lowest)).clamp(-15, 15);
-            cell.slices = if lower >= 0 { cell.slices << lower } else { cell.slices >> -lower };
+            let lower = slice(before) - slice(touch.lowest);
+            cell.slices = raised(cell.slices, lower);
             cell.ground = touch.lowest;
-            if cell.slices == 0 {
+            if cell.slices == 0 && lower > 0 {
                 // What was seen is far above it.
                 obstacle = 0;
             }
@@ -340,12 +421,14 @@ impl Terrain {
         let from = slice(ground) - (slice(foot) - BELOW);
         let seen =
             u32::try_from(from).ok().and_then(|from| touch.slices.checked_shr(from)).unwrap_or(0) as u16;
-        let slices_up_to = |height: f32| (f64::from(height) / SLICE).ceil() as i64 - slice(ground);
-        let above = |first: i64| seen & (u16::MAX << first.clamp(0, 15));
-        let (over, top) = (slices_up_to(ground + step), slices_up_to(ground + clearance));
-        // What is higher than a step by less than a slice is in the slice that the step ends in; what hangs is in nobody's way.
-        let body = if above(over) == 0 { above(over - 1) } else { above(over) };
-        let in_the_way = touch.highest > ground + step && body & !(u16::MAX << top.clamp(0, 15)) != 0;
+        let over = slices_up_to(ground, step);
+        let low = seen & low_slices(ground, clearance);
+        let body = low & (u16::MAX << over.clamp(0, 15));
+        // What is higher than a step by less than a slice is in the slice that the step ends in. Under something that hangs, that cannot be told
+        // from what is lower by as much.
+        let grazing = low & (1 << (over - 1).clamp(0, 15));
+        let body = if body == 0 && over > 1 { grazing } else { body };
+        let in_the_way = touch.highest > ground + step && body != 0;
         if in_the_way {
             cell.slices |= body;
             obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);

@@ -146,6 +146,37 @@ fn what_stands_so_near_that_its_foot_is_out_of_sight_is_no_ground_and_leaves_non
 }
 
 #[test]
+fn stairs_are_ground_and_an_arm_is_not() {
+    // Seven steps of 17 cm, from 3 m on.
+    let mut points = scan(500, &[]);
+    points.retain(|[x, y, _]| *x < 3.0 || *x > 4.96 || y.abs() > 0.5);
+    for step in 0..7_u8 {
+        for tread in 0..14_u8 {
+            let x = 3.0 + 0.28 * f32::from(step) + 0.02 * f32::from(tread);
+            points.extend(
+                (-10..=10_i8).map(|y| [x, 0.05 * f32::from(y), FLOOR as f32 + 0.17 * f32::from(step + 1)]),
+            );
+        }
+    }
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    look(&mut terrain, &points, 30);
+    let top = terrain.cell(terrain.index(4.85, 0.0)).ground();
+    assert!(top.is_some_and(|top| (top - FLOOR - 7.0 * 0.17).abs() < 0.02), "{top:?}");
+    assert!((0..20_u8).all(|tenth| terrain.is_free(terrain.index(3.0 + 0.1 * f64::from(tenth), 0.0))));
+    // An arm next to the robot, higher than its LiDAR sees there.
+    let arm = Thing { at: [1.2, 0.3], radius: 0.05, heights: (0.85, 1.4) };
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut with_arm = scan(500, &[]);
+    with_arm.extend(shown(&arm).into_iter().filter(|point| point[2] > FLOOR as f32 + 0.1));
+    look(&mut terrain, &with_arm, 20);
+    let place = terrain.index(1.2, 0.3);
+    assert_eq!(terrain.cell(place).ground(), None);
+    assert!(!terrain.is_free(place));
+    look(&mut terrain, &scan(500, &[]), 20);
+    assert!(terrain.is_free(place));
+}
+
+#[test]
 fn what_hangs_over_the_robot_is_in_nobodys_way() {
     for (heights, is_free) in [((1.2, 1.4), true), ((0.7, 1.4), false), ((0.25, 0.3), false)] {
         let mut terrain = Terrain::new(0.1, RobotShape::default());

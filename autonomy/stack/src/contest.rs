@@ -25,8 +25,12 @@ const FRESH: f64 = 1.0;
 /// Another place challenges the last one if it fits as well and is not one that is out, to metres and radians. It begins so far behind.
 const THE_SAME: (f64, f64) = (1.0, 0.3);
 const CHALLENGER: f64 = 0.1;
-/// Where something has spoken against every place for so long, the robot is at none of them.
-const NOWHERE: Span = Span::from_millis(3_000);
+/// Where something has spoken against every place for so long, and over so many metres, the robot is at none of them. A scan stands for so long at
+/// most.
+const NOWHERE: (Span, f64) = (Span::from_millis(3_000), 1.0);
+const SCAN: Span = Span::from_millis(800);
+/// Fewer points than this see nothing.
+const DARK: usize = 60;
 
 /// The places.
 #[derive(Debug, Default)]
@@ -38,8 +42,10 @@ pub(crate) struct Contest {
     walked: f64,
     /// Of the last scan.
     odom_from_base: Option<Isometry>,
-    /// When nothing spoke against one of them last.
-    sure: Option<Stamp>,
+    /// For how long something has spoken against every place, and over how many metres.
+    unsure: (Span, f64),
+    /// Of the last scan.
+    stamp: Option<Stamp>,
 }
 
 #[derive(Debug)]
@@ -106,10 +112,13 @@ impl Contest {
         }
         let mut stays = stays.into_iter();
         self.rivals.retain(|_| stays.next().unwrap_or(false));
-        let sure = self.sure.get_or_insert(scan.stamp);
+        let passed = self.stamp.replace(scan.stamp).map_or(Span::from_millis(0), |last| scan.stamp - last);
         if self.rivals.iter().any(|rival| rival.sure) {
-            *sure = scan.stamp;
-        } else if scan.stamp - *sure > NOWHERE {
+            self.unsure = (Span::from_millis(0), 0.0);
+        } else if scan.points.len() >= DARK {
+            self.unsure = (self.unsure.0 + passed.min(SCAN), self.unsure.1 + moved);
+        }
+        if self.unsure.0 > NOWHERE.0 && self.unsure.1 > NOWHERE.1 {
             self.rivals.clear();
         }
     }
@@ -196,18 +205,23 @@ mod tests {
 
     #[test]
     fn where_none_of_the_places_is_right_for_long_all_are_let_go() {
+        // Points in the middle of nowhere: the map is empty.
+        let points: Vec<[f32; 3]> = (0..100_u8).map(|x| [f32::from(x) * 0.1, 1.0, 0.0]).collect();
         let ground = Ground::new(Vec::new());
-        let mut contest =
-            Contest::new(&ground, &[place(0.0, 0.9), place(5.0, 0.9)], None, &Isometry::identity());
-        let mut stamp = Stamp::EPOCH;
-        let mut scans = 0;
-        while !contest.is_empty() && scans < 100 {
-            contest.take(&dark(stamp, 0.0));
-            assert!(contest.winner().is_none());
-            stamp += Span::from_millis(100);
-            scans += 1;
-        }
-        assert!((20..40).contains(&scans), "{scans}");
+        let scans_until_none = |metres: f64, points: &[[f32; 3]]| {
+            let places = [place(0.0, 0.9), place(5.0, 0.9)];
+            let mut contest = Contest::new(&ground, &places, None, &Isometry::identity());
+            (0..100).find(|&scan| {
+                let at = dark(Stamp::EPOCH + Span::from_millis(100 * scan), metres * scan as f64 / 50.0);
+                contest.take(&Scan { points, ..at });
+                assert!(contest.winner().is_none());
+                contest.is_empty()
+            })
+        };
+        let scans = scans_until_none(2.0, &points);
+        assert!(scans.is_some_and(|scans| (25..40).contains(&scans)), "{scans:?}");
+        assert_eq!(scans_until_none(0.0, &points), None, "from one spot it knows no better");
+        assert_eq!(scans_until_none(0.1, &[]), None, "and in the dark not at all");
     }
 
     #[test]

@@ -222,7 +222,7 @@ impl LocalisationPhase {
                     self.questions += 1;
                     state.ask(located, place(), self.questions, docks);
                 }
-                if state.contest.is_empty() {
+                if state.contest.len() < 2 {
                     state.telling = Telling::default();
                 } else if state.telling.is_due(state.contest.len(), &located.odom_from_base) {
                     self.questions += 1;
@@ -330,9 +330,9 @@ impl LocalisationPhase {
                 Some(Turn::Lost)
             }
             (Phase::Relocalising(state), Thought::Held(held)) => {
-                if !state.contest.is_empty() {
+                if answer.is_some() && !state.contest.is_empty() {
                     state.contest.challenge(&ground, &found, &held, &at);
-                    state.everywhere = true;
+                    state.everywhere = upheld(&held, &found);
                 }
                 None
             }
@@ -406,12 +406,11 @@ impl Relocalising {
         let at_dock = docks.is_at_one_of(self.map);
         self.docked &= at_dock;
         let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
-        let open = self.question.as_ref().is_some_and(Question::is_open);
         let last = self.contest.winner().is_some() && !self.contest.is_fresh();
         self.told.is_some()
             || (at_dock && !self.docked)
             || (self.contest.is_empty() && stale())
-            || (last && !open)
+            || (last && stale())
     }
 
     fn ask(&mut self, located: &Located, place: Place, number: u64, docks: &Docks) {

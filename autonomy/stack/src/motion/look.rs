@@ -12,6 +12,8 @@ use vocab::{Span, Stamp};
 /// It stands so long at first, and later: recognising a place takes half a second.
 const STAND_FIRST: Span = Span::from_millis(2_500);
 const STAND: Span = Span::from_millis(1_000);
+/// Where there is no walk, one is looked for so often.
+const TRIES: Span = Span::from_millis(250);
 /// One walk, metres: the lowest beams of a LiDAR on a mast meet the ground three metres away.
 const WALK: f64 = 4.0;
 /// Along the way that tells places apart it looks so far ahead, metres, and a piece of it may lead round so much more.
@@ -44,15 +46,10 @@ pub(super) struct Look {
 
 #[derive(Debug)]
 enum Now {
-    Stands {
-        since: Stamp,
-    },
+    /// `tried`: when it last looked for a walk.
+    Stands { since: Stamp, tried: Option<Stamp> },
     /// `passed`: where it was, and when, as it last got any farther.
-    Walks {
-        follower: Follower,
-        planned: Stamp,
-        passed: (Stamp, Vector3),
-    },
+    Walks { follower: Follower, planned: Stamp, passed: (Stamp, Vector3) },
 }
 
 impl Look {
@@ -63,7 +60,7 @@ impl Look {
             looked: (Span::from_millis(0), Some(at)),
             has_walked: false,
             barred: None,
-            now: Now::Stands { since: at },
+            now: Now::Stands { since: at, tried: None },
         }
     }
 
@@ -75,7 +72,7 @@ impl Look {
 
     /// Sees nothing.
     pub fn wait(&mut self, at: Stamp) {
-        self.now = Now::Stands { since: at };
+        self.now = Now::Stands { since: at, tried: None };
         self.looked.1 = None;
     }
 
@@ -90,8 +87,12 @@ impl Look {
             );
         }
         match &mut self.now {
-            Now::Stands { since } => {
+            Now::Stands { since, tried } => {
                 let stood = at - *since;
+                if tried.is_some_and(|tried| at - tried < TRIES) {
+                    return Step::Go(Velocity::default());
+                }
+                *tried = Some(at);
                 if let Some(path) = self.set_out(stood, terrain, &here, clue) {
                     self.has_walked = true;
                     self.now = Now::Walks { follower: to_follow(path), planned: at, passed: (at, here) };
@@ -106,7 +107,7 @@ impl Look {
                     // Not there again.
                     self.been.extend(follower.path().last());
                     self.barred.clone_from(&clue.way);
-                    self.now = Now::Stands { since: at };
+                    self.now = Now::Stands { since: at, tried: None };
                     return Step::Go(Velocity::default());
                 }
                 if at - *planned >= REPLAN_EVERY {
@@ -118,7 +119,7 @@ impl Look {
                         .or_else(|| replan(terrain, &here, &old));
                     self.now = match path {
                         Some(path) => Now::Walks { follower: to_follow(path), planned: at, passed },
-                        None => Now::Stands { since: at },
+                        None => Now::Stands { since: at, tried: None },
                     };
                 }
                 self.walk_on(at, odom_from_base)
@@ -132,7 +133,7 @@ impl Look {
             if let Some(velocity) = follower.velocity(odom_from_base) {
                 return Step::Go(velocity);
             }
-            self.now = Now::Stands { since: at };
+            self.now = Now::Stands { since: at, tried: None };
         }
         Step::Go(Velocity::default())
     }
