@@ -21,15 +21,17 @@ const APART: f64 = 1.0;
 const POINTS: usize = 500;
 const MATCHING: MatchOptions =
     MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.02, spread: true, facing: true };
-/// A place is told apart for certain that fits so much worse over so many metres, more than twice what it takes: a scan differs less than keyframes do; what fits by less worse is alike, and all places together told apart by less
+/// A place is told apart that fits so much worse over so many metres, nearly twice what it takes: scans differ less than keyframes do; what fits by less worse is alike, and all places together told apart by less
 /// than the last are not.
-const TELLS: (f64, f64) = (0.2, 1.0);
+const TELLS: (f64, f64) = (0.2, 0.7);
 const ALIKE: f64 = 0.01;
 const NOISE: f64 = 0.25;
 /// Metres that any way costs besides its length, and for each radian that a robot has to turn to set out on it: it turns about as fast as it walks,
 /// and has seen what lies behind it.
 const SETTING_OUT: f64 = 2.0;
 const TURN: f64 = 2.0;
+/// Where there is a way on past what ought to tell the places apart, it is followed so far, metres.
+const BEYOND: f64 = 8.0;
 /// Ways are looked for from so many places, the best.
 const FROM: usize = 3;
 
@@ -115,7 +117,7 @@ impl Guide {
                 best = Some((worth, number));
             }
         }
-        best.map(|(worth, end)| (worth, self.way(place, &reached, end)))
+        best.map(|(worth, end)| (worth, self.way(place, &reached, beyond(&reached, end))))
     }
 
     /// To one of the keyframes that were reached from a place, in the frame of the base there.
@@ -182,6 +184,26 @@ impl Guide {
             + Vector3::from(sensor.map(f64::from)).cast::<f32>();
         (seen.view().look(&at.into()) != Sight::Hidden).then_some(metres)
     }
+}
+
+/// Where a way goes on past its end: a scan may differ less than keyframes do, and whoever turns round there has to see the same again.
+fn beyond(reached: &[Reached], end: usize) -> usize {
+    let leads_through = |number: usize| {
+        let mut at = number;
+        while at > end {
+            match reached[at].before {
+                Some(before) => at = before,
+                None => return false,
+            }
+        }
+        at == end
+    };
+    let farthest = reached[end].metres + BEYOND;
+    // They are in the order of their metres.
+    (end..reached.len())
+        .rev()
+        .find(|&number| reached[number].metres <= farthest && leads_through(number))
+        .unwrap_or(end)
 }
 
 /// Radians that a base has to turn to set out on a way in its own frame: towards the first point that is not next to it.
