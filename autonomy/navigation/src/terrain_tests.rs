@@ -188,6 +188,17 @@ fn what_hangs_over_the_robot_is_in_nobodys_way() {
 }
 
 #[test]
+fn what_lies_on_the_floor_under_something_that_hangs_is_in_the_way() {
+    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut points = scan(500, &[]);
+    for heights in [(0.0, 0.3), (1.4, 1.6)] {
+        points.extend(shown(&Thing { at: [3.0, 0.3], radius: 0.1, heights }));
+    }
+    look(&mut terrain, &points, 20);
+    assert!(!terrain.is_free(terrain.index(3.0, 0.3)));
+}
+
+#[test]
 fn runs_are_of_neighbours() {
     assert_eq!(runs(0b1000_0000_0110_1110).collect::<Vec<_>>(), [(1, 3), (5, 2), (15, 1)]);
     assert_eq!(runs(u16::MAX).collect::<Vec<_>>(), [(0, 16)]);
