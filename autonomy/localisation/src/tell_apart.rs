@@ -21,8 +21,8 @@ const APART: f64 = 1.0;
 const POINTS: usize = 500;
 const MATCHING: MatchOptions =
     MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.02, spread: true, facing: true };
-/// A place is told apart that fits so much worse over so many metres, nearly twice what it takes: scans differ less than keyframes do; what fits by less worse is alike, and all places together told apart by less
-/// than the last are not.
+/// A place is told apart that fits so much worse over so many metres, nearly twice what it takes: scans differ less than keyframes do. What
+/// fits less worse than the second is alike; all places together told apart by less than the third are not.
 const TELLS: (f64, f64) = (0.2, 0.7);
 const ALIKE: f64 = 0.01;
 const NOISE: f64 = 0.25;

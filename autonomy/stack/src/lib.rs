@@ -16,6 +16,7 @@ mod loops;
 mod mapping_phase;
 mod motion;
 mod optimiser;
+mod progress;
 mod question;
 mod search;
 mod second_opinion;

@@ -4,6 +4,7 @@
 //! an input.
 
 use crate::localising::Located;
+use crate::progress::Progress;
 use crate::second_opinion::outdone;
 use crate::work::Work;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, so3};
@@ -66,18 +67,11 @@ pub(crate) struct Question {
     progress: Progress,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    Waiting,
-    Running(u64),
-    Answered,
-}
-
 impl Question {
     /// About a located scan, of which `place` is made.
     pub fn new(located: &Located, place: Place, number: u64, thought: Thought) -> Self {
         let (at, odom_from_base) = (located.stamp, located.odom_from_base);
-        Self { at, number, odom_from_base, thought, place, progress: Progress::Waiting }
+        Self { at, number, odom_from_base, thought, place, progress: Progress::default() }
     }
 
     /// Whether it is time to ask again where nothing was recognised.
@@ -89,11 +83,7 @@ impl Question {
 
     /// Begins with a job, if it has not begun; says whether it did.
     pub fn start(&mut self, job: u64) -> bool {
-        let waiting = self.progress == Progress::Waiting;
-        if waiting {
-            self.progress = Progress::Running(job);
-        }
-        waiting
+        self.progress.start(job)
     }
 
     /// Whether it has not been answered.
@@ -103,7 +93,7 @@ impl Question {
 
     /// Whether a job answers it.
     pub fn is_answered_by(&self, job: u64) -> bool {
-        self.progress == Progress::Running(job)
+        self.progress.is_run_by(job)
     }
 
     /// Takes the answer, none if there is none: places, the best first.

@@ -1,8 +1,9 @@
 //! Which way to walk so that the places of a contest turn out to be different.
 //!
-//! Thinking that out takes a tenth of a second, so it is a job. It is thought out anew whenever a place is out, and as the robot gets on: its
+//! Thinking that out takes up to a tenth of a second, so it is a job. It is thought out anew whenever a place is out, and as the robot gets on: its
 //! places are known better then.
 
+use crate::progress::Progress;
 use crate::question::Ground;
 use crate::work::Work;
 use geometry::{Isometry, Vector3, vec_from_plain, vec_to_plain};
@@ -39,13 +40,6 @@ struct Asked {
     progress: Progress,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    Waiting,
-    Running(u64),
-    Answered,
-}
-
 impl Telling {
     /// The newest that was thought out.
     pub fn way(&self) -> Option<&Arc<[Vector3]>> {
@@ -65,19 +59,18 @@ impl Telling {
     /// About these places, the likeliest first.
     pub fn ask(&mut self, number: u64, places: Vec<Isometry>, odom_from_base: &Isometry) {
         let odom_from_base = *odom_from_base;
-        self.asked = Some(Asked { number, places, odom_from_base, progress: Progress::Waiting });
+        self.asked = Some(Asked { number, places, odom_from_base, progress: Progress::default() });
     }
 
     /// Begins with a job, if one is wanted and has not begun: its number.
     pub fn start(&mut self, job: u64) -> Option<u64> {
-        let asked = self.asked.as_mut().filter(|asked| asked.progress == Progress::Waiting)?;
-        asked.progress = Progress::Running(job);
-        Some(asked.number)
+        let asked = self.asked.as_mut()?;
+        asked.progress.start(job).then_some(asked.number)
     }
 
     /// What a job takes; none if it is another's.
     pub fn work(&self, job: u64, map: MapId, ground: &Arc<Ground>) -> Option<Work> {
-        let asked = self.asked.as_ref().filter(|asked| asked.progress == Progress::Running(job))?;
+        let asked = self.asked.as_ref().filter(|asked| asked.progress.is_run_by(job))?;
         Some(Work::tell(Tell {
             task: TellApartTask { map, number: asked.number },
             ground: Arc::clone(ground),
@@ -88,7 +81,7 @@ impl Telling {
 
     /// A job has ended, with a way or without. Others' jobs are ignored.
     pub fn answered(&mut self, job: u64, told: Option<&ToldApart>) {
-        let Some(asked) = self.asked.as_mut().filter(|asked| asked.progress == Progress::Running(job)) else {
+        let Some(asked) = self.asked.as_mut().filter(|asked| asked.progress.is_run_by(job)) else {
             return;
         };
         asked.progress = Progress::Answered;

@@ -48,9 +48,12 @@ pub(super) struct Look {
 enum Now {
     /// `tried`: when it last looked for a walk.
     Stands { since: Stamp, tried: Option<Stamp> },
-    /// `passed`: where it was, and when, as it last got any farther.
-    Walks { follower: Follower, planned: Stamp, passed: (Stamp, Vector3) },
+    /// `on`: the way that tells places apart, if it is on that; `passed`: where it was, and when, as it last got any farther.
+    Walks { on: Option<Arc<[Vector3]>>, follower: Follower, planned: Stamp, passed: (Stamp, Vector3) },
 }
+
+/// A path, with the way that tells places apart if it is a piece of that.
+type Piece = (Option<Arc<[Vector3]>>, Vec<Vector3>);
 
 impl Look {
     pub fn new(at: Stamp, goal: Option<Vector3>) -> Self {
@@ -93,32 +96,33 @@ impl Look {
                     return Step::Go(Velocity::default());
                 }
                 *tried = Some(at);
-                if let Some(path) = self.set_out(stood, terrain, &here, clue) {
+                if let Some((on, path)) = self.set_out(stood, terrain, &here, clue) {
                     self.has_walked = true;
-                    self.now = Now::Walks { follower: to_follow(path), planned: at, passed: (at, here) };
+                    let follower = to_follow(path);
+                    self.now = Now::Walks { on, follower, planned: at, passed: (at, here) };
                 }
                 Step::Go(Velocity::default())
             }
-            Now::Walks { follower, planned, passed } => {
+            Now::Walks { on, follower, planned, passed } => {
                 if (here - passed.1).norm() > STUCK.0 {
                     *passed = (at, here);
                 }
                 if at - passed.0 > STUCK.1 {
                     // Not there again.
                     self.been.extend(follower.path().last());
-                    self.barred.clone_from(&clue.way);
+                    self.barred = on.take().or(self.barred.take());
                     self.now = Now::Stands { since: at, tried: None };
                     return Step::Go(Velocity::default());
                 }
                 if at - *planned >= REPLAN_EVERY {
-                    let (passed, old) = (*passed, follower.path().to_vec());
+                    let (on, passed, old) = (on.take(), *passed, follower.path().to_vec());
                     let ends = clue.places > 1 && follower.remaining(odom_from_base) < WALK_ON;
                     let path = self
                         .told(terrain, &here, clue)
-                        .or_else(|| if ends { roam(terrain, &here, &self.been, WALK) } else { None })
-                        .or_else(|| replan(terrain, &here, &old));
+                        .or_else(|| if ends { self.roam(terrain, &here) } else { None })
+                        .or_else(|| replan(terrain, &here, &old).map(|path| (on, path)));
                     self.now = match path {
-                        Some(path) => Now::Walks { follower: to_follow(path), planned: at, passed },
+                        Some((on, path)) => Now::Walks { on, follower: to_follow(path), planned: at, passed },
                         None => Now::Stands { since: at, tried: None },
                     };
                 }
@@ -140,23 +144,28 @@ impl Look {
 
     /// The next walk of a robot that has stood for so long, if there is one. Standing tells no look-alikes apart; but where to walk is thought
     /// out first, and people who stand in that way go on.
-    fn set_out(&self, stood: Span, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Vec<Vector3>> {
+    fn set_out(&self, stood: Span, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Piece> {
         let stands = match clue {
             Clue { places: 2.., way: Some(way) } if way.is_empty() => Span::from_millis(0),
             Clue { places: 2.., way: Some(_) } => STAND,
             _ if self.has_walked => STAND,
             _ => STAND_FIRST,
         };
-        let roam = || if stood >= stands { roam(terrain, here, &self.been, WALK) } else { None };
+        let roam = || if stood >= stands { self.roam(terrain, here) } else { None };
         self.told(terrain, here, clue).or_else(roam)
     }
 
+    /// Some way to where it has not been.
+    fn roam(&self, terrain: &Terrain, here: &Vector3) -> Option<Piece> {
+        roam(terrain, here, &self.been, WALK).map(|path| (None, path))
+    }
+
     /// On along the way that tells places apart.
-    fn told(&self, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Vec<Vector3>> {
+    fn told(&self, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Piece> {
         let way = clue.way.as_ref().filter(|way| {
             clue.places > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
         })?;
-        along(terrain, here, way)
+        along(terrain, here, way).map(|path| (Some(Arc::clone(way)), path))
     }
 
     /// Where it is, and that time passes.
