@@ -250,9 +250,15 @@ impl StackWalk {
         heard(of, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
-                Effect::StartJob { job, work } if work.is_kept_by_the_stack() => {
-                    self.jobs.push_back(Waiting::Work(job))
-                }
+                Effect::StartJob {
+                    job,
+                    work:
+                        Job::VerifyLoop(_)
+                        | Job::CompareVisit(_)
+                        | Job::SeekPlace(_)
+                        | Job::Relocalise(_)
+                        | Job::TellApart(_),
+                } => self.jobs.push_back(Waiting::Work(job)),
                 Effect::StartJob { job, work: Job::ReadMap(map) } => {
                     self.jobs.push_back(Waiting::Map(job, map));
                 }

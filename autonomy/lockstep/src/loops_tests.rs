@@ -132,7 +132,15 @@ impl Told {
         self.digest.add(at, &effects);
         for effect in effects {
             match effect {
-                Effect::StartJob { job, work } if work.is_kept_by_the_stack() => {
+                Effect::StartJob {
+                    job,
+                    work:
+                        Job::VerifyLoop(_)
+                        | Job::CompareVisit(_)
+                        | Job::SeekPlace(_)
+                        | Job::Relocalise(_)
+                        | Job::TellApart(_),
+                } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
                     self.done.push_back(JobDone { job, result });

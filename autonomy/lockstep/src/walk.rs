@@ -158,7 +158,15 @@ impl Lockstep {
                     self.read_map(job, map);
                 }
                 Effect::StartJob { job, work: Job::ReadMap(map) } => self.read_map(job, map),
-                Effect::StartJob { job, work } if work.is_kept_by_the_stack() => {
+                Effect::StartJob {
+                    job,
+                    work:
+                        Job::VerifyLoop(_)
+                        | Job::CompareVisit(_)
+                        | Job::SeekPlace(_)
+                        | Job::Relocalise(_)
+                        | Job::TellApart(_),
+                } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }

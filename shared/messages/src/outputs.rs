@@ -67,20 +67,6 @@ pub enum Job {
     TellApart(TellApartTask),
 }
 
-impl Job {
-    /// Whether what it takes is kept by the stack until it is fetched with `Stack::take_work`. The others are for whoever has the disk.
-    pub fn is_kept_by_the_stack(&self) -> bool {
-        match self {
-            Self::VerifyLoop(_)
-            | Self::CompareVisit(_)
-            | Self::SeekPlace(_)
-            | Self::Relocalise(_)
-            | Self::TellApart(_) => true,
-            Self::SaveMap(_) | Self::LoadMap { .. } | Self::ReadMap(_) => false,
-        }
-    }
-}
-
 /// Points in the frame that the holder names, as parallel columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {

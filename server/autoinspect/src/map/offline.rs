@@ -221,7 +221,15 @@ impl Offline {
     fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
         match effect {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
-            Effect::StartJob { job, work } if work.is_kept_by_the_stack() => self.jobs.push_back(job),
+            Effect::StartJob {
+                job,
+                work:
+                    Job::VerifyLoop(_)
+                    | Job::CompareVisit(_)
+                    | Job::SeekPlace(_)
+                    | Job::Relocalise(_)
+                    | Job::TellApart(_),
+            } => self.jobs.push_back(job),
             // Nobody orders it here.
             Effect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
             Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
