@@ -5,7 +5,7 @@ use crate::inputs::Inputs;
 use crate::stage::Stage;
 use crate::viewport::Viewport;
 use crate::{aria, browser, gpu};
-use client_model::{Command, Effect, Event, Ids, Model, Theme, ViewSettings};
+use client_model::{ClientCommand, ClientEffect, ClientEvent, Ids, Model, Theme, ViewSettings};
 use panels::PanelState;
 use panels::theme::{self, Tokens};
 use std::cell::RefCell;
@@ -38,7 +38,7 @@ pub(crate) struct Client {
     stage: Stage,
     viewport: Viewport,
     inputs: Inputs,
-    commands: Vec<Command>,
+    commands: Vec<ClientCommand>,
     theme: Option<Theme>,
     start: Start,
     /// Whether the frame to come is the first.
@@ -91,7 +91,7 @@ impl Client {
 
     fn show_scan(&mut self, core: &mut Core) {
         let Some(scan) = core.take_scan() else { return };
-        if core.model.viewed().is_some() {
+        if core.model.viewed_map().is_some() {
             return;
         }
         match map_codec::decode(&scan.points) {
@@ -106,18 +106,18 @@ impl Client {
         while let Some((hash, bytes)) = core.next_tile() {
             let event = match map_codec::decode(&bytes) {
                 Ok(chunk) => {
-                    let map = core.model.shown();
+                    let map = core.model.displayed_map();
                     if let Some((entry, _)) = map.tiles.get(&hash) {
                         self.stage.add_tile(hash, &chunk, entry, map);
                         if self.start == Start::Framed {
                             self.start = Start::Mapping;
                         }
                     }
-                    Event::TileReady { hash, bytes: bytes.len() }
+                    ClientEvent::TileReady { hash, bytes: bytes.len() }
                 }
                 Err(error) => {
                     browser::complain(&format!("tile {hash} could not be decoded: {error}"));
-                    Event::TileFailed { hash }
+                    ClientEvent::TileFailed { hash }
                 }
             };
             core.apply(event);
@@ -143,7 +143,7 @@ impl Client {
                     Err(format!("The scan of keyframe {} cannot be read. Reload the page.", keyframe.0))
                 }
             };
-            core.apply(Event::Cloud { session, keyframe, result });
+            core.apply(ClientEvent::CloudFetched { session, keyframe, result });
         }
     }
 
@@ -151,13 +151,13 @@ impl Client {
     fn carry_out(&mut self, core: &mut Core) {
         while let Some(effect) = core.next_effect() {
             match effect {
-                Effect::Drop(hash) => self.stage.drop_tile(hash),
-                Effect::Move(to) => {
+                ClientEffect::RemoveTile(hash) => self.stage.drop_tile(hash),
+                ClientEffect::MoveCamera(to) => {
                     if let Some(settings) = self.viewport.go(&to, &core.model) {
-                        core.apply(Event::Command(Command::Edit(settings)));
+                        core.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
                     }
                 }
-                Effect::Keep(settings) => keep_view(&settings),
+                ClientEffect::SaveSettings(settings) => keep_view(&settings),
                 // The core carries out all others by itself.
                 _ => {}
             }
@@ -199,7 +199,7 @@ impl eframe::App for Client {
         if core.has_tiles() {
             ctx.request_repaint();
         }
-        let driving = core.model.drive.wanted().is_some();
+        let driving = core.model.driven_velocity().is_some();
         ctx.request_repaint_after(if driving { DRIVE_REPAINT } else { IDLE_REPAINT });
     }
 
@@ -207,14 +207,14 @@ impl eframe::App for Client {
         let core = Rc::clone(&self.core);
         let mut core = core.borrow_mut();
         let ctx = ui.ctx().clone();
-        let theme = core.model.view.get().theme;
+        let theme = core.model.view_settings().theme;
         self.dress(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
         self.stage.follow(&core.model, self.viewport.placing());
         self.viewport.show(ui, &core.model, &self.stage, &mut commands);
         if let Some(eye) = self.viewport.eye() {
-            core.apply(Event::Looked(eye));
+            core.apply(ClientEvent::ViewpointChanged(eye));
         }
         if std::mem::take(&mut self.bare) {
             // The map first: shaping all text for the first time takes as long as all else, and can follow a frame later.
@@ -226,10 +226,10 @@ impl eframe::App for Client {
         }
         for command in commands.drain(..) {
             // What a command changes is drawn at once; driving changes nothing that is drawn.
-            if !matches!(command, Command::Drive(_)) {
+            if !matches!(command, ClientCommand::SetVelocity(_)) {
                 ctx.request_repaint();
             }
-            core.apply(Event::Command(command));
+            core.apply(ClientEvent::Command(command));
         }
         self.commands = commands;
         self.carry_out(&mut core);

@@ -8,7 +8,7 @@ use crate::fetch::Fetches;
 use crate::inbox::{Arrival, Inbox};
 use crate::sockets::Sockets;
 use crate::upload::Uploads;
-use client_model::{ClientTime, Command, Effect, Event, Model, Socket};
+use client_model::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Model, Socket};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -37,7 +37,7 @@ pub(crate) struct Core {
     fetches: Fetches,
     uploads: Uploads,
     inbox: Inbox,
-    for_frame: VecDeque<Effect>,
+    for_frame: VecDeque<ClientEffect>,
     tiles: VecDeque<(api::TileHash, Vec<u8>)>,
     scan: Option<Scan>,
     clouds: VecDeque<Cloud>,
@@ -63,7 +63,7 @@ impl Core {
     pub(crate) fn new(mut model: Model) -> Self {
         let inbox = Inbox::default();
         let mut effects = Vec::new();
-        model.start(&mut effects);
+        model.connect(&mut effects);
         let (sockets, fetches) = (Sockets::new(inbox.clone()), Fetches::new(inbox.clone()));
         let mut core = Self {
             model,
@@ -85,9 +85,9 @@ impl Core {
     fn reached(&mut self) -> bool {
         self.pump();
         if let Some(eye) = crate::viewport::first_eye(&self.model) {
-            self.apply(Event::Looked(eye));
+            self.apply(ClientEvent::ViewpointChanged(eye));
         }
-        let tiles = &self.model.shown().tiles;
+        let tiles = &self.model.displayed_map().tiles;
         self.has_tiles() || (tiles.listed() && tiles.is_empty())
     }
 
@@ -97,9 +97,9 @@ impl Core {
     }
 
     /// The one place that changes the model.
-    pub(crate) fn apply(&mut self, event: Event) {
+    pub(crate) fn apply(&mut self, event: ClientEvent) {
         let mut effects = Vec::new();
-        self.model.apply(now(), event, &mut effects);
+        self.model.handle_event(now(), event, &mut effects);
         self.carry_out(effects);
     }
 
@@ -111,17 +111,17 @@ impl Core {
                 Arrival::Cloud { session, keyframe, bytes } => {
                     self.clouds.push_back(Cloud { session, keyframe, bytes });
                 }
-                Arrival::Event(Event::Scan { mut frame, bytes }) => {
+                Arrival::Event(ClientEvent::Scan { mut frame, bytes }) => {
                     // Only the latest of several is drawn.
                     let points = std::mem::take(&mut frame.points);
                     self.scan =
                         Some(Scan { points, map_from_base: frame.map_from_base, sequence: frame.sequence });
-                    self.apply(Event::Scan { frame, bytes });
+                    self.apply(ClientEvent::Scan { frame, bytes });
                 }
                 Arrival::Event(event) => self.apply(event),
             }
         }
-        self.apply(Event::Tick);
+        self.apply(ClientEvent::Tick);
     }
 
     /// A frame begins.
@@ -131,7 +131,7 @@ impl Core {
     }
 
     /// Something left for the frame to do.
-    pub(crate) fn next_effect(&mut self) -> Option<Effect> {
+    pub(crate) fn next_effect(&mut self) -> Option<ClientEffect> {
         self.for_frame.pop_front()
     }
 
@@ -174,28 +174,32 @@ impl Core {
     }
 
     fn let_go(&mut self) {
-        if self.model.drive.wanted().is_some() {
-            self.apply(Event::Command(Command::Drive(None)));
+        if self.model.driven_velocity().is_some() {
+            self.apply(ClientEvent::Command(ClientCommand::SetVelocity(None)));
         }
     }
 
-    fn carry_out(&mut self, effects: Vec<Effect>) {
+    fn carry_out(&mut self, effects: Vec<ClientEffect>) {
         for effect in effects {
             match effect {
-                Effect::Open(socket) => self.sockets.open(socket),
-                Effect::Close(socket) => self.sockets.close(socket),
-                Effect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
-                Effect::SendStream(request) => self.sockets.send(Socket::Stream, &api::encode(&request)),
-                Effect::LoadMap(map) => self.fetches.map(map),
-                Effect::Fetch(hash) => self.fetches.tile(hash),
-                Effect::FetchCloud { session, keyframe } => self.fetches.cloud(session, keyframe),
-                Effect::PickFile => self.uploads.pick(),
-                Effect::CancelUpload(upload) => self.uploads.cancel(upload),
-                Effect::CancelFetch(hash) => {
+                ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
+                ClientEffect::CloseSocket(socket) => self.sockets.close(socket),
+                ClientEffect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
+                ClientEffect::SendStream(request) => {
+                    self.sockets.send(Socket::Stream, &api::encode(&request))
+                }
+                ClientEffect::LoadMap(map) => self.fetches.map(map),
+                ClientEffect::FetchTile(hash) => self.fetches.tile(hash),
+                ClientEffect::FetchCloud { session, keyframe } => self.fetches.cloud(session, keyframe),
+                ClientEffect::OpenFileDialog => self.uploads.pick(),
+                ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),
+                ClientEffect::CancelTile(hash) => {
                     self.fetches.cancel(&hash);
                     self.tiles.retain(|(other, _)| *other != hash);
                 }
-                Effect::Drop(_) | Effect::Move(_) | Effect::Keep(_) => self.for_frame.push_back(effect),
+                ClientEffect::RemoveTile(_) | ClientEffect::MoveCamera(_) | ClientEffect::SaveSettings(_) => {
+                    self.for_frame.push_back(effect)
+                }
             }
         }
     }
@@ -208,7 +212,7 @@ pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
     loop {
         let (reached, listed) = {
             let mut core = core.borrow_mut();
-            (core.reached(), core.model.shown().tiles.listed())
+            (core.reached(), core.model.displayed_map().tiles.listed())
         };
         // Also when reached: only a pause lets the requests out.
         browser::pause(REACH_EVERY_MS).await;

@@ -2,7 +2,7 @@
 
 use crate::inbox::{Arrival, Inbox};
 use api::TileHash;
-use client_model::Event;
+use client_model::ClientEvent;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -22,11 +22,11 @@ impl Fetches {
         Self { inbox, tiles: Rc::default() }
     }
 
-    /// Fetches a tile; it arrives as [`Arrival::Tile`], or as [`Event::TileFailed`].
+    /// Fetches a tile; it arrives as [`Arrival::Tile`], or as [`ClientEvent::TileFailed`].
     pub(crate) fn tile(&self, hash: TileHash) {
         let inbox = self.inbox.clone();
         let Ok(abort) = AbortController::new() else {
-            inbox.leave(Arrival::Event(Event::TileFailed { hash }));
+            inbox.leave(Arrival::Event(ClientEvent::TileFailed { hash }));
             return;
         };
         let signal = abort.signal();
@@ -42,7 +42,7 @@ impl Fetches {
             under_way.borrow_mut().remove(&hash);
             inbox.leave(match result {
                 Ok(bytes) => Arrival::Tile { hash, bytes },
-                Err(_) => Arrival::Event(Event::TileFailed { hash }),
+                Err(_) => Arrival::Event(ClientEvent::TileFailed { hash }),
             });
         });
     }
@@ -54,7 +54,7 @@ impl Fetches {
         }
     }
 
-    /// Fetches the scan of a keyframe; it arrives as [`Arrival::Cloud`], or as [`Event::Cloud`] with a sentence.
+    /// Fetches the scan of a keyframe; it arrives as [`Arrival::Cloud`], or as [`ClientEvent::CloudFetched`] with a sentence.
     pub(crate) fn cloud(&self, session: SessionId, keyframe: KeyframeId) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
@@ -62,7 +62,9 @@ impl Fetches {
             let path = path.replace("{keyframe}", &keyframe.0.to_string());
             inbox.leave(match bytes(&path, &RequestInit::new()).await {
                 Ok(bytes) => Arrival::Cloud { session, keyframe, bytes },
-                Err(sentence) => Arrival::Event(Event::Cloud { session, keyframe, result: Err(sentence) }),
+                Err(sentence) => {
+                    Arrival::Event(ClientEvent::CloudFetched { session, keyframe, result: Err(sentence) })
+                }
             });
         });
     }
@@ -72,9 +74,9 @@ impl Fetches {
         let inbox = self.inbox.clone();
         spawn_local(async move {
             let result = json(&api::paths::MAP_GRAPH_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(Arrival::Event(Event::GraphLoaded { map, result }));
+            inbox.leave(Arrival::Event(ClientEvent::GraphLoaded { map, result }));
             let result = json(&api::paths::MAP_TILES_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(Arrival::Event(Event::TilesListed { map, result }));
+            inbox.leave(Arrival::Event(ClientEvent::TilesListed { map, result }));
         });
     }
 }

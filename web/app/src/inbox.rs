@@ -1,6 +1,6 @@
 //! Where sockets and downloads leave what they bring until the next frame.
 
-use client_model::Event;
+use client_model::ClientEvent;
 use std::cell::{OnceCell, RefCell};
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -13,7 +13,7 @@ const REPAINT: Duration = Duration::from_millis(90);
 #[derive(Debug)]
 pub(crate) enum Arrival {
     /// For the model.
-    Event(Event),
+    Event(ClientEvent),
     /// Bytes of a tile, to be decoded.
     Tile {
         /// Its name.

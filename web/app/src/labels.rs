@@ -15,17 +15,17 @@ type Spot = (egui::Pos2, f64);
 /// Labels of what is in the picture, the most important first. `place` says where a point of the map is in it.
 pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<SceneLabel> {
     let mut labels = Vec::new();
-    if model.viewed().is_none() && model.has_place() {
+    if model.viewed_map().is_none() && model.has_pose_in_map() {
         robot_labels(model, &place, &mut labels);
     }
-    if model.viewed().is_none() {
+    if model.viewed_map().is_none() {
         worth_a_walk(model, &place, &mut labels);
     }
     dock_labels(model, &place, &mut labels);
     picked_labels(model, &place, &mut labels);
     // Nothing shall be in the way of who shows where the robot stands, or picks points.
-    let pointing = model.place_armed || model.align.is_some();
-    if (model.view.get().graph || model.loop_pick.is_some()) && !pointing {
+    let pointing = model.is_picking_pose() || model.alignment().is_some();
+    if (model.view_settings().graph || model.loop_pick().is_some()) && !pointing {
         keyframe_labels(model, &place, &mut labels);
     }
     labels
@@ -43,7 +43,7 @@ fn robot_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &
             name: "Robot in the scene".to_owned(),
             tag: format!("Robot · {:.1} m/s", v.x.hypot(v.y)),
             at,
-            selected: model.selection == Some(Selection::Robot),
+            selected: model.selection() == Some(Selection::Robot),
             small: false,
         });
     }
@@ -58,7 +58,7 @@ fn robot_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &
 
 /// Places that the map lacks.
 fn worth_a_walk(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
-    for (number, lacking) in (1..).zip(&model.quality.places) {
+    for (number, lacking) in (1..).zip(&model.quality().places) {
         let Some((at, _)) = place(vector(lacking.at)) else { continue };
         let name = format!("Place {number} worth a walk, in the scene");
         let tag = panels::words::why_walk(lacking.why);
@@ -77,7 +77,7 @@ fn dock_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &m
 
 /// Points that are to lie on each other when one map is laid onto the other.
 fn picked_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
-    let (Some(align), Some(viewed)) = (&model.align, model.viewed()) else { return };
+    let (Some(align), Some(viewed)) = (model.alignment(), model.viewed_map()) else { return };
     for (number, picked) in (1..).zip(align.picked_in(viewed)) {
         let Some((at, _)) = place(vector(picked)) else { continue };
         let (kind, name, tag) = (LabelKind::Picked, format!("Picked point {number}"), number.to_string());
@@ -87,7 +87,7 @@ fn picked_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: 
 
 /// The name of a keyframe, and how well it is known while the map is made.
 fn selected_tag(model: &Model, id: KeyframeId) -> String {
-    let known = model.quality.deviation_of(id).filter(|_| model.viewed().is_none());
+    let known = model.quality().deviation_of(id).filter(|_| model.viewed_map().is_none());
     match known.map(|deviation| panels::words::accuracy(f64::from(deviation).max(1e-3))) {
         Some(known) => format!("Keyframe {} · known to {known}", id.0),
         None => format!("Keyframe {}", id.0),
@@ -97,9 +97,9 @@ fn selected_tag(model: &Model, id: KeyframeId) -> String {
 /// The keyframes nearest to the eye.
 fn keyframe_labels(model: &Model, place: &impl Fn(DVec3) -> Option<Spot>, labels: &mut Vec<SceneLabel>) {
     let mut seen: Vec<(f64, SceneLabel)> = Vec::new();
-    for node in &model.shown().graph.nodes {
+    for node in &model.displayed_map().graph.nodes {
         let Some((at, depth)) = place(vector(node.map_from_keyframe.position)) else { continue };
-        let selected = model.selection == Some(Selection::Keyframe(node.id));
+        let selected = model.selection() == Some(Selection::Keyframe(node.id));
         let name = format!("Keyframe {}", node.id.0);
         let tag = if selected { selected_tag(model, node.id) } else { String::new() };
         let kind = LabelKind::Selectable(Selection::Keyframe(node.id));

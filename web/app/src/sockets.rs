@@ -2,7 +2,7 @@
 
 use crate::browser;
 use crate::inbox::{Arrival, Inbox};
-use client_model::{Event, Socket};
+use client_model::{ClientEvent, Socket};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::Closure;
 use web_sys::{BinaryType, CloseEvent, MessageEvent, WebSocket};
@@ -48,7 +48,10 @@ impl Sockets {
     pub(crate) fn open(&mut self, which: Socket) {
         let connection = Connection::open(which, &self.inbox);
         if connection.is_none() {
-            self.inbox.leave(Arrival::Event(Event::Closed { socket: which, jitter: browser::random_unit() }));
+            self.inbox.leave(Arrival::Event(ClientEvent::SocketClosed {
+                socket: which,
+                jitter: browser::random_unit(),
+            }));
         }
         *self.slot(which) = connection;
     }
@@ -79,12 +82,15 @@ impl Connection {
         socket.set_binary_type(BinaryType::Arraybuffer);
         let opened = {
             let inbox = inbox.clone();
-            Closure::<dyn FnMut()>::new(move || inbox.leave(Arrival::Event(Event::Opened(which))))
+            Closure::<dyn FnMut()>::new(move || inbox.leave(Arrival::Event(ClientEvent::SocketOpened(which))))
         };
         let closed = {
             let inbox = inbox.clone();
             Closure::<dyn FnMut(CloseEvent)>::new(move |_| {
-                inbox.leave(Arrival::Event(Event::Closed { socket: which, jitter: browser::random_unit() }));
+                inbox.leave(Arrival::Event(ClientEvent::SocketClosed {
+                    socket: which,
+                    jitter: browser::random_unit(),
+                }));
             })
         };
         let message = {
@@ -100,15 +106,15 @@ impl Connection {
     }
 }
 
-fn event_of(which: Socket, event: &MessageEvent) -> Event {
+fn event_of(which: Socket, event: &MessageEvent) -> ClientEvent {
     let Ok(buffer) = event.data().dyn_into::<js_sys::ArrayBuffer>() else {
-        return Event::Unreadable { socket: which };
+        return ClientEvent::DecodeFailed { socket: which };
     };
     let content = js_sys::Uint8Array::new(&buffer).to_vec();
     let bytes = content.len();
     let decoded = match which {
-        Socket::Control => api::decode(&content).map(|message| Event::Server { message, bytes }),
-        Socket::Stream => api::decode(&content).map(|frame| Event::Scan { frame, bytes }),
+        Socket::Control => api::decode(&content).map(|message| ClientEvent::Server { message, bytes }),
+        Socket::Stream => api::decode(&content).map(|frame| ClientEvent::Scan { frame, bytes }),
     };
-    decoded.unwrap_or(Event::Unreadable { socket: which })
+    decoded.unwrap_or(ClientEvent::DecodeFailed { socket: which })
 }

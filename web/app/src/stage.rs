@@ -1,7 +1,7 @@
 //! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
 
 use api::Quality;
-use client_model::{ColourBy, Comparison, LoopPair, LoopPick, MapView, Model, Selection, ViewSettings};
+use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
 use glam::{DQuat, DVec3};
 use map_codec::PointChunk;
 use panels::theme::Tokens;
@@ -55,7 +55,7 @@ struct Told {
     /// How well each keyframe is known.
     deviations: Vec<f32>,
     loops: Option<u64>,
-    compared: Option<Comparison>,
+    compared: Option<ScanComparison>,
     clouds: usize,
     track: Option<u64>,
     scan: bool,
@@ -113,27 +113,28 @@ impl Stage {
 
     /// Clears the stage when another map is to be seen. Before anything of that map comes: what is cleared away does not come again.
     pub(crate) fn change_map(&mut self, model: &Model) {
-        if self.told.map != model.viewed() {
+        if self.told.map != model.viewed_map() {
             let mut renderer = self.renderer.borrow_mut();
             renderer.clear_tiles();
             renderer.set_live_scan(None);
             renderer.set_compared([None, None]);
-            self.told = Told { map: model.viewed(), ..Told::default() };
+            self.told = Told { map: model.viewed_map(), ..Told::default() };
         }
     }
 
     /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
     pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
         self.change_map(model);
-        let shown = model.shown();
+        let shown = model.displayed_map();
         let mut renderer = self.renderer.borrow_mut();
-        let live = model.viewed().is_none();
+        let live = model.viewed_map().is_none();
         // Who is to choose keyframes has to see them.
         // And who picks points, what they lie on.
-        let graph_shown = (model.view.get().graph || model.loop_pick.is_some()) && model.align.is_none();
+        let graph_shown =
+            (model.view_settings().graph || model.loop_pick().is_some()) && model.alignment().is_none();
         // Saved maps do not say how well they are known.
         let nothing = Quality::default();
-        let quality = if live { &model.quality } else { &nothing };
+        let quality = if live { model.quality() } else { &nothing };
         let graph_changed = self.told.graph != Some(shown.graph_revision)
             || self.told.graph_shown != graph_shown
             || self.told.deviations != quality.deviations;
@@ -149,23 +150,23 @@ impl Stage {
             self.told.loops = Some(model.loops.revision());
         }
         renderer.select_pair(pair_in_focus(model).map(|pair| [pair.from.0, pair.to.0]));
-        if self.told.track != Some(model.track.revision()) {
-            let way: Vec<DVec3> = if live { model.way().map(vector).collect() } else { Vec::new() };
+        if self.told.track != Some(model.trajectory_revision()) {
+            let way: Vec<DVec3> = if live { model.trajectory().map(vector).collect() } else { Vec::new() };
             renderer.set_trajectory(&way);
-            self.told.track = Some(model.track.revision());
+            self.told.track = Some(model.trajectory_revision());
         }
-        let colours = palette(model.view.get());
-        let places = model.quality.places.iter().filter(|_| live);
+        let colours = palette(model.view_settings());
+        let places = model.quality().places.iter().filter(|_| live);
         let arrow = placing.map(|way| arrow(way, model));
         let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         let docks = model.docks().map(|map_from_base| dock(map_from_base, &colours));
-        let picked = model.align.as_ref().zip(model.viewed());
+        let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.picked_in(viewed)).unwrap_or_default();
         let picked = picked.into_iter().map(|at| picked_sign(vector(at), &colours));
         let signs = places.map(|place| lacking(place, &colours)).chain(docks).chain(picked).chain(heads);
         renderer.set_annotations(lines, signs.collect());
-        renderer.set_robot(if live && model.has_place() { robot(model) } else { None });
-        renderer.select_node(match model.selection {
+        renderer.set_robot(if live && model.has_pose_in_map() { robot(model) } else { None });
+        renderer.select_node(match model.selection() {
             Some(Selection::Keyframe(id)) => Some(id.0),
             _ => None,
         });
@@ -190,7 +191,7 @@ impl Stage {
 
     /// Lays scans over each other as the model wants them.
     fn compare(&mut self, model: &Model) {
-        let wanted = model.comparison();
+        let wanted = model.scan_comparison();
         self.clouds.retain(|id, _| wanted.is_some_and(|it| *id == it.pair.from || *id == it.pair.to));
         if self.told.compared == wanted && self.told.clouds == self.clouds.len() {
             return;
@@ -209,9 +210,9 @@ impl Stage {
     }
 
     fn find_ground(&mut self, model: &Model) {
-        let base = match (&model.robot.estimate, model.viewed()) {
+        let base = match (&model.robot.estimate, model.viewed_map()) {
             (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
-            _ => model.shown().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
+            _ => model.displayed_map().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
         };
         if let Some(base) = base
             && (base - BASE_HEIGHT_M - self.ground).abs() > GROUND_STEP_M
@@ -228,8 +229,8 @@ impl Stage {
         viewport_px: [u32; 2],
         pixels_per_point: f32,
     ) -> View {
-        let settings = model.view.get();
-        let stamps = &model.shown().graph.nodes;
+        let settings = model.view_settings();
+        let stamps = &model.displayed_map().graph.nodes;
         let age_range = match (stamps.first(), stamps.last()) {
             (Some(first), Some(last)) => [first.stamp.secs_f64(), last.stamp.secs_f64()],
             _ => [0.0, 1.0],
@@ -251,7 +252,7 @@ impl Stage {
                 point_budget: POINT_BUDGET,
                 // The map steps back once there is something to see in its place.
                 map: self.told.clouds < 2,
-                live_scan: model.viewed().is_none() && model.has_place() && self.told.clouds < 2,
+                live_scan: model.viewed_map().is_none() && model.has_pose_in_map() && self.told.clouds < 2,
                 ..Options::default()
             },
             palette: palette(settings),
@@ -300,7 +301,7 @@ fn picked_sign(position: DVec3, palette: &Palette) -> Marker {
 
 /// Where the robot stands and looks, as a person shows it.
 fn arrow([from, to]: [DVec3; 2], model: &Model) -> (Polyline, Marker) {
-    let accent = Tokens::of(model.view.get().theme).accent;
+    let accent = Tokens::of(model.view_settings().theme).accent;
     let colour = [accent.r(), accent.g(), accent.b(), 255];
     let ends = [from, to].map(|end| end + DVec3::Z * SIGN_HEIGHT_M);
     let line = Polyline { points: ends.to_vec(), colour, width: 4.0, dash: 0.0 };
@@ -352,13 +353,13 @@ fn doubt(deviation: f32) -> f32 {
 
 /// Every loop that is known: closed ones of the graph, others as they were decided.
 fn loop_edges(model: &Model) -> Vec<LoopEdge> {
-    let shown = model.shown();
+    let shown = model.displayed_map();
     let edge = |from: KeyframeId, to: KeyframeId, state| {
         let place = |id| Some(vector(shown.map_from_anchor(api::Anchor::Keyframe(id))?.position));
         Some(LoopEdge { nodes: [from.0, to.0], ends: [place(from)?, place(to)?], state })
     };
     let closed = shown.graph.loops.iter().filter_map(|&(from, to)| edge(from, to, LoopState::Closed));
-    let decided = model.loops.latest().filter(|_| model.viewed().is_none());
+    let decided = model.loops.latest().filter(|_| model.viewed_map().is_none());
     let others = decided.filter_map(|decision| {
         let state = match decision.verdict {
             api::LoopVerdict::Accepted => return None,
@@ -372,7 +373,7 @@ fn loop_edges(model: &Model) -> Vec<LoopEdge> {
 
 /// The two keyframes that a person looks at together.
 fn pair_in_focus(model: &Model) -> Option<LoopPair> {
-    match (model.loop_pick, model.selection) {
+    match (model.loop_pick(), model.selection()) {
         (Some(LoopPick::Both(pair)), _) | (None, Some(Selection::Loop(pair))) => Some(pair),
         _ => None,
     }
@@ -385,8 +386,8 @@ fn robot(model: &Model) -> Option<RobotState> {
     Some(RobotState {
         position,
         orientation,
-        ok: fresh && !model.stopped(),
-        selected: model.selection == Some(Selection::Robot),
+        ok: fresh && !model.is_stopped(),
+        selected: model.selection() == Some(Selection::Robot),
         accuracy: panels::words::position_sigma_m(&estimate.value),
     })
 }

@@ -4,7 +4,7 @@
 
 use crate::browser;
 use crate::inbox::{Arrival, Inbox};
-use client_model::Event;
+use client_model::ClientEvent;
 use std::cell::RefCell;
 use std::rc::Rc;
 use uuid::Uuid;
@@ -82,7 +82,7 @@ impl Uploads {
 
 fn send(inbox: &Inbox, under_way: &Rc<RefCell<Option<UnderWay>>>, file: &File) {
     let upload = UploadId(Uuid::from_u128(browser::random_u128()));
-    inbox.leave(Arrival::Event(Event::UploadBegun { upload, file: file.name() }));
+    inbox.leave(Arrival::Event(ClientEvent::UploadStarted { upload, file: file.name() }));
     match begin(inbox, under_way, upload, file) {
         Some(begun) => *under_way.borrow_mut() = Some(begun),
         None => tell(inbox, upload, Err("This browser cannot send files.".to_owned())),
@@ -90,7 +90,7 @@ fn send(inbox: &Inbox, under_way: &Rc<RefCell<Option<UnderWay>>>, file: &File) {
 }
 
 fn tell(inbox: &Inbox, upload: UploadId, result: Result<(), String>) {
-    inbox.leave(Arrival::Event(Event::Uploaded { upload, result }));
+    inbox.leave(Arrival::Event(ClientEvent::UploadFinished { upload, result }));
 }
 
 fn begin(
@@ -107,7 +107,7 @@ fn begin(
         let inbox = inbox.clone();
         Closure::<dyn FnMut(ProgressEvent)>::new(move |event: ProgressEvent| {
             let share = (event.loaded() / event.total().max(1.0)) as f32;
-            inbox.leave(Arrival::Event(Event::Uploading { upload, share }));
+            inbox.leave(Arrival::Event(ClientEvent::UploadProgress { upload, share }));
         })
     };
     let (loaded, failed) = [true, false]

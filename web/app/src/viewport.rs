@@ -2,7 +2,7 @@
 
 use crate::stage::{BASE_HEIGHT_M, SharedRenderer, Stage, vector};
 use crate::{browser, labels};
-use client_model::{Bookmark, CameraMove, Command, LoopPair, Model, Selection, ViewSettings};
+use client_model::{Bookmark, CameraMove, ClientCommand, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
@@ -61,7 +61,7 @@ impl Viewport {
     }
 
     /// From where the map is looked at, for the choice of tiles.
-    pub(crate) fn eye(&self) -> Option<client_model::Eye> {
+    pub(crate) fn eye(&self) -> Option<client_model::Viewpoint> {
         self.view.map(|view| eye_of(view.camera, view.viewport_px))
     }
 
@@ -71,7 +71,7 @@ impl Viewport {
     }
 
     /// Draws the scene and takes what is done to it.
-    pub(crate) fn show(&mut self, ui: &mut Ui, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
+    pub(crate) fn show(&mut self, ui: &mut Ui, model: &Model, stage: &Stage, out: &mut Vec<ClientCommand>) {
         let rect = ui.max_rect();
         let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         ui.ctx().accesskit_node_builder(response.id, |node| {
@@ -80,7 +80,7 @@ impl Viewport {
         });
         self.change_map(model);
         self.follow_robot(model, stage);
-        if model.place_armed {
+        if model.is_picking_pose() {
             self.place_robot(ui, &response, model, stage, out);
         } else {
             self.placing = None;
@@ -134,8 +134,8 @@ impl Viewport {
             CameraMove::Fit => {
                 // Who goes to and fro between two maps to pick points goes on where they were.
                 self.change_map(model);
-                let left = model.viewed().and_then(|map| self.left.remove(&map));
-                if let Some(pose) = left.filter(|_| model.align.is_some()) {
+                let left = model.viewed_map().and_then(|map| self.left.remove(&map));
+                if let Some(pose) = left.filter(|_| model.alignment().is_some()) {
                     self.camera.jump_to(pose);
                 } else if let Some(fit) = self.fitting(model) {
                     self.camera.fly_to(fit);
@@ -164,8 +164,8 @@ impl Viewport {
                 yaw: camera.yaw,
                 pitch: camera.pitch,
             }),
-            CameraMove::Remember(name) => {
-                let mut settings = model.view.get().clone();
+            CameraMove::SaveBookmark(name) => {
+                let mut settings = model.view_settings().clone();
                 let camera = client_model::CameraPose {
                     target: pose.target.to_array(),
                     distance: pose.distance,
@@ -183,17 +183,17 @@ impl Viewport {
     /// The pose from which the whole map on show is seen; of its list of tiles, whether they are here or not.
     fn fitting(&self, model: &Model) -> Option<CameraPose> {
         let view = self.view?;
-        let bounds = model.shown().bounds()?;
+        let bounds = model.displayed_map().bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         Some(self.camera.fitting(min, max, view.viewport_px))
     }
 
     /// Remembers from where the map was looked at that is not on show any more.
     fn change_map(&mut self, model: &Model) {
-        let now = model.viewed();
+        let now = model.viewed_map();
         if self.viewed != now {
             let before = std::mem::replace(&mut self.viewed, now);
-            if model.align.is_none() {
+            if model.alignment().is_none() {
                 self.left.clear();
             }
             self.left.extend(before.map(|before| (before, self.camera.pose())));
@@ -201,20 +201,20 @@ impl Viewport {
     }
 
     fn follow_robot(&mut self, model: &Model, stage: &Stage) {
-        if model.viewed().is_some() {
+        if model.viewed_map().is_some() {
             return;
         }
         let Some(target) = robot_target(model) else { return };
         if !self.placed {
             self.placed = true;
             self.camera.jump_to(CameraPose { target, ..self.camera.pose() });
-        } else if model.view.get().follow && !self.camera.flying() {
+        } else if model.view_settings().follow && !self.camera.flying() {
             let height = stage.ground() + LOOK_HEIGHT_M;
             self.camera.jump_to(CameraPose { target: target.with_z(height), ..self.camera.pose() });
         }
     }
 
-    fn gestures(&mut self, ui: &Ui, response: &Response, model: &Model, out: &mut Vec<Command>) {
+    fn gestures(&mut self, ui: &Ui, response: &Response, model: &Model, out: &mut Vec<ClientCommand>) {
         let height = f64::from(response.rect.height());
         let mut pan = DVec2::ZERO;
         if let Some(touch) = ui
@@ -256,7 +256,7 @@ impl Viewport {
         response: &Response,
         model: &Model,
         stage: &Stage,
-        out: &mut Vec<Command>,
+        out: &mut Vec<ClientCommand>,
     ) {
         let Some(view) = self.view else { return };
         let (pressed, pointer) =
@@ -284,7 +284,7 @@ impl Viewport {
             let (sin, cos) = (0.5 * yaw).sin_cos();
             let position = vocab::Vec3::new(from.x, from.y, stage.ground() + BASE_HEIGHT_M);
             let orientation = vocab::Quat { x: 0.0, y: 0.0, z: sin, w: cos };
-            out.push(Command::PlaceRobot(vocab::Pose { position, orientation }));
+            out.push(ClientCommand::SetPose(vocab::Pose { position, orientation }));
         }
     }
 
@@ -293,7 +293,7 @@ impl Viewport {
         let pose = self.camera.pose();
         let focus = self
             .view
-            .filter(|_| !model.view.get().follow || model.viewed().is_some())
+            .filter(|_| !model.view_settings().follow || model.viewed_map().is_some())
             .and_then(|view| {
                 let eye = Eye::new(view.camera, view.viewport_px);
                 let ground = eye.ray(pixel(at, response, &view)).at_height(pose.target.z)?;
@@ -303,26 +303,28 @@ impl Viewport {
         self.camera.zoom(factor, focus);
     }
 
-    fn clicks(&mut self, response: &Response, model: &Model, stage: &Stage, out: &mut Vec<Command>) {
+    fn clicks(&mut self, response: &Response, model: &Model, stage: &Stage, out: &mut Vec<ClientCommand>) {
         let (Some(view), Some(at)) = (self.view, response.interact_pointer_pos()) else { return };
-        if !response.clicked_by(PointerButton::Primary) || model.place_armed {
+        if !response.clicked_by(PointerButton::Primary) || model.is_picking_pose() {
             return;
         }
         let at = pixel(at, response, &view);
         let scale = f64::from(view.pixels_per_point);
-        if model.walk_armed {
+        if model.is_picking_goal() {
             match self.ground_at(&view, at, stage) {
-                Some(goal) => out.push(Command::WalkTo(vocab::Vec3::from(goal.to_array()))),
-                None => out.push(Command::ArmWalk(false)),
+                Some(goal) => out.push(ClientCommand::WalkTo(vocab::Vec3::from(goal.to_array()))),
+                None => out.push(ClientCommand::PickGoal(false)),
             }
             return;
         }
-        if model.align.as_ref().is_some_and(|align| align.onto.is_some()) {
+        if model.alignment().is_some_and(|align| align.onto.is_some()) {
             let eye = Eye::new(view.camera, view.viewport_px);
             let point = stage.renderer.borrow().pick_point(&view, &eye, at, POINT_REACH * scale);
             // The second click of two would pick in the other map.
             let point = point.filter(|_| !response.double_clicked());
-            out.extend(point.map(|point| Command::PickPoint(vocab::Vec3::from(point.to_array()))));
+            out.extend(
+                point.map(|point| ClientCommand::AddAlignmentPoint(vocab::Vec3::from(point.to_array()))),
+            );
             return;
         }
         let reach = PickOptions {
@@ -340,7 +342,7 @@ impl Viewport {
             }
             return;
         }
-        out.push(Command::Select(match hit {
+        out.push(ClientCommand::Select(match hit {
             Some(Hit::Robot) => Some(Selection::Robot),
             Some(Hit::Node(number)) => Some(Selection::Keyframe(vocab::KeyframeId(number))),
             Some(Hit::Loop([from, to])) => {
@@ -362,13 +364,13 @@ impl Viewport {
 
 /// Where the two keyframes of a loop are, metres, map frame; none while they are not known.
 fn ends(model: &Model, pair: LoopPair) -> Option<[DVec3; 2]> {
-    let place = |id| model.shown().map_from_anchor(api::Anchor::Keyframe(id));
+    let place = |id| model.displayed_map().map_from_anchor(api::Anchor::Keyframe(id));
     Some([vector(place(pair.from)?.position), vector(place(pair.to)?.position)])
 }
 
 /// From where the first picture is drawn, once it is known where the robot is: for fetching what it will show while there is
 /// nothing yet to draw it with.
-pub(crate) fn first_eye(model: &Model) -> Option<client_model::Eye> {
+pub(crate) fn first_eye(model: &Model) -> Option<client_model::Viewpoint> {
     let camera = CameraPose { target: robot_target(model)?, ..first_pose() };
     Some(eye_of(camera, browser::window_px()))
 }
@@ -377,11 +379,11 @@ fn first_pose() -> CameraPose {
     CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }
 }
 
-fn eye_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Eye {
+fn eye_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Viewpoint {
     let eye = Eye::new(camera, viewport_px);
     let [width, height] = viewport_px.map(f64::from);
     let corner_tan = Eye::TAN_HALF_FOV * (width / height).hypot(1.0);
-    client_model::Eye {
+    client_model::Viewpoint {
         position: eye.position().to_array(),
         forward: camera.forward().as_vec3().to_array(),
         focal_px: eye.focal_px() as f32,
@@ -400,9 +402,9 @@ fn yaw_now(model: &Model) -> f64 {
     q.map_or(0.0, |q| (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z)))
 }
 
-fn stop_following(model: &Model, out: &mut Vec<Command>) {
-    if model.view.get().follow && model.viewed().is_none() {
-        out.push(Command::Edit(ViewSettings { follow: false, ..model.view.get().clone() }));
+fn stop_following(model: &Model, out: &mut Vec<ClientCommand>) {
+    if model.view_settings().follow && model.viewed_map().is_none() {
+        out.push(ClientCommand::EditView(ViewSettings { follow: false, ..model.view_settings().clone() }));
     }
 }
 

@@ -1,6 +1,6 @@
 //! Points picked in two saved maps, so that one can be laid into the frame of the other.
 
-use crate::{Effect, Model};
+use crate::{ClientEffect, Model};
 use api::{MAX_PAIRS, Order};
 use vocab::{MapId, UploadId, Vec3};
 
@@ -75,7 +75,7 @@ impl Align {
 
 impl Model {
     /// Begins to lay a map, asks onto which, or goes on to picking.
-    pub(crate) fn begin_align(&mut self, map: MapId, onto: Option<MapId>, effects: &mut Vec<Effect>) {
+    pub(crate) fn begin_align(&mut self, map: MapId, onto: Option<MapId>, effects: &mut Vec<ClientEffect>) {
         (self.walk_armed, self.place_armed) = (false, false);
         self.align = Some(Align {
             map,
@@ -88,8 +88,8 @@ impl Model {
     }
 
     /// Takes a point of the map on show, and shows the one in which the next is to be picked.
-    pub(crate) fn pick_point(&mut self, at: Vec3, effects: &mut Vec<Effect>) {
-        let viewed = self.viewed();
+    pub(crate) fn pick_point(&mut self, at: Vec3, effects: &mut Vec<ClientEffect>) {
+        let viewed = self.viewed_map();
         let Some(align) = self.align.as_mut().filter(|align| align.picks_in() == viewed) else { return };
         match align.first.take() {
             Some(first) => align.pairs.push([first, at]),
@@ -99,7 +99,7 @@ impl Model {
     }
 
     /// Takes the last point back; says whether there was one.
-    pub(crate) fn take_point_back(&mut self, effects: &mut Vec<Effect>) -> bool {
+    pub(crate) fn take_point_back(&mut self, effects: &mut Vec<ClientEffect>) -> bool {
         let Some(align) = self.align.as_mut().filter(|align| align.laying.is_none()) else { return false };
         if align.first.take().is_none() {
             let Some([first, _]) = align.pairs.pop() else { return false };
@@ -110,7 +110,7 @@ impl Model {
     }
 
     /// Lays the map by the pairs, or by what both look like where there are none.
-    pub(crate) fn lay(&mut self, effects: &mut Vec<Effect>) {
+    pub(crate) fn lay(&mut self, effects: &mut Vec<ClientEffect>) {
         let Some(Align { map, onto: Some(onto), pairs, laying: None, .. }) = self.align.clone() else {
             return;
         };
@@ -133,7 +133,7 @@ impl Model {
         }
     }
 
-    fn show_pick(&mut self, effects: &mut Vec<Effect>) {
+    fn show_pick(&mut self, effects: &mut Vec<ClientEffect>) {
         if let Some(map) = self.align.as_ref().and_then(Align::picks_in) {
             self.view_map(Some(map), effects);
         }

@@ -1,6 +1,6 @@
 //! Two keyframes' scans laid over each other: which, where, and how far their points have come.
 
-use crate::{Effect, LoopGuess, LoopPair, LoopPick, Model, Selection};
+use crate::{ClientEffect, LoopInitialGuess, LoopPair, LoopPick, Model, Selection};
 use api::Anchor;
 use glam::{DQuat, DVec3};
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use vocab::{KeyframeId, Pose, Quat, SessionId, Vec3};
 
 /// How the scans of a selected loop are laid over each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Overlay {
+pub enum ScanOverlay {
     /// As the comparison of the two found them.
     #[default]
     Found,
@@ -20,7 +20,7 @@ pub enum Overlay {
 
 /// Two scans laid over each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Comparison {
+pub struct ScanComparison {
     /// Whose scans.
     pub pair: LoopPair,
     /// Where the older keyframe is.
@@ -57,11 +57,11 @@ impl Clouds {
     }
 
     /// Fetches what is wanted and not here, and forgets the rest.
-    fn want(&mut self, wanted: &[(SessionId, KeyframeId)], effects: &mut Vec<Effect>) {
+    fn want(&mut self, wanted: &[(SessionId, KeyframeId)], effects: &mut Vec<ClientEffect>) {
         self.0.retain(|key, _| wanted.contains(key));
         for &(session, keyframe) in wanted {
             self.0.entry((session, keyframe)).or_insert_with(|| {
-                effects.push(Effect::FetchCloud { session, keyframe });
+                effects.push(ClientEffect::FetchCloud { session, keyframe });
                 CloudState::Loading
             });
         }
@@ -71,7 +71,7 @@ impl Clouds {
 impl Model {
     /// The two scans to lay over each other now: those of the loop that is selected, or of the two keyframes chosen for
     /// a new one. `None` when there are none, they shall not be shown, or a saved map is on show.
-    pub fn comparison(&self) -> Option<Comparison> {
+    pub fn scan_comparison(&self) -> Option<ScanComparison> {
         if self.saved.is_some() {
             return None;
         }
@@ -81,16 +81,16 @@ impl Model {
             _ => return None,
         };
         let map_from_from = self.live.map_from_anchor(Anchor::Keyframe(pair.from))?;
-        Some(Comparison { pair, map_from_from, map_from_to: compose(&map_from_from, &from_from_to) })
+        Some(ScanComparison { pair, map_from_from, map_from_to: compose(&map_from_from, &from_from_to) })
     }
 
     /// Pose of the newer keyframe in the older one as it is guessed; `None` when the graph does not hold both.
-    pub fn guess(&self, pair: LoopPair, guess: LoopGuess) -> Option<Pose> {
+    pub fn guess(&self, pair: LoopPair, guess: LoopInitialGuess) -> Option<Pose> {
         let pose = |keyframe| self.live.map_from_anchor(Anchor::Keyframe(keyframe));
         let from_from_to = relative(&pose(pair.from)?, &pose(pair.to)?);
         Some(match guess {
-            LoopGuess::Graph => from_from_to,
-            LoopGuess::SamePlace => Pose { position: Vec3::default(), ..from_from_to },
+            LoopInitialGuess::Graph => from_from_to,
+            LoopInitialGuess::SamePlace => Pose { position: Vec3::default(), ..from_from_to },
         })
     }
 
@@ -101,20 +101,22 @@ impl Model {
 
     fn overlaid(&self, pair: LoopPair) -> Option<Pose> {
         match self.overlay {
-            Overlay::Off => None,
-            Overlay::Graph => self.guess(pair, LoopGuess::Graph),
-            Overlay::Found => match self.loops.get(pair) {
+            ScanOverlay::Off => None,
+            ScanOverlay::Graph => self.guess(pair, LoopInitialGuess::Graph),
+            ScanOverlay::Found => match self.loops.get(pair) {
                 Some(decision) if fitted(decision) => Some(decision.from_from_to),
                 Some(decision) => Some(decision.guess),
-                None => self.guess(pair, LoopGuess::Graph),
+                None => self.guess(pair, LoopInitialGuess::Graph),
             },
         }
     }
 
     /// Sees to it that the scans to be shown are fetched.
-    pub(crate) fn follow_comparison(&mut self, effects: &mut Vec<Effect>) {
-        let wanted = match (self.comparison(), self.live.graph.session) {
-            (Some(Comparison { pair, .. }), Some(session)) => vec![(session, pair.from), (session, pair.to)],
+    pub(crate) fn follow_comparison(&mut self, effects: &mut Vec<ClientEffect>) {
+        let wanted = match (self.scan_comparison(), self.live.graph.session) {
+            (Some(ScanComparison { pair, .. }), Some(session)) => {
+                vec![(session, pair.from), (session, pair.to)]
+            }
             _ => Vec::new(),
         };
         self.clouds.want(&wanted, effects);

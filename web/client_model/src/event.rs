@@ -1,6 +1,6 @@
 //! What happens to the client, and what it wants done.
 
-use crate::{Bookmark, Command, Eye, LoopPair, ViewSettings};
+use crate::{Bookmark, ClientCommand, LoopPair, ViewSettings, Viewpoint};
 use api::{ClientMessage, Graph, Order, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
@@ -15,11 +15,11 @@ pub enum Socket {
 
 /// Something that happened. Everything that can change the model is here.
 #[derive(Clone, Debug)]
-pub enum Event {
+pub enum ClientEvent {
     /// A socket opened.
-    Opened(Socket),
+    SocketOpened(Socket),
     /// A socket closed or could not be opened.
-    Closed {
+    SocketClosed {
         /// Which.
         socket: Socket,
         /// Uniform in 0..1: spreads reconnections of many clients.
@@ -33,7 +33,7 @@ pub enum Event {
         bytes: usize,
     },
     /// A message that this client cannot read.
-    Unreadable {
+    DecodeFailed {
         /// Where it came from.
         socket: Socket,
     },
@@ -71,7 +71,7 @@ pub enum Event {
         hash: TileHash,
     },
     /// The scan of a keyframe was fetched and decoded, or could not be.
-    Cloud {
+    CloudFetched {
         /// Of which session.
         session: SessionId,
         /// Which.
@@ -80,30 +80,30 @@ pub enum Event {
         result: Result<(), String>,
     },
     /// A person chose a point cloud to make a map of; it is being sent.
-    UploadBegun {
+    UploadStarted {
         /// Named by the shell.
         upload: UploadId,
         /// The file's name.
         file: String,
     },
     /// So much of it has been sent, 0 to 1.
-    Uploading {
+    UploadProgress {
         /// Which.
         upload: UploadId,
         /// Share of its bytes.
         share: f32,
     },
     /// It is all there, or could not be sent.
-    Uploaded {
+    UploadFinished {
         /// Which.
         upload: UploadId,
         /// A sentence when it could not.
         result: Result<(), String>,
     },
     /// The camera moved.
-    Looked(Eye),
+    ViewpointChanged(Viewpoint),
     /// A person wants something.
-    Command(Command),
+    Command(ClientCommand),
     /// Time passed; at least every 0.1 s while anything is due.
     Tick,
 }
@@ -122,16 +122,16 @@ pub enum CameraMove {
     /// To a remembered view.
     Bookmark(Bookmark),
     /// Remember the present view under this name.
-    Remember(String),
+    SaveBookmark(String),
 }
 
 /// Something the shell has to do after an event, in this order.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Effect {
+pub enum ClientEffect {
     /// Open a socket.
-    Open(Socket),
-    /// Close a socket, silently: no [`Event::Closed`] is expected.
-    Close(Socket),
+    OpenSocket(Socket),
+    /// Close a socket, silently: no [`ClientEvent::SocketClosed`] is expected.
+    CloseSocket(Socket),
     /// Say something on the control socket.
     Send(ClientMessage),
     /// Say something on the stream socket.
@@ -139,7 +139,7 @@ pub enum Effect {
     /// Fetch tiles and graph of a saved map.
     LoadMap(MapId),
     /// Fetch a tile.
-    Fetch(TileHash),
+    FetchTile(TileHash),
     /// Fetch the scan of a keyframe.
     FetchCloud {
         /// Of which session.
@@ -148,20 +148,20 @@ pub enum Effect {
         keyframe: KeyframeId,
     },
     /// Let a person choose a file, and send it.
-    PickFile,
+    OpenFileDialog,
     /// Give up sending it.
     CancelUpload(UploadId),
     /// Give up fetching a tile.
-    CancelFetch(TileHash),
+    CancelTile(TileHash),
     /// Take a tile off the screen.
-    Drop(TileHash),
+    RemoveTile(TileHash),
     /// Move the camera.
-    Move(CameraMove),
+    MoveCamera(CameraMove),
     /// Keep these settings for the next visit.
-    Keep(ViewSettings),
+    SaveSettings(ViewSettings),
 }
 
-impl Effect {
+impl ClientEffect {
     /// A command to the server.
     pub(crate) fn command(id: vocab::CommandId, order: Order) -> Self {
         Self::Send(ClientMessage::Command { id, order })

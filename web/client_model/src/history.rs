@@ -10,7 +10,7 @@ const STEPS_MAX: usize = 200;
 
 /// A decision on a loop that a person made here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LoopStep {
+pub struct LoopEdit {
     /// Which loop.
     pub pair: LoopPair,
     /// Whether it was accepted; else it was rejected. The one undoes the other.
@@ -25,7 +25,7 @@ pub(crate) enum Step {
     /// The view was changed.
     View,
     /// A loop was decided on.
-    Loop(LoopStep),
+    Loop(LoopEdit),
 }
 
 /// What was done, and what was undone of it.
@@ -51,7 +51,7 @@ impl History {
     }
 
     /// The last decision on a loop, as [`Self::take_last`] takes the last step.
-    pub(crate) fn take_last_loop(&mut self) -> Option<LoopStep> {
+    pub(crate) fn take_last_loop(&mut self) -> Option<LoopEdit> {
         let at = self.past.iter().rposition(|step| matches!(step, Step::Loop(_)))?;
         match self.past.remove(at) {
             Step::Loop(step) => Some(step),
@@ -75,7 +75,7 @@ impl History {
     }
 
     /// The decision on a loop that would be undone next.
-    pub(crate) fn last_loop(&self) -> Option<&LoopStep> {
+    pub(crate) fn last_loop(&self) -> Option<&LoopEdit> {
         self.past.iter().rev().find_map(|step| match step {
             Step::Loop(step) => Some(step),
             Step::View => None,
@@ -92,7 +92,7 @@ impl History {
         self.retain(|_| false);
     }
 
-    fn retain(&mut self, keep: impl Fn(&LoopStep) -> bool) {
+    fn retain(&mut self, keep: impl Fn(&LoopEdit) -> bool) {
         for steps in [&mut self.past, &mut self.future] {
             steps.retain(|step| match step {
                 Step::Loop(step) => keep(step),

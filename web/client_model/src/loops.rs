@@ -143,7 +143,7 @@ impl LoopPick {
 
 /// Where the newer of two keyframes is guessed to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LoopGuess {
+pub enum LoopInitialGuess {
     /// Where the graph has it: right while the map is.
     #[default]
     Graph,
@@ -153,7 +153,7 @@ pub enum LoopGuess {
 
 /// A pair that was proposed and is being compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Proposed {
+pub struct LoopProposal {
     /// Which.
     pub pair: LoopPair,
     /// When it was asked.

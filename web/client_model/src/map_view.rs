@@ -1,6 +1,6 @@
 //! A map on the screen: the one being made, or a saved one.
 
-use crate::{Effect, TileSet};
+use crate::{ClientEffect, TileSet};
 use api::{Anchor, Graph};
 use std::collections::BTreeMap;
 use vocab::{KeyframeId, Pose};
@@ -57,7 +57,12 @@ impl MapView {
         self.tiles.mark_dirty();
     }
 
-    pub(crate) fn plan(&mut self, eye: &crate::Eye, now: crate::ClientTime, effects: &mut Vec<Effect>) {
+    pub(crate) fn plan(
+        &mut self,
+        eye: &crate::Viewpoint,
+        now: crate::ClientTime,
+        effects: &mut Vec<ClientEffect>,
+    ) {
         let poses = &self.poses;
         let pose_of = |anchor| match anchor {
             Anchor::Map => Some(Pose::IDENTITY),

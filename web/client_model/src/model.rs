@@ -6,17 +6,17 @@ mod obey;
 
 use crate::compare::Clouds;
 use crate::history::History;
-use crate::pending::Pending;
+use crate::pending::PendingCommand;
 use crate::{
-    Aged, Align, ClientTime, Drive, Effect, Event, Eye, Ids, Link, LoopGuess, LoopPair, LoopPick, LoopStep,
-    Loops, MapView, Notes, Overlay, Proposed, Screen, ServerClock, Socket, Throughput, Track, Undo, Upload,
-    ViewSettings,
+    Aged, Align, ClientEffect, ClientEvent, ClientTime, Drive, Ids, Link, LoopEdit, LoopInitialGuess,
+    LoopPair, LoopPick, LoopProposal, Loops, MapView, Notices, ScanOverlay, Screen, ServerClock, Socket,
+    Throughput, Trajectory, Undo, Upload, ViewSettings, Viewpoint,
 };
 use api::{
     Battery, ClientMessage, Control, Dock, Estimate, Health, Import, Localisation, MapSummary, Mapping,
     Motion, Order, Platform, Quality, Severity, StreamRequest,
 };
-use vocab::{ClientId, KeyframeId, MapId, Pose, Stamp, Vec3};
+use vocab::{ClientId, KeyframeId, MapId, Pose, Stamp, Twist, Vec3};
 
 /// Something selected in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,16 +80,16 @@ pub struct Model {
     /// How far adding a loop by hand has come; `None` while nobody does.
     pub loop_pick: Option<LoopPick>,
     /// Where the newer keyframe of the loop that is added is guessed to be.
-    pub loop_guess: LoopGuess,
+    pub loop_guess: LoopInitialGuess,
     /// The loop that was proposed here and is being compared.
-    pub proposed: Option<Proposed>,
+    pub proposed: Option<LoopProposal>,
     /// How the scans of the selected loop are laid over each other.
-    pub overlay: Overlay,
+    pub overlay: ScanOverlay,
     pub(crate) clouds: Clouds,
     /// The saved map being looked at.
     pub saved: Option<(MapId, MapView)>,
     /// Where the robot walked.
-    pub track: Track,
+    pub track: Trajectory,
     /// Saved maps, newest first; `None` before the server told.
     pub maps: Option<Vec<MapSummary>>,
     /// The point cloud that this client is sending.
@@ -103,7 +103,7 @@ pub struct Model {
     /// Docks of all saved maps.
     pub(crate) docks: Vec<Dock>,
     /// Sentences on show.
-    pub notes: Notes,
+    pub notices: Notices,
     /// How things look.
     pub view: Undo<ViewSettings>,
     history: History,
@@ -117,7 +117,7 @@ pub struct Model {
     pub place_armed: bool,
     /// The hand on the stick.
     pub drive: Drive,
-    pub(crate) pending: Vec<Pending>,
+    pub(crate) pending: Vec<PendingCommand>,
     /// Notices that came before the robot's clock was known.
     unread: Vec<api::Notice>,
     /// Client time of the last event.
@@ -126,7 +126,7 @@ pub struct Model {
     sequence: u64,
     pinged: Option<ClientTime>,
     pings: u64,
-    eye: Option<Eye>,
+    eye: Option<Viewpoint>,
     planned: ClientTime,
     ticked: ClientTime,
 }
@@ -140,7 +140,7 @@ const STALL_S: f64 = 1.0;
 const SCAN_HZ: f32 = 10.0;
 
 impl Model {
-    /// A client that has just been opened. [`Self::start`] makes it connect.
+    /// A client that has just been opened. [`Self::connect`] makes it connect.
     pub fn new(client: ClientId, ids: Ids, view: ViewSettings, now: ClientTime) -> Self {
         Self {
             client,
@@ -159,19 +159,19 @@ impl Model {
             quality: Quality::default(),
             loops: Loops::default(),
             loop_pick: None,
-            loop_guess: LoopGuess::default(),
+            loop_guess: LoopInitialGuess::default(),
             proposed: None,
-            overlay: Overlay::default(),
+            overlay: ScanOverlay::default(),
             clouds: Clouds::default(),
             saved: None,
-            track: Track::default(),
+            track: Trajectory::default(),
             maps: None,
             upload: None,
             import_frame: None,
             import: Import::None,
             align: None,
             docks: Vec::new(),
-            notes: Notes::default(),
+            notices: Notices::default(),
             view: Undo::new(view),
             history: History::default(),
             screen: Screen::Live,
@@ -193,97 +193,144 @@ impl Model {
     }
 
     /// The way the robot came, map frame, metres: all of the mapping session, or since it found itself in the saved map in use.
-    pub fn way(&self) -> impl Iterator<Item = Vec3> {
+    pub fn trajectory(&self) -> impl Iterator<Item = Vec3> {
         let walked_now = self.localisation.map().is_none();
         self.track.positions(if walked_now { &self.live.graph.nodes } else { &[] })
     }
 
     /// Opens both sockets; once, before the first event.
-    pub fn start(&mut self, effects: &mut Vec<Effect>) {
-        effects.extend([Effect::Open(Socket::Control), Effect::Open(Socket::Stream)]);
+    pub fn connect(&mut self, effects: &mut Vec<ClientEffect>) {
+        effects.extend([ClientEffect::OpenSocket(Socket::Control), ClientEffect::OpenSocket(Socket::Stream)]);
     }
 
     /// The only way in. `now` is the only clock.
-    pub fn apply(&mut self, now: ClientTime, event: Event, effects: &mut Vec<Effect>) {
+    pub fn handle_event(&mut self, now: ClientTime, event: ClientEvent, effects: &mut Vec<ClientEffect>) {
         self.now = now;
         match event {
-            Event::Opened(socket) => self.opened(socket, effects),
-            Event::Closed { socket, jitter } => self.closed(socket, jitter),
-            Event::Server { message, bytes } => {
+            ClientEvent::SocketOpened(socket) => self.opened(socket, effects),
+            ClientEvent::SocketClosed { socket, jitter } => self.closed(socket, jitter),
+            ClientEvent::Server { message, bytes } => {
                 self.link.hear(now);
                 self.throughput.add(now, bytes);
                 self.hear(message, effects);
             }
-            Event::Unreadable { socket } => self.unreadable(socket, effects),
-            Event::Scan { frame, bytes } => self.scan(&frame, bytes),
-            Event::TilesListed { map, result } => self.tiles_listed(map, result, effects),
-            Event::GraphLoaded { map, result } => self.graph_loaded(map, result),
-            Event::TileReady { hash, bytes } => {
+            ClientEvent::DecodeFailed { socket } => self.unreadable(socket, effects),
+            ClientEvent::Scan { frame, bytes } => self.scan(&frame, bytes),
+            ClientEvent::TilesListed { map, result } => self.tiles_listed(map, result, effects),
+            ClientEvent::GraphLoaded { map, result } => self.graph_loaded(map, result),
+            ClientEvent::TileReady { hash, bytes } => {
                 self.throughput.add(now, bytes);
-                if !self.shown_mut().tiles.arrive(&hash) {
-                    effects.push(Effect::Drop(hash));
+                if !self.displayed_map_mut().tiles.arrive(&hash) {
+                    effects.push(ClientEffect::RemoveTile(hash));
                 }
             }
-            Event::TileFailed { hash } => self.shown_mut().tiles.fail(&hash, now),
-            Event::Cloud { session, keyframe, result } => self.clouds.arrive(session, keyframe, result),
-            Event::UploadBegun { upload, file } => self.upload_begun(upload, file),
-            Event::Uploading { upload, share } => self.uploading(upload, share),
-            Event::Uploaded { upload, result } => self.uploaded(upload, result, effects),
-            Event::Looked(eye) => {
+            ClientEvent::TileFailed { hash } => self.displayed_map_mut().tiles.fail(&hash, now),
+            ClientEvent::CloudFetched { session, keyframe, result } => {
+                self.clouds.arrive(session, keyframe, result)
+            }
+            ClientEvent::UploadStarted { upload, file } => self.upload_begun(upload, file),
+            ClientEvent::UploadProgress { upload, share } => self.uploading(upload, share),
+            ClientEvent::UploadFinished { upload, result } => self.uploaded(upload, result, effects),
+            ClientEvent::ViewpointChanged(eye) => {
                 if self.eye != Some(eye) {
                     self.eye = Some(eye);
-                    self.shown_mut().tiles.mark_dirty();
+                    self.displayed_map_mut().tiles.mark_dirty();
                 }
             }
-            Event::Command(command) => self.obey(command, effects),
-            Event::Tick => self.tick(effects),
+            ClientEvent::Command(command) => self.obey(command, effects),
+            ClientEvent::Tick => self.tick(effects),
         }
         self.follow_comparison(effects);
         self.plan(effects);
     }
 
-    /// The decision on a loop that [`crate::Command::UndoLoop`] would take back.
-    pub fn last_loop_step(&self) -> Option<&LoopStep> {
+    /// Grows with every change of [`Self::trajectory`].
+    pub fn trajectory_revision(&self) -> u64 {
+        self.track.revision()
+    }
+
+    /// How things look.
+    pub fn view_settings(&self) -> &ViewSettings {
+        self.view.get()
+    }
+
+    /// The velocity that the operator commands by hand; `None` while stick and keys are released.
+    pub fn driven_velocity(&self) -> Option<Twist> {
+        self.drive.wanted()
+    }
+
+    /// The alignment of two saved maps that the operator prepares; `None` while nobody does.
+    pub fn alignment(&self) -> Option<&Align> {
+        self.align.as_ref()
+    }
+
+    /// How far adding a loop by hand has come; `None` while nobody does.
+    pub fn loop_pick(&self) -> Option<LoopPick> {
+        self.loop_pick
+    }
+
+    /// Quality of the map under construction.
+    pub fn quality(&self) -> &Quality {
+        &self.quality
+    }
+
+    /// What is selected.
+    pub fn selection(&self) -> Option<Selection> {
+        self.selection
+    }
+
+    /// Whether the next click on the ground sets the goal of a walk.
+    pub fn is_picking_goal(&self) -> bool {
+        self.walk_armed
+    }
+
+    /// Whether the next drag on the ground sets the pose of the robot.
+    pub fn is_picking_pose(&self) -> bool {
+        self.place_armed
+    }
+
+    /// The decision on a loop that [`crate::ClientCommand::UndoLoop`] would take back.
+    pub fn last_loop_step(&self) -> Option<&LoopEdit> {
         self.history.last_loop()
     }
 
     /// The map on the screen: the saved one being looked at, else the one being made.
-    pub fn shown(&self) -> &MapView {
+    pub fn displayed_map(&self) -> &MapView {
         self.saved.as_ref().map_or(&self.live, |(_, map)| map)
     }
 
-    fn shown_mut(&mut self) -> &mut MapView {
+    fn displayed_map_mut(&mut self) -> &mut MapView {
         self.saved.as_mut().map_or(&mut self.live, |(_, map)| map)
     }
 
     /// The saved map being looked at.
-    pub fn viewed(&self) -> Option<MapId> {
+    pub fn viewed_map(&self) -> Option<MapId> {
         self.saved.as_ref().map(|(id, _)| *id)
     }
 
     /// Docks of the map on show, each the base there while it is charged.
     pub fn docks(&self) -> impl Iterator<Item = &Pose> {
-        let map = self.viewed().or(self.localisation.map());
+        let map = self.viewed_map().or(self.localisation.map());
         self.docks.iter().filter(move |dock| Some(dock.map) == map).map(|dock| &dock.map_from_base)
     }
 
     /// Whether this client holds the control lease.
-    pub fn in_control(&self) -> bool {
+    pub fn has_control(&self) -> bool {
         self.control.owner == Some(self.client)
     }
 
     /// Whether somebody else holds the control lease.
-    pub fn others_control(&self) -> bool {
+    pub fn is_controlled_by_other(&self) -> bool {
         self.control.owner.is_some_and(|owner| owner != self.client)
     }
 
     /// Whether where the robot is said to be means anything in the map on show: not before it has found itself in a saved one.
-    pub fn has_place(&self) -> bool {
+    pub fn has_pose_in_map(&self) -> bool {
         self.placed || self.localisation == Localisation::Idle
     }
 
     /// Whether motion has been stopped and not allowed again.
-    pub fn stopped(&self) -> bool {
+    pub fn is_stopped(&self) -> bool {
         matches!(self.motion(), Motion::Stopped { .. })
     }
 
@@ -293,7 +340,7 @@ impl Model {
     }
 
     /// Whether an order of this kind is on its way.
-    pub fn waits_for(&self, matches: impl Fn(&Order) -> bool) -> bool {
+    pub fn is_pending(&self, matches: impl Fn(&Order) -> bool) -> bool {
         self.pending.iter().any(|pending| matches(&pending.order))
     }
 
@@ -309,15 +356,19 @@ impl Model {
         format!("Operator {:04x}", self.client.0.as_u128() & 0xffff)
     }
 
-    fn opened(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
+    fn opened(&mut self, socket: Socket, effects: &mut Vec<ClientEffect>) {
         match socket {
             Socket::Control => {
-                effects
-                    .push(Effect::Send(ClientMessage::Hello { version: api::VERSION, client: self.client }));
+                effects.push(ClientEffect::Send(ClientMessage::Hello {
+                    version: api::VERSION,
+                    client: self.client,
+                }));
             }
             Socket::Stream => {
-                effects
-                    .push(Effect::SendStream(StreamRequest::Open { version: api::VERSION, max_hz: SCAN_HZ }));
+                effects.push(ClientEffect::SendStream(StreamRequest::Open {
+                    version: api::VERSION,
+                    max_hz: SCAN_HZ,
+                }));
                 // The stream has no welcome: it is connected when it is open.
                 self.stream.welcome(self.now);
             }
@@ -335,22 +386,22 @@ impl Model {
         }
     }
 
-    fn unreadable(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
+    fn unreadable(&mut self, socket: Socket, effects: &mut Vec<ClientEffect>) {
         if socket == Socket::Control {
             let text = "The server sent something this page cannot read. Reload the page; if that does not help, \
                         server and page are of different versions.";
-            self.notes.add(self.now, Severity::Error, text.to_owned());
+            self.notices.add(self.now, Severity::Error, text.to_owned());
         }
         self.drop_link(socket, effects);
     }
 
-    fn drop_link(&mut self, socket: Socket, effects: &mut Vec<Effect>) {
-        effects.push(Effect::Close(socket));
+    fn drop_link(&mut self, socket: Socket, effects: &mut Vec<ClientEffect>) {
+        effects.push(ClientEffect::CloseSocket(socket));
         self.closed(socket, 0.5);
     }
 
-    fn tick(&mut self, effects: &mut Vec<Effect>) {
-        self.notes.expire(self.now);
+    fn tick(&mut self, effects: &mut Vec<ClientEffect>) {
+        self.notices.expire(self.now);
         self.give_up_proposal();
         self.throughput.expire(self.now);
         let stood_still = self.now.since(std::mem::replace(&mut self.ticked, self.now));
@@ -379,52 +430,57 @@ impl Model {
         }
     }
 
-    fn ping(&mut self, effects: &mut Vec<Effect>) {
+    fn ping(&mut self, effects: &mut Vec<ClientEffect>) {
         self.pings += 1;
         self.pinged = Some(self.now);
-        effects.push(Effect::Send(ClientMessage::Ping { token: self.pings }));
+        effects.push(ClientEffect::Send(ClientMessage::Ping { token: self.pings }));
     }
 
-    fn plan(&mut self, effects: &mut Vec<Effect>) {
+    fn plan(&mut self, effects: &mut Vec<ClientEffect>) {
         let Some(eye) = self.eye else { return };
-        let tiles = &self.shown().tiles;
+        let tiles = &self.displayed_map().tiles;
         if tiles.is_empty() || !tiles.plan_due(self.now) || self.now.since(self.planned) < PLAN_PERIOD_S {
             return;
         }
         self.planned = self.now;
         let now = self.now;
-        self.shown_mut().plan(&eye, now, effects);
+        self.displayed_map_mut().plan(&eye, now, effects);
     }
 
     /// Looks at a saved map, or at the live one. Whoever looks at a third one does not want to lay one onto another any more.
-    pub(crate) fn view_map(&mut self, map: Option<MapId>, effects: &mut Vec<Effect>) {
+    pub(crate) fn view_map(&mut self, map: Option<MapId>, effects: &mut Vec<ClientEffect>) {
         self.align.take_if(|align| map != Some(align.map) && (map.is_none() || map != align.onto));
-        if self.viewed() == map {
+        if self.viewed_map() == map {
             return;
         }
-        self.shown_mut().tiles.unload(false, effects);
+        self.displayed_map_mut().tiles.unload(false, effects);
         self.selection = None;
         self.loop_pick = None;
         self.place_armed = false;
         self.saved = map.map(|id| (id, MapView::default()));
-        self.shown_mut().tiles.mark_dirty();
+        self.displayed_map_mut().tiles.mark_dirty();
         if let Some(id) = map {
-            effects.push(Effect::LoadMap(id));
+            effects.push(ClientEffect::LoadMap(id));
         }
     }
 }
 
 impl Link {
     /// Opens the socket if that is due; returns whether it must be counted as lost because it is silent.
-    fn retry_due_or_dead(&mut self, socket: Socket, now: ClientTime, effects: &mut Vec<Effect>) -> bool {
+    fn retry_due_or_dead(
+        &mut self,
+        socket: Socket,
+        now: ClientTime,
+        effects: &mut Vec<ClientEffect>,
+    ) -> bool {
         if self.retry_due(now) {
             self.connect(now);
-            effects.push(Effect::Open(socket));
+            effects.push(ClientEffect::OpenSocket(socket));
         }
         // Scans may rest; only the control socket is pinged.
         let dead = self.dead(now) && !(socket == Socket::Stream && self.connected());
         if dead {
-            effects.push(Effect::Close(socket));
+            effects.push(ClientEffect::CloseSocket(socket));
         }
         dead
     }

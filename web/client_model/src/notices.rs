@@ -5,13 +5,13 @@ use api::Severity;
 
 /// Names a note for as long as the page is open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NoteId(pub u64);
+pub struct NoticeId(pub u64);
 
 /// Something to read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Note {
+pub struct ShownNotice {
     /// Which.
-    pub id: NoteId,
+    pub id: NoticeId,
     /// How bad.
     pub severity: Severity,
     /// What happened and what comes next.
@@ -24,8 +24,8 @@ pub struct Note {
 
 /// The notes on show, oldest first.
 #[derive(Clone, Debug, Default)]
-pub struct Notes {
-    shown: Vec<Note>,
+pub struct Notices {
+    shown: Vec<ShownNotice>,
     next: u64,
 }
 
@@ -34,9 +34,9 @@ const SHOWN_MAX: usize = 4;
 const INFO_S: f64 = 6.0;
 const WARNING_S: f64 = 15.0;
 
-impl Notes {
+impl Notices {
     /// What is on show, oldest first.
-    pub fn shown(&self) -> &[Note] {
+    pub fn visible(&self) -> &[ShownNotice] {
         &self.shown
     }
 
@@ -47,7 +47,7 @@ impl Notes {
             return;
         }
         self.next += 1;
-        self.shown.push(Note { id: NoteId(self.next), severity, text, since: now, times: 1 });
+        self.shown.push(ShownNotice { id: NoticeId(self.next), severity, text, since: now, times: 1 });
         if self.shown.len() > SHOWN_MAX {
             // The least serious goes first, the oldest among equals.
             let least = (0..self.shown.len()).min_by_key(|&at| self.shown[at].severity);
@@ -55,7 +55,7 @@ impl Notes {
         }
     }
 
-    pub(crate) fn dismiss(&mut self, id: NoteId) {
+    pub(crate) fn dismiss(&mut self, id: NoticeId) {
         self.shown.retain(|note| note.id != id);
     }
 

@@ -6,7 +6,7 @@ use vocab::CommandId;
 
 /// One unanswered command.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pending {
+pub struct PendingCommand {
     /// Its id; sending it twice does it once.
     pub id: CommandId,
     /// What was asked.
@@ -18,7 +18,7 @@ pub struct Pending {
 /// An order older than this is not sent again after a reconnection: the world has moved on.
 const RESEND_S_MAX: f64 = 5.0;
 
-impl Pending {
+impl PendingCommand {
     /// Whether it may be sent again on a new connection. A stop always may; driving by hand never.
     pub(crate) fn resend(&self, now: ClientTime) -> bool {
         match self.order {

@@ -19,7 +19,7 @@ use vocab::{Aabb, ClientId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twi
 struct Bench {
     model: Model,
     now: ClientTime,
-    effects: Vec<Effect>,
+    effects: Vec<ClientEffect>,
     sequence: u64,
 }
 
@@ -31,7 +31,7 @@ impl Bench {
         let now = ClientTime(0.0);
         let mut effects = Vec::new();
         let mut model = Model::new(ME, Ids::new(42), ViewSettings::default(), now);
-        model.start(&mut effects);
+        model.connect(&mut effects);
         Self { model, now, effects, sequence: 0 }
     }
 
@@ -43,7 +43,7 @@ impl Bench {
     }
 
     fn connect(&mut self) {
-        self.apply(Event::Opened(Socket::Control));
+        self.apply(ClientEvent::SocketOpened(Socket::Control));
         self.welcome();
     }
 
@@ -52,12 +52,12 @@ impl Bench {
         self.server(ServerMessage::Welcome { version: api::VERSION, program: "1.2.3".into() });
     }
 
-    fn apply(&mut self, event: Event) {
-        self.model.apply(self.now, event, &mut self.effects);
+    fn apply(&mut self, event: ClientEvent) {
+        self.model.handle_event(self.now, event, &mut self.effects);
     }
 
     fn server(&mut self, message: ServerMessage) {
-        self.apply(Event::Server { message, bytes: 100 });
+        self.apply(ClientEvent::Server { message, bytes: 100 });
     }
 
     fn event(&mut self, event: api::Event) {
@@ -65,22 +65,22 @@ impl Bench {
         self.server(ServerMessage::Event { sequence: self.sequence, event });
     }
 
-    fn command(&mut self, command: Command) {
-        self.apply(Event::Command(command));
+    fn command(&mut self, command: ClientCommand) {
+        self.apply(ClientEvent::Command(command));
     }
 
     fn wait(&mut self, seconds: f64) {
         self.now = self.now.after(seconds);
-        self.apply(Event::Tick);
+        self.apply(ClientEvent::Tick);
     }
 
-    fn take(&mut self) -> Vec<Effect> {
+    fn take(&mut self) -> Vec<ClientEffect> {
         std::mem::take(&mut self.effects)
     }
 
     fn orders(&mut self) -> Vec<Order> {
         let order = |effect| match effect {
-            Effect::Send(ClientMessage::Command { order, .. }) => Some(order),
+            ClientEffect::Send(ClientMessage::Command { order, .. }) => Some(order),
             _ => None,
         };
         self.take().into_iter().filter_map(order).collect()
@@ -88,7 +88,7 @@ impl Bench {
 }
 
 fn lose(bench: &mut Bench) {
-    bench.apply(Event::Closed { socket: Socket::Control, jitter: 0.5 });
+    bench.apply(ClientEvent::SocketClosed { socket: Socket::Control, jitter: 0.5 });
 }
 
 fn estimate_at(secs: f64, x: f64) -> Estimate {
@@ -108,8 +108,8 @@ fn tile(number: u8, level: u8, x: f32, points: u32) -> TileEntry {
     }
 }
 
-fn eye_at(x: f64) -> Eye {
-    Eye { position: [x, 0.0, 1.0], forward: [1.0, 0.0, 0.0], focal_px: 900.0, corner_cos: 0.8 }
+fn eye_at(x: f64) -> Viewpoint {
+    Viewpoint { position: [x, 0.0, 1.0], forward: [1.0, 0.0, 0.0], focal_px: 900.0, corner_cos: 0.8 }
 }
 
 fn decided(from: u32, to: u32, verdict: api::LoopVerdict) -> api::LoopDecision {

@@ -5,7 +5,7 @@
 //! [`TILE_POINTS_MAX`] are fetched, at most [`TILE_REQUESTS_MAX`] at once. A fetch that is no longer wanted is
 //! cancelled; a tile that is there stays until its room is needed.
 
-use crate::{ClientTime, Effect};
+use crate::{ClientEffect, ClientTime};
 use api::{Anchor, TileEntry, TileHash};
 use glam::{DQuat, DVec3, Vec3 as Vec3f};
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ const TRIES_MAX: u32 = 5;
 
 /// From where and how a map is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Eye {
+pub struct Viewpoint {
     /// Of the camera, map frame, metres.
     pub position: [f64; 3],
     /// Unit vector into the picture, map frame.
@@ -144,11 +144,11 @@ impl TileSet {
     }
 
     /// Takes everything off the screen; the list stays unless `forget`.
-    pub(crate) fn unload(&mut self, forget: bool, effects: &mut Vec<Effect>) {
+    pub(crate) fn unload(&mut self, forget: bool, effects: &mut Vec<ClientEffect>) {
         for (hash, tile) in &mut self.tiles {
             match tile.state {
-                TileState::Loading => effects.push(Effect::CancelFetch(*hash)),
-                TileState::Ready => effects.push(Effect::Drop(*hash)),
+                TileState::Loading => effects.push(ClientEffect::CancelTile(*hash)),
+                TileState::Ready => effects.push(ClientEffect::RemoveTile(*hash)),
                 TileState::Absent | TileState::Failed => {}
             }
             tile.state = TileState::Absent;
@@ -200,10 +200,10 @@ impl TileSet {
     /// Decides what to fetch, cancel and drop for this `eye`. `pose_of` says where anchors are in the map.
     pub(crate) fn plan(
         &mut self,
-        eye: &Eye,
+        eye: &Viewpoint,
         now: ClientTime,
         pose_of: impl Fn(Anchor) -> Option<Pose>,
-        effects: &mut Vec<Effect>,
+        effects: &mut Vec<ClientEffect>,
     ) {
         self.dirty = false;
         if self.retry_at.is_some_and(|at| now >= at) {
@@ -242,7 +242,7 @@ impl TileSet {
         waiting.map(|tile| tile.retry_at).filter(|at| *at > now).reduce(earlier)
     }
 
-    fn fetch(&mut self, hash: TileHash, now: ClientTime, effects: &mut Vec<Effect>) {
+    fn fetch(&mut self, hash: TileHash, now: ClientTime, effects: &mut Vec<ClientEffect>) {
         let Some(tile) = self.tiles.get_mut(&hash) else { return };
         let due = match tile.state {
             TileState::Absent => true,
@@ -252,12 +252,12 @@ impl TileSet {
         if due {
             tile.state = TileState::Loading;
             self.loading += 1;
-            effects.push(Effect::Fetch(hash));
+            effects.push(ClientEffect::FetchTile(hash));
         }
     }
 
     /// Cancels fetches outside `chosen`, and drops tiles outside it while the budget is exceeded.
-    fn release(&mut self, chosen: &[TileHash], effects: &mut Vec<Effect>) {
+    fn release(&mut self, chosen: &[TileHash], effects: &mut Vec<ClientEffect>) {
         let chosen: std::collections::BTreeSet<&TileHash> = chosen.iter().collect();
         let coming: u64 = chosen
             .iter()
@@ -270,7 +270,7 @@ impl TileSet {
                 TileState::Loading if !chosen.contains(hash) => {
                     tile.state = TileState::Absent;
                     self.loading -= 1;
-                    effects.push(Effect::CancelFetch(*hash));
+                    effects.push(ClientEffect::CancelTile(*hash));
                 }
                 TileState::Ready
                     if !chosen.contains(hash) && self.ready_points + coming > TILE_POINTS_MAX =>
@@ -278,7 +278,7 @@ impl TileSet {
                     tile.state = TileState::Absent;
                     self.ready -= 1;
                     self.ready_points -= u64::from(tile.entry.points);
-                    effects.push(Effect::Drop(*hash));
+                    effects.push(ClientEffect::RemoveTile(*hash));
                 }
                 _ => {}
             }
@@ -291,7 +291,7 @@ fn earlier(a: ClientTime, b: ClientTime) -> ClientTime {
 }
 
 /// How much a tile would add to the picture: the gaps it fills, pixels. `None` when they are too small to see.
-fn worth(entry: &TileEntry, map_from_anchor: &Pose, eye: &Eye) -> Option<f32> {
+fn worth(entry: &TileEntry, map_from_anchor: &Pose, eye: &Viewpoint) -> Option<f32> {
     let (centre, half) = box_of(&entry.bounds)?;
     let to_centre = (move_point(map_from_anchor, centre) - DVec3::from(eye.position)).as_vec3();
     let radius = half.length() as f32;

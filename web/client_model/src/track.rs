@@ -5,7 +5,7 @@ use vocab::{Stamp, Vec3};
 
 /// Positions of the base in the map, oldest first.
 #[derive(Clone, Debug, Default)]
-pub struct Track {
+pub struct Trajectory {
     tail: Vec<(Stamp, Vec3)>,
     revision: u64,
 }
@@ -14,7 +14,7 @@ const SPACING_M: f64 = 0.1;
 /// Kept without keyframes: 500 m of walk.
 const TAIL_MAX: usize = 5_000;
 
-impl Track {
+impl Trajectory {
     /// Grows with every change.
     pub fn revision(&self) -> u64 {
         self.revision

@@ -1,6 +1,6 @@
 //! A point cloud of this client's on its way to being a map.
 
-use crate::{Effect, Model};
+use crate::{ClientEffect, Model};
 use api::{Import, Order, Severity};
 use vocab::{MapId, UploadId};
 
@@ -43,7 +43,7 @@ impl Model {
         &mut self,
         upload: UploadId,
         result: Result<(), String>,
-        effects: &mut Vec<Effect>,
+        effects: &mut Vec<ClientEffect>,
     ) {
         let Some(sent) = self.upload.take_if(|it| it.upload == upload) else { return };
         match result {
@@ -52,7 +52,7 @@ impl Model {
                 self.order(Order::ImportMap { upload, name, frame: sent.frame }, effects);
             }
             Err(sentence) => {
-                self.notes.add(
+                self.notices.add(
                     self.now,
                     Severity::Warning,
                     format!("{} was not sent: {sentence}", sent.file),
@@ -61,9 +61,9 @@ impl Model {
         }
     }
 
-    pub(crate) fn cancel_import(&mut self, effects: &mut Vec<Effect>) {
+    pub(crate) fn cancel_import(&mut self, effects: &mut Vec<ClientEffect>) {
         if let Some(sent) = self.upload.take() {
-            effects.push(Effect::CancelUpload(sent.upload));
+            effects.push(ClientEffect::CancelUpload(sent.upload));
         } else if let Import::Running { upload, .. } = self.import {
             self.order(Order::CancelImport(upload), effects);
         }

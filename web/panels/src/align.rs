@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::theme::Tokens;
 use crate::{icon, imports, widgets, words};
 use api::Import;
-use client_model::{Align, Command, Model};
+use client_model::{Align, ClientCommand, Model};
 use egui::Ui;
 use vocab::MapId;
 
@@ -12,14 +12,14 @@ use vocab::MapId;
 const APART_MAX: f64 = 0.5;
 
 /// The button at the map that is looked at, where there is another one.
-pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
     if model.maps.as_ref().is_none_or(|maps| maps.len() < 2) {
         return;
     }
     let name = format!("Align {}", words::map_name(model, map));
     let button = Button::new(&name).text("Align to another map").icon(icon::ARROWS_DOWN_UP);
     if button.enabled(model.link.connected()).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::Align { map, onto: None });
+        out.push(ClientCommand::AlignMap { map, onto: None });
     }
     widgets::remark(
         ui,
@@ -29,7 +29,7 @@ pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out
 }
 
 /// The card while a map is being laid.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, out: &mut Vec<Command>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, &format!("Align {}", words::map_name(model, align.map)));
     match align.onto {
         None => choose(ui, model, tokens, align.map, out),
@@ -38,23 +38,30 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, o
     if align.laying.is_none()
         && Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked()
     {
-        out.push(Command::CancelAlign);
+        out.push(ClientCommand::CancelAlignment);
     }
 }
 
 /// Onto which map.
-fn choose(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+fn choose(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
     widgets::remark(ui, tokens, "Into the frame of which map?");
     for other in model.maps.iter().flatten().filter(|other| other.id != map) {
         let name = format!("Onto {}", other.name);
         if Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD).wide(ui).show(ui, tokens).clicked() {
-            out.push(Command::Align { map, onto: Some(other.id) });
+            out.push(ClientCommand::AlignMap { map, onto: Some(other.id) });
         }
     }
 }
 
 /// By which points.
-fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId, out: &mut Vec<Command>) {
+fn pick(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    align: &Align,
+    onto: MapId,
+    out: &mut Vec<ClientCommand>,
+) {
     widgets::fact(ui, tokens, "Into the frame of", words::map_name(model, onto));
     widgets::fact(ui, tokens, "Points picked in both", &words::count(align.pairs.len() as u64));
     let apart = align.apart();
@@ -73,18 +80,18 @@ fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId,
         }
         return;
     }
-    let (here, there) = match model.viewed() {
+    let (here, there) = match model.viewed_map() {
         Some(viewed) if viewed == onto => (onto, align.map),
         _ => (align.map, onto),
     };
     let look = format!("Look at {}", words::map_name(model, there));
     if Button::new(&look).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::ViewMap(Some(there)));
+        out.push(ClientCommand::ViewMap(Some(there)));
     }
     let picked = !align.picked_in(here).is_empty() || !align.picked_in(there).is_empty();
     let back = Button::new("Take the last point back").text("Take back").icon(icon::ARROW_COUNTER_CLOCKWISE);
     if back.enabled(picked).hint("Ctrl Z").wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::UnpickPoint);
+        out.push(ClientCommand::RemoveAlignmentPoint);
     }
     let busy = !model.link.connected();
     if picked {
@@ -93,12 +100,12 @@ fn pick(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, onto: MapId,
         let button =
             Button::new("Align by the points").text(&lay).icon(icon::CHECK_CIRCLE).kind(Kind::Primary);
         if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-            out.push(Command::Lay);
+            out.push(ClientCommand::StartAlignment);
         }
     } else {
         let button = Button::new("Align by what both look like").icon(icon::CHECK_CIRCLE).enabled(!busy);
         if button.wide(ui).show(ui, tokens).clicked() {
-            out.push(Command::Lay);
+            out.push(ClientCommand::StartAlignment);
         }
         widgets::remark(
             ui,
@@ -113,7 +120,7 @@ pub(crate) fn step(model: &Model, align: &Align) -> String {
     let Some(next) = align.picks_in() else { return "These are enough.".to_owned() };
     let name = words::map_name(model, next);
     let number = align.pairs.len() + 1;
-    match (model.viewed() == Some(next), align.first.is_some()) {
+    match (model.viewed_map() == Some(next), align.first.is_some()) {
         (false, _) => format!("Look at {name} for the next point."),
         (true, true) => format!("Click the same point here, in {name}."),
         (true, false) => {

@@ -6,7 +6,7 @@ use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, Width, icon, notes, words};
-use client_model::{Command, LinkState, Loading, Model};
+use client_model::{ClientCommand, LinkState, Loading, Model};
 use egui::{Align2, Order, Ui};
 
 const WIDTH: f32 = 460.0;
@@ -17,7 +17,7 @@ pub(crate) fn show(
     tokens: &Tokens,
     layout: &Layout,
     drawer_open: bool,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let left =
         if layout.width == Width::Narrow { layout.free.left() + 68.0 } else { layout.free.left() + 76.0 };
@@ -44,7 +44,7 @@ pub(crate) fn show(
     );
 }
 
-fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let lost = model.link.lost_since().map(|since| model.now.since(since));
     match (model.link.state(), lost) {
         (LinkState::Connected { .. }, _) => {}
@@ -64,14 +64,14 @@ fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
             );
             line(ui, tokens, tokens.bad, icon::WIFI_SLASH, &text, |ui| {
                 if Button::new("Reconnect now").show(ui, tokens).clicked() {
-                    out.push(Command::Reconnect);
+                    out.push(ClientCommand::Reconnect);
                 }
             });
         }
     }
 }
 
-fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let Some((id, view)) = &model.saved else { return };
     let name =
         model.maps.iter().flatten().find(|map| map.id == *id).map_or("a saved map", |map| map.name.as_str());
@@ -90,7 +90,7 @@ fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>
     };
     line(ui, tokens, colour, icon::MAP_TRIFOLD, &text, |ui| {
         if Button::new("Back to live").show(ui, tokens).clicked() {
-            out.push(Command::ViewMap(None));
+            out.push(ClientCommand::ViewMap(None));
         }
     });
 }
@@ -101,32 +101,32 @@ fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     }
 }
 
-fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if model.place_armed {
         let text = "Press the floor where the robot stands and drag to where it looks.";
         line(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, text, |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
-                out.push(Command::ArmPlace(false));
+                out.push(ClientCommand::PickPose(false));
             }
         });
     }
 }
 
-fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(align) = model.align.as_ref().filter(|align| align.onto.is_some() && align.laying.is_none()) {
         line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &align::step(model, align), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
-                out.push(Command::CancelAlign);
+                out.push(ClientCommand::CancelAlignment);
             }
         });
     }
 }
 
-fn loop_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn loop_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(pick) = model.loop_pick {
         line(ui, tokens, tokens.accent, icon::GRAPH, &words::loop_step(pick), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
-                out.push(Command::PickLoop(false));
+                out.push(ClientCommand::PickLoopKeyframes(false));
             }
         });
     }

@@ -5,7 +5,7 @@ use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
 use api::Motion;
-use client_model::{Command, Model, SPEED_MPS_MAX, TURN_RADPS_MAX};
+use client_model::{ClientCommand, Model, SPEED_MPS_MAX, TURN_RADPS_MAX};
 use egui::{Align2, Key, Sense, Stroke, Ui, Vec2, vec2};
 use vocab::{Twist, Vec3};
 
@@ -18,7 +18,7 @@ const STICK_RADIUS: f32 = 62.0;
 const STICK_DEAD: f32 = 0.12;
 
 /// Keys that stop and keys that undo. Nothing while text is being typed.
-pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Command>) {
+pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<ClientCommand>) {
     if ctx.egui_wants_keyboard_input() {
         return;
     }
@@ -31,14 +31,16 @@ pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Comman
     // Escape stops whatever else it does: nobody shall have to think first.
     if ctx.input(|input| input.key_pressed(Key::Escape)) {
         if model.place_armed {
-            out.push(Command::ArmPlace(false));
+            out.push(ClientCommand::PickPose(false));
         } else if model.loop_pick.is_some() {
-            out.push(Command::PickLoop(false));
+            out.push(ClientCommand::PickLoopKeyframes(false));
         } else if model.selection.is_some() {
-            out.push(Command::Select(None));
+            out.push(ClientCommand::Select(None));
         }
     }
-    for (pressed, command) in [(stop, Command::StopMotion), (undo, Command::Undo), (redo, Command::Redo)] {
+    for (pressed, command) in
+        [(stop, ClientCommand::StopMotion), (undo, ClientCommand::Undo), (redo, ClientCommand::Redo)]
+    {
         if pressed {
             out.push(command);
         }
@@ -46,13 +48,13 @@ pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Comman
 }
 
 /// What keys and stick together want of the robot in this frame; says so when they begin, go on and end.
-pub(crate) fn steer(ctx: &egui::Context, model: &Model, state: &PanelState, out: &mut Vec<Command>) {
-    let allowed = !model.others_control() && !model.stopped() && model.viewed().is_none();
+pub(crate) fn steer(ctx: &egui::Context, model: &Model, state: &PanelState, out: &mut Vec<ClientCommand>) {
+    let allowed = !model.is_controlled_by_other() && !model.is_stopped() && model.viewed_map().is_none();
     let typing = ctx.egui_wants_keyboard_input();
     let keyed = if typing { None } else { ctx.input(keyed_twist) };
     let wanted = keyed.or(state.stick.map(stick_twist)).filter(|_| allowed);
-    if wanted.is_some() || model.drive.wanted().is_some() {
-        out.push(Command::Drive(wanted));
+    if wanted.is_some() || model.driven_velocity().is_some() {
+        out.push(ClientCommand::SetVelocity(wanted));
     }
 }
 
@@ -86,10 +88,10 @@ pub(crate) fn show(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let covered = layout.width == Width::Narrow && state.drawer_open;
-    if covered || model.viewed().is_some() {
+    if covered || model.viewed_map().is_some() {
         state.stick = None;
         return;
     }
@@ -106,7 +108,7 @@ pub(crate) fn show(
 
 fn stick(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState) {
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(2.0 * STICK_RADIUS + 4.0), Sense::drag());
-    let enabled = !model.others_control() && !model.stopped();
+    let enabled = !model.is_controlled_by_other() && !model.is_stopped();
     let middle = rect.center();
     state.stick = response
         .interact_pointer_pos()
@@ -149,7 +151,7 @@ fn stick_twist(at: Vec2) -> Twist {
     twist(f64::from(-at.y), 0.0, f64::from(-at.x))
 }
 
-fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut Vec<Command>) {
+fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut Vec<ClientCommand>) {
     let motion = words::motion(model.robot.motion.as_ref().map(|motion| &motion.value));
     let speed = model.robot.estimate.as_ref().map_or(0.0, |estimate| {
         let v = estimate.value.velocity.linear;
@@ -163,24 +165,24 @@ fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut 
         _ => format!("{speed:.1} m/s"),
     };
     widgets::remark(ui, tokens, &detail);
-    if model.others_control() {
+    if model.is_controlled_by_other() {
         widgets::remark(ui, tokens, &format!("{} controls the robot.", model.control.name));
         if layout.width == Width::Narrow
             && Button::new("Take control").wide(ui).enabled(model.link.connected()).show(ui, tokens).clicked()
         {
-            out.push(Command::TakeControl);
+            out.push(ClientCommand::TakeControl);
         }
         return;
     }
     if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Looking { .. }) {
         if Button::new("Cancel walk").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
-            out.push(Command::CancelWalk);
+            out.push(ClientCommand::CancelWalk);
         }
         return;
     }
     let walk = Button::new("Walk to a point").icon(icon::MAP_PIN).on(model.walk_armed).kind(Kind::Plain);
-    let enabled = !model.stopped() && model.link.connected();
+    let enabled = !model.is_stopped() && model.link.connected();
     if walk.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::ArmWalk(!model.walk_armed));
+        out.push(ClientCommand::PickGoal(!model.walk_armed));
     }
 }

@@ -5,10 +5,16 @@ use crate::loops::sign_of;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{icon, widgets, words};
 use api::{LoopDecision, LoopVerdict};
-use client_model::{CameraMove, CloudState, Command, LoopPair, Model, Overlay};
+use client_model::{CameraMove, ClientCommand, CloudState, LoopPair, Model, ScanOverlay};
 use egui::Ui;
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<Command>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    pair: LoopPair,
+    out: &mut Vec<ClientCommand>,
+) {
     ui.push_id("evidence", |ui| {
         egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
@@ -30,7 +36,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, 
     });
 }
 
-fn head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<Command>) {
+fn head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
     ui.horizontal(|ui| {
         ui.set_min_height(32.0);
         let title = format!("Loop {}", words::pair(pair));
@@ -40,12 +46,12 @@ fn head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<Command>) {
             let close =
                 Button::icon_only("Close the loop's evidence", icon::X).kind(Kind::Quiet).size(36.0, 36.0);
             if close.show(ui, tokens).clicked() {
-                out.push(Command::Select(None));
+                out.push(ClientCommand::Select(None));
             }
             let find =
                 Button::icon_only("Show where it is", icon::GPS_FIX).kind(Kind::Quiet).size(36.0, 36.0);
             if find.show(ui, tokens).clicked() {
-                out.push(Command::Move(CameraMove::Loop(pair)));
+                out.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
             }
         });
     });
@@ -75,7 +81,7 @@ fn verdict(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
 pub(crate) fn locked(model: &Model) -> Option<String> {
     if !model.link.connected() {
         Some("The link to the robot is lost. It comes back by itself.".to_owned())
-    } else if model.others_control() {
+    } else if model.is_controlled_by_other() {
         Some(format!("{} controls the robot. Take control to decide on loops.", model.control.name))
     } else {
         None
@@ -83,10 +89,16 @@ pub(crate) fn locked(model: &Model) -> Option<String> {
 }
 
 /// Accept, reject, and what they will do.
-fn decide(ui: &mut Ui, model: &Model, tokens: &Tokens, decision: &LoopDecision, out: &mut Vec<Command>) {
+fn decide(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    decision: &LoopDecision,
+    out: &mut Vec<ClientCommand>,
+) {
     let pair = LoopPair::decided(decision);
     let locked = locked(model);
-    let waiting = model.waits_for(|order| match order {
+    let waiting = model.is_pending(|order| match order {
         api::Order::AcceptLoop { from, to } | api::Order::RejectLoop { from, to } => {
             LoopPair::of(*from, *to) == pair
         }
@@ -100,11 +112,11 @@ fn decide(ui: &mut Ui, model: &Model, tokens: &Tokens, decision: &LoopDecision, 
         let button =
             Button::new("Accept loop").text("Accept").icon(icon::CHECK_CIRCLE).size(width, theme::TOUCH);
         if button.enabled(free && accept).show(ui, tokens).clicked() {
-            out.push(Command::AcceptLoop(pair));
+            out.push(ClientCommand::AcceptLoop(pair));
         }
         let button = Button::new("Reject loop").text("Reject").icon(icon::X_CIRCLE).size(width, theme::TOUCH);
         if button.enabled(free && reject).show(ui, tokens).clicked() {
-            out.push(Command::RejectLoop(pair));
+            out.push(ClientCommand::RejectLoop(pair));
         }
     });
     widgets::remark(ui, tokens, &locked.unwrap_or_else(|| sentence.to_owned()));
@@ -131,13 +143,18 @@ fn choices(decision: &LoopDecision) -> (bool, bool, &'static str) {
 }
 
 /// How the scans lie, and which is which.
-fn overlay(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<Command>) {
+fn overlay(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
     ui.add_space(2.0);
     widgets::head(ui, tokens, "Both scans");
-    let choices =
-        [("As found", Overlay::Found), ("In the graph", Overlay::Graph), ("Map only", Overlay::Off)];
-    widgets::choice(ui, tokens, &choices, model.overlay, |overlay| out.push(Command::Overlay(overlay)));
-    if model.overlay != Overlay::Off {
+    let choices = [
+        ("As found", ScanOverlay::Found),
+        ("In the graph", ScanOverlay::Graph),
+        ("Map only", ScanOverlay::Off),
+    ];
+    widgets::choice(ui, tokens, &choices, model.overlay, |overlay| {
+        out.push(ClientCommand::SetScanOverlay(overlay))
+    });
+    if model.overlay != ScanOverlay::Off {
         legend(ui, model, tokens, pair);
     }
 }

@@ -4,13 +4,13 @@ use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::{icon, widgets, words};
 use api::{Import, MapSummary};
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, Sense, Ui, vec2};
 
 /// Height of a bar, points.
 const BAR: f32 = 6.0;
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(upload) = &model.upload {
         let doing = format!("Sending {}", upload.file);
         under_way(ui, tokens, &doing, upload.share, out);
@@ -19,13 +19,13 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
     } else {
         let button = Button::new("Import a map").icon(icon::PLUS).enabled(model.link.connected()).wide(ui);
         if button.show(ui, tokens).clicked() {
-            out.push(Command::PickMapFile { frame: None });
+            out.push(ClientCommand::ImportMap { frame: None });
         }
         widgets::remark(ui, tokens, "Of a survey or another program's: PCD, PLY, LAS, LAZ, E57 or PTX.");
         if let Some(map) = of_the_site(model) {
             let button = Button::new("Import and align").enabled(model.link.connected()).wide(ui);
             if button.show(ui, tokens).clicked() {
-                out.push(Command::PickMapFile { frame: Some(map.id) });
+                out.push(ClientCommand::ImportMap { frame: Some(map.id) });
             }
             let what =
                 format!("Of the same site as {}: laid into its frame, where both look alike.", map.name);
@@ -36,12 +36,12 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
 
 /// The saved map that is looked at, or else the one in use.
 fn of_the_site(model: &Model) -> Option<&MapSummary> {
-    let map = model.viewed().or(model.localisation.map())?;
+    let map = model.viewed_map().or(model.localisation.map())?;
     model.maps.as_ref()?.iter().find(|one| one.id == map)
 }
 
 /// A name, a bar, and a way out.
-fn under_way(ui: &mut Ui, tokens: &Tokens, doing: &str, share: f32, out: &mut Vec<Command>) {
+fn under_way(ui: &mut Ui, tokens: &Tokens, doing: &str, share: f32, out: &mut Vec<ClientCommand>) {
     let share = share.clamp(0.0, 1.0);
     let percent = words::share(share);
     let response = ui
@@ -63,6 +63,6 @@ fn under_way(ui: &mut Ui, tokens: &Tokens, doing: &str, share: f32, out: &mut Ve
     done.set_width(rect.width() * share);
     ui.painter().rect_filled(done, round, tokens.accent);
     if Button::new("Cancel import").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::CancelImport);
+        out.push(ClientCommand::CancelImport);
     }
 }

@@ -1,7 +1,7 @@
 //! Things in the 3D scene as accessible elements and tags: robot, goal, docks, points, keyframes.
 
 use crate::theme::{self, Tokens, Weight, font};
-use client_model::{Command, Selection};
+use client_model::{ClientCommand, Selection};
 use egui::{
     Align2, CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
 };
@@ -43,7 +43,7 @@ pub struct SceneLabel {
 
 /// Puts the labels over the scene, under all cards. Tags avoid each other: one that would cover an earlier one is left
 /// out, so the most important come first.
-pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<Command>) {
+pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<ClientCommand>) {
     let mut taken: Vec<Rect> = Vec::new();
     for label in labels {
         // Beside a keyframe's sign the scene decides what a click means: another thing may be nearer.
@@ -53,7 +53,7 @@ pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mu
             let response = ui.interact(spot, Id::unique(("scene", &label.name)), Sense::click());
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.selected, &label.name));
             if response.clicked() {
-                out.push(Command::Select((!label.selected).then_some(selection)));
+                out.push(ClientCommand::Select((!label.selected).then_some(selection)));
             }
             if label.selected || response.has_focus() {
                 ui.painter().circle_stroke(label.at, 14.0, Stroke::new(2.0, tokens.accent));

@@ -1,5 +1,5 @@
 //! What the operator sees and touches: egui views that read a [`client_model::Model`] and emit
-//! [`client_model::Command`]s. They change nothing themselves but [`PanelState`]: what is unfolded and half typed.
+//! [`client_model::ClientCommand`]s. They change nothing themselves but [`PanelState`]: what is unfolded and half typed.
 //!
 //! # Names of the controls
 //!
@@ -75,13 +75,13 @@ pub use labels::{LabelKind, SceneLabel, show_labels};
 pub use layout::{Layout, Width};
 pub use state::{PanelState, TextField};
 
-use client_model::{Command, Model, Screen, Selection};
+use client_model::{ClientCommand, Model, Screen, Selection};
 use state::MapPart;
 use theme::Tokens;
 
 /// Draws everything that floats over the scene. `out` receives what the person asks for.
-pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mut Vec<Command>) {
-    let tokens = Tokens::of(model.view.get().theme);
+pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
+    let tokens = Tokens::of(model.view_settings().theme);
     let layout = Layout::of(ctx.content_rect());
     state.text_fields.clear();
     drive::shortcuts(ctx, model, out);
@@ -106,7 +106,7 @@ fn right_card(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let name = match model.screen {
         Screen::Live => "Robot panel",
@@ -119,13 +119,13 @@ fn right_card(
 }
 
 /// A loop that gets selected, or two keyframes that get chosen for one, bring the panel forth that is about them.
-fn follow_selection(model: &Model, state: &mut PanelState, out: &mut Vec<Command>) {
+fn follow_selection(model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
     let before = std::mem::replace(&mut state.selection, model.selection);
     if model.selection != before && matches!(model.selection, Some(Selection::Loop(_))) {
         state.map_part = MapPart::Loops;
         state.drawer_open = true;
         if model.screen != Screen::Map {
-            out.push(Command::Show(Screen::Map));
+            out.push(ClientCommand::ShowScreen(Screen::Map));
         }
     }
 }
@@ -136,7 +136,7 @@ fn map_panel(
     model: &Model,
     tokens: &Tokens,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let parts = [("Session", MapPart::Session), ("Loops", MapPart::Loops)];
     let on = state.map_part;

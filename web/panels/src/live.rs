@@ -4,13 +4,19 @@ use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
 use crate::{PanelState, mishaps, sensors, words};
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::Ui;
 
 /// What is longer does not fit beside its name.
 const LINE_CHARS: usize = 24;
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, _state: &PanelState, out: &mut Vec<Command>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    _state: &PanelState,
+    out: &mut Vec<ClientCommand>,
+) {
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 6.0;
         widgets::head(ui, tokens, "Robot");

@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{PanelState, evidence, icon, widgets, words};
 use api::{LoopDecision, LoopVerdict};
-use client_model::{CameraMove, Command, LoopGuess, LoopPair, LoopPick, Model, Selection};
+use client_model::{CameraMove, ClientCommand, LoopInitialGuess, LoopPair, LoopPick, Model, Selection};
 use egui::{Color32, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// Height of a row of the list, points: dense, but a finger hits it.
@@ -19,10 +19,10 @@ pub(crate) fn show(
     model: &Model,
     tokens: &Tokens,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     ui.spacing_mut().item_spacing.y = 8.0;
-    if model.viewed().is_some() {
+    if model.viewed_map().is_some() {
         saved(ui, model, tokens);
         return;
     }
@@ -54,7 +54,7 @@ pub(crate) fn show(
 
 /// Of a saved map only its edges are known.
 fn saved(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let closed = words::count(model.shown().graph.loops.len() as u64);
+    let closed = words::count(model.displayed_map().graph.loops.len() as u64);
     widgets::fact(ui, tokens, "Closed loops", &closed);
     let text = "Loops can be looked into and decided on while a map is being made. This one is finished; its loops.json \
                 holds what was decided.";
@@ -92,7 +92,7 @@ fn figure(ui: &mut Ui, tokens: &Tokens, width: f32, name: &str, verdict: LoopVer
 }
 
 /// Adding a loop, and taking the last decision back.
-fn actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let locked = evidence::locked(model);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -100,7 +100,7 @@ fn actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) 
         let add = Button::new("Add a loop").icon(icon::PLUS).size(width, theme::TOUCH);
         let enough = model.live.graph.nodes.len() > 2;
         if add.enabled(locked.is_none() && enough).show(ui, tokens).clicked() {
-            out.push(Command::PickLoop(true));
+            out.push(ClientCommand::PickLoopKeyframes(true));
         }
         let last = model.last_loop_step();
         let hint = last.map_or_else(
@@ -114,7 +114,7 @@ fn actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) 
             Button::new("Undo the decision").text("Undo").icon(icon::ARROW_COUNTER_CLOCKWISE).hint(&hint);
         let undo = undo.enabled(last.is_some() && locked.is_none());
         if undo.size(width, theme::TOUCH).show(ui, tokens).clicked() {
-            out.push(Command::UndoLoop);
+            out.push(ClientCommand::UndoLoop);
         }
     });
     if let Some(sentence) = locked {
@@ -129,7 +129,7 @@ fn list(
     tokens: &Tokens,
     state: &mut PanelState,
     selected: Option<LoopPair>,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     if model.loops.is_empty() {
         let text = "No loops yet. Where the robot comes back to a place it has seen, the two are compared here by \
@@ -159,7 +159,7 @@ fn row(
     tokens: &Tokens,
     decision: &LoopDecision,
     selected: Option<LoopPair>,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let pair = LoopPair::decided(decision);
     let on = selected == Some(pair);
@@ -175,9 +175,9 @@ fn row(
     let name = format!("Loop {}: {}. {}", words::pair(pair), verdict.to_lowercase(), decision.reason);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, on, &name));
     if response.clicked() {
-        out.push(Command::Select((!on).then_some(Selection::Loop(pair))));
+        out.push(ClientCommand::Select((!on).then_some(Selection::Loop(pair))));
         if !on {
-            out.push(Command::Move(CameraMove::Loop(pair)));
+            out.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
         }
     }
     paint_row(ui, tokens, decision, rect, (on, response.hovered()));
@@ -217,7 +217,7 @@ pub(crate) fn sign_of(verdict: LoopVerdict, tokens: &Tokens) -> (&'static str, C
 }
 
 /// Choosing two keyframes and proposing them.
-fn picking(ui: &mut Ui, model: &Model, tokens: &Tokens, pick: LoopPick, out: &mut Vec<Command>) {
+fn picking(ui: &mut Ui, model: &Model, tokens: &Tokens, pick: LoopPick, out: &mut Vec<ClientCommand>) {
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, "Add a loop");
     let hint = words::loop_step(pick);
@@ -226,19 +226,21 @@ fn picking(ui: &mut Ui, model: &Model, tokens: &Tokens, pick: LoopPick, out: &mu
         propose(ui, model, tokens, pair, out);
     }
     if Button::new("Cancel adding").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::PickLoop(false));
+        out.push(ClientCommand::PickLoopKeyframes(false));
     }
 }
 
-fn propose(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<Command>) {
-    let apart = model.guess(pair, LoopGuess::Graph).map_or(0.0, |from_from_to| {
+fn propose(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+    let apart = model.guess(pair, LoopInitialGuess::Graph).map_or(0.0, |from_from_to| {
         let p = from_from_to.position;
         p.x.hypot(p.y).hypot(p.z)
     });
     widgets::fact(ui, tokens, "Apart in the graph", &words::distance(apart));
     widgets::remark(ui, tokens, "From where shall the comparison start? A metre or two off is near enough.");
-    let choices = [("From the graph", LoopGuess::Graph), ("Same place", LoopGuess::SamePlace)];
-    widgets::choice(ui, tokens, &choices, model.loop_guess, |guess| out.push(Command::GuessLoop(guess)));
+    let choices = [("From the graph", LoopInitialGuess::Graph), ("Same place", LoopInitialGuess::SamePlace)];
+    widgets::choice(ui, tokens, &choices, model.loop_guess, |guess| {
+        out.push(ClientCommand::SetLoopInitialGuess(guess))
+    });
     evidence::legend(ui, model, tokens, pair);
     let locked = if pair.is_adjacent() {
         Some("They follow each other on the walk and are joined already. Choose two others.".to_owned())
@@ -248,7 +250,7 @@ fn propose(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mu
     let button =
         Button::new("Propose").icon(icon::CHECK_CIRCLE).kind(Kind::Primary).enabled(locked.is_none());
     if button.wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::ProposeLoop);
+        out.push(ClientCommand::ProposeLoop);
     }
     let sentence = locked
         .unwrap_or_else(|| "The two scans are compared; you then see the evidence, and decide.".to_owned());

@@ -6,7 +6,7 @@ use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
 use crate::{PanelState, align, icon, maps, quality, sensors, words};
 use api::{Mapping, Order};
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, StrokeKind, Ui, vec2};
 use vocab::{MapId, Stamp};
 
@@ -18,7 +18,7 @@ pub(crate) fn show(
     model: &Model,
     tokens: &Tokens,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     if !matches!(model.mapping, Mapping::Running { .. }) {
         state.confirm_discard = false;
@@ -59,7 +59,7 @@ pub(crate) fn show(
     });
 }
 
-fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, "Make a map");
     let first = model.maps.as_ref().is_some_and(Vec::is_empty);
     let sentence = if first {
@@ -69,14 +69,14 @@ fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
         "Let the robot stand still, start mapping, drive it through every room, and finish where you began."
     };
     widgets::remark(ui, tokens, sentence);
-    let waiting = model.waits_for(|order| matches!(order, Order::StartMapping(_)));
+    let waiting = model.is_pending(|order| matches!(order, Order::StartMapping(_)));
     let name = if waiting { "Starting…" } else { "Start mapping" };
-    let enabled = model.link.connected() && !waiting && !model.others_control();
+    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
     if start.show(ui, tokens).clicked() {
-        out.push(Command::StartMapping);
+        out.push(ClientCommand::StartMapping);
     }
-    if model.others_control() {
+    if model.is_controlled_by_other() {
         widgets::remark(
             ui,
             tokens,
@@ -85,7 +85,7 @@ fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
     }
 }
 
-fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<Command>) {
+fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     status_head(ui, tokens, "Finding gravity");
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
         widgets::sentence(
@@ -95,16 +95,16 @@ fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<Command>) {
         );
     });
     if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::DiscardMapping);
+        out.push(ClientCommand::DiscardMapping);
     }
 }
 
-fn loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<Command>) {
+fn loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
     status_head(ui, tokens, "Reading the map");
     ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
     widgets::remark(ui, tokens, &format!("{} is being read.", words::map_name(model, map)));
     if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::DiscardMapping);
+        out.push(ClientCommand::DiscardMapping);
     }
 }
 
@@ -114,7 +114,7 @@ fn finding(
     model: &Model,
     tokens: &Tokens,
     (map, distance, ambiguous): (MapId, f64, bool),
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     status_head(ui, tokens, "Finding itself in the map");
     let name = words::map_name(model, map);
@@ -130,7 +130,7 @@ fn finding(
     ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
     fact(ui, tokens, "Driven so far", &words::distance(distance));
     if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::DiscardMapping);
+        out.push(ClientCommand::DiscardMapping);
     }
 }
 
@@ -170,10 +170,10 @@ fn running(
     fact(ui, tokens, "Points in map", &words::points(model.live.tiles.points()));
 }
 
-fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<Command>) {
+fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
     ui.spacing_mut().item_spacing.y = 8.0;
     ui.add_space(4.0);
-    let enabled = model.link.connected() && !model.others_control();
+    let enabled = model.link.connected() && !model.is_controlled_by_other();
     if state.confirm_discard {
         confirm_discard(ui, tokens, enabled, state, out);
         return;
@@ -183,18 +183,18 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
     };
     text_field(ui, tokens, state, "Map name", &hint);
-    let waiting = model.waits_for(|order| matches!(order, Order::FinishMapping { .. }));
+    let waiting = model.is_pending(|order| matches!(order, Order::FinishMapping { .. }));
     let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);
     if save.enabled(enabled && !waiting).wide(ui).show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut state.map_name);
         let name = if typed.trim().is_empty() { hint } else { typed.trim().to_owned() };
-        out.push(Command::FinishMapping { name });
+        out.push(ClientCommand::FinishMapping { name });
     }
     let discard = Button::new("Discard").text("Discard…").icon(icon::TRASH).wide(ui);
     if discard.enabled(enabled).show(ui, tokens).clicked() {
         state.confirm_discard = true;
     }
-    if model.others_control() {
+    if model.is_controlled_by_other() {
         let sentence = format!("{} controls the robot. Take control to finish.", model.control.name);
         widgets::remark(ui, tokens, &sentence);
     }
@@ -205,7 +205,7 @@ fn confirm_discard(
     tokens: &Tokens,
     enabled: bool,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
         widgets::sentence(ui, tokens, "Throw this map away? It cannot be brought back.");
@@ -219,7 +219,7 @@ fn confirm_discard(
         .clicked()
     {
         state.confirm_discard = false;
-        out.push(Command::DiscardMapping);
+        out.push(ClientCommand::DiscardMapping);
     }
     if Button::new("Keep mapping").wide(ui).show(ui, tokens).clicked() {
         state.confirm_discard = false;

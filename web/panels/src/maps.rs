@@ -5,10 +5,16 @@ use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{PanelState, align, icon, imports, words};
 use api::{Localisation, MapSummary, Mapping, Motion, Order};
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, Ui};
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &PanelState, out: &mut Vec<Command>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    state: &PanelState,
+    out: &mut Vec<ClientCommand>,
+) {
     if let Some(align) = &model.align {
         return align::show(ui, model, tokens, align, out);
     }
@@ -31,9 +37,9 @@ fn entry(
     tokens: &Tokens,
     state: &PanelState,
     map: &MapSummary,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
-    let viewed = model.viewed() == Some(map.id);
+    let viewed = model.viewed_map() == Some(map.id);
     let fill = if viewed { tokens.selected() } else { tokens.raised };
     let frame = egui::Frame::new()
         .fill(fill)
@@ -71,7 +77,7 @@ fn entry(
                 let sign = if viewed { icon::X } else { icon::EYE };
                 let button = Button::new(&name).text(text).icon(sign).size(button_width, theme::TOUCH);
                 if button.show(ui, tokens).clicked() {
-                    out.push(Command::ViewMap((!viewed).then_some(map.id)));
+                    out.push(ClientCommand::ViewMap((!viewed).then_some(map.id)));
                 }
             });
         });
@@ -88,14 +94,14 @@ fn entry(
 }
 
 /// The robot walks by the map that is looked at, or no longer.
-fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<Command>) {
-    let waiting = model.waits_for(|order| matches!(order, Order::Localise { .. } | Order::LeaveMap));
-    let enabled = model.link.connected() && !waiting && !model.others_control();
+fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
+    let waiting = model.is_pending(|order| matches!(order, Order::Localise { .. } | Order::LeaveMap));
+    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     if model.localisation.map() == Some(map.id) {
         let name = format!("Leave {}", map.name);
         let button = Button::new(&name).text("Leave this map").icon(icon::X).enabled(enabled).wide(ui);
         if button.show(ui, tokens).clicked() {
-            out.push(Command::LeaveMap);
+            out.push(ClientCommand::LeaveMap);
         }
         widgets::remark(ui, tokens, &words::localisation(&model.localisation));
         look_about(ui, model, tokens, enabled, out);
@@ -105,43 +111,43 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
     let name = format!("Use {}", map.name);
     let button = Button::new(&name).text("Use this map").icon(icon::GPS_FIX).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
-        out.push(Command::UseMap(map.id));
-        out.push(Command::ViewMap(None));
+        out.push(ClientCommand::UseMap(map.id));
+        out.push(ClientCommand::ViewMap(None));
     }
     widgets::remark(ui, tokens, "The robot finds itself in it and walks by it.");
     place(ui, model, tokens, enabled, out);
 }
 
 /// A person who knows where the robot stands shows it on the map that is looked at.
-fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<Command>) {
+fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
     let button = Button::new("Show where it stands").icon(icon::NAVIGATION_ARROW).on(model.place_armed);
     if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(Command::ArmPlace(!model.place_armed));
+        out.push(ClientCommand::PickPose(!model.place_armed));
     }
 }
 
 /// A robot that does not find itself where it stands has to move.
-fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<Command>) {
+fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
     let lost = matches!(model.localisation, Localisation::Relocalising { .. });
     if !lost || matches!(model.motion(), Motion::Looking { .. }) {
         return;
     }
-    let enabled = enabled && !model.stopped();
+    let enabled = enabled && !model.is_stopped();
     let button = Button::new("Look about").icon(icon::ARROWS_OUT).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
-        out.push(Command::LookAbout);
+        out.push(ClientCommand::Relocalise);
     }
     widgets::remark(ui, tokens, "Walks a few metres at a time, over free floor, until it knows its place.");
 }
 
 /// The map that is looked at grows.
-fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<Command>) {
-    let waiting = model.waits_for(|order| matches!(order, Order::ExtendMap { .. }));
-    let enabled = model.link.connected() && !waiting && !model.others_control();
+fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
+    let waiting = model.is_pending(|order| matches!(order, Order::ExtendMap { .. }));
+    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     let name = format!("Extend {}", map.name);
     let button = Button::new(&name).text("Extend this map").icon(icon::PLUS).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
-        out.push(Command::ExtendMap(map.id));
+        out.push(ClientCommand::ExtendMap(map.id));
     }
     widgets::remark(
         ui,

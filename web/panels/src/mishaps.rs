@@ -4,7 +4,7 @@ use crate::button::Button;
 use crate::theme::Tokens;
 use crate::widgets;
 use api::Mishap;
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::Ui;
 use vocab::Span;
 
@@ -22,7 +22,7 @@ const ALL: [(&str, Mishap); 6] = [
     ("End all troubles", Mishap::End),
 ];
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, "Simulated troubles");
     widgets::remark(
         ui,
@@ -30,10 +30,10 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
         "This robot is a simulated one. Let something go wrong and see what it makes of it.",
     );
     for (text, mishap) in ALL {
-        let waiting = model.waits_for(|order| *order == api::Order::Cause(mishap));
+        let waiting = model.is_pending(|order| *order == api::Order::Cause(mishap));
         let button = Button::new(text).text(text).enabled(model.link.connected() && !waiting).wide(ui);
         if button.show(ui, tokens).clicked() {
-            out.push(Command::Cause(mishap));
+            out.push(ClientCommand::InjectFault(mishap));
         }
     }
 }

@@ -5,13 +5,13 @@ use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};
 use crate::{icon, words};
 use api::{PlaceToWalk, WhyWalk};
-use client_model::{Command, Model};
+use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Ui, vec2};
 
 /// Places listed: those after them are on the map all the same.
 const LISTED: usize = 4;
 
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let quality = &model.quality;
     fact(ui, tokens, "Floor covered", &words::area(quality.covered));
     let worst = quality.deviations.iter().copied().fold(0.0, f32::max);
@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Co
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, "Worth a walk");
-    let enabled = model.link.connected() && !model.others_control() && !model.stopped();
+    let enabled = model.link.connected() && !model.is_controlled_by_other() && !model.is_stopped();
     for (number, place) in quality.places.iter().take(LISTED).enumerate() {
         row(ui, tokens, (number + 1, place), enabled, out);
     }
@@ -39,7 +39,7 @@ fn row(
     tokens: &Tokens,
     (number, place): (usize, &PlaceToWalk),
     enabled: bool,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let why = match place.why {
         WhyWalk::FromAfar(area) => format!("{} seen from afar only", words::area(area)),
@@ -60,7 +60,7 @@ fn row(
             let name = format!("Walk to place {number}");
             let go = Button::new(&name).text("Go").icon(icon::NAVIGATION_ARROW).size(width, theme::TOUCH);
             if go.enabled(enabled).show(ui, tokens).clicked() {
-                out.push(Command::WalkTo(place.at));
+                out.push(ClientCommand::WalkTo(place.at));
             }
         });
     });

@@ -3,7 +3,7 @@
 use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens};
 use crate::{Layout, PanelState, Width, icon};
-use client_model::{Command, Model, Screen};
+use client_model::{ClientCommand, Model, Screen};
 
 const ENTRIES: [(Screen, &str, &str); 2] =
     [(Screen::Live, "Live", icon::BROADCAST), (Screen::Map, "Map", icon::MAP_TRIFOLD)];
@@ -14,7 +14,7 @@ pub(crate) fn show(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let narrow = layout.width == Width::Narrow;
     crate::layout::area("Screens", egui::Order::Middle).fixed_pos(layout.rail.min).show(ctx, |ui| {
@@ -46,13 +46,13 @@ fn entry(
     width: f32,
     narrow: bool,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let on = model.screen == screen;
     let button = Button::new(name).icon(sign).kind(Kind::Quiet).on(on).stacked();
     if button.size(width, if narrow { 46.0 } else { 56.0 }).show(ui, tokens).clicked() {
         // On a phone a second touch on the same entry puts its sheet away.
         state.drawer_open = !(narrow && on && state.drawer_open);
-        out.push(Command::Show(screen));
+        out.push(ClientCommand::ShowScreen(screen));
     }
 }

@@ -6,7 +6,9 @@ use crate::{Layout, PanelState, Width, theme, words};
 use api::{
     CommandOutcome, Control, MapSummary, Mapping, Motion, PlaceToWalk, Quality, ServerMessage, WhyWalk,
 };
-use client_model::{ClientTime, Command, Effect, Event, Ids, Model, Screen, Socket, Theme, ViewSettings};
+use client_model::{
+    ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Screen, Socket, Theme, ViewSettings,
+};
 use egui::{Color32, Rect, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -20,7 +22,7 @@ const OTHER: ClientId = ClientId(Uuid::from_u128(2));
 struct Desk {
     model: Model,
     state: PanelState,
-    asked: Vec<Command>,
+    asked: Vec<ClientCommand>,
     sequence: u64,
     dressed: bool,
 }
@@ -29,8 +31,8 @@ impl Desk {
     fn connected() -> Self {
         let now = ClientTime(1.0);
         let mut model = Model::new(ME, Ids::new(1), ViewSettings::default(), now);
-        let mut effects: Vec<Effect> = Vec::new();
-        model.apply(now, Event::Opened(Socket::Control), &mut effects);
+        let mut effects: Vec<ClientEffect> = Vec::new();
+        model.handle_event(now, ClientEvent::SocketOpened(Socket::Control), &mut effects);
         let mut desk =
             Self { model, state: PanelState::default(), asked: Vec::new(), sequence: 0, dressed: false };
         desk.server(ServerMessage::Welcome { version: api::VERSION, program: "1".into() });
@@ -38,7 +40,7 @@ impl Desk {
     }
 
     fn server(&mut self, message: ServerMessage) {
-        self.model.apply(ClientTime(1.0), Event::Server { message, bytes: 10 }, &mut Vec::new());
+        self.model.handle_event(ClientTime(1.0), ClientEvent::Server { message, bytes: 10 }, &mut Vec::new());
     }
 
     fn event(mut self, event: api::Event) -> Self {
@@ -48,7 +50,11 @@ impl Desk {
     }
 
     fn on(mut self, screen: Screen) -> Self {
-        self.model.apply(ClientTime(1.0), Event::Command(Command::Show(screen)), &mut Vec::new());
+        self.model.handle_event(
+            ClientTime(1.0),
+            ClientEvent::Command(ClientCommand::ShowScreen(screen)),
+            &mut Vec::new(),
+        );
         self
     }
 
@@ -105,7 +111,7 @@ fn stop_motion_is_there_on_every_screen_and_size_and_stops() {
             assert!(rect.right() > width - 24.0 && rect.height() >= 40.0, "far right and large: {rect:?}");
             harness.get_by_label("Stop motion").click();
             harness.run_steps(2);
-            assert!(harness.state().asked.contains(&Command::StopMotion));
+            assert!(harness.state().asked.contains(&ClientCommand::StopMotion));
         }
     }
 }
@@ -115,7 +121,7 @@ fn escape_stops() {
     let mut harness = Desk::connected().shown(1440.0, 900.0);
     harness.key_press(egui::Key::Escape);
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::StopMotion));
+    assert!(harness.state().asked.contains(&ClientCommand::StopMotion));
 }
 
 #[test]
@@ -124,7 +130,7 @@ fn the_empty_map_screen_says_what_to_do_first() {
         Desk::connected().event(api::Event::Maps(Vec::new())).on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("Start mapping").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::StartMapping));
+    assert!(harness.state().asked.contains(&ClientCommand::StartMapping));
 }
 
 #[test]
@@ -137,7 +143,7 @@ fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
     harness.state_mut().state.map_name = " Pump hall ".into();
     harness.get_by_label("Finish and save").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::FinishMapping { name: "Pump hall".into() }));
+    assert!(harness.state().asked.contains(&ClientCommand::FinishMapping { name: "Pump hall".into() }));
 }
 
 #[test]
@@ -146,10 +152,10 @@ fn discarding_is_asked_for_twice() {
         Desk::connected().event(api::Event::Mapping(running())).on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("Discard").click();
     harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&Command::DiscardMapping));
+    assert!(!harness.state().asked.contains(&ClientCommand::DiscardMapping));
     harness.get_by_label("Discard map").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::DiscardMapping));
+    assert!(harness.state().asked.contains(&ClientCommand::DiscardMapping));
 }
 
 #[test]
@@ -158,7 +164,7 @@ fn saved_maps_can_be_viewed_by_name() {
     let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
     harness.get_by_label("View Cellar").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::ViewMap(Some(MapId(Uuid::from_u128(8))))));
+    assert!(harness.state().asked.contains(&ClientCommand::ViewMap(Some(MapId(Uuid::from_u128(8))))));
 }
 
 #[test]
@@ -166,21 +172,25 @@ fn the_map_that_is_looked_at_can_be_used_and_left() {
     let maps = || api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]);
     let cellar = MapId(Uuid::from_u128(8));
     let look = |mut desk: Desk| {
-        desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(cellar))), &mut Vec::new());
+        desk.model.handle_event(
+            ClientTime(1.0),
+            ClientEvent::Command(ClientCommand::ViewMap(Some(cellar))),
+            &mut Vec::new(),
+        );
         desk.on(Screen::Map).shown(1440.0, 900.0)
     };
     let mut harness = look(Desk::connected().event(maps()));
     assert!(harness.query_by_label("Use Hall").is_none(), "it is not looked at");
     harness.get_by_label("Use Cellar").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::UseMap(cellar)));
+    assert!(harness.state().asked.contains(&ClientCommand::UseMap(cellar)));
 
     let known = api::Localisation::Localised { map: cellar, doubt: None };
     let mut harness = look(Desk::connected().event(maps()).event(api::Event::Localisation(known)));
     assert!(harness.query_by_label("Use Cellar").is_none(), "it is in use");
     harness.get_by_label("Leave Cellar").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::LeaveMap));
+    assert!(harness.state().asked.contains(&ClientCommand::LeaveMap));
 }
 
 #[test]
@@ -188,12 +198,16 @@ fn the_map_that_is_looked_at_can_be_extended() {
     let maps = api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]);
     let mut desk = Desk::connected().event(maps);
     let cellar = MapId(Uuid::from_u128(8));
-    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(cellar))), &mut Vec::new());
+    desk.model.handle_event(
+        ClientTime(1.0),
+        ClientEvent::Command(ClientCommand::ViewMap(Some(cellar))),
+        &mut Vec::new(),
+    );
     let mut harness = desk.on(Screen::Map).shown(1440.0, 900.0);
     assert!(harness.query_by_label("Extend Hall").is_none(), "it is not looked at");
     harness.get_by_label("Extend Cellar").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::ExtendMap(cellar)));
+    assert!(harness.state().asked.contains(&ClientCommand::ExtendMap(cellar)));
 
     let session = SessionId(Uuid::from_u128(5));
     let finding = |distance, ambiguous| {
@@ -207,7 +221,7 @@ fn the_map_that_is_looked_at_can_be_extended() {
     assert_eq!(harness.get_by_label("Driven so far").value().as_deref(), Some("6.0 m"));
     harness.get_by_label("Cancel mapping").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::DiscardMapping));
+    assert!(harness.state().asked.contains(&ClientCommand::DiscardMapping));
     finding(31.0, true).get_by_label_contains("fits Cellar in two places");
 
     let Mapping::Running { session, since, distance, keyframes, .. } = running() else { return };
@@ -219,7 +233,7 @@ fn the_map_that_is_looked_at_can_be_extended() {
     assert_eq!(harness.get_by_label("Extends").value().as_deref(), Some("Cellar"));
     harness.get_by_label("Finish and save").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::FinishMapping { name: "Cellar".into() }));
+    assert!(harness.state().asked.contains(&ClientCommand::FinishMapping { name: "Cellar".into() }));
 }
 
 #[test]
@@ -241,7 +255,7 @@ fn what_the_map_lacks_is_listed_and_can_be_walked_to() {
     );
     harness.get_by_label("Walk to place 1").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::WalkTo(at)));
+    assert!(harness.state().asked.contains(&ClientCommand::WalkTo(at)));
 }
 
 #[test]
@@ -253,7 +267,10 @@ fn who_does_not_control_cannot_map_but_can_take_control() {
     harness.get_by_label("Take control").click();
     harness.run_steps(2);
     let asked = &harness.state().asked;
-    assert!(asked.contains(&Command::TakeControl) && !asked.contains(&Command::StartMapping), "{asked:?}");
+    assert!(
+        asked.contains(&ClientCommand::TakeControl) && !asked.contains(&ClientCommand::StartMapping),
+        "{asked:?}"
+    );
 }
 
 #[test]
@@ -262,7 +279,7 @@ fn a_stopped_robot_offers_to_allow_motion() {
     let mut harness = Desk::connected().event(stopped).shown(1024.0, 768.0);
     harness.get_by_label("Allow motion").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::AllowMotion));
+    assert!(harness.state().asked.contains(&ClientCommand::AllowMotion));
 }
 
 #[test]
@@ -271,26 +288,30 @@ fn the_w_key_drives_ahead_and_its_release_ends_it() {
     harness.key_down(egui::Key::W);
     harness.run_steps(2);
     let ahead = harness.state().asked.iter().any(
-        |command| matches!(command, Command::Drive(Some(twist)) if twist.linear.x > 0.5 && twist.linear.y == 0.0),
+        |command| matches!(command, ClientCommand::SetVelocity(Some(twist)) if twist.linear.x > 0.5 && twist.linear.y == 0.0),
     );
     assert!(ahead, "{:?}", harness.state().asked);
 
     let desk = harness.state_mut();
     for command in std::mem::take(&mut desk.asked) {
-        desk.model.apply(ClientTime(1.0), Event::Command(command), &mut Vec::new());
+        desk.model.handle_event(ClientTime(1.0), ClientEvent::Command(command), &mut Vec::new());
     }
     harness.key_up(egui::Key::W);
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::Drive(None)), "{:?}", harness.state().asked);
+    assert!(harness.state().asked.contains(&ClientCommand::SetVelocity(None)), "{:?}", harness.state().asked);
 }
 
 #[test]
 fn a_refusal_is_an_alert_that_can_be_put_away() {
     let mut desk = Desk::connected();
     let mut effects = Vec::new();
-    desk.model.apply(ClientTime(1.0), Event::Command(Command::ReleaseControl), &mut effects);
+    desk.model.handle_event(
+        ClientTime(1.0),
+        ClientEvent::Command(ClientCommand::ReleaseControl),
+        &mut effects,
+    );
     let id = effects.into_iter().find_map(|effect| match effect {
-        Effect::Send(api::ClientMessage::Command { id, .. }) => Some(id),
+        ClientEffect::Send(api::ClientMessage::Command { id, .. }) => Some(id),
         _ => None,
     });
     let outcome = CommandOutcome::Refused("Not now. Wait a moment.".into());
@@ -298,7 +319,7 @@ fn a_refusal_is_an_alert_that_can_be_put_away() {
     let mut harness = desk.shown(1440.0, 900.0);
     harness.get_by_label("Dismiss").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.iter().any(|command| matches!(command, Command::Dismiss(_))));
+    assert!(harness.state().asked.iter().any(|command| matches!(command, ClientCommand::DismissNotice(_))));
 }
 
 #[test]
@@ -384,7 +405,7 @@ fn troubles_are_offered_with_simulated_robots_only() {
     harness.get_by_label("Cover the LiDAR for 20 s").click();
     harness.run_steps(2);
     let dark = api::Mishap::CoverLidar(vocab::Span::from_millis(20_000));
-    assert!(harness.state().asked.contains(&Command::Cause(dark)));
+    assert!(harness.state().asked.contains(&ClientCommand::InjectFault(dark)));
 }
 
 #[test]
@@ -393,14 +414,21 @@ fn a_robot_that_does_not_find_itself_can_be_sent_to_look_about_or_be_shown_where
     let id = map.id;
     let lost = api::Event::Localisation(api::Localisation::Relocalising { map: id, places: 2 });
     let mut desk = Desk::connected().on(Screen::Map).event(api::Event::Maps(vec![map])).event(lost);
-    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(id))), &mut Vec::new());
+    desk.model.handle_event(
+        ClientTime(1.0),
+        ClientEvent::Command(ClientCommand::ViewMap(Some(id))),
+        &mut Vec::new(),
+    );
     let mut harness = desk.shown(1440.0, 900.0);
     harness.get_by_label("Look about").click();
     harness.run_steps(2);
     harness.get_by_label("Show where it stands").click();
     harness.run_steps(2);
     let asked = &harness.state().asked;
-    assert!(asked.contains(&Command::LookAbout) && asked.contains(&Command::ArmPlace(true)), "{asked:?}");
+    assert!(
+        asked.contains(&ClientCommand::Relocalise) && asked.contains(&ClientCommand::PickPose(true)),
+        "{asked:?}"
+    );
 }
 
 #[test]
@@ -410,11 +438,15 @@ fn a_cloud_of_the_same_site_can_be_laid_into_the_map_that_is_looked_at() {
     let desk = || Desk::connected().on(Screen::Map).event(api::Event::Maps(vec![map.clone()]));
     assert!(desk().shown(1440.0, 900.0).query_by_label("Import and align").is_none());
     let mut desk = desk();
-    desk.model.apply(ClientTime(1.0), Event::Command(Command::ViewMap(Some(id))), &mut Vec::new());
+    desk.model.handle_event(
+        ClientTime(1.0),
+        ClientEvent::Command(ClientCommand::ViewMap(Some(id))),
+        &mut Vec::new(),
+    );
     let mut harness = desk.shown(1440.0, 900.0);
     harness.get_by_label("Import and align").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::PickMapFile { frame: Some(id) }));
+    assert!(harness.state().asked.contains(&ClientCommand::ImportMap { frame: Some(id) }));
 }
 
 #[test]
@@ -423,7 +455,7 @@ fn a_map_can_be_imported_and_one_sees_how_far_it_is() {
         Desk::connected().on(Screen::Map).event(api::Event::Maps(Vec::new())).shown(1440.0, 900.0);
     harness.get_by_label("Import a map").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::PickMapFile { frame: None }));
+    assert!(harness.state().asked.contains(&ClientCommand::ImportMap { frame: None }));
 
     let running = api::Import::Running {
         upload: vocab::UploadId(Uuid::from_u128(1)),
@@ -436,35 +468,35 @@ fn a_map_can_be_imported_and_one_sees_how_far_it_is() {
     assert!(harness.query_by_label("Import a map").is_none());
     harness.get_by_label("Cancel import").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::CancelImport));
+    assert!(harness.state().asked.contains(&ClientCommand::CancelImport));
 }
 
 #[test]
 fn the_map_that_is_looked_at_can_be_laid_onto_another_by_points() {
     let [hall, cellar] = [9, 8].map(|number| MapId(Uuid::from_u128(number)));
-    let align = |desk: &mut Desk, commands: &[Command]| {
+    let align = |desk: &mut Desk, commands: &[ClientCommand]| {
         for command in commands {
-            desk.model.apply(ClientTime(1.0), Event::Command(command.clone()), &mut Vec::new());
+            desk.model.handle_event(ClientTime(1.0), ClientEvent::Command(command.clone()), &mut Vec::new());
         }
     };
-    let desk = |commands: &[Command]| {
+    let desk = |commands: &[ClientCommand]| {
         let mut desk = Desk::connected().event(api::Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]));
         align(&mut desk, commands);
         desk.on(Screen::Map).shown(1440.0, 1200.0)
     };
-    let mut harness = desk(&[Command::ViewMap(Some(hall))]);
+    let mut harness = desk(&[ClientCommand::ViewMap(Some(hall))]);
     harness.get_by_label("Align Hall").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::Align { map: hall, onto: None }));
-    let mut harness = desk(&[Command::Align { map: hall, onto: None }]);
+    assert!(harness.state().asked.contains(&ClientCommand::AlignMap { map: hall, onto: None }));
+    let mut harness = desk(&[ClientCommand::AlignMap { map: hall, onto: None }]);
     assert!(harness.query_by_label("Onto Hall").is_none(), "onto itself");
     harness.get_by_label("Onto Cellar").click();
     harness.run_steps(2);
-    let onto = Command::Align { map: hall, onto: Some(cellar) };
+    let onto = ClientCommand::AlignMap { map: hall, onto: Some(cellar) };
     assert!(harness.state().asked.contains(&onto));
     desk(std::slice::from_ref(&onto)).get_by_label("Align by what both look like");
 
-    let pick = |x: f64, y: f64| Command::PickPoint(Vec3::new(x, y, 0.0));
+    let pick = |x: f64, y: f64| ClientCommand::AddAlignmentPoint(Vec3::new(x, y, 0.0));
     let mut commands = vec![onto, pick(0.0, 0.0), pick(5.0, 5.0), pick(4.0, 0.0), pick(5.0, 9.0)];
     let mut harness = desk(&commands);
     assert_eq!(harness.get_by_label("Points picked in both").value().as_deref(), Some("2"));
@@ -473,11 +505,15 @@ fn the_map_that_is_looked_at_can_be_laid_onto_another_by_points() {
     harness.get_by_label("Look at Cellar").click();
     harness.run_steps(2);
     let asked = &harness.state().asked;
-    assert!(asked.contains(&Command::Lay) && asked.contains(&Command::ViewMap(Some(cellar))), "{asked:?}");
+    assert!(
+        asked.contains(&ClientCommand::StartAlignment)
+            && asked.contains(&ClientCommand::ViewMap(Some(cellar))),
+        "{asked:?}"
+    );
     commands.extend([pick(0.0, 3.0), pick(5.0, 19.0)]);
     let mut harness = desk(&commands);
     harness.get_by_label_contains("contradict each other");
     harness.get_by_label("Align by the points").click();
     harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&Command::Lay), "not by these");
+    assert!(!harness.state().asked.contains(&ClientCommand::StartAlignment), "not by these");
 }

@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
-use client_model::{CameraMove, ColourBy, Command, Model, Theme, ViewSettings};
+use client_model::{CameraMove, ClientCommand, ColourBy, Model, Theme, ViewSettings};
 use egui::{Align2, Popup, PopupCloseBehavior, RectAlign, Response, Ui};
 
 /// From a button to its menu: out of the tools' card, and the usual gap.
@@ -20,7 +20,7 @@ pub(crate) fn show(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     if layout.width == Width::Narrow && state.drawer_open {
         return;
@@ -46,9 +46,9 @@ fn buttons(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
-    let view = model.view.get();
+    let view = model.view_settings();
     let mut edited = view.clone();
     let button = Button::icon_only("Colour", icon::PALETTE).kind(Kind::Quiet).show(ui, tokens);
     menu(&button, "Colour of points", |ui| colours(ui, tokens, &mut edited));
@@ -62,14 +62,14 @@ fn buttons(
     if Button::icon_only("Follow robot", icon::NAVIGATION_ARROW).on(view.follow).show(ui, tokens).clicked() {
         edited.follow = !view.follow;
         if edited.follow {
-            out.push(Command::Move(CameraMove::Robot));
+            out.push(ClientCommand::MoveCamera(CameraMove::Robot));
         }
     }
     for (name, sign, to) in
         [("Top view", icon::SQUARE_HALF, CameraMove::Top), ("Fit view", icon::CORNERS_OUT, CameraMove::Fit)]
     {
         if Button::icon_only(name, sign).kind(Kind::Quiet).show(ui, tokens).clicked() {
-            out.push(Command::Move(to));
+            out.push(ClientCommand::MoveCamera(to));
         }
     }
     let button =
@@ -86,7 +86,7 @@ fn buttons(
         state.help_open = !state.help_open;
     }
     if edited != *view {
-        out.push(Command::Edit(edited));
+        out.push(ClientCommand::EditView(edited));
     }
 }
 
@@ -164,7 +164,7 @@ fn bookmarks(
     tokens: &Tokens,
     state: &mut PanelState,
     edited: &mut ViewSettings,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     widgets::head(ui, tokens, "Remembered views");
     let mut forget = None;
@@ -179,7 +179,7 @@ fn bookmarks(
                     .show(ui, tokens)
                     .clicked()
                 {
-                    out.push(Command::Move(CameraMove::Bookmark(bookmark.clone())));
+                    out.push(ClientCommand::MoveCamera(CameraMove::Bookmark(bookmark.clone())));
                 }
                 let name = format!("Forget {}", bookmark.name);
                 if Button::icon_only(&name, icon::TRASH).kind(Kind::Quiet).show(ui, tokens).clicked() {
@@ -200,7 +200,7 @@ fn bookmarks(
     if button.show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut state.bookmark_name);
         let name = if typed.trim().is_empty() { next } else { typed.trim().to_owned() };
-        out.push(Command::Move(CameraMove::Remember(name)));
+        out.push(ClientCommand::MoveCamera(CameraMove::SaveBookmark(name)));
     }
 }
 

@@ -5,7 +5,7 @@ use crate::theme::{self, Tokens, Weight};
 use crate::widgets::status_line;
 use crate::{Layout, PanelState, Width, icon, words};
 use api::Localisation;
-use client_model::{Command, LinkState, Model};
+use client_model::{ClientCommand, LinkState, Model};
 use egui::{Color32, Ui};
 
 pub(crate) fn show(
@@ -14,7 +14,7 @@ pub(crate) fn show(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let frame = theme::card(tokens).inner_margin(egui::Margin { left: 14, right: 4, top: 1, bottom: 1 });
     crate::layout::area("Top bar", egui::Order::Foreground).fixed_pos(layout.top.min).show(ctx, |ui| {
@@ -44,7 +44,7 @@ fn buttons(
     tokens: &Tokens,
     layout: &Layout,
     state: &mut PanelState,
-    out: &mut Vec<Command>,
+    out: &mut Vec<ClientCommand>,
 ) {
     let narrow = layout.width == Width::Narrow;
     let stop = Button::new("Stop motion")
@@ -53,7 +53,7 @@ fn buttons(
         .hint("Stops the robot now. Esc or Space");
     let stop = if narrow { stop.text("Stop") } else { stop };
     if stop.size(if narrow { 92.0 } else { 136.0 }, 40.0).show(ui, tokens).clicked() {
-        out.push(Command::StopMotion);
+        out.push(ClientCommand::StopMotion);
     }
     // On a phone the bar at the bottom opens the sheets.
     if layout.width == Width::Medium || (narrow && state.drawer_open) {
@@ -63,11 +63,11 @@ fn buttons(
             state.drawer_open = !state.drawer_open;
         }
     }
-    if model.stopped() {
-        let allow = Button::new("Allow motion").kind(Kind::Primary).enabled(!model.others_control());
+    if model.is_stopped() {
+        let allow = Button::new("Allow motion").kind(Kind::Primary).enabled(!model.is_controlled_by_other());
         let allow = if narrow { allow.text("Allow") } else { allow };
         if allow.size(0.0, 40.0).show(ui, tokens).clicked() {
-            out.push(Command::AllowMotion);
+            out.push(ClientCommand::AllowMotion);
         }
     }
     if !narrow {
@@ -75,22 +75,22 @@ fn buttons(
     }
 }
 
-fn control_button(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Command>) {
+fn control_button(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let connected = model.link.connected();
-    if model.in_control() {
+    if model.has_control() {
         let release = Button::new("Release control").text("Release").kind(Kind::Quiet).enabled(connected);
         if release.hint("Let somebody else control the robot").size(0.0, 40.0).show(ui, tokens).clicked() {
-            out.push(Command::ReleaseControl);
+            out.push(ClientCommand::ReleaseControl);
         }
     } else {
-        let hint = if model.others_control() {
+        let hint = if model.is_controlled_by_other() {
             "Takes control from the person who has it"
         } else {
             "Only one person moves the robot at a time"
         };
         let take = Button::new("Take control").hint(hint).enabled(connected);
         if take.size(0.0, 40.0).show(ui, tokens).clicked() {
-            out.push(Command::TakeControl);
+            out.push(ClientCommand::TakeControl);
         }
     }
 }
@@ -229,10 +229,10 @@ fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
 fn control(ui: &mut Ui, model: &Model, tokens: &Tokens, wide: bool) {
     let holder = match model.control.owner {
         None => "nobody",
-        Some(_) if model.in_control() => "You",
+        Some(_) if model.has_control() => "You",
         Some(_) => model.control.name.as_str(),
     };
-    let colour = if model.in_control() { tokens.accent } else { tokens.text };
+    let colour = if model.has_control() { tokens.accent } else { tokens.text };
     let label = if wide { "Control" } else { "" };
     let sign = if wide { "" } else { icon::USER };
     let parts = [

@@ -1,8 +1,8 @@
 //! Loops decided on, added and selected by a person.
 
 use super::{Model, Selection};
-use crate::history::{LoopStep, Step};
-use crate::{Effect, LoopPair, LoopPick, Proposed};
+use crate::history::{LoopEdit, Step};
+use crate::{ClientEffect, LoopPair, LoopPick, LoopProposal};
 use api::{LoopsChanged, Order, Severity};
 
 /// A proposal that nothing was heard of for so long is given up.
@@ -31,35 +31,35 @@ impl Model {
         self.loop_pick = (begin && self.saved.is_none()).then_some(LoopPick::First);
     }
 
-    pub(super) fn propose_loop(&mut self, effects: &mut Vec<Effect>) {
+    pub(super) fn propose_loop(&mut self, effects: &mut Vec<ClientEffect>) {
         let Some(LoopPick::Both(pair)) = self.loop_pick else { return };
         let Some(guess) = self.guess(pair, self.loop_guess) else { return };
         self.loop_pick = None;
-        self.proposed = Some(Proposed { pair, asked: self.now });
+        self.proposed = Some(LoopProposal { pair, asked: self.now });
         self.order_in_control(Order::ProposeLoop { from: pair.from, to: pair.to, guess }, effects);
     }
 
-    pub(super) fn decide_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<Effect>) {
+    pub(super) fn decide_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<ClientEffect>) {
         let step = self.order_loop(pair, accepted, effects);
         self.history.add(Step::Loop(step));
     }
 
-    pub(super) fn undo_loop(&mut self, effects: &mut Vec<Effect>) {
+    pub(super) fn undo_loop(&mut self, effects: &mut Vec<ClientEffect>) {
         if let Some(step) = self.history.take_last_loop() {
             self.take_back(step, effects);
         }
     }
 
     /// Undoes a decision by the other one. What somebody else's control forbids can be undone later.
-    pub(super) fn take_back(&mut self, step: LoopStep, effects: &mut Vec<Effect>) {
+    pub(super) fn take_back(&mut self, step: LoopEdit, effects: &mut Vec<ClientEffect>) {
         if self.told_that_others_control() {
             return self.history.redone(Step::Loop(step));
         }
         let command = self.order_loop(step.pair, !step.accepted, effects).command;
-        self.history.undone(Step::Loop(LoopStep { command, ..step }));
+        self.history.undone(Step::Loop(LoopEdit { command, ..step }));
     }
 
-    pub(super) fn do_again(&mut self, step: LoopStep, effects: &mut Vec<Effect>) {
+    pub(super) fn do_again(&mut self, step: LoopEdit, effects: &mut Vec<ClientEffect>) {
         if self.told_that_others_control() {
             return self.history.undone(Step::Loop(step));
         }
@@ -68,21 +68,21 @@ impl Model {
     }
 
     fn told_that_others_control(&mut self) -> bool {
-        let others = self.others_control();
+        let others = self.is_controlled_by_other();
         if others {
             let text = format!("{} controls the robot. Take control to decide on loops.", self.control.name);
-            self.notes.add(self.now, Severity::Warning, text);
+            self.notices.add(self.now, Severity::Warning, text);
         }
         others
     }
 
-    fn order_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<Effect>) -> LoopStep {
+    fn order_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<ClientEffect>) -> LoopEdit {
         let LoopPair { from, to } = pair;
         let order = if accepted { Order::AcceptLoop { from, to } } else { Order::RejectLoop { from, to } };
         self.take_free_control(effects);
         let command = self.ids.command();
         self.order_as(command, order, effects);
-        LoopStep { pair, accepted, command }
+        LoopEdit { pair, accepted, command }
     }
 
     /// Decisions came. The one on the pair proposed here is what the person waits for: it is shown.
@@ -111,14 +111,14 @@ impl Model {
     }
 
     pub(super) fn give_up_proposal(&mut self) {
-        let Some(Proposed { pair, asked }) = self.proposed else { return };
+        let Some(LoopProposal { pair, asked }) = self.proposed else { return };
         if self.now.since(asked) > PROPOSAL_S_MAX {
             self.proposed = None;
             let (from, to) = (pair.from.0, pair.to.0);
             let text = format!(
                 "Nothing was heard of the comparison of keyframes {from} and {to}. Propose them again."
             );
-            self.notes.add(self.now, Severity::Warning, text);
+            self.notices.add(self.now, Severity::Warning, text);
         }
     }
 }

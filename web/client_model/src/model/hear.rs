@@ -1,8 +1,8 @@
 //! What the server says, taken into the model.
 
 use super::Model;
-use crate::pending::Pending;
-use crate::{Aged, CameraMove, Effect, Loading, Socket};
+use crate::pending::PendingCommand;
+use crate::{Aged, CameraMove, ClientEffect, Loading, Socket};
 use api::{CommandOutcome, Localisation, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
 use vocab::MapId;
 
@@ -10,7 +10,7 @@ use vocab::MapId;
 const NEWS_S: f64 = 30.0;
 
 impl Model {
-    pub(super) fn hear(&mut self, message: ServerMessage, effects: &mut Vec<Effect>) {
+    pub(super) fn hear(&mut self, message: ServerMessage, effects: &mut Vec<ClientEffect>) {
         match message {
             ServerMessage::Welcome { version, program } => self.welcome(version, program, effects),
             ServerMessage::Refused { reason } => self.link.refuse(reason),
@@ -37,7 +37,7 @@ impl Model {
         }
     }
 
-    fn welcome(&mut self, version: u16, program: String, effects: &mut Vec<Effect>) {
+    fn welcome(&mut self, version: u16, program: String, effects: &mut Vec<ClientEffect>) {
         if version != api::VERSION {
             let ours = api::VERSION;
             self.link.refuse(format!(
@@ -51,20 +51,20 @@ impl Model {
         self.unread.clear();
         self.link.welcome(self.now);
         self.ping(effects);
-        let (again, stale): (Vec<Pending>, Vec<Pending>) =
+        let (again, stale): (Vec<PendingCommand>, Vec<PendingCommand>) =
             std::mem::take(&mut self.pending).into_iter().partition(|pending| pending.resend(self.now));
         for pending in &again {
-            effects.push(Effect::command(pending.id, pending.order.clone()));
+            effects.push(ClientEffect::command(pending.id, pending.order.clone()));
         }
         for pending in stale.iter().filter(|pending| !matches!(pending.order, Order::Teleoperate(_))) {
             let text =
                 format!("{} may not have reached the robot: the link was lost. Try again.", pending.name());
-            self.notes.add(self.now, Severity::Warning, text);
+            self.notices.add(self.now, Severity::Warning, text);
         }
         self.pending = again;
     }
 
-    fn learn(&mut self, event: api::Event, effects: &mut Vec<Effect>) {
+    fn learn(&mut self, event: api::Event, effects: &mut Vec<ClientEffect>) {
         let arrived = self.now;
         match event {
             api::Event::Estimate(value) => {
@@ -127,7 +127,7 @@ impl Model {
         }
     }
 
-    fn learn_mapping(&mut self, mapping: Mapping, effects: &mut Vec<Effect>) {
+    fn learn_mapping(&mut self, mapping: Mapping, effects: &mut Vec<ClientEffect>) {
         let before = std::mem::replace(&mut self.mapping, mapping);
         if let (Mapping::Saving { map }, Mapping::Idle) = (&before, &self.mapping) {
             // What was just saved is what one wants to see.
@@ -156,13 +156,13 @@ impl Model {
         }
         for notice in std::mem::take(&mut self.unread) {
             if self.clock.age_of(notice.at, self.now).is_some_and(|age| age < NEWS_S) {
-                self.notes.add(self.now, notice.severity, notice.text);
+                self.notices.add(self.now, notice.severity, notice.text);
             }
         }
     }
 
     fn done(&mut self, id: vocab::CommandId, outcome: CommandOutcome) {
-        let proposal = |pending: &Pending| matches!(pending.order, Order::ProposeLoop { .. });
+        let proposal = |pending: &PendingCommand| matches!(pending.order, Order::ProposeLoop { .. });
         let proposed = self.pending.iter().any(|pending| pending.id == id && proposal(pending));
         let work =
             self.pending.iter().find(|pending| pending.id == id).and_then(|pending| match pending.order {
@@ -178,7 +178,7 @@ impl Model {
             if proposed {
                 self.proposed = None;
             }
-            self.notes.add(self.now, Severity::Warning, reason);
+            self.notices.add(self.now, Severity::Warning, reason);
         }
     }
 
@@ -192,14 +192,14 @@ impl Model {
         &mut self,
         map: MapId,
         result: Result<api::TileList, String>,
-        effects: &mut Vec<Effect>,
+        effects: &mut Vec<ClientEffect>,
     ) {
         let Some((_, view)) = self.saved.as_mut().filter(|(id, _)| *id == map) else { return };
         match result {
             Ok(list) => {
                 view.tiles.add(&list.tiles);
                 view.loading = Loading::Done;
-                effects.push(Effect::Move(CameraMove::Fit));
+                effects.push(ClientEffect::MoveCamera(CameraMove::Fit));
             }
             Err(sentence) => view.loading = Loading::Failed(sentence),
         }
@@ -209,7 +209,7 @@ impl Model {
         let Some((_, view)) = self.saved.as_mut().filter(|(id, _)| *id == map) else { return };
         match result {
             Ok(graph) => view.set_graph(graph),
-            Err(sentence) => self.notes.add(self.now, Severity::Warning, sentence),
+            Err(sentence) => self.notices.add(self.now, Severity::Warning, sentence),
         }
     }
 }

@@ -2,108 +2,108 @@
 
 use super::Model;
 use crate::history::Step;
-use crate::pending::Pending;
-use crate::{CameraMove, Changed, Command, Effect, LinkState, Socket, ViewSettings};
+use crate::pending::PendingCommand;
+use crate::{CameraMove, Changed, ClientCommand, ClientEffect, LinkState, Socket, ViewSettings};
 use api::{Order, Severity};
 use vocab::{CommandId, Pose, Twist};
 
 impl Model {
-    pub(super) fn obey(&mut self, command: Command, effects: &mut Vec<Effect>) {
+    pub(super) fn obey(&mut self, command: ClientCommand, effects: &mut Vec<ClientEffect>) {
         match command {
-            Command::Show(screen) => self.screen = screen,
-            Command::StopMotion => self.stop_motion(effects),
-            Command::AllowMotion => self.order_in_control(Order::AllowMotion, effects),
-            Command::TakeControl => self.take_control(effects),
-            Command::ReleaseControl => self.order(Order::ReleaseControl, effects),
-            Command::StartMapping => {
+            ClientCommand::ShowScreen(screen) => self.screen = screen,
+            ClientCommand::StopMotion => self.stop_motion(effects),
+            ClientCommand::AllowMotion => self.order_in_control(Order::AllowMotion, effects),
+            ClientCommand::TakeControl => self.take_control(effects),
+            ClientCommand::ReleaseControl => self.order(Order::ReleaseControl, effects),
+            ClientCommand::StartMapping => {
                 let session = self.ids.session();
                 self.order_in_control(Order::StartMapping(session), effects);
             }
-            Command::ExtendMap(map) => {
+            ClientCommand::ExtendMap(map) => {
                 let session = self.ids.session();
                 self.order_in_control(Order::ExtendMap { session, map }, effects);
             }
-            Command::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
-            Command::ArmPlace(armed) => {
+            ClientCommand::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
+            ClientCommand::PickPose(armed) => {
                 self.place_armed = armed;
                 self.walk_armed = false;
             }
-            Command::PlaceRobot(place) => self.place_robot(place, effects),
-            Command::PickMapFile { frame } => {
+            ClientCommand::SetPose(place) => self.place_robot(place, effects),
+            ClientCommand::ImportMap { frame } => {
                 self.import_frame = frame;
-                effects.push(Effect::PickFile);
+                effects.push(ClientEffect::OpenFileDialog);
             }
-            Command::Align { map, onto } => self.begin_align(map, onto, effects),
-            Command::PickPoint(at) => self.pick_point(at, effects),
-            Command::UnpickPoint => {
+            ClientCommand::AlignMap { map, onto } => self.begin_align(map, onto, effects),
+            ClientCommand::AddAlignmentPoint(at) => self.pick_point(at, effects),
+            ClientCommand::RemoveAlignmentPoint => {
                 self.take_point_back(effects);
             }
-            Command::Lay => self.lay(effects),
-            Command::CancelAlign => self.align = None,
-            Command::CancelImport => self.cancel_import(effects),
-            Command::Cause(mishap) => self.order(Order::Cause(mishap), effects),
-            Command::LookAbout => self.order_in_control(Order::LookAbout, effects),
-            Command::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
-            Command::FinishMapping { name } => {
+            ClientCommand::StartAlignment => self.lay(effects),
+            ClientCommand::CancelAlignment => self.align = None,
+            ClientCommand::CancelImport => self.cancel_import(effects),
+            ClientCommand::InjectFault(mishap) => self.order(Order::Cause(mishap), effects),
+            ClientCommand::Relocalise => self.order_in_control(Order::LookAbout, effects),
+            ClientCommand::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
+            ClientCommand::FinishMapping { name } => {
                 let map = self.ids.map();
                 self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);
             }
-            Command::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
-            Command::AcceptLoop(pair) => self.decide_loop(pair, true, effects),
-            Command::RejectLoop(pair) => self.decide_loop(pair, false, effects),
-            Command::UndoLoop => self.undo_loop(effects),
-            Command::PickLoop(begin) => self.pick_loop(begin),
-            Command::GuessLoop(guess) => self.loop_guess = guess,
-            Command::ProposeLoop => self.propose_loop(effects),
-            Command::Overlay(overlay) => self.overlay = overlay,
-            Command::Drive(wanted) => {
+            ClientCommand::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
+            ClientCommand::AcceptLoop(pair) => self.decide_loop(pair, true, effects),
+            ClientCommand::RejectLoop(pair) => self.decide_loop(pair, false, effects),
+            ClientCommand::UndoLoop => self.undo_loop(effects),
+            ClientCommand::PickLoopKeyframes(begin) => self.pick_loop(begin),
+            ClientCommand::SetLoopInitialGuess(guess) => self.loop_guess = guess,
+            ClientCommand::ProposeLoop => self.propose_loop(effects),
+            ClientCommand::SetScanOverlay(overlay) => self.overlay = overlay,
+            ClientCommand::SetVelocity(wanted) => {
                 if let Some(twist) = self.drive.hold(self.now, wanted) {
                     self.teleoperate(twist, effects);
                 }
             }
-            Command::WalkTo(goal) => {
+            ClientCommand::WalkTo(goal) => {
                 self.walk_armed = false;
                 self.order_in_control(Order::WalkTo(goal), effects);
             }
             // A velocity by hand ends a walk; none means: stand.
-            Command::CancelWalk => self.order_in_control(Order::Teleoperate(Twist::default()), effects),
-            Command::ArmWalk(armed) => {
+            ClientCommand::CancelWalk => self.order_in_control(Order::Teleoperate(Twist::default()), effects),
+            ClientCommand::PickGoal(armed) => {
                 self.walk_armed = armed;
                 self.place_armed = false;
             }
-            Command::ViewMap(map) => self.view_map(map, effects),
-            Command::Edit(settings) => {
+            ClientCommand::ViewMap(map) => self.view_map(map, effects),
+            ClientCommand::EditView(settings) => {
                 self.edit(settings, effects);
             }
-            Command::Undo => self.undo(effects),
-            Command::Redo => self.redo(effects),
-            Command::Move(to) => self.move_camera(to, effects),
-            Command::Select(selection) => self.select(selection),
-            Command::Dismiss(note) => self.notes.dismiss(note),
-            Command::Reconnect => self.reconnect(effects),
+            ClientCommand::Undo => self.undo(effects),
+            ClientCommand::Redo => self.redo(effects),
+            ClientCommand::MoveCamera(to) => self.move_camera(to, effects),
+            ClientCommand::Select(selection) => self.select(selection),
+            ClientCommand::DismissNotice(note) => self.notices.dismiss(note),
+            ClientCommand::Reconnect => self.reconnect(effects),
         }
     }
 
-    fn place_robot(&mut self, place: Pose, effects: &mut Vec<Effect>) {
+    fn place_robot(&mut self, place: Pose, effects: &mut Vec<ClientEffect>) {
         self.place_armed = false;
-        if let Some(map) = self.viewed().or(self.localisation.map()) {
+        if let Some(map) = self.viewed_map().or(self.localisation.map()) {
             self.order_in_control(Order::Localise { map, at: Some(place) }, effects);
             self.view_map(None, effects);
         }
     }
 
-    fn edit(&mut self, settings: ViewSettings, effects: &mut Vec<Effect>) {
+    fn edit(&mut self, settings: ViewSettings, effects: &mut Vec<ClientEffect>) {
         let changed = self.view.set(self.now, settings);
         if changed == Changed::Step {
             self.history.add(Step::View);
         }
         if changed != Changed::No {
-            effects.push(Effect::Keep(self.view.get().clone()));
+            effects.push(ClientEffect::SaveSettings(self.view.get().clone()));
         }
     }
 
     /// Takes back the last point picked, or else the last step that can be; the view's own memory may be shorter than the history.
-    fn undo(&mut self, effects: &mut Vec<Effect>) {
+    fn undo(&mut self, effects: &mut Vec<ClientEffect>) {
         if self.take_point_back(effects) {
             return;
         }
@@ -111,7 +111,7 @@ impl Model {
             match step {
                 Step::Loop(step) => return self.take_back(step, effects),
                 Step::View if self.view.undo() => {
-                    effects.push(Effect::Keep(self.view.get().clone()));
+                    effects.push(ClientEffect::SaveSettings(self.view.get().clone()));
                     return self.history.undone(Step::View);
                 }
                 Step::View => {}
@@ -119,12 +119,12 @@ impl Model {
         }
     }
 
-    fn redo(&mut self, effects: &mut Vec<Effect>) {
+    fn redo(&mut self, effects: &mut Vec<ClientEffect>) {
         while let Some(step) = self.history.take_undone() {
             match step {
                 Step::Loop(step) => return self.do_again(step, effects),
                 Step::View if self.view.redo() => {
-                    effects.push(Effect::Keep(self.view.get().clone()));
+                    effects.push(ClientEffect::SaveSettings(self.view.get().clone()));
                     return self.history.redone(Step::View);
                 }
                 Step::View => {}
@@ -132,74 +132,74 @@ impl Model {
         }
     }
 
-    fn move_camera(&mut self, to: CameraMove, effects: &mut Vec<Effect>) {
+    fn move_camera(&mut self, to: CameraMove, effects: &mut Vec<ClientEffect>) {
         // A camera that was sent elsewhere must not be pulled back at once.
-        if !matches!(to, CameraMove::Robot | CameraMove::Remember(_)) && self.view.get().follow {
+        if !matches!(to, CameraMove::Robot | CameraMove::SaveBookmark(_)) && self.view.get().follow {
             let settings = ViewSettings { follow: false, ..self.view.get().clone() };
             self.edit(settings, effects);
         }
-        effects.push(Effect::Move(to));
+        effects.push(ClientEffect::MoveCamera(to));
     }
 
-    fn reconnect(&mut self, effects: &mut Vec<Effect>) {
+    fn reconnect(&mut self, effects: &mut Vec<ClientEffect>) {
         for socket in [Socket::Control, Socket::Stream] {
             let now = self.now;
             let link = self.link_mut(socket);
             if matches!(link.state(), LinkState::Lost { .. }) {
                 link.connect(now);
-                effects.push(Effect::Open(socket));
+                effects.push(ClientEffect::OpenSocket(socket));
             }
         }
     }
 
     /// Needs no lease, and ends driving by hand.
-    fn stop_motion(&mut self, effects: &mut Vec<Effect>) {
+    fn stop_motion(&mut self, effects: &mut Vec<ClientEffect>) {
         self.drive.hold(self.now, None);
         self.walk_armed = false;
         self.order(Order::StopMotion, effects);
     }
 
-    pub(super) fn teleoperate(&mut self, twist: Twist, effects: &mut Vec<Effect>) {
+    pub(super) fn teleoperate(&mut self, twist: Twist, effects: &mut Vec<ClientEffect>) {
         if !self.link.connected() {
             return;
         }
         self.take_free_control(effects);
         // Ten a second, each of them soon out of date: they are not kept for a reconnection.
         let id = self.ids.command();
-        effects.push(Effect::command(id, Order::Teleoperate(twist)));
+        effects.push(ClientEffect::command(id, Order::Teleoperate(twist)));
     }
 
-    fn take_control(&mut self, effects: &mut Vec<Effect>) {
+    fn take_control(&mut self, effects: &mut Vec<ClientEffect>) {
         self.order(Order::TakeControl { name: self.operator_name() }, effects);
     }
 
     /// Takes the lease if it lies about: nobody wants to press a button for that.
-    pub(super) fn take_free_control(&mut self, effects: &mut Vec<Effect>) {
-        let asked = self.waits_for(|order| matches!(order, Order::TakeControl { .. }));
+    pub(super) fn take_free_control(&mut self, effects: &mut Vec<ClientEffect>) {
+        let asked = self.is_pending(|order| matches!(order, Order::TakeControl { .. }));
         if self.control.owner.is_none() && !asked {
             self.take_control(effects);
         }
     }
 
-    pub(super) fn order_in_control(&mut self, order: Order, effects: &mut Vec<Effect>) {
+    pub(super) fn order_in_control(&mut self, order: Order, effects: &mut Vec<ClientEffect>) {
         self.take_free_control(effects);
         self.order(order, effects);
     }
 
-    pub(crate) fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
+    pub(crate) fn order(&mut self, order: Order, effects: &mut Vec<ClientEffect>) {
         let id = self.ids.command();
         self.order_as(id, order, effects);
     }
 
     /// Gives an order under an id of the caller's.
-    pub(super) fn order_as(&mut self, id: CommandId, order: Order, effects: &mut Vec<Effect>) {
+    pub(super) fn order_as(&mut self, id: CommandId, order: Order, effects: &mut Vec<ClientEffect>) {
         if self.link.connected() {
-            effects.push(Effect::command(id, order.clone()));
+            effects.push(ClientEffect::command(id, order.clone()));
         } else if order == Order::StopMotion {
             let text = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. \
                         Use the stop button on the robot.";
-            self.notes.add(self.now, Severity::Error, text.to_owned());
+            self.notices.add(self.now, Severity::Error, text.to_owned());
         }
-        self.pending.push(Pending { id, order, asked: self.now });
+        self.pending.push(PendingCommand { id, order, asked: self.now });
     }
 }

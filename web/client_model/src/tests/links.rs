@@ -5,9 +5,15 @@ use super::*;
 #[test]
 fn says_hello_and_is_connected_after_the_welcome() {
     let mut bench = Bench::new();
-    assert_eq!(bench.take(), [Effect::Open(Socket::Control), Effect::Open(Socket::Stream)]);
-    bench.apply(Event::Opened(Socket::Control));
-    assert_eq!(bench.take(), [Effect::Send(ClientMessage::Hello { version: api::VERSION, client: ME })]);
+    assert_eq!(
+        bench.take(),
+        [ClientEffect::OpenSocket(Socket::Control), ClientEffect::OpenSocket(Socket::Stream)]
+    );
+    bench.apply(ClientEvent::SocketOpened(Socket::Control));
+    assert_eq!(
+        bench.take(),
+        [ClientEffect::Send(ClientMessage::Hello { version: api::VERSION, client: ME })]
+    );
     assert!(!bench.model.link.connected());
     bench.welcome();
     assert!(bench.model.link.connected());
@@ -16,7 +22,7 @@ fn says_hello_and_is_connected_after_the_welcome() {
 #[test]
 fn a_server_of_another_version_is_refused_with_a_sentence() {
     let mut bench = Bench::new();
-    bench.apply(Event::Opened(Socket::Control));
+    bench.apply(ClientEvent::SocketOpened(Socket::Control));
     bench.server(ServerMessage::Welcome { version: api::VERSION + 1, program: String::new() });
     let LinkState::Refused { reason } = bench.model.link.state() else {
         panic!("connected to another version")
@@ -24,7 +30,10 @@ fn a_server_of_another_version_is_refused_with_a_sentence() {
     assert!(reason.contains("Reload"), "{reason}");
     bench.take();
     bench.wait(60.0);
-    assert!(!bench.take().contains(&Effect::Open(Socket::Control)), "a refused link is not retried");
+    assert!(
+        !bench.take().contains(&ClientEffect::OpenSocket(Socket::Control)),
+        "a refused link is not retried"
+    );
 }
 
 #[test]
@@ -37,7 +46,7 @@ fn retries_wait_longer_each_time_and_say_when() {
         waits.push(retry_at.since(bench.now));
         bench.take();
         bench.wait(waits[waits.len() - 1] + 0.001);
-        assert!(bench.take().contains(&Effect::Open(Socket::Control)));
+        assert!(bench.take().contains(&ClientEffect::OpenSocket(Socket::Control)));
     }
     assert!(waits.windows(2).all(|pair| pair[1] >= pair[0]), "{waits:?}");
     assert!(waits[0] < 0.5 && waits[7] <= 8.0, "{waits:?}");
@@ -50,7 +59,7 @@ fn a_silent_link_is_taken_for_dead_and_opened_again() {
     for _ in 0..80 {
         bench.wait(0.1);
     }
-    assert!(bench.take().contains(&Effect::Close(Socket::Control)));
+    assert!(bench.take().contains(&ClientEffect::CloseSocket(Socket::Control)));
     assert!(!bench.model.link.connected());
 }
 
@@ -74,7 +83,8 @@ fn pings_go_out_every_two_seconds() {
         bench.wait(0.1);
         let token = bench.model.pending.len() as u64;
         bench.server(ServerMessage::Pong { token, now: Stamp::EPOCH });
-        let is_ping = |effect: &&Effect| matches!(effect, Effect::Send(ClientMessage::Ping { .. }));
+        let is_ping =
+            |effect: &&ClientEffect| matches!(effect, ClientEffect::Send(ClientMessage::Ping { .. }));
         pings += bench.take().iter().filter(is_ping).count();
     }
     assert!((4..=5).contains(&pings), "{pings} pings in ten seconds");
@@ -89,13 +99,13 @@ fn a_reconnection_replaces_the_state_by_the_snapshot() {
     }));
     bench.event(api::Event::Control(Control { owner: Some(ME), name: "me".into() }));
     lose(&mut bench);
-    assert!(bench.model.in_control(), "what was known stays until something newer comes");
+    assert!(bench.model.has_control(), "what was known stays until something newer comes");
     bench.wait(1.0);
     bench.connect();
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![tile(3, 0, 0.0, 5)] }));
     bench.event(api::Event::Control(Control::default()));
     assert_eq!(bench.model.live.tiles.points(), 5);
-    assert!(!bench.model.in_control());
+    assert!(!bench.model.has_control());
 }
 
 #[test]
@@ -108,6 +118,6 @@ fn events_out_of_order_are_ignored_and_gaps_lead_to_a_new_connection() {
     assert_eq!(x, Some(2.0));
     assert!(bench.model.link.connected());
     bench.server(ServerMessage::Event { sequence: 9, event: api::Event::Maps(Vec::new()) });
-    assert!(bench.take().contains(&Effect::Close(Socket::Control)));
+    assert!(bench.take().contains(&ClientEffect::CloseSocket(Socket::Control)));
     assert_eq!(bench.model.maps, None, "nothing after a gap is believed");
 }

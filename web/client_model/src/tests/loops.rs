@@ -10,8 +10,8 @@ fn pair(from: u32, to: u32) -> LoopPair {
     LoopPair::of(KeyframeId(from), KeyframeId(to))
 }
 
-fn keyframe(id: u32) -> Command {
-    Command::Select(Some(Selection::Keyframe(KeyframeId(id))))
+fn keyframe(id: u32) -> ClientCommand {
+    ClientCommand::Select(Some(Selection::Keyframe(KeyframeId(id))))
 }
 
 /// Keyframes a metre apart along x, in control, and these decisions.
@@ -32,7 +32,7 @@ fn mapping(decisions: Vec<LoopDecision>) -> Bench {
 
 fn fetched(bench: &mut Bench) -> Vec<u32> {
     let cloud = |effect| match effect {
-        Effect::FetchCloud { session: SESSION, keyframe } => Some(keyframe.0),
+        ClientEffect::FetchCloud { session: SESSION, keyframe } => Some(keyframe.0),
         _ => None,
     };
     bench.take().into_iter().filter_map(cloud).collect()
@@ -41,7 +41,7 @@ fn fetched(bench: &mut Bench) -> Vec<u32> {
 /// The ids of the orders sent, and what they say.
 fn sent(bench: &mut Bench) -> Vec<(vocab::CommandId, Order)> {
     let order = |effect| match effect {
-        Effect::Send(ClientMessage::Command { id, order }) => Some((id, order)),
+        ClientEffect::Send(ClientMessage::Command { id, order }) => Some((id, order)),
         _ => None,
     };
     bench.take().into_iter().filter_map(order).collect()
@@ -70,13 +70,13 @@ fn the_last_decision_on_a_pair_counts_and_the_newest_comes_first() {
 #[test]
 fn undo_sends_the_other_decision_and_redo_the_first_again() {
     let mut bench = mapping(vec![decided(0, 9, Held)]);
-    bench.command(Command::AcceptLoop(pair(0, 9)));
-    bench.command(Command::Undo);
-    bench.command(Command::Redo);
-    bench.command(Command::UndoLoop);
+    bench.command(ClientCommand::AcceptLoop(pair(0, 9)));
+    bench.command(ClientCommand::Undo);
+    bench.command(ClientCommand::Redo);
+    bench.command(ClientCommand::UndoLoop);
     assert_eq!(bench.orders(), [accept(0, 9), reject(0, 9), accept(0, 9), reject(0, 9)]);
     assert_eq!(bench.model.last_loop_step(), None);
-    bench.command(Command::UndoLoop);
+    bench.command(ClientCommand::UndoLoop);
     assert_eq!(bench.orders(), []);
 }
 
@@ -85,37 +85,37 @@ fn undo_takes_back_whatever_came_last() {
     let mut bench = mapping(vec![]);
     bench.wait(10.0);
     let dim = ViewSettings { ceiling_m: 5.0, ..ViewSettings::default() };
-    bench.command(Command::RejectLoop(pair(1, 7)));
-    bench.command(Command::Edit(dim.clone()));
-    bench.command(Command::AcceptLoop(pair(2, 8)));
+    bench.command(ClientCommand::RejectLoop(pair(1, 7)));
+    bench.command(ClientCommand::EditView(dim.clone()));
+    bench.command(ClientCommand::AcceptLoop(pair(2, 8)));
     bench.take();
-    bench.command(Command::Undo);
-    assert_eq!((bench.orders(), bench.model.view.get()), (vec![reject(2, 8)], &dim));
-    bench.command(Command::Undo);
-    assert_eq!((bench.orders(), bench.model.view.get()), (vec![], &ViewSettings::default()));
-    bench.command(Command::Undo);
+    bench.command(ClientCommand::Undo);
+    assert_eq!((bench.orders(), bench.model.view_settings()), (vec![reject(2, 8)], &dim));
+    bench.command(ClientCommand::Undo);
+    assert_eq!((bench.orders(), bench.model.view_settings()), (vec![], &ViewSettings::default()));
+    bench.command(ClientCommand::Undo);
     assert_eq!(bench.orders(), [accept(1, 7)]);
 }
 
 #[test]
 fn a_decision_that_was_refused_cannot_be_undone() {
     let mut bench = mapping(vec![]);
-    bench.command(Command::AcceptLoop(pair(0, 9)));
+    bench.command(ClientCommand::AcceptLoop(pair(0, 9)));
     let (id, _) = sent(&mut bench)[0].clone();
     bench.event(api::Event::CommandDone { id, outcome: CommandOutcome::Refused("No. Propose it.".into()) });
-    bench.command(Command::Undo);
+    bench.command(ClientCommand::Undo);
     assert_eq!(bench.orders(), []);
 }
 
 #[test]
 fn what_others_control_is_undone_later_and_another_session_forgets_it() {
     let mut bench = mapping(vec![]);
-    bench.command(Command::AcceptLoop(pair(0, 9)));
+    bench.command(ClientCommand::AcceptLoop(pair(0, 9)));
     bench.event(api::Event::Control(Control { owner: Some(OTHER), name: "Anna".into() }));
     bench.take();
-    bench.command(Command::Undo);
+    bench.command(ClientCommand::Undo);
     assert_eq!(bench.orders(), []);
-    assert!(bench.model.notes.shown()[0].text.contains("Anna controls"));
+    assert!(bench.model.notices.visible()[0].text.contains("Anna controls"));
     assert!(bench.model.last_loop_step().is_some());
     bench.event(api::Event::Graph(Graph { session: None, ..Graph::default() }));
     assert!(bench.model.last_loop_step().is_none());
@@ -124,17 +124,17 @@ fn what_others_control_is_undone_later_and_another_session_forgets_it() {
 #[test]
 fn two_keyframes_are_chosen_and_proposed_with_a_guess_from_the_graph() {
     let mut bench = mapping(vec![]);
-    bench.command(Command::PickLoop(true));
+    bench.command(ClientCommand::PickLoopKeyframes(true));
     bench.command(keyframe(12));
     bench.command(keyframe(12));
     assert_eq!(bench.model.loop_pick, Some(LoopPick::First), "the same again takes it back");
     bench.command(keyframe(12));
-    bench.command(Command::Select(None));
+    bench.command(ClientCommand::Select(None));
     assert_eq!(bench.model.loop_pick, Some(LoopPick::Second(KeyframeId(12))));
     bench.command(keyframe(3));
     assert_eq!(bench.model.loop_pick, Some(LoopPick::Both(pair(3, 12))));
     assert_eq!(fetched(&mut bench), [3, 12], "they are laid over each other before they are proposed");
-    bench.command(Command::ProposeLoop);
+    bench.command(ClientCommand::ProposeLoop);
     let orders = bench.orders();
     let [Order::ProposeLoop { from, to, guess }] = &orders[..] else { panic!("{orders:?}") };
     assert_eq!((from.0, to.0, guess.position.x), (3, 12, 9.0));
@@ -148,12 +148,15 @@ fn two_keyframes_are_chosen_and_proposed_with_a_guess_from_the_graph() {
 #[test]
 fn a_drifted_pair_can_be_guessed_at_the_same_place() {
     let mut bench = mapping(vec![]);
-    for command in
-        [Command::PickLoop(true), keyframe(2), keyframe(15), Command::GuessLoop(LoopGuess::SamePlace)]
-    {
+    for command in [
+        ClientCommand::PickLoopKeyframes(true),
+        keyframe(2),
+        keyframe(15),
+        ClientCommand::SetLoopInitialGuess(LoopInitialGuess::SamePlace),
+    ] {
         bench.command(command);
     }
-    bench.command(Command::ProposeLoop);
+    bench.command(ClientCommand::ProposeLoop);
     let proposed =
         |order: &Order| matches!(order, Order::ProposeLoop { guess, .. } if guess.position.x == 0.0);
     assert!(bench.orders().iter().any(proposed));
@@ -163,7 +166,9 @@ fn a_drifted_pair_can_be_guessed_at_the_same_place() {
 fn a_proposal_that_nothing_comes_of_is_given_up_and_a_refused_one_at_once() {
     for refused in [false, true] {
         let mut bench = mapping(vec![]);
-        for command in [Command::PickLoop(true), keyframe(2), keyframe(15), Command::ProposeLoop] {
+        for command in
+            [ClientCommand::PickLoopKeyframes(true), keyframe(2), keyframe(15), ClientCommand::ProposeLoop]
+        {
             bench.command(command);
         }
         let (id, _) = sent(&mut bench).pop().unwrap();
@@ -182,19 +187,19 @@ fn a_proposal_that_nothing_comes_of_is_given_up_and_a_refused_one_at_once() {
 #[test]
 fn scans_lie_as_found_as_in_the_graph_or_not_at_all() {
     let mut bench = mapping(vec![decided(2, 9, Accepted)]);
-    bench.command(Command::Select(Some(Selection::Loop(pair(2, 9)))));
+    bench.command(ClientCommand::Select(Some(Selection::Loop(pair(2, 9)))));
     assert_eq!(fetched(&mut bench), [2, 9]);
-    let at = |bench: &Bench| bench.model.comparison().map(|it| it.map_from_to.position.to_array());
+    let at = |bench: &Bench| bench.model.scan_comparison().map(|it| it.map_from_to.position.to_array());
     assert_eq!(at(&bench), Some([2.0, 0.3, 0.0]));
-    bench.command(Command::Overlay(Overlay::Graph));
+    bench.command(ClientCommand::SetScanOverlay(ScanOverlay::Graph));
     assert_eq!(at(&bench), Some([9.0, 0.0, 0.0]));
     assert_eq!(fetched(&mut bench), [], "they are here already");
-    bench.apply(Event::Cloud { session: SESSION, keyframe: KeyframeId(2), result: Ok(()) });
+    bench.apply(ClientEvent::CloudFetched { session: SESSION, keyframe: KeyframeId(2), result: Ok(()) });
     assert_eq!(bench.model.cloud(KeyframeId(2)), Some(&CloudState::Ready));
     assert_eq!(bench.model.cloud(KeyframeId(9)), Some(&CloudState::Loading));
-    bench.command(Command::Overlay(Overlay::Off));
+    bench.command(ClientCommand::SetScanOverlay(ScanOverlay::Off));
     assert_eq!((at(&bench), bench.model.cloud(KeyframeId(2))), (None, None));
-    bench.apply(Event::Cloud { session: SESSION, keyframe: KeyframeId(9), result: Ok(()) });
+    bench.apply(ClientEvent::CloudFetched { session: SESSION, keyframe: KeyframeId(9), result: Ok(()) });
     assert_eq!(bench.model.cloud(KeyframeId(9)), None, "nobody wants it any more");
 }
 
@@ -202,8 +207,8 @@ fn scans_lie_as_found_as_in_the_graph_or_not_at_all() {
 fn a_pair_that_could_not_be_fitted_lies_as_it_was_guessed() {
     let unfitted = LoopDecision { overlap: [0.0; 2], ..decided(2, 9, Rejected) };
     let mut bench = mapping(vec![unfitted]);
-    bench.command(Command::Select(Some(Selection::Loop(pair(2, 9)))));
-    let at = bench.model.comparison().unwrap().map_from_to.position.to_array();
+    bench.command(ClientCommand::Select(Some(Selection::Loop(pair(2, 9)))));
+    let at = bench.model.scan_comparison().unwrap().map_from_to.position.to_array();
     assert_eq!(at, [2.0, 0.0, 0.0]);
 }
 
@@ -223,10 +228,10 @@ proptest! {
         let mut bench = mapping(vec![]);
         for (accepted, to) in &kinds {
             let pair = pair(0, u32::from(*to) + 2);
-            bench.command(if *accepted { Command::AcceptLoop(pair) } else { Command::RejectLoop(pair) });
+            bench.command(if *accepted { ClientCommand::AcceptLoop(pair) } else { ClientCommand::RejectLoop(pair) });
         }
         bench.orders();
-        for _ in 0..kinds.len() { bench.command(Command::Undo); }
+        for _ in 0..kinds.len() { bench.command(ClientCommand::Undo); }
         let inverse = |(accepted, to): &(bool, u8)| {
             let to = u32::from(*to) + 2;
             if *accepted { reject(0, to) } else { accept(0, to) }

@@ -8,12 +8,12 @@ fn the_coarsest_tiles_come_first_and_few_at_a_time() {
     let mut tiles: Vec<TileEntry> = (0..20).map(|i| tile(i + 10, 2, 2.0 * f32::from(i), 1000)).collect();
     tiles.push(tile(1, 0, 0.0, 1000));
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: tiles }));
-    bench.apply(Event::Looked(eye_at(-3.0)));
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(-3.0)));
     let fetches: Vec<TileHash> = bench
         .take()
         .into_iter()
         .filter_map(|effect| match effect {
-            Effect::Fetch(hash) => Some(hash),
+            ClientEffect::FetchTile(hash) => Some(hash),
             _ => None,
         })
         .collect();
@@ -25,14 +25,14 @@ fn the_coarsest_tiles_come_first_and_few_at_a_time() {
 #[test]
 fn an_eye_that_comes_before_the_tiles_keeps_none_waiting() {
     let mut bench = Bench::connected();
-    bench.apply(Event::Looked(eye_at(-3.0)));
-    assert!(!bench.model.shown().tiles.listed());
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(-3.0)));
+    assert!(!bench.model.displayed_map().tiles.listed());
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![tile(1, 0, 0.0, 10)] }));
     assert!(
-        bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))),
+        bench.take().iter().any(|effect| matches!(effect, ClientEffect::FetchTile(_))),
         "at once, not a period later"
     );
-    assert!(bench.model.shown().tiles.listed());
+    assert!(bench.model.displayed_map().tiles.listed());
 }
 
 #[test]
@@ -41,13 +41,13 @@ fn tiles_no_longer_wanted_are_cancelled_and_others_fetched() {
     let near: Vec<TileEntry> = (0..8).map(|i| tile(i + 10, 5, f32::from(i), 1000)).collect();
     let far: Vec<TileEntry> = (0..8).map(|i| tile(i + 50, 5, 900.0 + f32::from(i), 1000)).collect();
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: [near, far].concat() }));
-    bench.apply(Event::Looked(eye_at(-1.0)));
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(-1.0)));
     bench.take();
     bench.now = bench.now.after(1.0);
-    bench.apply(Event::Looked(eye_at(899.0)));
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(899.0)));
     let effects = bench.take();
-    let cancelled = effects.iter().filter(|effect| matches!(effect, Effect::CancelFetch(_))).count();
-    let fetched = |effect: &&Effect| matches!(effect, Effect::Fetch(hash) if hash.0[0] >= 50);
+    let cancelled = effects.iter().filter(|effect| matches!(effect, ClientEffect::CancelTile(_))).count();
+    let fetched = |effect: &&ClientEffect| matches!(effect, ClientEffect::FetchTile(hash) if hash.0[0] >= 50);
     assert_eq!((cancelled, effects.iter().filter(fetched).count()), (TILE_REQUESTS_MAX, TILE_REQUESTS_MAX));
 }
 
@@ -55,13 +55,13 @@ fn tiles_no_longer_wanted_are_cancelled_and_others_fetched() {
 fn a_tile_that_cannot_be_had_is_tried_again_later_a_few_times() {
     let mut bench = Bench::connected();
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![tile(1, 0, 0.0, 10)] }));
-    bench.apply(Event::Looked(eye_at(-3.0)));
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(-3.0)));
     let mut tries = 0;
     for _ in 0..600 {
         for effect in bench.take() {
-            if let Effect::Fetch(hash) = effect {
+            if let ClientEffect::FetchTile(hash) = effect {
                 tries += 1;
-                bench.apply(Event::TileFailed { hash });
+                bench.apply(ClientEvent::TileFailed { hash });
             }
         }
         bench.wait(0.5);
@@ -74,12 +74,12 @@ fn tiles_of_keyframes_wait_for_their_pose() {
     let mut bench = Bench::connected();
     let anchored = TileEntry { anchor: Anchor::Keyframe(KeyframeId(4)), ..tile(1, 0, 0.0, 10) };
     bench.event(api::Event::Tiles(TilesChanged { reset: true, added: vec![anchored] }));
-    bench.apply(Event::Looked(eye_at(-3.0)));
-    assert!(!bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))));
+    bench.apply(ClientEvent::ViewpointChanged(eye_at(-3.0)));
+    assert!(!bench.take().iter().any(|effect| matches!(effect, ClientEffect::FetchTile(_))));
     let node = GraphNode { id: KeyframeId(4), ..GraphNode::default() };
     bench.now = bench.now.after(1.0);
     bench.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
-    assert!(bench.take().iter().any(|effect| matches!(effect, Effect::Fetch(_))));
+    assert!(bench.take().iter().any(|effect| matches!(effect, ClientEffect::FetchTile(_))));
 }
 
 proptest! {
@@ -95,10 +95,10 @@ proptest! {
                     reset: number == 0,
                     added: vec![tile(number, number % 4, f32::from(number), 300_000)],
                 })),
-                1 => bench.apply(Event::Looked(eye_at(f64::from(number)))),
-                2 if loading.contains(&hash) => bench.apply(Event::TileReady { hash, bytes: 1 }),
-                3 if loading.contains(&hash) => bench.apply(Event::TileFailed { hash }),
-                4 => bench.command(Command::ViewMap((number < 3).then_some(MapId(Uuid::from_u128(1))))),
+                1 => bench.apply(ClientEvent::ViewpointChanged(eye_at(f64::from(number)))),
+                2 if loading.contains(&hash) => bench.apply(ClientEvent::TileReady { hash, bytes: 1 }),
+                3 if loading.contains(&hash) => bench.apply(ClientEvent::TileFailed { hash }),
+                4 => bench.command(ClientCommand::ViewMap((number < 3).then_some(MapId(Uuid::from_u128(1))))),
                 _ => bench.wait(0.3),
             }
             if what == 2 || what == 3 {
@@ -106,14 +106,14 @@ proptest! {
             }
             for effect in bench.take() {
                 match effect {
-                    Effect::Fetch(hash) => { prop_assert!(loading.insert(hash), "fetched twice"); }
-                    Effect::CancelFetch(hash) => { prop_assert!(loading.remove(&hash), "cancelled without a fetch"); }
+                    ClientEffect::FetchTile(hash) => { prop_assert!(loading.insert(hash), "fetched twice"); }
+                    ClientEffect::CancelTile(hash) => { prop_assert!(loading.remove(&hash), "cancelled without a fetch"); }
                     _ => {}
                 }
             }
             prop_assert!(loading.len() <= TILE_REQUESTS_MAX);
-            prop_assert_eq!(bench.model.shown().tiles.loading(), loading.len());
-            prop_assert!(bench.model.shown().tiles.ready_points() <= TILE_POINTS_MAX);
+            prop_assert_eq!(bench.model.displayed_map().tiles.loading(), loading.len());
+            prop_assert!(bench.model.displayed_map().tiles.ready_points() <= TILE_POINTS_MAX);
         }
     }
 

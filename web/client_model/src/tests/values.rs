@@ -33,35 +33,35 @@ fn a_saved_map_is_shown_as_soon_as_it_is_written_and_the_live_one_with_the_next_
     let map = MapId(Uuid::from_u128(3));
     bench.event(api::Event::Mapping(Mapping::Saving { map }));
     bench.event(api::Event::Mapping(Mapping::Idle));
-    assert_eq!(bench.model.viewed(), Some(map));
-    assert!(bench.take().contains(&Effect::LoadMap(map)));
-    bench.apply(Event::TilesListed {
+    assert_eq!(bench.model.viewed_map(), Some(map));
+    assert!(bench.take().contains(&ClientEffect::LoadMap(map)));
+    bench.apply(ClientEvent::TilesListed {
         map,
         result: Ok(TileList { bounds: Aabb::EMPTY, tiles: vec![tile(1, 0, 0.0, 9)] }),
     });
-    assert_eq!(bench.model.shown().tiles.points(), 9);
-    assert!(bench.take().contains(&Effect::Move(CameraMove::Fit)), "one sees all of it first");
+    assert_eq!(bench.model.displayed_map().tiles.points(), 9);
+    assert!(bench.take().contains(&ClientEffect::MoveCamera(CameraMove::Fit)), "one sees all of it first");
     bench.event(api::Event::Mapping(Mapping::Starting { session: SessionId(Uuid::from_u128(1)) }));
-    assert_eq!(bench.model.viewed(), None);
+    assert_eq!(bench.model.viewed_map(), None);
 }
 
 #[test]
 fn a_snapshot_that_is_idle_shows_the_live_map() {
     let mut bench = Bench::connected();
     bench.event(api::Event::Mapping(Mapping::Idle));
-    assert_eq!(bench.model.viewed(), None);
+    assert_eq!(bench.model.viewed_map(), None);
 }
 
 #[test]
 fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     let mut bench = Bench::connected();
     let map = MapId(Uuid::from_u128(3));
-    let way = |bench: &Bench| bench.model.way().count();
+    let way = |bench: &Bench| bench.model.trajectory().count();
     for step in 0..10 {
         bench.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
     bench.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 2 }));
-    assert!(!bench.model.has_place(), "it is drawn nowhere");
+    assert!(!bench.model.has_pose_in_map(), "it is drawn nowhere");
     bench.event(api::Event::Estimate(estimate_at(10.0, 10.0)));
     bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
     assert_eq!(way(&bench), 0);
@@ -73,9 +73,9 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt }));
     assert!(walked > 2 && way(&bench) == walked, "a doubt forgets nothing");
     bench.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 0 }));
-    assert!(bench.model.has_place(), "where it was last is better than nothing");
+    assert!(bench.model.has_pose_in_map(), "where it was last is better than nothing");
     bench.event(api::Event::Localisation(api::Localisation::Loading { map: MapId(Uuid::from_u128(4)) }));
-    assert!(!bench.model.has_place());
+    assert!(!bench.model.has_pose_in_map());
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn the_way_follows_corrections_of_the_graph() {
     let moved = Pose { position: Vec3::new(19.0, 5.0, 0.0), ..Pose::IDENTITY };
     let node = GraphNode { id: KeyframeId(0), stamp: Stamp::from_secs_f64(19.5), map_from_keyframe: moved };
     bench.event(api::Event::Graph(Graph { nodes: vec![node], ..Graph::default() }));
-    let way: Vec<Vec3> = bench.model.way().collect();
+    let way: Vec<Vec3> = bench.model.trajectory().collect();
     assert_eq!(way.len(), 11, "the keyframe, then what was seen since");
     assert_eq!((way[0].y, way[1].x), (5.0, 20.0));
 }
@@ -117,13 +117,15 @@ fn edits_of_the_view_are_kept_undone_and_merged_while_a_slider_is_dragged() {
     for step in 0..10_u8 {
         bench.now = bench.now.after(0.05);
         let settings = ViewSettings { ceiling_m: f32::from(step), ..ViewSettings::default() };
-        bench.command(Command::Edit(settings));
+        bench.command(ClientCommand::EditView(settings));
     }
-    assert!(matches!(bench.take().last(), Some(Effect::Keep(settings)) if settings.ceiling_m == 9.0));
-    bench.command(Command::Undo);
-    assert_eq!(bench.model.view.get(), &ViewSettings::default(), "one drag is one step");
-    bench.command(Command::Redo);
-    assert_eq!(bench.model.view.get().ceiling_m, 9.0);
+    assert!(
+        matches!(bench.take().last(), Some(ClientEffect::SaveSettings(settings)) if settings.ceiling_m == 9.0)
+    );
+    bench.command(ClientCommand::Undo);
+    assert_eq!(bench.model.view_settings(), &ViewSettings::default(), "one drag is one step");
+    bench.command(ClientCommand::Redo);
+    assert_eq!(bench.model.view_settings().ceiling_m, 9.0);
 }
 
 #[test]
@@ -133,9 +135,9 @@ fn a_notice_from_before_is_no_news_when_the_snapshot_repeats_it() {
         let at = Stamp::from_secs_f64(secs);
         bench.event(api::Event::Notice(api::Notice { at, severity: api::Severity::Info, text: text.into() }));
     }
-    assert!(bench.model.notes.shown().is_empty(), "nobody knows yet how old they are");
+    assert!(bench.model.notices.visible().is_empty(), "nobody knows yet how old they are");
     bench.server(ServerMessage::Pong { token: 1, now: Stamp::from_secs_f64(5000.0) });
-    let shown: Vec<&str> = bench.model.notes.shown().iter().map(|note| note.text.as_str()).collect();
+    let shown: Vec<&str> = bench.model.notices.visible().iter().map(|note| note.text.as_str()).collect();
     assert_eq!(shown, ["new"]);
 }
 
@@ -151,9 +153,9 @@ fn errors_stay_until_they_are_put_away_and_the_rest_goes_by_itself() {
         bench.wait(1.0);
         bench.server(ServerMessage::Pong { token: 0, now: Stamp::EPOCH });
     }
-    let left: Vec<&str> = bench.model.notes.shown().iter().map(|note| note.text.as_str()).collect();
+    let left: Vec<&str> = bench.model.notices.visible().iter().map(|note| note.text.as_str()).collect();
     assert_eq!(left, ["LiDAR silent"]);
-    let id = bench.model.notes.shown()[0].id;
-    bench.command(Command::Dismiss(id));
-    assert!(bench.model.notes.shown().is_empty());
+    let id = bench.model.notices.visible()[0].id;
+    bench.command(ClientCommand::DismissNotice(id));
+    assert!(bench.model.notices.visible().is_empty());
 }

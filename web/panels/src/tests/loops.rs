@@ -3,7 +3,7 @@
 use super::*;
 use api::LoopVerdict::{Accepted, Held, Rejected};
 use api::{Graph, GraphNode, LoopDecision, LoopSource, LoopVerdict, LoopsChanged};
-use client_model::{CameraMove, LoopPair, LoopPick, Overlay, Selection};
+use client_model::{CameraMove, LoopPair, LoopPick, ScanOverlay, Selection};
 use vocab::{KeyframeId, Pose, Vec3};
 
 fn pair(from: u32, to: u32) -> LoopPair {
@@ -48,8 +48,8 @@ fn loops(decisions: Vec<LoopDecision>) -> Desk {
 }
 
 impl Desk {
-    fn command(mut self, command: Command) -> Self {
-        self.model.apply(ClientTime(1.0), Event::Command(command), &mut Vec::new());
+    fn command(mut self, command: ClientCommand) -> Self {
+        self.model.handle_event(ClientTime(1.0), ClientEvent::Command(command), &mut Vec::new());
         self
     }
 }
@@ -83,13 +83,13 @@ fn choosing_a_row_selects_the_loop_and_moves_the_camera_there() {
     harness.get_by_label_contains("Loop 5 → 150").click();
     harness.run_steps(2);
     let asked = &harness.state().asked;
-    assert!(asked.contains(&Command::Select(Some(Selection::Loop(pair(5, 150))))), "{asked:?}");
-    assert!(asked.contains(&Command::Move(CameraMove::Loop(pair(5, 150)))), "{asked:?}");
+    assert!(asked.contains(&ClientCommand::Select(Some(Selection::Loop(pair(5, 150))))), "{asked:?}");
+    assert!(asked.contains(&ClientCommand::MoveCamera(CameraMove::Loop(pair(5, 150)))), "{asked:?}");
 }
 
 #[test]
 fn the_evidence_has_a_unit_for_every_number() {
-    let selected = Command::Select(Some(Selection::Loop(pair(5, 150))));
+    let selected = ClientCommand::Select(Some(Selection::Loop(pair(5, 150))));
     for (width, height) in [(1440.0, 900.0), (1024.0, 768.0)] {
         let harness = loops(vec![decided(5, 150, Held)]).command(selected.clone()).shown(width, height);
         for (name, expected) in [
@@ -113,12 +113,16 @@ fn a_loop_selected_in_the_scene_brings_its_evidence_forth() {
     desk.state.map_part = crate::state::MapPart::Session;
     let mut harness = desk.shown(1024.0, 768.0);
     assert!(harness.query_by_label("Verdict").is_none());
-    let selected = Event::Command(Command::Select(Some(Selection::Loop(pair(5, 150)))));
-    harness.state_mut().model.apply(ClientTime(1.0), selected, &mut Vec::new());
+    let selected = ClientEvent::Command(ClientCommand::Select(Some(Selection::Loop(pair(5, 150)))));
+    harness.state_mut().model.handle_event(ClientTime(1.0), selected, &mut Vec::new());
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::Show(Screen::Map)));
+    assert!(harness.state().asked.contains(&ClientCommand::ShowScreen(Screen::Map)));
     let desk = harness.state_mut();
-    desk.model.apply(ClientTime(1.0), Event::Command(Command::Show(Screen::Map)), &mut Vec::new());
+    desk.model.handle_event(
+        ClientTime(1.0),
+        ClientEvent::Command(ClientCommand::ShowScreen(Screen::Map)),
+        &mut Vec::new(),
+    );
     harness.run_steps(2);
     assert!(harness.query_by_label("Verdict").is_some(), "the drawer opens by itself");
 }
@@ -132,30 +136,33 @@ fn a_loop_can_be_decided_on_as_its_verdict_allows() {
         (decided(1, 90, Rejected), true, false),
         (unfitted, false, false),
     ] {
-        let selected = Command::Select(Some(Selection::Loop(pair(1, 90))));
+        let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
         let mut harness = loops(vec![decision]).command(selected).shown(1440.0, 900.0);
         harness.get_by_label("Accept loop").click();
         harness.run_steps(2);
         harness.get_by_label("Reject loop").click();
         harness.run_steps(2);
         let asked = &harness.state().asked;
-        assert_eq!(asked.contains(&Command::AcceptLoop(pair(1, 90))), accept, "{asked:?}");
-        assert_eq!(asked.contains(&Command::RejectLoop(pair(1, 90))), reject, "{asked:?}");
+        assert_eq!(asked.contains(&ClientCommand::AcceptLoop(pair(1, 90))), accept, "{asked:?}");
+        assert_eq!(asked.contains(&ClientCommand::RejectLoop(pair(1, 90))), reject, "{asked:?}");
     }
 }
 
 #[test]
 fn who_does_not_control_is_told_why_nothing_can_be_decided() {
     let control = Control { owner: Some(OTHER), name: "Anna".into() };
-    let selected = Command::Select(Some(Selection::Loop(pair(1, 90))));
+    let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
     let desk = loops(vec![decided(1, 90, Held)]).event(api::Event::Control(control)).command(selected);
     let mut harness = desk.shown(1440.0, 900.0);
     for button in ["Accept loop", "Reject loop", "Add a loop"] {
         harness.get_by_label(button).click();
         harness.run_steps(2);
     }
-    let forbidden = |command: &Command| {
-        matches!(command, Command::AcceptLoop(_) | Command::RejectLoop(_) | Command::PickLoop(_))
+    let forbidden = |command: &ClientCommand| {
+        matches!(
+            command,
+            ClientCommand::AcceptLoop(_) | ClientCommand::RejectLoop(_) | ClientCommand::PickLoopKeyframes(_)
+        )
     };
     assert!(!harness.state().asked.iter().any(forbidden), "{:?}", harness.state().asked);
     let told = harness.get_all_by_value("Anna controls the robot. Take control to decide on loops.");
@@ -164,40 +171,46 @@ fn who_does_not_control_is_told_why_nothing_can_be_decided() {
 
 #[test]
 fn adding_a_loop_says_which_step_it_is_and_ends_in_a_proposal() {
-    let keyframe = |id| Command::Select(Some(Selection::Keyframe(KeyframeId(id))));
+    let keyframe = |id| ClientCommand::Select(Some(Selection::Keyframe(KeyframeId(id))));
     let mut harness = loops(Vec::new()).shown(1440.0, 900.0);
     harness.get_by_label("Add a loop").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::PickLoop(true)));
+    assert!(harness.state().asked.contains(&ClientCommand::PickLoopKeyframes(true)));
 
-    let both = loops(Vec::new()).command(Command::PickLoop(true)).command(keyframe(150)).command(keyframe(5));
+    let both = loops(Vec::new())
+        .command(ClientCommand::PickLoopKeyframes(true))
+        .command(keyframe(150))
+        .command(keyframe(5));
     assert_eq!(both.model.loop_pick, Some(LoopPick::Both(pair(5, 150))));
     let mut harness = both.shown(1440.0, 900.0);
     assert_eq!(value(&harness, "Message"), "Step 3 of 3: propose keyframes 5 → 150 as a loop.");
     assert_eq!(value(&harness, "Apart in the graph"), "145.0 m");
     harness.get_by_label("Propose").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::ProposeLoop));
+    assert!(harness.state().asked.contains(&ClientCommand::ProposeLoop));
 
-    let adjacent =
-        loops(Vec::new()).command(Command::PickLoop(true)).command(keyframe(8)).command(keyframe(9));
+    let adjacent = loops(Vec::new())
+        .command(ClientCommand::PickLoopKeyframes(true))
+        .command(keyframe(8))
+        .command(keyframe(9));
     let mut harness = adjacent.shown(1440.0, 900.0);
     harness.get_by_label("Propose").click();
     harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&Command::ProposeLoop), "they are joined already");
+    assert!(!harness.state().asked.contains(&ClientCommand::ProposeLoop), "they are joined already");
 }
 
 #[test]
 fn escape_stops_and_puts_away_what_is_selected_or_begun() {
-    let selected = Command::Select(Some(Selection::Loop(pair(1, 90))));
-    for (before, expected) in
-        [(selected, Command::Select(None)), (Command::PickLoop(true), Command::PickLoop(false))]
-    {
+    let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
+    for (before, expected) in [
+        (selected, ClientCommand::Select(None)),
+        (ClientCommand::PickLoopKeyframes(true), ClientCommand::PickLoopKeyframes(false)),
+    ] {
         let mut harness = loops(vec![decided(1, 90, Held)]).command(before).shown(1440.0, 900.0);
         harness.key_press(egui::Key::Escape);
         harness.run_steps(2);
         let asked = &harness.state().asked;
-        assert!(asked.contains(&expected) && asked.contains(&Command::StopMotion), "{asked:?}");
+        assert!(asked.contains(&expected) && asked.contains(&ClientCommand::StopMotion), "{asked:?}");
     }
 }
 
@@ -206,22 +219,22 @@ fn the_last_decision_can_be_undone_with_a_button() {
     let mut harness = loops(vec![decided(1, 90, Held)]).shown(1440.0, 900.0);
     harness.get_by_label("Undo the decision").click();
     harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&Command::UndoLoop), "nothing to undo");
-    let desk = loops(vec![decided(1, 90, Held)]).command(Command::AcceptLoop(pair(1, 90)));
+    assert!(!harness.state().asked.contains(&ClientCommand::UndoLoop), "nothing to undo");
+    let desk = loops(vec![decided(1, 90, Held)]).command(ClientCommand::AcceptLoop(pair(1, 90)));
     let mut harness = desk.shown(1440.0, 900.0);
     harness.get_by_label("Undo the decision").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&Command::UndoLoop));
+    assert!(harness.state().asked.contains(&ClientCommand::UndoLoop));
 }
 
 #[test]
 fn the_overlay_can_be_chosen() {
-    let selected = Command::Select(Some(Selection::Loop(pair(1, 90))));
+    let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
     let mut harness = loops(vec![decided(1, 90, Held)]).command(selected).shown(1440.0, 900.0);
-    for (button, overlay) in [("In the graph", Overlay::Graph), ("Map only", Overlay::Off)] {
+    for (button, overlay) in [("In the graph", ScanOverlay::Graph), ("Map only", ScanOverlay::Off)] {
         harness.get_by_label(button).click();
         harness.run_steps(2);
-        assert!(harness.state().asked.contains(&Command::Overlay(overlay)));
+        assert!(harness.state().asked.contains(&ClientCommand::SetScanOverlay(overlay)));
     }
 }
 
