@@ -10,14 +10,14 @@ use uuid::Uuid;
 use vocab::{MapId, SessionId, Twist, Vec3};
 
 /// A core with a simulated robot; killed when dropped.
-struct CoreProcess {
+pub struct CoreProcess {
     child: Child,
-    socket: PathBuf,
+    pub socket: PathBuf,
 }
 
 impl CoreProcess {
     /// Coarse scans and quick time, so that a walk takes seconds.
-    fn start(data: &Path) -> Self {
+    pub fn start(data: &Path) -> Self {
         let socket = data.join("core.sock");
         let child = program()
             .args(["core", "--data", text(data), "--socket", text(&socket)])
@@ -29,7 +29,7 @@ impl CoreProcess {
     }
 
     /// Closes its standard input, as the supervisor does, and waits for an orderly end.
-    fn stop(&mut self) {
+    pub fn stop(&mut self) {
         drop(self.child.stdin.take());
         assert!(self.child.wait().expect("ends").success());
     }

@@ -11,3 +11,4 @@ mod patch;
 mod platform;
 mod program;
 mod refusals;
+mod stored_data;
