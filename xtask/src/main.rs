@@ -1,6 +1,6 @@
 //! The build tool: `cargo xtask setup | web | run | test | bench`.
 //!
-//! It only starts other programs, times them and says what happened. Whatever needs more than the standard library
+//! It only starts other programs, times them and reports how they ended. Whatever needs more than the standard library
 //! lives elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
 #![allow(clippy::print_stdout, reason = "a build tool's reports are its output")]
 
@@ -27,9 +27,12 @@ cargo xtask COMMAND
       [--toolchain NAME]     rustup or debian instead of the first one found.
   run [--site NAME] [--port N] [--data DIR] [--speed X] [--dev]
                              Build what is stale, then serve a simulated robot on http://127.0.0.1:8080.
-  test [--quick | --release] [FILTER...]
-                             Everything a change must pass. --quick leaves out server, bundle and browser; --release runs
-                             the browser tests on the optimised server and bundle that are shipped.
+  test [--quick] [FILTER...] Everything a change must pass; what CI runs. --quick leaves out bundle and browser. FILTER: only
+                             tests whose name contains it.
+  test --nightly [FILTER...] The same, and the long scenarios (tests in modules named `nightly`).
+  test --release-gate        The same as --nightly, with the browser tests on the optimised server and bundle that are
+                             shipped, and the benchmarks that have a bar, each of which must meet it.
+                             A test that lacks its browser or its data counts as skipped, and says why.
   bench NAME [ARGUMENT...]   Run a benchmark; without a name, list them.
 ";
 

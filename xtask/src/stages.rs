@@ -97,8 +97,8 @@ impl Stages {
         self.stages.push(Stage { name, took: Duration::ZERO, outcome: Outcome::Skipped(reason.to_owned()) });
     }
 
-    /// Prints the table and the closing line; true if nothing failed.
-    pub(crate) fn finish(self) -> bool {
+    /// Prints the table, a line that says what was selected, and the closing line; true if nothing failed.
+    pub(crate) fn finish(self, selection: &str) -> bool {
         println!("\n{:<28} {:>8}  result", "stage", "seconds");
         for stage in &self.stages {
             let result = match &stage.outcome {
@@ -115,6 +115,7 @@ impl Stages {
         let count =
             |wanted: fn(&Outcome) -> bool| self.stages.iter().filter(|stage| wanted(&stage.outcome)).count();
         let failed_stages = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+        println!("{selection}");
         println!("{} of {} stages failed; tests and stages together:", failed_stages, self.stages.len());
         // A stage counts as one check beside the single tests it ran, so that a failed build cannot hide behind them.
         println!(

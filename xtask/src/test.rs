@@ -1,6 +1,13 @@
-//! `cargo xtask test`: everything a change must pass, in one command, with the time each part took. With `--release` the browser
-//! tests run on the server and bundle that are shipped, which take a quarter of an hour longer to build.
+//! `cargo xtask test`: the checks of one tier in one command, with the time each part took.
+//!
+//! There are three tiers, each of which holds the one before it:
+//!
+//! - every change (no option; what CI runs): format, lints, licences, all tests outside modules named `nightly`, and the browser tests on a quickly
+//!   built bundle;
+//! - `--nightly`: the tests in modules named `nightly` as well. Those are long scenarios of which a shorter test runs on every change;
+//! - `--release-gate`: the browser tests run on the optimised server and bundle that are shipped, and the benchmarks with a bar must meet it.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -11,28 +18,24 @@ use anyhow::{Context, Result, bail};
 use crate::stages::{Report, Stages, Tests};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::web::{self, Flavour};
-use crate::{setup, shell};
+use crate::{bench, setup, shell};
 
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
 
-/// Every package and target with tests. Benchmarks have none; clippy has seen to it that they compile.
+/// The modules of tests that take too long for every change. Each has a shorter twin that runs on every change.
+const NIGHTLY_TESTS: &str = "nightly::";
+
+/// How a line of a test begins that says why the test did not run.
+const SKIPPED: &str = "skipped: ";
+
+/// Every package and target with tests. Benchmarks have none; clippy has checked that they compile.
 const TESTED: [&str; 6] = ["--workspace", "--exclude", "benches", "--lib", "--bins", "--tests"];
 
 const DENY_WARNINGS: [&str; 3] = ["--", "-D", "warnings"];
 
 pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
-    let (mut quick, mut shipped) = (false, false);
-    let mut filters = Vec::new();
-    for argument in arguments {
-        match argument.to_str() {
-            Some("--quick") => quick = true,
-            Some("--release") => shipped = true,
-            Some(filter) if !filter.starts_with('-') => filters.push(filter.to_owned()),
-            _ => bail!("`cargo xtask test` does not know {}", argument.display()),
-        }
-    }
-
+    let Options { tier, quick, filters } = Options::parse(&arguments)?;
     let mut stages = Stages::new();
     if filters.is_empty() {
         stages.run("format", || checked(shell::cargo().args(["fmt", "--all", "--check"])));
@@ -40,12 +43,12 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
         browser_clippy(&mut stages);
         licences(&mut stages);
     }
-    stages.run("tests", || tests(&Selection::Native(&filters)));
+    stages.run("tests", || tests(&Selection::Native(tier, &filters)));
     if quick || !filters.is_empty() {
         for name in ["browser bundle", "browser tests"] {
             stages.skip(name, if quick { "--quick" } else { "only the named tests were asked for" });
         }
-    } else if shipped {
+    } else if tier == Tier::ReleaseGate {
         stages.run_together(
             ("server (release)", || {
                 checked(shell::cargo().args(["build", "--quiet", "--release", "-p", "autoinspect"]))
@@ -53,13 +56,77 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             ("browser bundle (release)", || checked_bundle(Flavour::Release)),
         );
         browser_tests(&mut stages, &shell::target().join("release/autoinspect"));
+        for (name, benchmark, arguments) in bench::WITH_BARS {
+            stages.run(name, || bench::run(benchmark, arguments).map(|()| Report::default()));
+        }
     } else {
         // The server is the one that the tests before have built; of one package alone, with other features, half of all would be
         // compiled anew.
         stages.run("browser bundle", || checked_bundle(Flavour::Dev));
         browser_tests(&mut stages, &shell::target().join("debug/autoinspect"));
     }
-    Ok(if stages.finish() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if stages.finish(tier.description()) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// How much is checked. Each tier holds the ones before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tier {
+    /// Every change; what CI runs.
+    EveryChange,
+    /// Long scenarios too.
+    Nightly,
+    /// What is shipped, and the benchmarks with a bar, too.
+    ReleaseGate,
+}
+
+impl Tier {
+    /// One line that says what the tier leaves out.
+    fn description(self) -> &'static str {
+        match self {
+            Self::EveryChange => "tier: every change (without the nightly tests and the release gate)",
+            Self::Nightly => "tier: nightly (without the release gate)",
+            Self::ReleaseGate => "tier: release gate",
+        }
+    }
+}
+
+/// What the command line asks for.
+#[derive(Debug, PartialEq, Eq)]
+struct Options {
+    tier: Tier,
+    /// Without server, bundle and browser.
+    quick: bool,
+    /// Parts of names; only tests of the tier whose name contains one of them run. Empty: all.
+    filters: Vec<String>,
+}
+
+impl Options {
+    /// # Errors
+    /// On an unknown option, on two tiers, and on `--quick` with a tier that is about more than a quick look.
+    fn parse(arguments: &[OsString]) -> Result<Self> {
+        let (mut tiers, mut quick, mut filters) = (Vec::new(), false, Vec::new());
+        for argument in arguments {
+            match argument.to_str() {
+                Some("--nightly") => tiers.push(Tier::Nightly),
+                Some("--release-gate") => tiers.push(Tier::ReleaseGate),
+                Some("--quick") => quick = true,
+                Some(filter) if !filter.starts_with('-') => filters.push(filter.to_owned()),
+                _ => bail!("`cargo xtask test` does not know {}", argument.display()),
+            }
+        }
+        let tier = match tiers[..] {
+            [] => Tier::EveryChange,
+            [tier] => tier,
+            _ => bail!("one tier at a time: --release-gate holds --nightly"),
+        };
+        if quick && tier != Tier::EveryChange {
+            bail!("--quick leaves out what a tier is for; use it without one");
+        }
+        if tier == Tier::ReleaseGate && !filters.is_empty() {
+            bail!("the release gate is passed as a whole: it takes no names of tests");
+        }
+        Ok(Self { tier, quick, filters })
+    }
 }
 
 fn checked_bundle(least: Flavour) -> Result<Report> {
@@ -112,78 +179,142 @@ fn licences(stages: &mut Stages) {
 
 /// Which of the tests to run.
 enum Selection<'a> {
-    /// All that need no browser; if names are given, those whose name contains one of them.
-    Native(&'a [String]),
-    /// Those that do, against this server program.
+    /// Those of a tier that need no browser; if names are given, those whose name contains one of them.
+    Native(Tier, &'a [String]),
+    /// Those that need one, against this server program.
     Browser(&'a Path),
+}
+
+impl Selection<'_> {
+    /// The command that runs the selected tests, with nextest or with cargo's own runner.
+    fn command(&self, nextest: bool) -> Command {
+        let mut command = shell::cargo();
+        match nextest {
+            true => command.args(["nextest", "run"]).args(TESTED).args(self.nextest_arguments()),
+            false => command.arg("test").args(TESTED).args(self.libtest_arguments()),
+        };
+        if let Selection::Browser(autoinspect) = self {
+            command.env("AUTOINSPECT_BIN", autoinspect);
+        }
+        command
+    }
+
+    fn nextest_arguments(&self) -> Vec<String> {
+        let browser = format!("package(tests) and test(/^{BROWSER_TESTS}/)");
+        let nightly = format!("test(/(^|::){NIGHTLY_TESTS}/)");
+        let (expression, filters) = match self {
+            Selection::Native(Tier::EveryChange, filters) => {
+                (format!("not ({browser}) and not {nightly}"), *filters)
+            }
+            Selection::Native(Tier::Nightly | Tier::ReleaseGate, filters) => {
+                (format!("not ({browser})"), *filters)
+            }
+            Selection::Browser(_) => (browser, &[][..]),
+        };
+        let fixed = ["--no-fail-fast", "--success-output=immediate", "-E"].map(str::to_owned);
+        fixed.into_iter().chain([expression]).chain(filters.iter().cloned()).collect()
+    }
+
+    fn libtest_arguments(&self) -> Vec<String> {
+        let mut arguments = ["--no-fail-fast", "--", "--show-output"].map(str::to_owned).to_vec();
+        match self {
+            Selection::Native(tier, filters) => {
+                arguments.extend(["--skip", BROWSER_TESTS].map(str::to_owned));
+                if *tier == Tier::EveryChange {
+                    arguments.extend(["--skip", NIGHTLY_TESTS].map(str::to_owned));
+                }
+                arguments.extend(filters.iter().cloned());
+            }
+            // The same targets as before, so that nothing is compiled anew.
+            Selection::Browser(_) => arguments.push(BROWSER_TESTS.to_owned()),
+        }
+        arguments
+    }
 }
 
 /// Runs tests, passing their output on and counting them.
 fn tests(selection: &Selection<'_>) -> Result<Report> {
-    let nextest = shell::on_path("cargo-nextest");
-    let mut command = shell::cargo();
-    if let Selection::Browser(autoinspect) = selection {
-        command.env("AUTOINSPECT_BIN", autoinspect);
-    }
-    let browser = format!("package(tests) and test(/^{BROWSER_TESTS}/)");
-    match (nextest, selection) {
-        (true, Selection::Native(filters)) => {
-            command.args(["nextest", "run"]).args(TESTED);
-            command.args(["--no-fail-fast", "--success-output=immediate"]);
-            command.args(["-E", &format!("not ({browser})")]).args(*filters);
-        }
-        (true, Selection::Browser(_)) => {
-            command.args(["nextest", "run"]).args(TESTED);
-            command.args(["--no-fail-fast", "--success-output=immediate", "-E", &browser]);
-        }
-        (false, Selection::Native(filters)) => {
-            command.arg("test").args(TESTED).args(["--no-fail-fast", "--", "--show-output"]);
-            command.args(["--skip", BROWSER_TESTS]).args(*filters);
-        }
-        (false, Selection::Browser(_)) => {
-            // The same selection again, so that nothing is compiled anew.
-            command.arg("test").args(TESTED).args(["--no-fail-fast", "--", "--show-output", BROWSER_TESTS]);
-        }
-    }
-
+    let mut command = selection.command(shell::on_path("cargo-nextest"));
     // nextest reports on standard error, the standard harness on standard output; one pipe for both keeps their order.
     let (reader, writer) = std::io::pipe().context("could not make a pipe")?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn().context("could not start the tests")?;
     // The command keeps its ends of the pipe open until it is dropped, and the reading below would never end.
     drop(command);
-    let mut report = Report::default();
+    let mut counter = Counter::default();
     for line in BufReader::new(reader).lines() {
         let line = line.context("the tests' output is not text")?;
         eprintln!("{line}");
-        count(&line, &mut report);
+        counter.read(&line);
     }
     let status = child.wait().context("lost the tests")?;
+    let report = counter.report();
     if report.tests.failed == 0 && !status.success() {
         bail!("the tests did not run to their end ({status})");
     }
-    // To its runner, a test that found nothing to test has passed.
-    report.tests.passed = report.tests.passed.saturating_sub(report.skipped.len());
     Ok(report)
 }
 
-/// Adds to `report` what one line of output says: a runner's summary, or a test's note that it did not run, which is
-/// `skipped: ` and the reason, once a test.
-fn count(line: &str, report: &mut Report) {
-    // nextest shows each test's own summary as well, indented: those are in its own already.
-    let summary = match line.split_once(" tests run: ") {
-        Some((_, counts)) => Some(counts),
-        None => line.strip_prefix("test result: "),
-    };
-    let line = line.trim();
-    if let Some(counts) = summary {
-        let counted = Tests::parse(counts);
-        report.tests.passed += counted.passed;
-        report.tests.failed += counted.failed;
-        report.tests.skipped += counted.skipped;
-    } else if line.starts_with("skipped: ") {
-        report.skipped.push(line.to_owned());
+/// Counts tests from a runner's output.
+///
+/// A test that lacks what it needs (a browser, data, a graphics adapter) prints `skipped: ` and the reason, and returns. Its runner takes it for passed;
+/// here it counts as skipped, once, however many such lines it prints.
+#[derive(Default)]
+struct Counter {
+    tests: Tests,
+    /// The test whose output is being read, if it passed.
+    current: Option<String>,
+    /// The first reason of each test that was skipped, by the test's name.
+    skipped: BTreeMap<String, String>,
+}
+
+impl Counter {
+    fn read(&mut self, line: &str) {
+        // nextest shows each test's own summary as well, indented: those are in its own already.
+        let summary = match line.split_once(" tests run: ").or_else(|| line.split_once(" test run: ")) {
+            Some((_, counts)) => Some(counts),
+            None => line.strip_prefix("test result: "),
+        };
+        if let Some(counts) = summary {
+            let counted = Tests::parse(counts);
+            self.tests.passed += counted.passed;
+            self.tests.failed += counted.failed;
+            self.tests.skipped += counted.skipped;
+        } else if let Some(test) = test_whose_output_begins(line) {
+            self.current = test;
+        } else if let Some(reason) = line.trim().strip_prefix(SKIPPED)
+            && let Some(test) = &self.current
+        {
+            self.skipped.entry(test.clone()).or_insert_with(|| reason.to_owned());
+        }
     }
+
+    fn report(mut self) -> Report {
+        self.tests.passed = self.tests.passed.saturating_sub(self.skipped.len());
+        let skipped = self.skipped.iter().map(|(test, reason)| format!("{SKIPPED}{test}: {reason}"));
+        Report { tests: self.tests, skipped: skipped.collect() }
+    }
+}
+
+/// The test whose output follows this line: `Some(None)` if that test failed, `None` if the line begins no output.
+fn test_whose_output_begins(line: &str) -> Option<Option<String>> {
+    // Of nextest: `        PASS [   0.012s] (1/12) package module::name`, `FAIL [`, `TIMEOUT [`.
+    let line = line.trim();
+    if let Some((state, rest)) = line.split_once(" [")
+        && state.split(' ').all(|word| {
+            !word.is_empty() && word.chars().all(|c| c.is_ascii_uppercase() || "0123456789-".contains(c))
+        })
+        && let Some((_, name)) = rest.split_once("s] ")
+    {
+        let name = match name.strip_prefix('(') {
+            Some(numbered) => numbered.split_once(") ").map_or(numbered, |(_, name)| name),
+            None => name,
+        };
+        return Some((state == "PASS").then(|| name.trim().to_owned()));
+    }
+    // Of the standard harness: `---- module::name stdout ----`.
+    let name = line.strip_prefix("---- ")?.strip_suffix(" stdout ----")?;
+    Some(Some(name.to_owned()))
 }
 
 impl Tests {
@@ -209,12 +340,66 @@ impl Tests {
 mod tests {
     use super::*;
 
+    fn parse(arguments: &str) -> Result<Options> {
+        Options::parse(&arguments.split_whitespace().map(OsString::from).collect::<Vec<_>>())
+    }
+
     #[track_caller]
-    fn check(line: &str, passed: usize, failed: usize, skipped: usize) {
-        let mut report = Report::default();
-        count(line, &mut report);
+    fn check_tier(arguments: &str, tier: Tier, quick: bool, filters: &[&str]) {
+        let filters = filters.iter().map(|&filter| filter.to_owned()).collect();
+        assert_eq!(parse(arguments).unwrap(), Options { tier, quick, filters }, "{arguments}");
+    }
+
+    #[test]
+    fn tiers_are_read_from_the_command_line() {
+        check_tier("", Tier::EveryChange, false, &[]);
+        check_tier("--quick", Tier::EveryChange, true, &[]);
+        check_tier("loops odometry", Tier::EveryChange, false, &["loops", "odometry"]);
+        check_tier("--nightly", Tier::Nightly, false, &[]);
+        check_tier("loops --nightly", Tier::Nightly, false, &["loops"]);
+        check_tier("--release-gate", Tier::ReleaseGate, false, &[]);
+    }
+
+    #[test]
+    fn contradictory_options_are_refused() {
+        let refused = [
+            "--release",
+            "--nightly --release-gate",
+            "--nightly --nightly",
+            "--quick --nightly",
+            "--quick --release-gate",
+            "--release-gate loops",
+        ];
+        for arguments in refused {
+            assert!(parse(arguments).is_err(), "{arguments}");
+        }
+    }
+
+    #[test]
+    fn nightly_tests_are_selected_by_the_name_of_their_module() {
+        let expression = |selection: &Selection<'_>| selection.nextest_arguments()[3].clone();
+        let change = Selection::Native(Tier::EveryChange, &[]);
+        assert!(expression(&change).contains("and not test(/(^|::)nightly::/)"));
+        assert!(change.libtest_arguments().join(" ").contains("--skip nightly::"));
+        for tier in [Tier::Nightly, Tier::ReleaseGate] {
+            let selection = Selection::Native(tier, &[]);
+            assert!(!expression(&selection).contains("nightly"));
+            assert!(!selection.libtest_arguments().join(" ").contains("nightly"));
+        }
+        let filters = ["loops".to_owned()];
+        let named = Selection::Native(Tier::EveryChange, &filters);
+        assert_eq!(named.nextest_arguments().last().unwrap(), "loops");
+        assert_eq!(named.libtest_arguments().last().unwrap(), "loops");
+    }
+
+    #[track_caller]
+    fn check(output: &str, passed: usize, failed: usize, skipped: usize) -> Vec<String> {
+        let mut counter = Counter::default();
+        output.lines().for_each(|line| counter.read(line));
+        let report = counter.report();
         let counted = (report.tests.passed, report.tests.failed, report.tests.skipped + report.skipped.len());
-        assert_eq!(counted, (passed, failed, skipped), "{line}");
+        assert_eq!(counted, (passed, failed, skipped), "{output}");
+        report.skipped
     }
 
     #[test]
@@ -225,6 +410,7 @@ mod tests {
             3,
             0,
         );
+        check("     Summary [   0.104s] 1 test run: 1 passed, 320 skipped", 1, 0, 0);
         check(
             "test result: FAILED. 12 passed; 2 failed; 3 ignored; 0 measured; 0 filtered out; in 0.10s",
             12,
@@ -232,7 +418,39 @@ mod tests {
             3,
         );
         check("    test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out", 0, 0, 0);
-        check("    skipped: no recordings beside this clone", 0, 0, 1);
         check("running 12 tests", 0, 0, 0);
+    }
+
+    #[test]
+    fn a_test_without_its_data_counts_as_skipped_once_and_says_why() {
+        let nextest = "
+        PASS [   0.012s] (1/3) factors::it published::graphs
+  stdout ───
+
+    running 1 test
+    skipped: intel.g2o is not there
+    skipped: CSAIL.g2o is not there
+    test published::graphs ... ok
+
+    test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 9 filtered out; finished in 0.01s
+
+        PASS [   0.020s] (2/3) factors jacobians
+        FAIL [   0.020s] (3/3) factors::it robust::loops
+  stdout ───
+    skipped: intel.g2o is not there
+     Summary [   0.104s] 3 tests run: 2 passed, 1 failed, 0 skipped
+        FAIL [   0.020s] (3/3) factors::it robust::loops";
+        let skipped = check(nextest, 1, 1, 1);
+        assert_eq!(skipped, ["skipped: factors::it published::graphs: intel.g2o is not there"]);
+
+        let libtest = "
+---- published::graphs stdout ----
+skipped: intel.g2o is not there
+
+---- jacobians stdout ----
+fine
+test result: ok. 2 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s";
+        let skipped = check(libtest, 1, 0, 1);
+        assert_eq!(skipped, ["skipped: published::graphs: intel.g2o is not there"]);
     }
 }

@@ -224,7 +224,9 @@ fn the_map_that_is_looked_at_can_be_extended() {
     assert!(harness.state().asked.contains(&ClientCommand::DiscardMapping));
     finding(31.0, true).get_by_label_contains("fits Cellar in two places");
 
-    let Mapping::Running { session, since, distance, keyframes, .. } = running() else { return };
+    let Mapping::Running { session, since, distance, keyframes, .. } = running() else {
+        panic!("`running` is a running session")
+    };
     let on_known_ground = false;
     let extends = Some(cellar);
     let extending = Mapping::Running { session, extends, since, distance, keyframes, on_known_ground };

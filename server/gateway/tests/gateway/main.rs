@@ -4,7 +4,7 @@ mod abuse;
 mod control;
 mod core_link;
 mod http;
-mod load;
+mod nightly;
 mod static_files;
 mod stream;
 mod support;
