@@ -57,15 +57,15 @@ fn describe(info: &RecordingInfo) -> String {
     // Writing to a string does not fail.
     for topic in &info.topics {
         let rate = topic.hz.map_or_else(String::new, |hz| format!("{hz:.1} Hz"));
-        let meaning = topic.meaning.map_or("-", |meaning| meaning.name());
+        let role = topic.role.map_or("-", |role| role.name());
         let _ = writeln!(
             text,
             "  {:width$}  {:>8} {:>10}  {:<9} {}",
-            topic.name, topic.count, rate, meaning, topic.type_name
+            topic.name, topic.count, rate, role, topic.type_name
         );
     }
     for (title, lines) in
-        [("Sensors", &info.sensors), ("Missing", &info.missing), ("Complaints", &info.complaints)]
+        [("Sensors", &info.sensors), ("Missing", &info.missing), ("Warnings", &info.warnings)]
     {
         if !lines.is_empty() {
             let _ = writeln!(text, "{title}:\n  {}", lines.join("\n  "));

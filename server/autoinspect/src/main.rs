@@ -12,13 +12,13 @@ mod import;
 mod info;
 mod inputs;
 mod journal;
+mod keyframe_descriptors;
 mod localise;
 mod map;
 mod merge;
 mod optimise;
 mod output;
 mod patch;
-mod places;
 mod process;
 mod progress;
 mod replay;
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            output::complain(&failure.to_string());
+            output::print_error(&failure.to_string());
             failure.exit_code()
         }
     }

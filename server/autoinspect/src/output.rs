@@ -18,13 +18,13 @@ pub fn start_logging() {
 }
 
 /// Says why a command ends, on standard error.
-pub fn complain(sentence: &str) {
+pub fn print_error(sentence: &str) {
     // Nobody is left to tell when standard error is closed.
     let _ = writeln!(io::stderr(), "error: {sentence}");
 }
 
 /// Says something by the way, on standard error.
-pub fn remark(sentence: &str) {
+pub fn print_note(sentence: &str) {
     let _ = writeln!(io::stderr(), "{sentence}");
 }
 

@@ -59,7 +59,7 @@ impl Progress {
 }
 
 /// Everything else on this computer comes first: its processor, and its memory should that run out.
-pub fn give_way() {
+pub fn lower_priority() {
     // Where the system does not let it, it competes.
     let _ = rustix::process::nice(10);
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");

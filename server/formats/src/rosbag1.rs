@@ -45,7 +45,7 @@ pub struct BagIndex {
     /// Chunks in file order.
     pub chunks: Vec<Chunk>,
     /// What is wrong with the file, one sentence each.
-    pub complaints: Vec<String>,
+    pub warnings: Vec<String>,
 }
 
 /// A message in an unpacked chunk.
@@ -69,7 +69,7 @@ pub struct UnpackedChunk {
     /// Connections declared among them.
     pub connections: BTreeMap<u32, Connection>,
     /// What was lost, if not all could be unpacked.
-    pub complaint: Option<String>,
+    pub warning: Option<String>,
 }
 
 /// Whether a file that starts with these bytes is a ROS 1 bag, of any version.
@@ -81,7 +81,7 @@ pub fn is_bag(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// When the bytes are no bag of format 2.0 or cannot be read. A cut or damaged bag is no error: what it holds up to
-/// there is given, with a complaint.
+/// there is given, with a warning.
 pub fn read_index(file: &mut (impl Read + Seek)) -> Result<BagIndex, FormatError> {
     let size = file.seek(SeekFrom::End(0))?;
     check_magic(file, size)?;
@@ -204,7 +204,7 @@ fn survey(file: &mut (impl Read + Seek), size: u64) -> Result<BagIndex, FormatEr
         }
         at = record.end();
     }
-    index.complaints.push(match at < size {
+    index.warnings.push(match at < size {
         true => format!(
             "the bag is cut off or damaged at byte {at} of {size}: everything before that is used; 'rosbag reindex' \
              repairs bags of a recorder that was stopped hard"
@@ -254,7 +254,7 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
     let complete = result.is_ok() && chunk.bytes.len() as u64 == unpacked;
     let walked = list_messages(&mut chunk);
     if !complete || walked.is_err() {
-        chunk.complaint =
+        chunk.warning =
             Some(format!("the chunk at byte {} is cut off, the rest of it is lost", record.data_start));
     }
     Ok(chunk)

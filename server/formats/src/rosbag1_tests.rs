@@ -124,7 +124,7 @@ fn every_compression_is_read() {
         assert_eq!(seconds, [1, 2, 11, 12], "{compression}");
         assert_eq!(index.connections[&0].topic, "/imu");
         assert_eq!(index.connections[&0].type_name, "sensor_msgs/Imu");
-        assert!(index.complaints.is_empty());
+        assert!(index.warnings.is_empty());
     }
 }
 
@@ -136,7 +136,7 @@ fn a_bag_cut_anywhere_gives_what_it_holds_and_a_complaint() {
         for cut in 0..bytes.len() {
             match read_all(&bytes[..cut]) {
                 Ok((seconds, index)) => {
-                    assert!(!index.complaints.is_empty(), "{compression} cut at {cut}");
+                    assert!(!index.warnings.is_empty(), "{compression} cut at {cut}");
                     assert!(seconds.len() >= best, "{compression} cut at {cut}: more bytes, fewer messages");
                     best = seconds.len();
                     assert_eq!(seconds, [1, 2, 11, 12][..best]);

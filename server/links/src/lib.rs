@@ -4,7 +4,7 @@
 //! *wait*: their time then passes more slowly than asked for, which the platform shows as a real-time factor below
 //! one, and nothing is lost.
 
-mod pace;
+mod pacer;
 mod replay;
 mod sim_link;
 
@@ -26,7 +26,7 @@ struct LinkThread {
 }
 
 /// What the thread sends into.
-struct Outlet {
+struct ArrivalSender {
     arrivals: Sender<Arrival>,
     stop: Receiver<()>,
 }
@@ -38,13 +38,13 @@ impl LinkThread {
     /// Starts a thread that fills the returned queue.
     fn start(
         name: &str,
-        run: impl FnOnce(Outlet) + Send + 'static,
+        run: impl FnOnce(ArrivalSender) + Send + 'static,
     ) -> Result<(Self, Receiver<Arrival>), LinkError> {
         let (sender, arrivals) = crossbeam_channel::bounded(QUEUE_MAX);
         let (stop, stopped) = crossbeam_channel::bounded(0);
-        let outlet = Outlet { arrivals: sender, stop: stopped };
+        let sender = ArrivalSender { arrivals: sender, stop: stopped };
         let thread =
-            thread::Builder::new().name(name.to_owned()).spawn(|| run(outlet)).map_err(LinkError::Thread)?;
+            thread::Builder::new().name(name.to_owned()).spawn(|| run(sender)).map_err(LinkError::Thread)?;
         Ok((Self { stop: Some(stop), thread: Some(thread) }, arrivals))
     }
 }
@@ -59,7 +59,7 @@ impl Drop for LinkThread {
     }
 }
 
-impl Outlet {
+impl ArrivalSender {
     /// Delivers, waiting while the queue is full.
     fn send(&self, arrival: Arrival) -> Result<(), Stopped> {
         select! {

@@ -1,10 +1,10 @@
 //! A recording, played as if it happened now. Drive commands go nowhere: what was walked was walked.
 
-use crate::pace::Pace;
-use crate::{LinkThread, Outlet, Stopped};
+use crate::pacer::RealTimePacer;
+use crate::{ArrivalSender, LinkThread, Stopped};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
-use ports::{Arrival, LinkError, News, RobotLink};
+use ports::{Arrival, LinkError, RobotEvent, RobotLink};
 use std::time::Instant;
 use vocab::{Span, Stamp};
 
@@ -35,9 +35,9 @@ impl ReplayLink {
     /// When the thread cannot be started.
     pub fn start(source: ReplaySource, speed: f64) -> Result<Self, LinkError> {
         let boot = source.boot;
-        let (thread, arrivals) = LinkThread::start("link-replay", move |outlet| {
+        let (thread, arrivals) = LinkThread::start("link-replay", move |sender| {
             // Whether it was played to its end or the link was dropped, the thread is done.
-            let _ = play(source.messages, Pace::new(speed), &outlet);
+            let _ = play(source.messages, RealTimePacer::new(speed), &sender);
         })?;
         Ok(Self { boot, arrivals, _thread: thread })
     }
@@ -57,30 +57,31 @@ impl RobotLink for ReplayLink {
 
 fn play(
     messages: impl Iterator<Item = (Stamp, Sensor)>,
-    mut pace: Pace,
-    outlet: &Outlet,
+    mut pacer: RealTimePacer,
+    sender: &ArrivalSender,
 ) -> Result<(), Stopped> {
     let mut clock: Option<Stamp> = None;
     for (at, sensor) in messages {
         let mut now = *clock.get_or_insert(at);
         if at - now > GAP_MAX {
             now = at;
-            pace.restart();
+            pacer.restart();
         }
         while now + CLOCK_EVERY < at {
             now += CLOCK_EVERY;
-            outlet.sleep(pace.delay(now, Instant::now()))?;
-            outlet.send(Arrival { at: now, news: News::Clock })?;
+            sender.sleep(pacer.delay(now, Instant::now()))?;
+            sender.send(Arrival { at: now, event: RobotEvent::Clock })?;
         }
-        outlet.sleep(pace.delay(at, Instant::now()))?;
+        sender.sleep(pacer.delay(at, Instant::now()))?;
         let at = at.max(now);
-        outlet.send(Arrival { at, news: News::Sensor(sensor) })?;
+        sender.send(Arrival { at, event: RobotEvent::Sensor(sensor) })?;
         clock = Some(at);
     }
     let at = clock.unwrap_or_default();
-    let end =
-        News::Ended("The recording has been played to its end. The map so far can be saved.".to_owned());
-    outlet.send(Arrival { at, news: end })
+    let event = RobotEvent::Ended(
+        "The recording has been played to its end. The map so far can be saved.".to_owned(),
+    );
+    sender.send(Arrival { at, event })
 }
 
 #[cfg(test)]
@@ -103,10 +104,10 @@ mod tests {
         let mut heard = Vec::new();
         loop {
             let arrival = arrivals.recv_timeout(Duration::from_secs(20)).expect("goes on");
-            let kind = match arrival.news {
-                News::Sensor(_) => "imu",
-                News::Clock => "clock",
-                News::Ended(_) => break,
+            let kind = match arrival.event {
+                RobotEvent::Sensor(_) => "imu",
+                RobotEvent::Clock => "clock",
+                RobotEvent::Ended(_) => break,
             };
             heard.push((arrival.at.nanos() / 1_000_000, kind));
         }

@@ -1,10 +1,10 @@
 //! The simulated robot, paced by this computer's clock.
 
-use crate::pace::Pace;
-use crate::{LinkThread, Outlet, Stopped};
+use crate::pacer::RealTimePacer;
+use crate::{ArrivalSender, LinkThread, Stopped};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive};
-use ports::{Arrival, LinkError, Mishap, News, RobotLink};
+use ports::{Arrival, LinkError, Mishap, RobotEvent, RobotLink};
 use sim::{Fault, SimConfig, Simulator};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -23,7 +23,7 @@ pub struct SimLinkConfig {
 
 /// What the simulation is to take in.
 #[derive(Default)]
-struct Wanted {
+struct PendingCommands {
     drive: Option<Drive>,
     mishaps: Vec<Mishap>,
 }
@@ -41,7 +41,7 @@ const CARRIED_FOR: Span = Span::from_millis(10_000);
 pub struct SimLink {
     boot: BootRecord,
     site: String,
-    wanted: Arc<Mutex<Wanted>>,
+    pending: Arc<Mutex<PendingCommands>>,
     arrivals: Receiver<Arrival>,
     _thread: LinkThread,
 }
@@ -54,13 +54,13 @@ impl SimLink {
     pub fn start(config: SimLinkConfig) -> Result<Self, LinkError> {
         let simulator = Simulator::new(config.sim.clone());
         let boot = simulator.boot();
-        let wanted = Arc::<Mutex<Wanted>>::default();
-        let commands = Arc::clone(&wanted);
-        let (thread, arrivals) = LinkThread::start("link-sim", move |outlet| {
+        let pending = Arc::<Mutex<PendingCommands>>::default();
+        let commands = Arc::clone(&pending);
+        let (thread, arrivals) = LinkThread::start("link-sim", move |sender| {
             // The only way out is that the link was dropped.
-            let Err(Stopped) = simulate(simulator, config.speed, &commands, &outlet);
+            let Err(Stopped) = simulate(simulator, config.speed, &commands, &sender);
         })?;
-        Ok(Self { boot, site: config.sim.site.to_string(), wanted, arrivals, _thread: thread })
+        Ok(Self { boot, site: config.sim.site.to_string(), pending, arrivals, _thread: thread })
     }
 }
 
@@ -78,15 +78,15 @@ impl RobotLink for SimLink {
     }
 
     fn drive(&self, drive: Drive) {
-        self.wanted.lock().unwrap_or_else(PoisonError::into_inner).drive = Some(drive);
+        self.pending.lock().unwrap_or_else(PoisonError::into_inner).drive = Some(drive);
     }
 
-    fn cause(&self, mishap: Mishap) -> Result<(), String> {
-        let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
-        if wanted.mishaps.len() == MISHAPS_MAX {
+    fn inject_fault(&self, mishap: Mishap) -> Result<(), String> {
+        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        if pending.mishaps.len() == MISHAPS_MAX {
             return Err("Too much goes wrong at once. Try again in a moment.".to_owned());
         }
-        wanted.mishaps.push(mishap);
+        pending.mishaps.push(mishap);
         Ok(())
     }
 }
@@ -95,26 +95,26 @@ impl RobotLink for SimLink {
 fn simulate(
     mut simulator: Simulator,
     speed: f64,
-    wanted: &Mutex<Wanted>,
-    outlet: &Outlet,
+    pending: &Mutex<PendingCommands>,
+    sender: &ArrivalSender,
 ) -> Result<std::convert::Infallible, Stopped> {
-    let mut pace = Pace::new(speed);
+    let mut pacer = RealTimePacer::new(speed);
     let mut events = Vec::new();
     loop {
-        outlet.sleep(pace.delay(simulator.now(), Instant::now()))?;
-        let Wanted { drive, mishaps } =
-            std::mem::take(&mut *wanted.lock().unwrap_or_else(PoisonError::into_inner));
+        sender.sleep(pacer.delay(simulator.now(), Instant::now()))?;
+        let PendingCommands { drive, mishaps } =
+            std::mem::take(&mut *pending.lock().unwrap_or_else(PoisonError::into_inner));
         drive.into_iter().for_each(|drive| simulator.command(drive));
-        mishaps.into_iter().for_each(|mishap| cause(&mut simulator, mishap));
+        mishaps.into_iter().for_each(|mishap| inject_fault(&mut simulator, mishap));
         simulator.advance(simulator.now() + STEP, &mut events);
         for event in events.drain(..) {
-            outlet.send(Arrival { at: event.at, news: News::Sensor(event.sensor) })?;
+            sender.send(Arrival { at: event.at, event: RobotEvent::Sensor(event.sensor) })?;
         }
-        outlet.send(Arrival { at: simulator.now(), news: News::Clock })?;
+        sender.send(Arrival { at: simulator.now(), event: RobotEvent::Clock })?;
     }
 }
 
-fn cause(simulator: &mut Simulator, mishap: Mishap) {
+fn inject_fault(simulator: &mut Simulator, mishap: Mishap) {
     let from = simulator.elapsed();
     let fault = match mishap {
         Mishap::CoverLidar(span) => Fault::BlindLidar { from, until: from + span },

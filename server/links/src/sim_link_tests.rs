@@ -28,11 +28,11 @@ fn arrivals_come_in_order_and_the_clock_never_rests() {
             assert!(arrival.at - last <= Span::from_millis(50));
         }
         last = Some(arrival.at);
-        match arrival.news {
-            News::Sensor(Sensor::Imu(_)) => kinds[0] += 1,
-            News::Sensor(Sensor::Scan(_)) => kinds[1] += 1,
-            News::Sensor(Sensor::Legs(_)) => kinds[2] += 1,
-            News::Clock => kinds[3] += 1,
+        match arrival.event {
+            RobotEvent::Sensor(Sensor::Imu(_)) => kinds[0] += 1,
+            RobotEvent::Sensor(Sensor::Scan(_)) => kinds[1] += 1,
+            RobotEvent::Sensor(Sensor::Legs(_)) => kinds[2] += 1,
+            RobotEvent::Clock => kinds[3] += 1,
             _ => {}
         }
     }
@@ -56,7 +56,7 @@ fn the_robot_walks_when_told_and_stops_when_commands_cease() {
             if let Some(drive) = drive {
                 link.drive(drive);
             }
-            if let News::Sensor(Sensor::Legs(legs)) = arrival.news
+            if let RobotEvent::Sensor(Sensor::Legs(legs)) = arrival.event
                 && is_wanted(legs.base_velocity.linear.x)
             {
                 return true;
@@ -85,25 +85,25 @@ fn a_link_nobody_reads_from_can_still_be_dropped() {
 fn a_lidar_that_is_covered_sees_nothing_for_as_long_as_it_is_and_a_robot_that_is_carried_is_elsewhere() {
     let link = link();
     let arrivals = link.arrivals();
-    let sees = |wanted: bool, seconds: i64| {
+    let sees = |expected: bool, seconds: i64| {
         let mut until = None;
         loop {
             let arrival = next(&arrivals);
             if arrival.at > *until.get_or_insert(arrival.at + Span::from_millis(1000 * seconds)) {
                 return false;
             }
-            if let News::Sensor(Sensor::Scan(scan)) = arrival.news
-                && scan.xyz.is_empty() != wanted
+            if let RobotEvent::Sensor(Sensor::Scan(scan)) = arrival.event
+                && scan.xyz.is_empty() != expected
             {
                 return true;
             }
         }
     };
     assert!(sees(true, 10));
-    assert_eq!(link.cause(Mishap::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
+    assert_eq!(link.inject_fault(Mishap::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
     assert!(sees(false, 60), "it is covered");
-    assert_eq!(link.cause(Mishap::End), Ok(()));
+    assert_eq!(link.inject_fault(Mishap::End), Ok(()));
     assert!(sees(true, 60), "and not any more");
-    assert_eq!(link.cause(Mishap::CarryAway), Ok(()));
+    assert_eq!(link.inject_fault(Mishap::CarryAway), Ok(()));
     assert!(sees(false, 60) && sees(true, 60), "it is covered on the way");
 }

@@ -14,4 +14,4 @@ pub use api::Mishap;
 pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
 pub use map_importer::MapImporter;
-pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, News, RobotLink};
+pub use robot_link::{Arrival, DRIVE_TIMEOUT, LinkError, RobotEvent, RobotLink};

@@ -14,17 +14,17 @@ pub struct Arrival {
     /// Robot's clock on arrival; never decreases. A measurement's own stamp is earlier.
     pub at: Stamp,
     /// What came.
-    pub news: News,
+    pub event: RobotEvent,
 }
 
-/// What can come from a robot.
+/// What a link delivers.
 #[derive(Clone, Debug, PartialEq)]
-pub enum News {
-    /// A sensor spoke.
+pub enum RobotEvent {
+    /// A measurement.
     Sensor(Sensor),
-    /// Nothing but the time; sent often enough (every 50 ms of robot time) that silence means trouble.
+    /// Only the time. Sent every 50 ms of robot time, so that a longer silence means that the link is broken.
     Clock,
-    /// Nothing more will come, and why, in one sentence.
+    /// The link has ended; one sentence says why.
     Ended(String),
 }
 
@@ -56,11 +56,11 @@ pub trait RobotLink: Send {
     /// Tells the robot how to move. Never blocks. Must be repeated: see [`DRIVE_TIMEOUT`].
     fn drive(&self, drive: Drive);
 
-    /// Lets something go wrong, if the robot is simulated. Never blocks.
+    /// Injects a fault, if the robot is simulated. Never blocks.
     ///
     /// # Errors
     /// One sentence that says why not.
-    fn cause(&self, _mishap: Mishap) -> Result<(), String> {
+    fn inject_fault(&self, _mishap: Mishap) -> Result<(), String> {
         Err("This robot is a real one: nothing can be made to go wrong with it from here.".to_owned())
     }
 }

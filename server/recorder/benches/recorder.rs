@@ -9,7 +9,7 @@ use divan::counter::BytesCount;
 use formats::cdr::Encoding;
 use formats::ros::{PointCloud2, write_scan};
 use messages::{Input, Mounting, Scan, Sensor};
-use recorder::{Packing, Recording, RecordingMeta, RecordingWriter, TopicSelection};
+use recorder::{ChunkCompression, Recording, RecordingMeta, RecordingWriter, TopicSelection};
 use std::path::Path;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
@@ -17,13 +17,14 @@ use vocab::{Span, Stamp};
 fn main() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("size.mcap");
-    let mut sizes = [Packing::None, Packing::Zstd, Packing::Lz4].map(|packing| {
-        write(&path, &ten_scans(), packing);
-        (packing, std::fs::metadata(&path).expect("written above").len())
-    });
+    let mut sizes =
+        [ChunkCompression::None, ChunkCompression::Zstd, ChunkCompression::Lz4].map(|compression| {
+            write(&path, &ten_scans(), compression);
+            (compression, std::fs::metadata(&path).expect("written above").len())
+        });
     let (_, unpacked) = sizes[0];
-    for (packing, size) in &mut sizes {
-        println!("{packing:?}: {} bytes a scan ({:.2} to 1)", *size / 10, unpacked as f64 / *size as f64);
+    for (compression, size) in &mut sizes {
+        println!("{compression:?}: {} bytes a scan ({:.2} to 1)", *size / 10, unpacked as f64 / *size as f64);
     }
     divan::main();
 }
@@ -71,18 +72,18 @@ fn decode_scan(bencher: Bencher) {
 }
 
 /// One second of scans, to the file and back: divide by ten.
-#[divan::bench(args = [Packing::None, Packing::Zstd, Packing::Lz4], sample_count = 20)]
-fn record_ten_scans(bencher: Bencher, packing: Packing) {
+#[divan::bench(args = [ChunkCompression::None, ChunkCompression::Zstd, ChunkCompression::Lz4], sample_count = 20)]
+fn record_ten_scans(bencher: Bencher, compression: ChunkCompression) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scans = ten_scans();
-    bencher.bench_local(|| write(&folder.path().join("bench.mcap"), &scans, packing));
+    bencher.bench_local(|| write(&folder.path().join("bench.mcap"), &scans, compression));
 }
 
 #[divan::bench(sample_count = 10)]
 fn read_ten_scans(bencher: Bencher) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("bench.mcap");
-    write(&path, &ten_scans(), Packing::Zstd);
+    write(&path, &ten_scans(), ChunkCompression::Zstd);
     let recording = Recording::open(&path, &TopicSelection::default()).expect("written above");
     bencher.bench_local(|| recording.inputs().count());
 }
@@ -92,9 +93,9 @@ fn ten_scans() -> Vec<Input> {
     (0..10).map(|tenth| Input::Sensor(Sensor::Scan(Arc::new(sweep(stamp(tenth)))))).collect()
 }
 
-fn write(path: &Path, inputs: &[Input], packing: Packing) {
+fn write(path: &Path, inputs: &[Input], compression: ChunkCompression) {
     let meta = RecordingMeta::default();
-    let mut writer = RecordingWriter::create_packed(path, &meta, &Mounting::default(), packing)
+    let mut writer = RecordingWriter::create_packed(path, &meta, &Mounting::default(), compression)
         .expect("the temporary folder is writable");
     for (tenth, input) in inputs.iter().enumerate() {
         let at = Stamp::EPOCH + Span::from_millis(100 * tenth as i64);

@@ -2,7 +2,7 @@
 
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
-use crate::selection::Meaning;
+use crate::selection::TopicRole;
 use crate::topics;
 use formats::cdr::Encoding;
 use formats::ros::{BatteryState, Header, Imu, Odometry, PointCloud2, PoseStamped, RosMessage};
@@ -15,10 +15,10 @@ use vocab::{Pose, Stamp};
 pub(crate) fn sensor(
     raw: &RawMessage,
     topic: &Topic,
-    meaning: Meaning,
+    role: TopicRole,
 ) -> Result<Option<(Sensor, ScanReport)>, ReadError> {
     let failed = |source| message_error(raw, topic, source);
-    if meaning == Meaning::Lidar {
+    if role == TopicRole::Lidar {
         let Some(cloud) = cloud(raw, topic)? else { return Ok(None) };
         let (scan, report) = cloud.table.to_scan(Some(cloud.header.stamp)).map_err(failed)?;
         return Ok(Some((Sensor::Scan(Arc::new(scan)), report)));
@@ -26,18 +26,18 @@ pub(crate) fn sensor(
     let MessageEncoding::Ros(encoding) = topic.encoding else { return Ok(None) };
     let plain = |sensor| Some((sensor, ScanReport::default()));
     let bytes = raw.bytes();
-    Ok(match meaning {
-        Meaning::Imu => plain(Sensor::Imu((&Imu::from_bytes(encoding, bytes).map_err(failed)?).into())),
-        Meaning::Legs => {
+    Ok(match role {
+        TopicRole::Imu => plain(Sensor::Imu((&Imu::from_bytes(encoding, bytes).map_err(failed)?).into())),
+        TopicRole::Legs => {
             plain(Sensor::Legs((&Odometry::from_bytes(encoding, bytes).map_err(failed)?).into()))
         }
-        Meaning::External => {
+        TopicRole::External => {
             plain(Sensor::Odometry((&Odometry::from_bytes(encoding, bytes).map_err(failed)?).into()))
         }
-        Meaning::Battery => {
+        TopicRole::Battery => {
             plain(Sensor::Battery((&BatteryState::from_bytes(encoding, bytes).map_err(failed)?).into()))
         }
-        Meaning::Lidar | Meaning::Tf | Meaning::Truth | Meaning::Journal => None,
+        TopicRole::Lidar | TopicRole::Tf | TopicRole::Truth | TopicRole::Journal => None,
     })
 }
 
@@ -57,9 +57,9 @@ pub(crate) fn cloud<'a>(raw: &'a RawMessage, topic: &Topic) -> Result<Option<Poi
 }
 
 /// The stack's input in `raw`.
-pub(crate) fn input(raw: &RawMessage, topic: &Topic, meaning: Meaning) -> Result<Option<Input>, ReadError> {
-    if meaning != Meaning::Journal {
-        return Ok(sensor(raw, topic, meaning)?.map(|(sensor, _)| Input::Sensor(sensor)));
+pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<Option<Input>, ReadError> {
+    if role != TopicRole::Journal {
+        return Ok(sensor(raw, topic, role)?.map(|(sensor, _)| Input::Sensor(sensor)));
     }
     if topic.type_name != topics::INPUT_SCHEMA {
         return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });

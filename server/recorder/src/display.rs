@@ -18,7 +18,7 @@ impl fmt::Display for RecordingInfo {
         write_table(f, &self.topics)?;
         write_list(f, "Sensors", '•', &self.sensors)?;
         write_list(f, "Missing", '○', &self.missing)?;
-        write_list(f, "Notes", '!', &self.complaints)
+        write_list(f, "Notes", '!', &self.warnings)
     }
 }
 
@@ -32,7 +32,7 @@ fn write_table(f: &mut fmt::Formatter<'_>, topics: &[TopicInfo]) -> fmt::Result 
                 topic.type_name.clone(),
                 grouped(topic.count),
                 topic.hz.map_or(String::new(), |hz| format!("{hz:.1}")),
-                topic.meaning.map_or(String::new(), |meaning| meaning.name().to_owned()),
+                topic.role.map_or(String::new(), |role| role.name().to_owned()),
             ]
         })
         .collect();
@@ -42,9 +42,9 @@ fn write_table(f: &mut fmt::Formatter<'_>, topics: &[TopicInfo]) -> fmt::Result 
     };
     let widths = [0, 1, 2, 3, 4].map(width);
     let mut line = |cells: [&str; 5]| {
-        let [topic, kind, count, hz, meaning] = cells;
+        let [topic, kind, count, hz, role] = cells;
         let [a, b, c, d, _] = widths;
-        let text = format!("  {topic:<a$}  {kind:<b$}  {count:>c$}  {hz:>d$}  {meaning}");
+        let text = format!("  {topic:<a$}  {kind:<b$}  {count:>c$}  {hz:>d$}  {role}");
         writeln!(f, "{}", text.trim_end())
     };
     line(TITLES)?;

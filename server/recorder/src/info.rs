@@ -1,7 +1,7 @@
 //! What a recording holds, what it lacks and what that costs: the answer of `autoinspect info`.
 
 use crate::recording::Recording;
-use crate::selection::Meaning;
+use crate::selection::TopicRole;
 use serde::Serialize;
 use std::path::Path;
 use vocab::Stamp;
@@ -26,7 +26,8 @@ pub struct RecordingInfo {
     /// What is missing, what that costs and what to do, one sentence each.
     pub missing: Vec<String>,
     /// What is wrong or was decided, one sentence each.
-    pub complaints: Vec<String>,
+    #[serde(rename = "complaints")]
+    pub warnings: Vec<String>,
 }
 
 /// A topic in figures.
@@ -41,7 +42,8 @@ pub struct TopicInfo {
     /// Messages a second, on average; `None` for fewer than two.
     pub hz: Option<f64>,
     /// What it is used for, if it is.
-    pub meaning: Option<Meaning>,
+    #[serde(rename = "meaning")]
+    pub role: Option<TopicRole>,
 }
 
 pub(crate) fn describe(
@@ -54,12 +56,12 @@ pub(crate) fn describe(
     let duration = span.map_or(0.0, |(start, end)| (end - start).secs_f64());
     let topics: Vec<TopicInfo> = recording
         .topics()
-        .map(|(topic, meaning)| TopicInfo {
+        .map(|(topic, role)| TopicInfo {
             name: topic.name.clone(),
             type_name: topic.type_name.clone(),
             count: topic.count,
             hz: (topic.count > 1 && duration > 0.0).then(|| (topic.count - 1) as f64 / duration),
-            meaning,
+            role,
         })
         .collect();
     RecordingInfo {
@@ -71,17 +73,17 @@ pub(crate) fn describe(
         sensors: sensors(recording, &topics),
         missing: missing(recording, &topics),
         topics,
-        complaints: recording.complaints().iter().chain(notes).cloned().collect(),
+        warnings: recording.warnings().iter().chain(notes).cloned().collect(),
     }
 }
 
 fn sensors(recording: &Recording, topics: &[TopicInfo]) -> Vec<String> {
-    let used = topics.iter().filter_map(|topic| Some((topic, topic.meaning?)));
-    used.filter(|(_, meaning)| !matches!(meaning, Meaning::Tf | Meaning::Truth | Meaning::Journal))
-        .map(|(topic, meaning)| {
+    let used = topics.iter().filter_map(|topic| Some((topic, topic.role?)));
+    used.filter(|(_, role)| !matches!(role, TopicRole::Tf | TopicRole::Truth | TopicRole::Journal))
+        .map(|(topic, role)| {
             let rate = topic.hz.map_or("once".to_owned(), |hz| format!("{hz:.1} Hz"));
-            let points = match (&recording.first_scan, meaning) {
-                (Some(scan), Meaning::Lidar) => format!(
+            let points = match (&recording.first_scan, role) {
+                (Some(scan), TopicRole::Lidar) => format!(
                     ", {} points a scan, {} point times, {} channels",
                     scan.points,
                     if scan.has_times { "with" } else { "without" },
@@ -89,17 +91,17 @@ fn sensors(recording: &Recording, topics: &[TopicInfo]) -> Vec<String> {
                 ),
                 _ => String::new(),
             };
-            format!("{} at {rate}{points}, from {}", meaning.name(), topic.name)
+            format!("{} at {rate}{points}, from {}", role.name(), topic.name)
         })
         .collect()
 }
 
 fn missing(recording: &Recording, topics: &[TopicInfo]) -> Vec<String> {
-    let has = |meaning| topics.iter().any(|topic| topic.meaning == Some(meaning));
+    let has = |role| topics.iter().any(|topic| topic.role == Some(role));
     let mut missing = Vec::new();
     let packets = topics.iter().find(|topic| topic.type_name.to_ascii_lowercase().ends_with("scan"));
     let packets = packets.filter(|topic| topic.name.contains("packet"));
-    if let Some(topic) = packets.filter(|_| !has(Meaning::Lidar)) {
+    if let Some(topic) = packets.filter(|_| !has(TopicRole::Lidar)) {
         missing.push(format!(
             "There are no LiDAR scans but raw packets on {} ({}), which are not decoded; record the driver's \
              sensor_msgs/PointCloud2 too.",
@@ -108,7 +110,7 @@ fn missing(recording: &Recording, topics: &[TopicInfo]) -> Vec<String> {
     }
     let mut note = |absent: bool, text: &str| missing.extend(absent.then(|| text.to_owned()));
     note(
-        !has(Meaning::Lidar) && packets.is_none(),
+        !has(TopicRole::Lidar) && packets.is_none(),
         "There are no LiDAR scans, so no map can be made; record sensor_msgs/PointCloud2.",
     );
     if let Some(scan) = &recording.first_scan {
@@ -119,23 +121,23 @@ fn missing(recording: &Recording, topics: &[TopicInfo]) -> Vec<String> {
         );
     }
     note(
-        !has(Meaning::Imu),
+        !has(TopicRole::Imu),
         "There is no IMU, so tilt comes from the first scan and fast turns are harder to follow; record \
          sensor_msgs/Imu at 100 Hz or more.",
     );
     note(
-        !has(Meaning::Legs) && !has(Meaning::External),
+        !has(TopicRole::Legs) && !has(TopicRole::External),
         "There is no odometry beside the LiDAR, so long featureless corridors may shrink; record the robot's \
          nav_msgs/Odometry.",
     );
     let mounting = recording.mounting();
     note(
-        has(Meaning::Imu) && mounting.base_from_imu.is_none(),
+        has(TopicRole::Imu) && mounting.base_from_imu.is_none(),
         "Nothing says where the IMU sits, so it is taken to sit at the base without rotation; record /tf_static or \
          give a calibration.",
     );
     note(
-        has(Meaning::External) && mounting.base_from_external.is_none(),
+        has(TopicRole::External) && mounting.base_from_external.is_none(),
         "Nothing says where the frame of the odometry sits, so it is taken to be the base; record /tf_static or \
          give a calibration.",
     );

@@ -17,18 +17,18 @@ pub use error::{OpenError, ReadError, WriteError};
 pub use info::{RecordingInfo, TopicInfo};
 pub use problems::ReadProblems;
 pub use recording::{Inputs, Recording};
-pub use selection::{Meaning, TopicSelection};
-pub use writer::{Packing, RecordingMeta, RecordingWriter};
+pub use selection::{TopicRole, TopicSelection};
+pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter};
 
 /// What the writer put on this topic of its own file, if it belongs to the journal.
-fn journal_meaning(topic: &str) -> Option<Meaning> {
+fn journal_role(topic: &str) -> Option<TopicRole> {
     Some(match topic {
-        topics::LIDAR => Meaning::Lidar,
-        topics::IMU => Meaning::Imu,
-        topics::LEGS => Meaning::Legs,
-        topics::EXTERNAL => Meaning::External,
-        topics::BATTERY => Meaning::Battery,
-        topics::INPUT => Meaning::Journal,
+        topics::LIDAR => TopicRole::Lidar,
+        topics::IMU => TopicRole::Imu,
+        topics::LEGS => TopicRole::Legs,
+        topics::EXTERNAL => TopicRole::External,
+        topics::BATTERY => TopicRole::Battery,
+        topics::INPUT => TopicRole::Journal,
         _ => return None,
     })
 }

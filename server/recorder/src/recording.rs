@@ -5,28 +5,28 @@ use crate::decode;
 use crate::error::{OpenError, ReadError};
 use crate::frames;
 use crate::info::{self, RecordingInfo};
-use crate::selection::{self, Meaning, TopicSelection};
+use crate::selection::{self, TopicRole, TopicSelection};
 use formats::ros::{Imu, Odometry, RosMessage, TfMessage, TransformStamped};
 use messages::{Input, Mounting, Sensor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
-/// A recording, opened: its topics are known and have a meaning, its messages are still in the file.
+/// A recording, opened: its topics are known and have a role, its messages are still in the file.
 pub struct Recording {
     path: PathBuf,
     format: String,
     container: Arc<dyn Container>,
     /// What each topic of the container serves as; `None` where it is not used.
-    meanings: Vec<Option<Meaning>>,
+    roles: Vec<Option<TopicRole>>,
     mounting: Mounting,
-    pub(crate) first_scan: Option<ScanSketch>,
+    pub(crate) first_scan: Option<ScanLayout>,
     notes: Vec<String>,
 }
 
 /// What the first message of a LiDAR topic tells of all.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct ScanSketch {
+pub(crate) struct ScanLayout {
     pub points: usize,
     pub has_times: bool,
     pub has_rings: bool,
@@ -43,7 +43,7 @@ impl Recording {
         let mut recording = Self {
             path: path.to_owned(),
             format,
-            meanings: vec![None; container.topics().len()],
+            roles: vec![None; container.topics().len()],
             container,
             mounting: Mounting::default(),
             first_scan: None,
@@ -70,7 +70,7 @@ impl Recording {
     /// # Errors
     /// One sentence that names the topics there are.
     pub fn require_scans(&self) -> Result<(), OpenError> {
-        if self.topic_of(Meaning::Lidar).is_some() {
+        if self.topic_of(TopicRole::Lidar).is_some() {
             return Ok(());
         }
         let kinds: Vec<String> = self
@@ -93,13 +93,13 @@ impl Recording {
     /// What the sensors said, in the order of arrival, each with its log time. Memory does not grow with the
     /// length of the recording. After an error the iteration goes on with what comes next.
     pub fn inputs(&self) -> Inputs {
-        let meanings = self.meanings.clone();
-        let wanted = self.wanted(|meaning| !matches!(meaning, Meaning::Tf | Meaning::Truth));
+        let roles = self.roles.clone();
+        let wanted = self.wanted(|role| !matches!(role, TopicRole::Tf | TopicRole::Truth));
         Inputs {
             messages: self.container.messages(&wanted, Order::LogTime),
-            latest: vec![None; meanings.len()],
+            latest: vec![None; roles.len()],
             container: self.container.clone(),
-            meanings,
+            roles,
             dropped_points: 0,
         }
     }
@@ -116,14 +116,14 @@ impl Recording {
         if topic.type_name != crate::topics::INPUT_SCHEMA {
             return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
         }
-        let meanings: Vec<_> = self.topics().map(|(topic, _)| crate::journal_meaning(&topic.name)).collect();
-        let wanted: Vec<bool> = meanings.iter().map(Option::is_some).collect();
+        let roles: Vec<_> = self.topics().map(|(topic, _)| crate::journal_role(&topic.name)).collect();
+        let wanted: Vec<bool> = roles.iter().map(Option::is_some).collect();
         let container = self.container.clone();
         let messages = self.container.messages(&wanted, Order::File);
         Ok(messages.filter_map(move |raw| {
             let decoded = raw.and_then(|raw| {
-                let meaning = meanings[raw.topic].unwrap_or(Meaning::Journal);
-                let input = decode::input(&raw, &container.topics()[raw.topic], meaning)?;
+                let role = roles[raw.topic].unwrap_or(TopicRole::Journal);
+                let input = decode::input(&raw, &container.topics()[raw.topic], role)?;
                 Ok(input.map(|input| (raw.at, input)))
             });
             decoded.transpose()
@@ -135,7 +135,7 @@ impl Recording {
     /// # Errors
     /// When the poses cannot be read.
     pub fn truth(&self) -> Result<Option<Vec<(Stamp, Pose)>>, ReadError> {
-        let wanted = self.wanted(|meaning| meaning == Meaning::Truth);
+        let wanted = self.wanted(|role| role == TopicRole::Truth);
         if !wanted.contains(&true) {
             return Ok(None);
         }
@@ -148,40 +148,42 @@ impl Recording {
     }
 
     /// Topics with what they are used for.
-    pub(crate) fn topics(&self) -> impl Iterator<Item = (&Topic, Option<Meaning>)> {
-        self.container.topics().iter().zip(self.meanings.iter().copied())
+    pub(crate) fn topics(&self) -> impl Iterator<Item = (&Topic, Option<TopicRole>)> {
+        self.container.topics().iter().zip(self.roles.iter().copied())
     }
 
-    pub(crate) fn complaints(&self) -> &[String] {
-        self.container.complaints()
+    pub(crate) fn warnings(&self) -> &[String] {
+        self.container.warnings()
     }
 
-    fn wanted(&self, is_wanted: impl Fn(Meaning) -> bool) -> Vec<bool> {
-        self.meanings.iter().map(|meaning| meaning.is_some_and(&is_wanted)).collect()
+    fn wanted(&self, is_wanted: impl Fn(TopicRole) -> bool) -> Vec<bool> {
+        self.roles.iter().map(|role| role.is_some_and(&is_wanted)).collect()
     }
 
     /// Gives every purpose its topic: the named one, else the best of those that could serve.
     fn assign(&mut self, selection: &TopicSelection) -> Result<(), OpenError> {
         let topics = self.container.topics().to_vec();
-        for (topic, meaning) in topics.iter().zip(&mut self.meanings) {
-            *meaning = selection::guess(topic).filter(|_| topic.count > 0);
+        for (topic, role) in topics.iter().zip(&mut self.roles) {
+            *role = selection::guess_role(topic).filter(|_| topic.count > 0);
         }
-        for (meaning, name) in selection.named() {
-            let index = self.find_named(&topics, meaning, name)?;
-            for (i, other) in self.meanings.iter_mut().enumerate() {
-                if *other == Some(meaning) && i != index {
+        for (role, name) in selection.named() {
+            let index = self.find_named(&topics, role, name)?;
+            for (i, other) in self.roles.iter_mut().enumerate() {
+                if *other == Some(role) && i != index {
                     *other = None;
                 }
             }
-            self.meanings[index] = Some(meaning);
+            self.roles[index] = Some(role);
         }
-        for meaning in [Meaning::Lidar, Meaning::Imu, Meaning::Legs, Meaning::External, Meaning::Battery] {
-            self.keep_best(&topics, meaning);
+        for role in
+            [TopicRole::Lidar, TopicRole::Imu, TopicRole::Legs, TopicRole::External, TopicRole::Battery]
+        {
+            self.select_best_topic(&topics, role);
         }
         Ok(())
     }
 
-    fn find_named(&self, topics: &[Topic], meaning: Meaning, name: &str) -> Result<usize, OpenError> {
+    fn find_named(&self, topics: &[Topic], role: TopicRole, name: &str) -> Result<usize, OpenError> {
         let Some(index) = topics.iter().position(|topic| topic.name == name) else {
             let present: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
             return Err(OpenError::NoSuchTopic {
@@ -190,32 +192,32 @@ impl Recording {
                 present: if present.is_empty() { "none".into() } else { present.join(", ") },
             });
         };
-        if !selection::can_serve(&topics[index], meaning) {
+        if !selection::can_serve(&topics[index], role) {
             return Err(OpenError::WrongTopicType {
                 topic: name.to_owned(),
                 type_name: topics[index].type_name.clone(),
-                purpose: meaning.name().to_owned(),
+                purpose: role.name().to_owned(),
             });
         }
         Ok(index)
     }
 
     /// Of several topics for one purpose keeps the one with most data, and says so.
-    fn keep_best(&mut self, topics: &[Topic], meaning: Meaning) {
+    fn select_best_topic(&mut self, topics: &[Topic], role: TopicRole) {
         let candidates: Vec<usize> =
-            (0..topics.len()).filter(|index| self.meanings[*index] == Some(meaning)).collect();
-        let sketches: Vec<Option<ScanSketch>> = candidates
+            (0..topics.len()).filter(|index| self.roles[*index] == Some(role)).collect();
+        let layouts: Vec<Option<ScanLayout>> = candidates
             .iter()
-            .map(|index| (meaning == Meaning::Lidar).then(|| self.sketch(*index)).flatten())
+            .map(|index| (role == TopicRole::Lidar).then(|| self.scan_layout(*index)).flatten())
             .collect();
         let weight = |nth: &usize| {
-            let points = sketches[*nth].as_ref().map_or(1, |sketch| sketch.points as u64);
+            let points = layouts[*nth].as_ref().map_or(1, |scan_layout| scan_layout.points as u64);
             topics[candidates[*nth]].count.saturating_mul(points)
         };
         // The first of equals: topics of a file have a fixed order.
         let best = (0..candidates.len()).rev().max_by_key(weight);
         let Some(best) = best else { return };
-        self.first_scan = self.first_scan.take().or(sketches[best].clone());
+        self.first_scan = self.first_scan.take().or(layouts[best].clone());
         if candidates.len() > 1 {
             let others: Vec<&str> = candidates
                 .iter()
@@ -225,20 +227,20 @@ impl Recording {
             self.notes.push(format!(
                 "{} topics could serve as {}; '{}' has most data and is used, not {}",
                 candidates.len(),
-                meaning.name(),
+                role.name(),
                 topics[candidates[best]].name,
                 others.join(", ")
             ));
         }
         for index in candidates.iter().filter(|index| **index != candidates[best]) {
-            self.meanings[*index] = None;
+            self.roles[*index] = None;
         }
     }
 
-    fn sketch(&self, topic: usize) -> Option<ScanSketch> {
+    fn scan_layout(&self, topic: usize) -> Option<ScanLayout> {
         let raw = self.first_message(topic)?;
         let cloud = decode::cloud(&raw, &self.container.topics()[topic]).ok()??;
-        Some(ScanSketch {
+        Some(ScanLayout {
             points: cloud.table.len(),
             has_times: cloud.table.has_times(),
             has_rings: cloud.table.has_rings(),
@@ -247,7 +249,7 @@ impl Recording {
     }
 
     fn first_message(&self, topic: usize) -> Option<RawMessage> {
-        let wanted: Vec<bool> = (0..self.meanings.len()).map(|index| index == topic).collect();
+        let wanted: Vec<bool> = (0..self.roles.len()).map(|index| index == topic).collect();
         self.container.messages(&wanted, Order::LogTime).find_map(Result::ok)
     }
 
@@ -258,15 +260,16 @@ impl Recording {
         }
     }
 
-    fn topic_of(&self, meaning: Meaning) -> Option<usize> {
-        self.meanings.iter().position(|other| *other == Some(meaning))
+    fn topic_of(&self, role: TopicRole) -> Option<usize> {
+        self.roles.iter().position(|other| *other == Some(role))
     }
 
     fn find_mounting(&self) -> Mounting {
-        let imu = self.first_ros::<Imu>(Meaning::Imu).map(|imu| imu.header.frame_id);
-        let external = self.first_ros::<Odometry>(Meaning::External).map(|odometry| odometry.child_frame_id);
+        let imu = self.first_ros::<Imu>(TopicRole::Imu).map(|imu| imu.header.frame_id);
+        let external =
+            self.first_ros::<Odometry>(TopicRole::External).map(|odometry| odometry.child_frame_id);
         let names = frames::SensorFrames {
-            lidar: self.first_scan.as_ref().map(|sketch| sketch.frame_id.clone()),
+            lidar: self.first_scan.as_ref().map(|scan_layout| scan_layout.frame_id.clone()),
             imu,
             external,
         };
@@ -274,13 +277,13 @@ impl Recording {
         Mounting { standing_height, ..frames::mounting(&self.static_transforms(), &names) }
     }
 
-    fn first_ros<M: RosMessage>(&self, meaning: Meaning) -> Option<M> {
-        let topic = self.topic_of(meaning)?;
+    fn first_ros<M: RosMessage>(&self, role: TopicRole) -> Option<M> {
+        let topic = self.topic_of(role)?;
         M::from_bytes(self.ros_encoding(topic)?, self.first_message(topic)?.bytes()).ok()
     }
 
     fn static_transforms(&self) -> Vec<TransformStamped> {
-        let wanted = self.wanted(|meaning| meaning == Meaning::Tf);
+        let wanted = self.wanted(|role| role == TopicRole::Tf);
         if !wanted.contains(&true) {
             return Vec::new();
         }
@@ -296,7 +299,7 @@ impl Recording {
 pub struct Inputs {
     messages: containers::Messages,
     container: Arc<dyn Container>,
-    meanings: Vec<Option<Meaning>>,
+    roles: Vec<Option<TopicRole>>,
     /// Stamp of the last message of each topic.
     latest: Vec<Option<Stamp>>,
     dropped_points: u64,
@@ -310,14 +313,14 @@ impl Inputs {
 
     fn decode(&mut self, raw: &RawMessage) -> Result<Option<(Stamp, Sensor)>, ReadError> {
         let topic = &self.container.topics()[raw.topic];
-        let Some(meaning) = self.meanings[raw.topic] else { return Ok(None) };
-        if meaning == Meaning::Journal {
-            return Ok(match decode::input(raw, topic, meaning)? {
+        let Some(role) = self.roles[raw.topic] else { return Ok(None) };
+        if role == TopicRole::Journal {
+            return Ok(match decode::input(raw, topic, role)? {
                 Some(Input::Sensor(sensor)) => Some((raw.at, sensor)),
                 _ => None,
             });
         }
-        let Some((sensor, report)) = decode::sensor(raw, topic, meaning)? else { return Ok(None) };
+        let Some((sensor, report)) = decode::sensor(raw, topic, role)? else { return Ok(None) };
         self.dropped_points += report.dropped.total() as u64;
         let stamp = sensor.stamp();
         if let Some(last) = self.latest[raw.topic].filter(|last| stamp < *last) {

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// What a topic is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Meaning {
+pub enum TopicRole {
     /// LiDAR sweeps.
     Lidar,
     /// Inertial samples.
@@ -26,7 +26,7 @@ pub enum Meaning {
     Journal,
 }
 
-impl Meaning {
+impl TopicRole {
     /// For people.
     pub fn name(self) -> &'static str {
         match self {
@@ -88,44 +88,44 @@ impl TopicSelection {
         Ok(())
     }
 
-    pub(crate) fn named(&self) -> impl Iterator<Item = (Meaning, &str)> {
+    pub(crate) fn named(&self) -> impl Iterator<Item = (TopicRole, &str)> {
         [
-            (Meaning::Lidar, &self.lidar),
-            (Meaning::Imu, &self.imu),
-            (Meaning::Legs, &self.legs),
-            (Meaning::External, &self.external),
-            (Meaning::Battery, &self.battery),
-            (Meaning::Truth, &self.truth),
+            (TopicRole::Lidar, &self.lidar),
+            (TopicRole::Imu, &self.imu),
+            (TopicRole::Legs, &self.legs),
+            (TopicRole::External, &self.external),
+            (TopicRole::Battery, &self.battery),
+            (TopicRole::Truth, &self.truth),
         ]
         .into_iter()
-        .filter_map(|(meaning, topic)| topic.as_deref().map(|topic| (meaning, topic)))
+        .filter_map(|(role, topic)| topic.as_deref().map(|topic| (role, topic)))
     }
 }
 
 /// Whether a topic of this type can serve a purpose.
-pub(crate) fn can_serve(topic: &Topic, meaning: Meaning) -> bool {
+pub(crate) fn can_serve(topic: &Topic, role: TopicRole) -> bool {
     match topic.encoding {
-        MessageEncoding::ScanFile(_) => meaning == Meaning::Lidar,
-        _ => meaning.accepts(&topic.type_name),
+        MessageEncoding::ScanFile(_) => role == TopicRole::Lidar,
+        _ => role.accepts(&topic.type_name),
     }
 }
 
 /// What a topic is for, by its type and name.
-pub(crate) fn guess(topic: &Topic) -> Option<Meaning> {
+pub(crate) fn guess_role(topic: &Topic) -> Option<TopicRole> {
     let name = topic.name.to_ascii_lowercase();
     let named = |words: &[&str]| words.iter().any(|word| name.contains(word));
     let truth = named(&["truth", "mocap", "/gt"]);
     match topic.type_name.as_str() {
-        _ if topic.name == crate::topics::INPUT => Some(Meaning::Journal),
-        _ if matches!(topic.encoding, MessageEncoding::ScanFile(_)) => Some(Meaning::Lidar),
-        ros::PointCloud2::TYPE => Some(Meaning::Lidar),
-        ros::Imu::TYPE => Some(Meaning::Imu),
-        ros::BatteryState::TYPE => Some(Meaning::Battery),
-        ros::Odometry::TYPE if truth => Some(Meaning::Truth),
-        ros::Odometry::TYPE if named(&["leg", "wheel", "joint"]) => Some(Meaning::Legs),
-        ros::Odometry::TYPE => Some(Meaning::External),
-        ros::PoseStamped::TYPE if truth => Some(Meaning::Truth),
-        name if is_tf(name) && topic.name.ends_with("tf_static") => Some(Meaning::Tf),
+        _ if topic.name == crate::topics::INPUT => Some(TopicRole::Journal),
+        _ if matches!(topic.encoding, MessageEncoding::ScanFile(_)) => Some(TopicRole::Lidar),
+        ros::PointCloud2::TYPE => Some(TopicRole::Lidar),
+        ros::Imu::TYPE => Some(TopicRole::Imu),
+        ros::BatteryState::TYPE => Some(TopicRole::Battery),
+        ros::Odometry::TYPE if truth => Some(TopicRole::Truth),
+        ros::Odometry::TYPE if named(&["leg", "wheel", "joint"]) => Some(TopicRole::Legs),
+        ros::Odometry::TYPE => Some(TopicRole::External),
+        ros::PoseStamped::TYPE if truth => Some(TopicRole::Truth),
+        name if is_tf(name) && topic.name.ends_with("tf_static") => Some(TopicRole::Tf),
         _ => None,
     }
 }

@@ -31,7 +31,7 @@ pub struct RecordingMeta {
 
 /// How recorded data is packed. `cargo bench -p recorder` prints what each costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Packing {
+pub enum ChunkCompression {
     /// zstd level 1: smallest files.
     #[default]
     Zstd,
@@ -72,7 +72,7 @@ impl RecordingWriter {
     /// # Errors
     /// When the file cannot be created or written.
     pub fn create(path: &Path, meta: &RecordingMeta, mounting: &Mounting) -> Result<Self, WriteError> {
-        Self::create_packed(path, meta, mounting, Packing::default())
+        Self::create_packed(path, meta, mounting, ChunkCompression::default())
     }
 
     /// As [`RecordingWriter::create`], packed as told.
@@ -83,12 +83,13 @@ impl RecordingWriter {
         path: &Path,
         meta: &RecordingMeta,
         mounting: &Mounting,
-        packing: Packing,
+        compression: ChunkCompression,
     ) -> Result<Self, WriteError> {
         let file =
             File::create(path).map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
         let failed = |source| WriteError::Mcap { path: path.to_owned(), source };
-        let mut mcap = options(packing).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
+        let mut mcap =
+            options(compression).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
         mcap.write_metadata(&metadata(meta, mounting)).map_err(failed)?;
         let channels = Channels::declare(&mut mcap).map_err(failed)?;
         Ok(Self {
@@ -263,11 +264,11 @@ fn latched(topic: &str) -> BTreeMap<String, String> {
     profile.into_iter().collect()
 }
 
-fn options(packing: Packing) -> WriteOptions {
-    let compression = match packing {
-        Packing::Zstd => Some(Compression::Zstd),
-        Packing::Lz4 => Some(Compression::Lz4),
-        Packing::None => None,
+fn options(compression: ChunkCompression) -> WriteOptions {
+    let compression = match compression {
+        ChunkCompression::Zstd => Some(Compression::Zstd),
+        ChunkCompression::Lz4 => Some(Compression::Lz4),
+        ChunkCompression::None => None,
     };
     WriteOptions::new()
         .profile("ros2")

@@ -14,7 +14,7 @@ use messages::{
     Order, Scan, Sensor, Sources,
 };
 use proptest::prelude::*;
-use recorder::{Meaning, ReadError, Recording, RecordingMeta, RecordingWriter};
+use recorder::{ReadError, Recording, RecordingMeta, RecordingWriter, TopicRole};
 use std::path::Path;
 use std::sync::Arc;
 use support::{START, mounting, one_of_each, open, pose, scan, write_recording};
@@ -187,9 +187,9 @@ fn a_recording_reads_as_any_other_too() {
     let truth = recording.truth().unwrap().expect("truth was written");
     assert_eq!((truth.len(), truth[0]), (30, (START, pose())));
     let info = recording.info();
-    assert!(info.complaints.is_empty() && info.missing.is_empty(), "{info}");
-    for meaning in [Meaning::Lidar, Meaning::Imu, Meaning::Legs, Meaning::External, Meaning::Battery] {
-        let topic = info.topics.iter().find(|topic| topic.meaning == Some(meaning)).unwrap();
+    assert!(info.warnings.is_empty() && info.missing.is_empty(), "{info}");
+    for role in [TopicRole::Lidar, TopicRole::Imu, TopicRole::Legs, TopicRole::External, TopicRole::Battery] {
+        let topic = info.topics.iter().find(|topic| topic.role == Some(role)).unwrap();
         assert_eq!(topic.count, 30, "{info}");
         assert!((topic.hz.unwrap() - 10.0).abs() < 0.1, "{info}");
     }
@@ -229,7 +229,7 @@ fn a_recording_that_was_never_finished_is_read_up_to_the_last_flush() {
     let read = read(&recording);
     assert!(read.len() >= written.len() * 20 / 25, "{} of {}", read.len(), written.len());
     assert_eq!(read, written[..read.len()]);
-    assert!(recording.info().complaints[0].contains("cut off"), "{}", recording.info());
+    assert!(recording.info().warnings[0].contains("cut off"), "{}", recording.info());
 }
 
 #[test]

@@ -35,7 +35,7 @@ fn drain(path: &Path) -> Outcome {
             return outcome;
         }
     };
-    outcome.sentences.extend(recording.info().complaints);
+    outcome.sentences.extend(recording.info().warnings);
     outcome.sentences.extend(recording.require_scans().err().map(|error| error.to_string()));
     for item in recording.inputs() {
         match item {
@@ -281,7 +281,7 @@ fn a_recording_cut_at_any_byte_gives_what_it_holds() {
             assert!(cut < mcap::MAGIC.len(), "cut at {cut}");
             continue;
         };
-        assert!(!recording.info().complaints.is_empty(), "cut at {cut} unnoticed");
+        assert!(!recording.info().warnings.is_empty(), "cut at {cut} unnoticed");
         let read: Vec<_> = match recording.journal() {
             Ok(journal) => journal.filter_map(Result::ok).collect(),
             Err(_) => Vec::new(),
@@ -299,7 +299,7 @@ fn a_name_made_of_rubbish_is_shown_short_and_on_one_line() {
     let path = small_recording(folder.path());
     let mut bytes = fs::read(&path).unwrap();
     let name = bytes.windows(8).position(|window| window == b"\x04\0\0\0zstd").unwrap();
-    // As if the packing's name went on into the packed data.
+    // As if the compression's name went on into the packed data.
     bytes[name] = 120;
     bytes[name + 9] = b'\n';
     fs::write(&path, bytes).unwrap();

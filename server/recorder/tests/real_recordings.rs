@@ -9,7 +9,7 @@
 mod support;
 
 use messages::Sensor;
-use recorder::{Meaning, OpenError, Recording, TopicSelection};
+use recorder::{OpenError, Recording, TopicRole, TopicSelection};
 use support::{open, real};
 
 /// Counts of (name, messages) that must be among the topics.
@@ -117,7 +117,7 @@ fn rosbag2_databases() {
     if let Some(path) = real("hesai-xt32/1673400677802009732") {
         let info = open(&path).info();
         assert_eq!(info.topics.len(), 1);
-        assert_eq!((info.topics[0].count, info.topics[0].meaning), (4, None));
+        assert_eq!((info.topics[0].count, info.topics[0].role), (4, None));
         assert!(info.missing.iter().any(|line| line.contains("raw packets")), "{info}");
     }
 }
@@ -224,7 +224,7 @@ fn a_purpose_can_be_given_another_topic() {
     selection.choose("legs=/vo/odometry").unwrap();
     let recording = Recording::open(&path, &selection).unwrap();
     let used = recording.info().topics.into_iter().find(|topic| topic.name == "/vo/odometry").unwrap();
-    assert_eq!(used.meaning, Some(Meaning::Legs));
+    assert_eq!(used.role, Some(TopicRole::Legs));
     selection.choose("lidar=/nowhere").unwrap();
     let error = Recording::open(&path, &selection).err().unwrap().to_string();
     assert!(error.contains("/lidar/points"), "names what there is: {error}");

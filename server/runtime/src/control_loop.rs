@@ -11,7 +11,7 @@ use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crossbeam_channel::{Receiver, select};
 use messages::{BootRecord, Command, Effect, Input, JobDone, PlaceInMap, Publication};
-use ports::{Arrival, Mishap, News, RobotLink};
+use ports::{Arrival, Mishap, RobotEvent, RobotLink};
 use stack::Stack;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -108,7 +108,7 @@ impl Running {
                 },
                 recv(sources.commands) -> asked => match asked {
                     Ok(Asked::Command(command)) => self.feed(Input::Command(command)),
-                    Ok(Asked::Mishap { id, by, mishap }) => self.cause(id, by, mishap),
+                    Ok(Asked::Mishap { id, by, mishap }) => self.inject_fault(id, by, mishap),
                     Err(_) => {}
                 },
                 recv(sources.finished) -> done => if let Ok(done) = done {
@@ -122,10 +122,10 @@ impl Running {
 
     fn arrival(&mut self, arrival: Arrival) {
         self.tick_until(arrival.at);
-        match arrival.news {
-            News::Sensor(sensor) => self.feed(Input::Sensor(sensor)),
-            News::Clock => {}
-            News::Ended(why) => self.parts.mailbox.notice(self.now, messages::Severity::Info, why),
+        match arrival.event {
+            RobotEvent::Sensor(sensor) => self.feed(Input::Sensor(sensor)),
+            RobotEvent::Clock => {}
+            RobotEvent::Ended(why) => self.parts.mailbox.notice(self.now, messages::Severity::Info, why),
         }
     }
 
@@ -143,8 +143,8 @@ impl Running {
     }
 
     /// Lets something go wrong in the simulation, and tells everybody: nobody shall take it for a real fault.
-    fn cause(&mut self, id: CommandId, by: ClientId, mishap: Mishap) {
-        let refused = self.parts.link.cause(mishap).err();
+    fn inject_fault(&mut self, id: CommandId, by: ClientId, mishap: Mishap) {
+        let refused = self.parts.link.inject_fault(mishap).err();
         if refused.is_none() {
             let severity = messages::Severity::Info;
             self.parts.mailbox.notice(self.now, severity, format!("Simulated: {}.", told(mishap)));

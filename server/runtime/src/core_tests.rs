@@ -4,7 +4,7 @@ use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
 use messages::{BootRecord, Command, Drive, ImuSample, Input, Order, Sensor};
-use ports::{Arrival, Journal, JournalError, Mishap, News};
+use ports::{Arrival, Journal, JournalError, Mishap, RobotEvent};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::os::unix::net::UnixStream;
@@ -36,7 +36,7 @@ impl RobotLink for FakeLink {
     fn drive(&self, drive: Drive) {
         self.drives.lock().expect("not poisoned").push(drive);
     }
-    fn cause(&self, mishap: Mishap) -> Result<(), String> {
+    fn inject_fault(&self, mishap: Mishap) -> Result<(), String> {
         let mishaps = self.mishaps.as_ref().ok_or("This robot is a real one.")?;
         mishaps.send(mishap).map_err(|error| error.to_string())
     }
@@ -100,14 +100,14 @@ impl Bench {
     }
 
     fn clock(&self, millis: i64) {
-        let arrival = Arrival { at: Self::at(millis), news: News::Clock };
+        let arrival = Arrival { at: Self::at(millis), event: RobotEvent::Clock };
         self.robot.send_timeout(arrival, PATIENCE).expect("the core listens");
     }
 
     fn imu(&self, millis: i64) {
         let stamp = Self::at(millis);
         let sample = ImuSample { stamp, ..ImuSample::default() };
-        let arrival = Arrival { at: stamp, news: News::Sensor(Sensor::Imu(sample)) };
+        let arrival = Arrival { at: stamp, event: RobotEvent::Sensor(Sensor::Imu(sample)) };
         self.robot.send_timeout(arrival, PATIENCE).expect("the core listens");
     }
 

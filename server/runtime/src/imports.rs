@@ -166,7 +166,7 @@ impl ImportWorker {
                 Err("A map cannot be laid onto itself.".to_owned())
             }
             Source::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
-                (Some(_), Some(_)) if !self.store.has_room_beside(*map).map_err(|error| told(&error))? => {
+                (Some(_), Some(_)) if !self.store.has_space_for_copy(*map).map_err(|error| told(&error))? => {
                     Err("There is too little room on the robot's disk for another map of this size. Delete maps or recordings first."
                         .to_owned())
                 }

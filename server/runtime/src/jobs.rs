@@ -13,7 +13,7 @@ use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, KnownMap, Severit
 use stack::Stack;
 use std::path::Path;
 use std::sync::Arc;
-use store::{SavedMap, Store, StoreError, known_places};
+use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
 
 /// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
@@ -151,7 +151,7 @@ impl Worker {
                 Work::Save { job, map } => self.done(job, self.save(&map)),
                 Work::Look { job, work } => self.done(job, work.run()),
                 Work::Load { job, session, map } => self.load(job, session, map),
-                Work::KeepCloud(keyframe) => self.keep_cloud(&keyframe),
+                Work::KeepCloud(keyframe) => self.write_session_cloud(&keyframe),
                 Work::Forget { session, tiles } => self.forget(session, &tiles),
             }
         }
@@ -185,7 +185,7 @@ impl Worker {
         };
         self.done(job, JobResult::MapLoaded(Arc::new(known)));
         if let Some(session) = session
-            && let Err(error) = self.store.keep_clouds_of(map, session)
+            && let Err(error) = self.store.copy_map_clouds_to_session(map, session)
         {
             let text = format!(
                 "The extended map will not be whole: {}. Discard it and free some disk.",
@@ -202,8 +202,8 @@ impl Worker {
         }
     }
 
-    fn keep_cloud(&self, keyframe: &Keyframe) {
-        if let Err(error) = self.store.keep_cloud(keyframe) {
+    fn write_session_cloud(&self, keyframe: &Keyframe) {
+        if let Err(error) = self.store.write_session_cloud(keyframe) {
             let text = format!(
                 "The cloud of keyframe {} will be missing from the saved map: {}.",
                 keyframe.id.0,
@@ -214,19 +214,20 @@ impl Worker {
     }
 
     fn forget(&self, session: SessionId, tiles: &[TileHash]) {
-        let forgotten = self.store.discard_session(session).and_then(|()| self.store.forget_tiles(tiles));
+        let forgotten =
+            self.store.discard_session(session).and_then(|()| self.store.remove_session_tiles(tiles));
         if let Err(error) = forgotten {
             tracing::warn!("files of session {session} are left over: {}", sentence(&error));
         }
     }
 }
 
-/// What the stack takes of a saved map in this folder. Linear in its keyframes, see [`known_places`].
+/// What the stack takes of a saved map in this folder. Linear in its keyframes, see [`keyframe_descriptors`].
 ///
 /// # Errors
 /// When there is no such map, or it cannot be read.
 pub fn known_map(path: &Path) -> Result<KnownMap, StoreError> {
     let saved = SavedMap::read(path)?;
-    let places = known_places(&saved.path, saved.poses.len())?;
+    let places = keyframe_descriptors(&saved.path, saved.poses.len())?;
     Ok(KnownMap { map: saved.summary.id, graph: saved.graph(), places })
 }

@@ -46,14 +46,14 @@ impl PlaceKeeper {
     }
 
     /// Keeps where docks are.
-    pub fn keep_docks(&self, docks: &[PlaceInMap]) {
-        if let Err(error) = self.store.keep_docks(docks) {
+    pub fn save_docks(&self, docks: &[PlaceInMap]) {
+        if let Err(error) = self.store.save_docks(docks) {
             tracing::warn!("where docks are cannot be kept: {error}");
         }
     }
 
     fn write(&self, place: Option<&PlaceInMap>) {
-        if let Err(error) = self.store.keep_place(place) {
+        if let Err(error) = self.store.save_last_place(place) {
             tracing::warn!("where the robot is cannot be kept: {error}");
         }
     }
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(store.docks(), []);
         let dock = PlaceInMap { map, map_from_base: Pose::IDENTITY };
         let gone = PlaceInMap { map: MapId(Uuid::from_u128(4)), ..dock };
-        keeper.keep_docks(&[dock, gone]);
+        keeper.save_docks(&[dock, gone]);
         assert_eq!(store.docks(), [dock], "of maps that are there");
         std::fs::write(store.dir().docks(), "nonsense").expect("written");
         assert_eq!(store.docks(), []);

@@ -92,7 +92,7 @@ impl Publisher {
             }
             Publication::Docks(docks) => {
                 if self.docks.as_ref().is_some_and(|before| *before != docks) {
-                    self.place.keep_docks(&docks);
+                    self.place.save_docks(&docks);
                 }
                 self.board.set(Event::Docks(convert::docks(&docks)));
                 self.docks = Some(docks);

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use store::{Recordings, Room};
+use store::{RecordingSpace, Recordings};
 use vocab::Stamp;
 
 /// Inputs that may wait for the disk.
@@ -111,9 +111,11 @@ impl Recorder {
     }
 
     fn make_room(&self) -> Result<(), String> {
-        match self.target.recordings.make_room(&self.target.path) {
-            Ok(Room::Enough) => Ok(()),
-            Ok(Room::Exhausted) => Err("it holds all of the disk that recordings may take".to_owned()),
+        match self.target.recordings.evict_oldest(&self.target.path) {
+            Ok(RecordingSpace::Available) => Ok(()),
+            Ok(RecordingSpace::Exhausted) => {
+                Err("it holds all of the disk that recordings may take".to_owned())
+            }
             Err(error) => Err(sentence(&error)),
         }
     }

@@ -98,15 +98,6 @@ pub fn remove_directory(path: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Bytes of all files under a directory.
-pub fn bytes_under(path: &Path) -> Result<u64, StoreError> {
-    entries(path)?.iter().try_fold(0, |sum, entry| {
-        let metadata = entry.metadata().map_err(|source| StoreError::io("read", entry, source))?;
-        let bytes = if metadata.is_dir() { bytes_under(entry)? } else { metadata.len() };
-        Ok(sum + bytes)
-    })
-}
-
 /// Free space on the disk that holds a directory, bytes.
 ///
 /// # Errors

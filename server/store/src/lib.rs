@@ -4,14 +4,14 @@
 //! final name is complete: things are written under a temporary name, handed to the disk, and then renamed. What a
 //! crash leaves half-written is removed when the store is next opened.
 
+mod dynamic_points;
 mod error;
 mod files;
-mod known_places;
+mod keyframe_descriptors;
 mod map_clouds;
 mod map_files;
 mod map_points;
 mod maps;
-mod people;
 mod recordings;
 mod saved;
 mod sessions;
@@ -19,11 +19,11 @@ mod tiles;
 
 pub use error::StoreError;
 pub use files::write_json;
-pub use known_places::known_places;
-pub use map_clouds::{MapCloud, MapClouds, Wanted, copy_clouds, map_clouds, map_clouds_and_sensors};
-pub use map_files::{MapFiles, MapFilesReport, write_map_files, write_map_files_of};
+pub use keyframe_descriptors::keyframe_descriptors;
+pub use map_clouds::{CloudSelection, MapCloud, MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
+pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;
-pub use recordings::{Recordings, Room};
+pub use recordings::{RecordingSpace, Recordings};
 pub use saved::SavedMap;
 pub use sessions::write_cloud;
 pub use tiles::TileFiles;
@@ -60,7 +60,7 @@ impl Store {
         files::make_directory(&store.dir.uploads())?;
         store.remove_half_written_maps()?;
         store.remove_all_sessions()?;
-        if let Err(error) = store.remove_unnamed_tiles() {
+        if let Err(error) = store.remove_unreferenced_tiles() {
             // A damaged map must not keep the robot from starting; its neighbours' tiles are only left over.
             tracing::error!("tiles without a map were not removed: {error}");
         }
@@ -96,7 +96,7 @@ impl Store {
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn keep_place(&self, place: Option<&PlaceInMap>) -> Result<(), StoreError> {
+    pub fn save_last_place(&self, place: Option<&PlaceInMap>) -> Result<(), StoreError> {
         let path = self.dir.place();
         let Some(place) = place else { return files::remove_file(&path) };
         let bytes = serde_json::to_vec(place)
@@ -122,7 +122,7 @@ impl Store {
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn keep_docks(&self, docks: &[PlaceInMap]) -> Result<(), StoreError> {
+    pub fn save_docks(&self, docks: &[PlaceInMap]) -> Result<(), StoreError> {
         let path = self.dir.docks();
         let bytes = serde_json::to_vec(docks)
             .map_err(|source| StoreError::Document { path: path.clone(), source })?;

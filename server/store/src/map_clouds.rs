@@ -1,7 +1,7 @@
 //! The keyframe clouds of a map, one at a time, thinned and without people: memory holds a few keyframes, and 22 bytes for
 //! each point kept.
 
-use crate::people::Passage;
+use crate::dynamic_points::DynamicPointFilter;
 use crate::sessions::cloud_name;
 use crate::{StoreError, files};
 use map_codec::{LevelSplitter, SplitOptions};
@@ -13,7 +13,7 @@ use vocab::{KeyframeId, Pose, Stamp};
 
 /// A keyframe of a map and where it is now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct KeyframePose {
     pub(crate) id: KeyframeId,
     pub(crate) stamp: Stamp,
     pub(crate) map_from_keyframe: Pose,
@@ -48,7 +48,7 @@ impl MapCloud {
 
 /// What of a map's clouds is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub struct CloudSelection {
     /// One point in each cell of this size, the one that was seen first, metres; every point where it is 0.
     pub spacing: f32,
     /// Also points of people and whatever else the keyframes around looked through.
@@ -59,28 +59,28 @@ pub struct Wanted {
 #[derive(Debug)]
 pub struct MapClouds {
     clouds: PathBuf,
-    places: std::vec::IntoIter<Place>,
+    keyframes: std::vec::IntoIter<KeyframePose>,
     /// None where every point is wanted.
     splitter: Option<LevelSplitter>,
     /// None where also what moves is wanted.
-    passage: Option<Passage>,
+    dynamic_filter: Option<DynamicPointFilter>,
 }
 
 /// The clouds of the map in the folder `dir`, as `autoinspect map --out` and a data directory's `maps/` have them.
 ///
 /// # Errors
 /// When `dir` holds no graph or one that cannot be understood.
-pub fn map_clouds(dir: &Path, wanted: Wanted) -> Result<MapClouds, StoreError> {
+pub fn map_clouds(dir: &Path, wanted: CloudSelection) -> Result<MapClouds, StoreError> {
     let graph: api::Graph = files::read_json(&dir.join("graph.json"))?;
-    let places = graph.nodes.iter().map(|node| Place {
+    let keyframes = graph.nodes.iter().map(|node| KeyframePose {
         id: node.id,
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     });
-    Ok(MapClouds::new(dir.join("clouds"), places.collect(), wanted))
+    Ok(MapClouds::new(dir.join("clouds"), keyframes.collect(), wanted))
 }
 
-/// As [`map_clouds`], each with the place of the LiDAR that saw it, keyframe's frame, metres. Nothing but the graph's keyframes
+/// As [`map_clouds`], each with the position of the LiDAR that saw it, keyframe's frame, metres. Nothing but the graph's keyframes
 /// with files is left out or thinned.
 ///
 /// # Errors
@@ -88,9 +88,9 @@ pub fn map_clouds(dir: &Path, wanted: Wanted) -> Result<MapClouds, StoreError> {
 pub fn map_clouds_and_sensors(
     dir: &Path,
 ) -> Result<impl Iterator<Item = Result<(MapCloud, [f32; 3]), StoreError>>, StoreError> {
-    let mut clouds = map_clouds(dir, Wanted { spacing: 0.0, moving: true })?;
-    let places: Vec<Place> = clouds.places.by_ref().collect();
-    Ok(places.into_iter().filter_map(move |place| clouds.read(&place).transpose()))
+    let mut clouds = map_clouds(dir, CloudSelection { spacing: 0.0, moving: true })?;
+    let keyframes: Vec<KeyframePose> = clouds.keyframes.by_ref().collect();
+    Ok(keyframes.into_iter().filter_map(move |keyframe| clouds.read(&keyframe).transpose()))
 }
 
 /// Copies the clouds of the map in the folder `dir` into another folder, counting its keyframes from `first` on.
@@ -108,7 +108,7 @@ pub fn copy_clouds(dir: &Path, to: &Path, first: u32) -> Result<(), StoreError> 
 }
 
 impl MapClouds {
-    pub(crate) fn new(clouds: PathBuf, places: Vec<Place>, wanted: Wanted) -> Self {
+    pub(crate) fn new(clouds: PathBuf, keyframes: Vec<KeyframePose>, wanted: CloudSelection) -> Self {
         // One level and one submap: a cell is taken once, wherever it is seen from.
         let splitter = (wanted.spacing > 0.0).then(|| {
             LevelSplitter::new(SplitOptions {
@@ -117,25 +117,25 @@ impl MapClouds {
                 submap_cells_max: usize::MAX,
             })
         });
-        let passage = (!wanted.moving).then(Passage::default);
-        Self { clouds, places: places.into_iter(), splitter, passage }
+        let dynamic_filter = (!wanted.moving).then(DynamicPointFilter::default);
+        Self { clouds, keyframes: keyframes.into_iter(), splitter, dynamic_filter }
     }
 
     /// A keyframe's cloud as its file has it, and where its LiDAR was; none when there is no file.
-    fn read(&self, place: &Place) -> Result<Option<(MapCloud, [f32; 3])>, StoreError> {
-        let path = self.clouds.join(cloud_name(place.id));
+    fn read(&self, keyframe: &KeyframePose) -> Result<Option<(MapCloud, [f32; 3])>, StoreError> {
+        let path = self.clouds.join(cloud_name(keyframe.id));
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             other => other.map_err(|source| StoreError::io("read", &path, source))?,
         };
         let (scan, _) = formats::pcd::read(&bytes)
-            .and_then(|table| table.to_scan(Some(place.stamp)))
+            .and_then(|table| table.to_scan(Some(keyframe.stamp)))
             .map_err(|source| StoreError::Cloud { path, source })?;
         let mut intensity = scan.intensity;
         intensity.resize(scan.xyz.len(), 0.0);
         let cloud = MapCloud {
-            keyframe: place.id,
-            map_from_keyframe: place.map_from_keyframe,
+            keyframe: keyframe.id,
+            map_from_keyframe: keyframe.map_from_keyframe,
             xyz: scan.xyz,
             intensity,
         };
@@ -156,23 +156,23 @@ impl Iterator for MapClouds {
     type Item = Result<MapCloud, StoreError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        while !self.passage.as_ref().is_some_and(Passage::is_ready) {
-            let Some(place) = self.places.next() else {
+        while !self.dynamic_filter.as_ref().is_some_and(DynamicPointFilter::is_ready) {
+            let Some(keyframe) = self.keyframes.next() else {
                 break;
             };
-            let (cloud, lidar) = match self.read(&place) {
+            let (cloud, lidar) = match self.read(&keyframe) {
                 Ok(None) => continue,
                 Ok(Some(read)) => read,
                 Err(error) => return Some(Err(error)),
             };
-            if self.passage.is_none() {
+            if self.dynamic_filter.is_none() {
                 return Some(Ok(self.thin(cloud)));
             }
             // A witness with all it saw, although the map needs little of it.
             let view = RangeImage::new(&cloud.xyz, lidar);
             let cloud = self.thin(cloud);
-            self.passage.as_mut()?.enter(cloud, view);
+            self.dynamic_filter.as_mut()?.insert(cloud, view);
         }
-        self.passage.as_mut()?.leave().map(Ok)
+        self.dynamic_filter.as_mut()?.pop().map(Ok)
     }
 }

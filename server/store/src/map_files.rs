@@ -12,10 +12,10 @@
 //! map.json           an api::MapSummary, written last
 //! ```
 
-use crate::known_places::write_known_places;
-use crate::map_clouds::Place;
+use crate::keyframe_descriptors::write_keyframe_descriptors;
+use crate::map_clouds::KeyframePose;
 use crate::tiles::Durability;
-use crate::{MapClouds, MapPoints, StoreError, TileFiles, Wanted, files};
+use crate::{CloudSelection, MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeOptions;
@@ -27,7 +27,7 @@ use vocab::Aabb;
 
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct MapFiles {
+pub struct MapFileOptions {
     /// Whether `map.ply` is wanted.
     pub ply: bool,
 }
@@ -54,16 +54,16 @@ pub fn write_map_files(
     dir: &Path,
     tiles: &TileFiles,
     finished: &FinishedMap,
-    wanted: MapFiles,
+    wanted: MapFileOptions,
 ) -> Result<MapFilesReport, StoreError> {
     let start = Instant::now();
-    let places = finished.graph.nodes.iter().map(|node| Place {
+    let keyframes = finished.graph.nodes.iter().map(|node| KeyframePose {
         id: node.id,
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     });
-    let settled = Wanted { spacing: BakeOptions::default().finest_spacing, moving: false };
-    let clouds = MapClouds::new(dir.join("clouds"), places.collect(), settled);
+    let settled = CloudSelection { spacing: BakeOptions::default().finest_spacing, moving: false };
+    let clouds = MapClouds::new(dir.join("clouds"), keyframes.collect(), settled);
     let points = MapPoints::read(clouds)?;
     let merge_time = start.elapsed();
     let report = write_map_files_of(dir, tiles, finished, wanted, points)?;
@@ -78,7 +78,7 @@ pub fn write_map_files_of(
     dir: &Path,
     tiles: &TileFiles,
     finished: &FinishedMap,
-    wanted: MapFiles,
+    wanted: MapFileOptions,
     points: MapPoints,
 ) -> Result<MapFilesReport, StoreError> {
     let options = BakeOptions::default();
@@ -88,7 +88,7 @@ pub fn write_map_files_of(
 
     files::write_json(&dir.join("tiles.json"), &list)?;
     files::write_json(&dir.join("graph.json"), &api_graph(&finished.graph))?;
-    write_known_places(dir)?;
+    write_keyframe_descriptors(dir)?;
     files::write_json(&dir.join("loops.json"), &finished.decisions)?;
     files::write_durably(&dir.join("trajectory.tum"), |out| formats::tum::write(out, &finished.trajectory))?;
     files::write_durably(&dir.join("graph.g2o"), |out| write_g2o(out, &finished.graph))?;
@@ -107,7 +107,7 @@ pub fn write_map_files_of(
         distance: finished.distance,
         keyframes: finished.graph.nodes.len() as u32,
         points: list.tiles.iter().map(|tile| u64::from(tile.points)).sum(),
-        bytes: files::bytes_under(dir)? + tile_bytes,
+        bytes: files::bytes_below(dir)? + tile_bytes,
     };
     files::write_json(&dir.join("map.json"), &summary)?;
     files::sync_directory(&dir.join("clouds"))?;
@@ -126,7 +126,7 @@ fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeOptions) -> 
         list.bounds.include(tile.bounds.min);
         list.bounds.include(tile.bounds.max);
         list.tiles.push(TileEntry {
-            hash: tiles.put_as(&tile.bytes, Durability::Map)?,
+            hash: tiles.put_with_durability(&tile.bytes, Durability::Map)?,
             anchor: Anchor::Map,
             level: tile.node.level,
             spacing: tile.spacing,

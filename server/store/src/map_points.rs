@@ -34,7 +34,7 @@ impl MapPoints {
     ///
     /// # Errors
     /// When a tile is missing or cannot be understood.
-    pub fn of_tiles(dir: &Path) -> Result<Self, StoreError> {
+    pub fn from_tiles(dir: &Path) -> Result<Self, StoreError> {
         let (own, shared) = (dir.join("tiles"), dir.join("..").join("..").join("tiles"));
         let tiles = TileFiles::new(if own.is_dir() { own } else { shared });
         let path = dir.join("tiles.json");

@@ -2,7 +2,7 @@
 
 use crate::sessions::{cloud_name, remove_encoded};
 use crate::{
-    MapFiles, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
+    MapFileOptions, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
     write_map_files_of,
 };
 use api::{MapSummary, TileList};
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId};
 
 /// What a new map leaves free on the disk, bytes.
-const DISK_SPARED: u64 = 2 << 30;
+const DISK_RESERVE_BYTES: u64 = 2 << 30;
 
 impl Store {
     /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
@@ -50,7 +50,7 @@ impl Store {
         SavedMap::read(&self.dir().map(map))
     }
 
-    /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::keep_cloud`]. The version
+    /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::write_session_cloud`]. The version
     /// is listed only once all of it is on the disk; when saving fails the clouds stay, so that it can be tried again.
     ///
     /// # Errors
@@ -64,8 +64,8 @@ impl Store {
         let clouds = temporary.join("clouds");
         rename(&session, &clouds)?;
         let written = remove_encoded(&clouds)
-            .and_then(|()| self.with_what_it_extends(finished, &clouds))
-            .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFiles::default()));
+            .and_then(|()| self.include_extended_map(finished, &clouds))
+            .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFileOptions::default()));
         self.publish(finished.map, written, || rename(&clouds, &session))
     }
 
@@ -83,7 +83,7 @@ impl Store {
         let temporary = self.make_room(finished.map)?;
         let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
         let written = written.and_then(|()| {
-            write_map_files_of(&temporary, &self.tiles(), finished, MapFiles::default(), points)
+            write_map_files_of(&temporary, &self.tiles(), finished, MapFileOptions::default(), points)
         });
         self.publish(finished.map, written, || Ok(()))
     }
@@ -92,9 +92,9 @@ impl Store {
     ///
     /// # Errors
     /// When the disk does not say.
-    pub fn has_room_beside(&self, map: MapId) -> Result<bool, StoreError> {
+    pub fn has_space_for_copy(&self, map: MapId) -> Result<bool, StoreError> {
         let folder = self.dir().map(map);
-        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(DISK_SPARED);
+        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(DISK_RESERVE_BYTES);
         Ok(files::free_bytes(&folder)? >= needed)
     }
 
@@ -128,32 +128,32 @@ impl Store {
         if self.dir().map(map).exists() {
             return Err(StoreError::MapExists { id: map });
         }
-        let temporary = self.unlisted(map);
+        let temporary = self.staging_directory(map);
         files::remove_directory(&temporary)?;
         files::make_directory(&temporary)?;
         Ok(temporary)
     }
 
-    fn unlisted(&self, map: MapId) -> PathBuf {
+    fn staging_directory(&self, map: MapId) -> PathBuf {
         self.dir().maps().join(format!(".{map}"))
     }
 
-    /// Lists a map that was written whole. Where it was not, `rescue` takes out of its directory what must not be lost, and the
+    /// Lists a map that was written whole. Where it was not, `recover` takes out of its directory what must not be lost, and the
     /// rest is removed.
     fn publish(
         &self,
         map: MapId,
         written: Result<MapFilesReport, StoreError>,
-        rescue: impl FnOnce() -> Result<(), StoreError>,
+        recover: impl FnOnce() -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
-        let temporary = self.unlisted(map);
+        let temporary = self.staging_directory(map);
         match written.and_then(|report| rename(&temporary, &self.dir().map(map)).map(|()| report)) {
             Ok(report) => {
                 files::sync_directory(&self.dir().maps())?;
                 Ok(report)
             }
             Err(error) => {
-                rescue()?;
+                recover()?;
                 files::remove_directory(&temporary)?;
                 Err(error)
             }
@@ -162,7 +162,7 @@ impl Store {
 
     /// A finished map with the trajectory, decisions and metres of the map that it goes on from, and in `clouds` whatever of that one's
     /// is missing because it could not be copied before.
-    fn with_what_it_extends<'a>(
+    fn include_extended_map<'a>(
         &self,
         finished: &'a FinishedMap,
         clouds: &Path,

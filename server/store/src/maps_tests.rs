@@ -1,5 +1,5 @@
 use super::*;
-use crate::known_places;
+use crate::keyframe_descriptors;
 use api::Graph;
 use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
 use std::sync::Arc;
@@ -31,7 +31,7 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
             (0..400_u16).map(|i| [0.0, f32::from(i % 20) * 0.1, f32::from(i / 20) * 0.1 + 0.05]).collect();
         let intensity = vec![10.0; xyz.len()];
         let at = (node.stamp, node.map_from_keyframe);
-        store.keep_cloud(&keyframe(node.id, at, Cloud { xyz, intensity })).expect("kept");
+        store.write_session_cloud(&keyframe(node.id, at, Cloud { xyz, intensity })).expect("kept");
     }
     FinishedMap {
         map: MapId(Uuid::from_u128(map)),
@@ -84,16 +84,16 @@ fn what_keyframes_leave_behind_is_read_back_and_made_anew_where_its_file_is_brok
     let clouds = folder.join("clouds");
     let hidden = folder.join("elsewhere");
     fs::rename(&clouds, &hidden).expect("renamed");
-    let kept = known_places(&folder, 10).expect("read without the clouds");
+    let kept = keyframe_descriptors(&folder, 10).expect("read without the clouds");
     assert_eq!(kept.len(), 10);
     assert!(kept.iter().all(|place| place.points.len() > 100));
     fs::rename(&hidden, &clouds).expect("renamed");
     for broken in [&b"AIPLACES"[..], b"", b"something else"] {
         fs::write(folder.join("places.bin"), broken).expect("written");
-        assert_eq!(known_places(&folder, 10).expect("made anew"), kept);
+        assert_eq!(keyframe_descriptors(&folder, 10).expect("made anew"), kept);
     }
     fs::remove_file(folder.join("places.bin")).expect("removed");
-    assert_eq!(known_places(&folder, 10).expect("made anew"), kept);
+    assert_eq!(keyframe_descriptors(&folder, 10).expect("made anew"), kept);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn clients_find_the_whole_scan_of_a_keyframe_while_its_session_lasts() {
     let xyz: Vec<[f32; 3]> = (0..500_u16).map(|i| [0.01 * f32::from(i), 2.0, -1.0]).collect();
     let cloud = Cloud { xyz: xyz.clone(), intensity: vec![7.0; 500] };
     let at = (Stamp::EPOCH, Pose::IDENTITY);
-    store.keep_cloud(&keyframe(KeyframeId(12), at, cloud.clone())).expect("kept");
+    store.write_session_cloud(&keyframe(KeyframeId(12), at, cloud.clone())).expect("kept");
     let path = store.session(SESSION).join("000012.scan");
     let chunk = map_codec::decode(&fs::read(&path).expect("written")).expect("decodes");
     let mut found: Vec<[f32; 3]> = chunk.points.iter().map(|point| chunk.position(point)).collect();
@@ -151,7 +151,7 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     let store = Store::open(dir.path()).expect("opens");
     let first = session(&store, 1, 100);
     store.save_map(&first).expect("saved");
-    store.keep_clouds_of(first.map, SESSION).expect("read back");
+    store.copy_map_clouds_to_session(first.map, SESSION).expect("read back");
     assert!(store.session(SESSION).join("000009.scan").exists(), "clients may ask for it");
     let mut nodes = first.graph.nodes.clone();
     // The new part has moved the old one a metre aside.
@@ -161,7 +161,7 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     let stamp = Stamp::from_parts(50, 0);
     let map_from_keyframe = Pose { position: Vec3::new(10.0, 1.0, 0.0), ..Pose::IDENTITY };
     let cloud = Cloud { xyz: vec![[0.0, 0.0, 1.0]; 30], intensity: vec![1.0; 30] };
-    store.keep_cloud(&keyframe(KeyframeId(10), (stamp, map_from_keyframe), cloud)).expect("kept");
+    store.write_session_cloud(&keyframe(KeyframeId(10), (stamp, map_from_keyframe), cloud)).expect("kept");
     nodes.push(GraphNode { id: KeyframeId(10), stamp, map_from_keyframe });
     // One that could not be copied is fetched when the map is saved.
     fs::remove_file(store.session(SESSION).join("000003.pcd")).expect("removed");
@@ -181,7 +181,7 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     assert!(store.dir().map(larger.map).join("clouds/000003.pcd").exists());
     assert_eq!(store.maps().expect("listed").len(), 2, "the first one is kept");
     // One that goes on from a map that is not there is not saved, and nothing is lost.
-    store.keep_clouds_of(first.map, SESSION).expect("read back");
+    store.copy_map_clouds_to_session(first.map, SESSION).expect("read back");
     let (map, gone) = (MapId(Uuid::from_u128(3)), MapId(Uuid::from_u128(9)));
     assert!(store.save_map(&FinishedMap { map, extends: Some(gone), ..larger.clone() }).is_err());
     assert!(store.session(SESSION).join("000003.pcd").exists());
@@ -242,7 +242,7 @@ fn tiles_of_an_ended_session_go_unless_a_map_shares_them() {
     store.save_map(&finished).expect("saved");
     let list: TileList = files::read_json(&store.dir().map_tiles(finished.map)).expect("tiles");
     let (own, shared) = (store.tiles().put(b"of a session").expect("put"), list.tiles[0].hash);
-    store.forget_tiles(&[own, shared]).expect("forgotten");
+    store.remove_session_tiles(&[own, shared]).expect("forgotten");
     assert!(!store.dir().tile(own).exists() && store.dir().tile(shared).exists());
 }
 
@@ -284,5 +284,5 @@ fn the_room_that_another_map_takes_is_counted_with_all_its_folders() {
     assert_eq!(files::bytes_below(dir.path()).expect("read"), 60);
     assert!(files::free_bytes(dir.path()).expect("the disk says") > 0);
     let store = Store::open(dir.path().join("store")).expect("opens");
-    assert!(store.has_room_beside(MapId(Uuid::from_u128(1))).is_err(), "there is no such map");
+    assert!(store.has_space_for_copy(MapId(Uuid::from_u128(1))).is_err(), "there is no such map");
 }

@@ -1,4 +1,4 @@
-//! Room for recordings: they hold a bounded share of the disk, and the oldest make way.
+//! Disk space for recordings: they hold a bounded share of the disk, and the oldest make way.
 
 use crate::{StoreError, files};
 use std::fs;
@@ -19,9 +19,9 @@ pub struct Recordings {
 
 /// Whether a running recording may go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Room {
+pub enum RecordingSpace {
     /// Yes.
-    Enough,
+    Available,
     /// It alone holds all that recordings may take.
     Exhausted,
 }
@@ -55,7 +55,7 @@ impl Recordings {
     ///
     /// # Errors
     /// When the disk does.
-    pub fn make_room(&self, running: &Path) -> Result<Room, StoreError> {
+    pub fn evict_oldest(&self, running: &Path) -> Result<RecordingSpace, StoreError> {
         let mut kept = Vec::new();
         for path in files::entries(&self.dir)? {
             let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
@@ -70,7 +70,7 @@ impl Recordings {
             fs::remove_file(path).map_err(|source| StoreError::io("remove", path, source))?;
             used -= bytes;
         }
-        Ok(if used <= limit { Room::Enough } else { Room::Exhausted })
+        Ok(if used <= limit { RecordingSpace::Available } else { RecordingSpace::Exhausted })
     }
 
     /// What recordings may hold when they hold `used` now, bytes.
@@ -132,11 +132,11 @@ mod tests {
         for path in [&oldest, &older, &running] {
             fs::write(path, [0; 100]).expect("writable");
         }
-        assert_eq!(recordings.make_room(&running).expect("room"), Room::Enough);
+        assert_eq!(recordings.evict_oldest(&running).expect("evicted"), RecordingSpace::Available);
         assert!(!oldest.exists() && older.exists() && running.exists());
 
         fs::write(&running, [0; 300]).expect("writable");
-        assert_eq!(recordings.make_room(&running).expect("room"), Room::Exhausted);
+        assert_eq!(recordings.evict_oldest(&running).expect("evicted"), RecordingSpace::Exhausted);
         assert!(!older.exists() && running.exists());
     }
 }

@@ -4,7 +4,7 @@
 //! saving moves the directory. Beside each lies `NNNNNN.scan`, the same encoded for clients, a fifth of its size, which goes
 //! when the map is saved. They are worthless once the process that ran the session is gone.
 
-use crate::{MapCloud, Store, StoreError, Wanted, copy_clouds, files, map_clouds};
+use crate::{CloudSelection, MapCloud, Store, StoreError, copy_clouds, files, map_clouds};
 use messages::Keyframe;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -58,7 +58,7 @@ impl Store {
     ///
     /// # Errors
     /// When the disk does.
-    pub fn keep_cloud(&self, keyframe: &Keyframe) -> Result<(), StoreError> {
+    pub fn write_session_cloud(&self, keyframe: &Keyframe) -> Result<(), StoreError> {
         let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
         write_cloud(&directory, keyframe)?;
@@ -69,11 +69,11 @@ impl Store {
     ///
     /// # Errors
     /// When the disk does, or the map cannot be read.
-    pub fn keep_clouds_of(&self, map: MapId, session: SessionId) -> Result<(), StoreError> {
+    pub fn copy_map_clouds_to_session(&self, map: MapId, session: SessionId) -> Result<(), StoreError> {
         let (from, directory) = (self.dir().map(map), self.session(session));
         files::make_directory(&directory)?;
         copy_clouds(&from, &directory, 0)?;
-        for cloud in map_clouds(&from, Wanted { spacing: 0.0, moving: true })? {
+        for cloud in map_clouds(&from, CloudSelection { spacing: 0.0, moving: true })? {
             let MapCloud { keyframe, xyz, intensity, .. } = cloud?;
             write_encoded(&directory, keyframe, &xyz, &intensity)?;
         }

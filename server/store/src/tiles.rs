@@ -39,10 +39,14 @@ impl TileFiles {
     /// # Errors
     /// When the disk does.
     pub fn put(&self, bytes: &[u8]) -> Result<TileHash, StoreError> {
-        self.put_as(bytes, Durability::Session)
+        self.put_with_durability(bytes, Durability::Session)
     }
 
-    pub(crate) fn put_as(&self, bytes: &[u8], durability: Durability) -> Result<TileHash, StoreError> {
+    pub(crate) fn put_with_durability(
+        &self,
+        bytes: &[u8],
+        durability: Durability,
+    ) -> Result<TileHash, StoreError> {
         let hash = TileHash(*blake3::hash(bytes).as_bytes());
         let path = self.path(hash);
         let Some(directory) = path.parent() else {
@@ -92,19 +96,19 @@ impl Store {
     ///
     /// # Errors
     /// When the disk does.
-    pub fn forget_tiles(&self, tiles: &[TileHash]) -> Result<(), StoreError> {
-        let named = self.tiles_named_by_maps()?;
-        tiles.iter().filter(|hash| !named.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
+    pub fn remove_session_tiles(&self, tiles: &[TileHash]) -> Result<(), StoreError> {
+        let referenced = self.tiles_referenced_by_maps()?;
+        tiles.iter().filter(|hash| !referenced.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
     }
 
     /// Removes every tile that no saved map names, and temporary files beside them.
-    pub(crate) fn remove_unnamed_tiles(&self) -> Result<(), StoreError> {
-        let named = self.tiles_named_by_maps()?;
+    pub(crate) fn remove_unreferenced_tiles(&self) -> Result<(), StoreError> {
+        let referenced = self.tiles_referenced_by_maps()?;
         for directory in files::entries(&self.dir().tiles())? {
             for path in files::entries(&directory)? {
                 let hash: Option<TileHash> =
                     path.file_name().and_then(|name| name.to_str()).and_then(|name| name.parse().ok());
-                if !hash.is_some_and(|hash| named.contains(&hash)) {
+                if !hash.is_some_and(|hash| referenced.contains(&hash)) {
                     fs::remove_file(&path).map_err(|source| StoreError::io("remove", &path, source))?;
                 }
             }
@@ -112,12 +116,12 @@ impl Store {
         Ok(())
     }
 
-    fn tiles_named_by_maps(&self) -> Result<BTreeSet<TileHash>, StoreError> {
-        let mut named = BTreeSet::new();
+    fn tiles_referenced_by_maps(&self) -> Result<BTreeSet<TileHash>, StoreError> {
+        let mut referenced = BTreeSet::new();
         for map in self.maps()? {
             let list: TileList = files::read_json(&self.dir().map_tiles(map.id))?;
-            named.extend(list.tiles.iter().map(|tile| tile.hash));
+            referenced.extend(list.tiles.iter().map(|tile| tile.hash));
         }
-        Ok(named)
+        Ok(referenced)
     }
 }

@@ -1,20 +1,20 @@
 //! `autoinspect align`: a saved map laid into the frame of another one of the same site.
 
-pub mod lay;
+pub mod frame_alignment;
 
 use crate::failure::Failure;
-use crate::places::places;
-use crate::progress::{Progress, give_way};
+use crate::keyframe_descriptors::read_keyframe_descriptors;
+use crate::progress::{Progress, lower_priority};
 use crate::{map, output};
 use api::ImportStage;
 use clap::Args;
+use frame_alignment::{FrameAlignment, Pair, pair};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
-use lay::{Aligned, Pair, pair};
 use messages::{FinishedMap, GraphNode, PoseGraph, VisitCounts};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use store::{MapFiles, MapPoints, SavedMap, TileFiles, copy_clouds, write_map_files_of};
+use store::{MapFileOptions, MapPoints, SavedMap, TileFiles, copy_clouds, write_map_files_of};
 use uuid::Uuid;
 use vocab::{MapId, Pose, SessionId};
 
@@ -63,13 +63,13 @@ struct Report {
     name: String,
     points: u64,
     keyframes: u64,
-    aligned: Aligned,
+    aligned: FrameAlignment,
 }
 
 /// Runs `autoinspect align`.
 pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     if args.background {
-        give_way();
+        lower_priority();
     }
     if [&args.map, &args.onto].iter().any(|map| map::is_same_folder(&args.out, map)) {
         let text = format!("{} is one of the maps; choose another folder for the result", args.out.display());
@@ -80,8 +80,12 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     let mut progress = Progress::new(args.background, ImportStage::Looking);
     progress.is(0.0);
     let aligned = match args.pair.as_slice() {
-        [] => lay::find(places(&args.map, |_| true)?, &args.onto, &mut |share| progress.is(share))?,
-        pairs => lay::by_pairs(pairs)?,
+        [] => frame_alignment::find(
+            read_keyframe_descriptors(&args.map, |_| true)?,
+            &args.onto,
+            &mut |share| progress.is(share),
+        )?,
+        pairs => frame_alignment::align_by_point_pairs(pairs)?,
     };
     progress.ends();
     let name = args.name.clone();
@@ -90,14 +94,14 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     let mut progress = Progress::new(args.background, ImportStage::Writing);
     progress.is(0.0);
     // An imported map keeps less of what it was made of anywhere else.
-    let mut points = MapPoints::of_tiles(&args.map).map_err(Failure::usage)?;
+    let mut points = MapPoints::from_tiles(&args.map).map_err(Failure::usage)?;
     aligned.move_points(&mut points.xyz);
     map::prepare(&args.out)?;
     copy_clouds(&args.map, &args.out.join("clouds"), 0).map_err(Failure::failed)?;
     let finished = moved(&saved, aligned.map_from_cloud(), &name);
     let tiles = TileFiles::new(args.out.join("tiles"));
     progress.is(0.2);
-    let files = write_map_files_of(&args.out, &tiles, &finished, MapFiles::default(), points)
+    let files = write_map_files_of(&args.out, &tiles, &finished, MapFileOptions::default(), points)
         .map_err(Failure::failed)?;
     progress.ends();
     let report = Report {

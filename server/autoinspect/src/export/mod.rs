@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use store::{MapClouds, MapPoints, Wanted, map_clouds};
+use store::{CloudSelection, MapClouds, MapPoints, map_clouds};
 use vocab::MapId;
 
 /// Write a saved map as one file for other programs, or as a picture from above.
@@ -87,7 +87,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         ))
     })?;
     let map = summary(&args.map)?;
-    let clouds = map_clouds(&args.map, Wanted { spacing: args.spacing, moving: args.moving })
+    let clouds = map_clouds(&args.map, CloudSelection { spacing: args.spacing, moving: args.moving })
         .map_err(Failure::usage)?;
     // Under another name first: what carries the wanted name is complete.
     let unfinished = unfinished(&args.out);

@@ -2,9 +2,9 @@
 
 mod upright;
 
-use crate::align::lay::{self, Aligned, Pair, pair};
+use crate::align::frame_alignment::{self, FrameAlignment, Pair, pair};
 use crate::failure::Failure;
-use crate::progress::{Progress, give_way};
+use crate::progress::{Progress, lower_priority};
 use crate::{map, output};
 use api::ImportStage;
 use clap::Args;
@@ -21,7 +21,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, UNIX_EPOCH};
-use store::{MapFiles, MapPoints, Store, StoreError, TileFiles, write_cloud, write_map_files_of};
+use store::{MapFileOptions, MapPoints, Store, StoreError, TileFiles, write_cloud, write_map_files_of};
 use upright::Up;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, SessionId, Stamp};
@@ -122,7 +122,7 @@ struct Origin {
     field_of_view: [f32; 2],
     /// Where it was laid, if another map's frame was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
-    aligned: Option<Aligned>,
+    aligned: Option<FrameAlignment>,
 }
 
 #[derive(Debug, Default, Serialize)]
@@ -136,7 +136,7 @@ struct Seconds {
 pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
     if args.background {
-        give_way();
+        lower_priority();
     }
     let began = Instant::now();
     let mut progress = Progress::new(args.background, ImportStage::Reading);
@@ -164,9 +164,11 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let mut found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
     progress.ends();
     origin.aligned = match &args.align_to {
-        Some(map) => Some(lay::find(seen(&found, &thinned, &options), map, &mut |_| ())?),
+        Some(map) => Some(frame_alignment::find(seen(&found, &thinned, &options), map, &mut |_| ())?),
         None if args.pair.is_empty() => None,
-        None => Some(lay::by_pairs(&args.pair.iter().map(|pair| origin.as_read(pair)).collect::<Vec<_>>())?),
+        None => Some(frame_alignment::align_by_point_pairs(
+            &args.pair.iter().map(|pair| origin.as_read(pair)).collect::<Vec<_>>(),
+        )?),
     };
     if let Some(aligned) = &origin.aligned {
         aligned.move_points(&mut points.xyz);
@@ -194,7 +196,8 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         map::prepare(&out)?;
         prepare(&out).map_err(Failure::failed)?;
         let tiles = TileFiles::new(out.join("tiles"));
-        write_map_files_of(&out, &tiles, &finished, MapFiles::default(), points).map_err(Failure::failed)?;
+        write_map_files_of(&out, &tiles, &finished, MapFileOptions::default(), points)
+            .map_err(Failure::failed)?;
         out
     };
     seconds.write = began.elapsed().as_secs_f64();
@@ -427,7 +430,7 @@ fn describe(report: &Report) -> String {
         let [x, y, z] = report.origin.offset;
         lines.push(format!("{x:.0} {y:.0} {z:.0} m were taken off the coordinates"));
     }
-    lines.extend(report.origin.aligned.as_ref().map(Aligned::describe));
+    lines.extend(report.origin.aligned.as_ref().map(FrameAlignment::describe));
     lines.push(match report.places {
         0 => "no floor was found to stand on: it can be looked at, but no robot can work by it".to_owned(),
         places => format!("{places} places to stand at"),

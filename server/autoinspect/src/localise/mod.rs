@@ -1,19 +1,19 @@
 //! `autoinspect localise`: where a recorded robot was in a known map, through the very stack that runs on the robot.
 
-pub(crate) mod walk;
+pub(crate) mod offline_localiser;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::output;
 use clap::Args;
 use messages::CorrectedScan;
+use offline_localiser::OfflineLocaliser;
 use serde::Serialize;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Quat, Stamp, Vec3};
-use walk::Walk;
 
 /// Say where a recorded robot was in a known map.
 #[derive(Args, Debug)]
@@ -73,7 +73,7 @@ pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
     let known = runtime::known_map(&args.map).map_err(Failure::usage)?;
     let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
     let mut nobody = |_: &CorrectedScan| ();
-    let walk = Walk::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut nobody);
+    let walk = OfflineLocaliser::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut nobody);
     let walked = walk.run(boot, Reader::start(recordings)?, duration);
     write(&args.out, &walked.trajectory)?;
     let mut ms: Vec<f64> = walked.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();

@@ -1,6 +1,6 @@
 //! `autoinspect map`: a map from recordings, through the very stack that runs on the robot, as fast as it goes.
 
-mod offline;
+mod offline_mapper;
 mod summary;
 
 use crate::failure::Failure;
@@ -10,13 +10,13 @@ use crate::output;
 use crate::process;
 use clap::Args;
 use messages::BootRecord;
-use offline::{Mapped, Offline};
+use offline_mapper::{MappingRun, OfflineMapper};
 use ports::Journal;
 use recorder::{RecordingMeta, RecordingWriter};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use store::{MapFiles, MapFilesReport, TileFiles, write_map_files};
+use store::{MapFileOptions, MapFilesReport, TileFiles, write_map_files};
 use summary::{Stage, Summary};
 use uuid::Uuid;
 use vocab::SessionId;
@@ -67,13 +67,13 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
 
     process::reset_peak_memory();
     let duration = inputs::duration(&recordings);
-    let offline = Offline::new(args.out.join("clouds"), journal);
+    let offline = OfflineMapper::new(args.out.join("clouds"), journal);
     let mapped = offline.run(boot, Reader::start(recordings)?, args.name.clone(), duration)?;
     let mapping_memory = process::peak_memory();
 
     process::reset_peak_memory();
     let tiles = TileFiles::new(args.out.join("tiles"));
-    let files = write_map_files(&args.out, &tiles, &mapped.finished, MapFiles { ply: true })
+    let files = write_map_files(&args.out, &tiles, &mapped.finished, MapFileOptions { ply: true })
         .map_err(Failure::failed)?;
     let stages = stages(&mapped, &files, mapping_memory, process::peak_memory());
     let summary = Summary::new(args, &mapped, &files, stages, start.elapsed());
@@ -122,7 +122,12 @@ pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     fs::create_dir_all(out.join("clouds")).map_err(cannot)
 }
 
-fn stages(mapped: &Mapped, files: &MapFilesReport, mapping_memory: u64, saving_memory: u64) -> Vec<Stage> {
+fn stages(
+    mapped: &MappingRun,
+    files: &MapFilesReport,
+    mapping_memory: u64,
+    saving_memory: u64,
+) -> Vec<Stage> {
     let stage = |name, seconds: std::time::Duration, peak_memory_bytes| Stage {
         name,
         seconds: seconds.as_secs_f64(),

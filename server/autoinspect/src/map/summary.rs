@@ -1,7 +1,7 @@
 //! `summary.json`, and the same for people.
 
 use super::MapArgs;
-use super::offline::Mapped;
+use super::offline_mapper::MappingRun;
 use crate::failure::Failure;
 use messages::{EdgeKind, FinishedMap, LoopVerdict};
 use serde::Serialize;
@@ -89,7 +89,7 @@ pub struct Milliseconds {
 impl Summary {
     pub fn new(
         args: &MapArgs,
-        mapped: &Mapped,
+        mapped: &MappingRun,
         files: &MapFilesReport,
         stages: Vec<Stage>,
         took: Duration,

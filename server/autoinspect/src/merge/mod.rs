@@ -1,18 +1,18 @@
 //! `autoinspect merge`: several maps of one site as one.
 
-mod joined;
+mod joined_graph;
 
 use crate::failure::Failure;
 use crate::{map, output};
 use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
-use joined::Joined;
+use joined_graph::JoinedGraph;
 use mapping::{Chart, Gates, Joint, Unrelated};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::fs;
 use std::path::{Path, PathBuf};
-use store::{MapFiles, SavedMap, TileFiles, map_clouds_and_sensors, write_map_files};
+use store::{MapFileOptions, SavedMap, TileFiles, map_clouds_and_sensors, write_map_files};
 use vocab::Pose;
 
 /// Join maps of one site: those of several walks, or of a part that was added.
@@ -83,8 +83,8 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
     let tiles = TileFiles::new(args.out.join("tiles"));
     let finished = joined.finish(&maps, &args.name);
-    let files =
-        write_map_files(&args.out, &tiles, &finished, MapFiles { ply: true }).map_err(Failure::failed)?;
+    let files = write_map_files(&args.out, &tiles, &finished, MapFileOptions { ply: true })
+        .map_err(Failure::failed)?;
     let report = Report {
         out: args.out.clone(),
         keyframes: u64::from(files.summary.keyframes),
@@ -97,9 +97,9 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
 }
 
 /// Joins every map with those before it; what is not recognised there may be in one that comes later.
-fn join(maps: &[SavedMap], charts: Vec<Chart>) -> Result<(Joined, Vec<Join>), Failure> {
+fn join(maps: &[SavedMap], charts: Vec<Chart>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
     let mut waiting: VecDeque<(usize, Chart)> = charts.into_iter().enumerate().collect();
-    let (mut joined, mut joins) = (Joined::default(), Vec::new());
+    let (mut joined, mut joins) = (JoinedGraph::default(), Vec::new());
     let Some((first, mut chart)) = waiting.pop_front() else { return Ok((joined, joins)) };
     joined.begin(first, &maps[first]);
     let mut refused = 0;

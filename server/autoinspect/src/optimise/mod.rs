@@ -1,7 +1,7 @@
 //! `autoinspect optimise`: the best poses for a pose graph in a g2o file.
 
+mod incremental;
 mod problem;
-mod steps;
 
 use crate::failure::Failure;
 use crate::output;
@@ -9,13 +9,13 @@ use crate::process;
 use clap::{Args, ValueEnum};
 use factors::{Method, Options, RobustOptions, SolveError, Values, chordal, optimise, optimise_robustly};
 use formats::g2o;
+use incremental::StepTimes;
 use problem::Problem;
 use serde::Serialize;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 use std::time::Duration;
-use steps::StepTimes;
 
 /// Find the best poses for a pose graph.
 #[derive(Args, Debug)]
@@ -145,7 +145,7 @@ pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
 
 fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
     if args.incremental {
-        return steps::walk(problem);
+        return incremental::solve_incrementally(problem);
     }
     let start = match args.start {
         Start::File if problem.has_start => problem.values.clone(),

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 
 /// Information of the prior that holds a fixed pose: 1 µm and 1 µrad.
-const HELD: f64 = 1e12;
+const FIXED_POSE_INFORMATION: f64 = 1e12;
 
 /// A graph to optimise. Factors come in the file's order of edges (SE(3) first), then the priors.
 pub struct Problem {
@@ -103,10 +103,16 @@ impl Problem {
     fn prior(&mut self, key: Key) -> Result<(), FactorError> {
         match self.values.get(key).copied() {
             Some(Value::Pose(pose)) => {
-                self.graph.add(Prior::new(key, &pose, &(Matrix6::identity() * HELD))?, &self.values)?;
+                self.graph.add(
+                    Prior::new(key, &pose, &(Matrix6::identity() * FIXED_POSE_INFORMATION))?,
+                    &self.values,
+                )?;
             }
             Some(Value::Planar(pose)) => {
-                self.graph.add(PlanarPrior::new(key, &pose, &(Matrix3::identity() * HELD))?, &self.values)?;
+                self.graph.add(
+                    PlanarPrior::new(key, &pose, &(Matrix3::identity() * FIXED_POSE_INFORMATION))?,
+                    &self.values,
+                )?;
             }
             _ => {}
         }

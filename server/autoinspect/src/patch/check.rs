@@ -1,10 +1,10 @@
 //! Whether a robot is localised by one version of a map as well as by another.
 
-use super::Paces;
+use super::DistanceTrigger;
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
-use crate::localise::walk::Walk;
-use crate::places::places;
+use crate::keyframe_descriptors::read_keyframe_descriptors;
+use crate::localise::offline_localiser::OfflineLocaliser;
 use geometry::isometry_from_pose;
 use localisation::{Guide, Thinner};
 use messages::CorrectedScan;
@@ -34,24 +34,24 @@ pub struct Fitness {
 
 /// Localises the robot of each recording in a map.
 pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
-    let guide = Guide::new(places(map, |_| true)?);
+    let guide = Guide::new(read_keyframe_descriptors(map, |_| true)?);
     let known = Arc::new(runtime::known_map(map).map_err(Failure::usage)?);
     let (mut fitness, mut compared) = (Fitness::default(), 0.0);
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut paces, mut thinner) = (Paces::default(), Thinner::default());
+        let (mut look_trigger, mut thinner) = (DistanceTrigger::default(), Thinner::default());
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             let points = thinner.thin(&scan.cloud.xyz);
-            if paces.is_due(&pose) {
+            if look_trigger.is_due(&pose) {
                 let found = guide.settle(&points, &pose);
                 fitness.fit += found.fit;
                 fitness.contradicted += found.contradicted;
                 compared += 1.0;
             }
         };
-        let walk = Walk::new(Arc::clone(&known), None, &mut witness);
+        let walk = OfflineLocaliser::new(Arc::clone(&known), None, &mut witness);
         let walked = walk.run(boot, Reader::start(opened)?, duration);
         fitness.scans += walked.scans;
         fitness.localised += walked.trajectory.len() as u64;

@@ -5,7 +5,7 @@ mod version;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
-use crate::localise::walk::Walk;
+use crate::localise::offline_localiser::OfflineLocaliser;
 use crate::{map, output};
 use check::{Fitness, fitness, worse};
 use clap::Args;
@@ -22,7 +22,7 @@ use version::{Changes, write_version};
 use vocab::MapId;
 
 /// A look for so many metres walked.
-const LOOK_EVERY: f64 = 1.0;
+const LOOK_DISTANCE_M: f64 = 1.0;
 
 /// Make a new version of a map with what later recordings found changed: racks gone or moved, new walls, open doors.
 #[derive(Args, Debug)]
@@ -75,14 +75,14 @@ struct Report {
 
 /// Chooses scans that lie apart along a walk.
 #[derive(Debug, Default)]
-struct Paces {
+struct DistanceTrigger {
     last: Option<Isometry>,
 }
 
-impl Paces {
+impl DistanceTrigger {
     fn is_due(&mut self, pose: &Isometry) -> bool {
         let step = |last: &Isometry| (last.translation.vector - pose.translation.vector).norm();
-        let due = self.last.as_ref().is_none_or(|last| step(last) >= LOOK_EVERY);
+        let due = self.last.as_ref().is_none_or(|last| step(last) >= LOOK_DISTANCE_M);
         if due {
             self.last = Some(*pose);
         }
@@ -145,15 +145,19 @@ fn looks(args: &PatchArgs) -> Result<Vec<Look>, Failure> {
         let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
         let lidar = boot.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
         let sensor = lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32).into();
-        let mut paces = Paces::default();
+        let mut look_trigger = DistanceTrigger::default();
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
-            if paces.is_due(&pose) {
+            if look_trigger.is_due(&pose) {
                 let (xyz, intensity) = (&scan.cloud.xyz, &scan.cloud.intensity);
                 looks.push(Look::new(pose, xyz, intensity, sensor, &mut downsampler));
             }
         };
-        Walk::new(Arc::clone(&known), None, &mut witness).run(boot, Reader::start(recordings)?, duration);
+        OfflineLocaliser::new(Arc::clone(&known), None, &mut witness).run(
+            boot,
+            Reader::start(recordings)?,
+            duration,
+        );
     }
     Ok(looks)
 }

@@ -9,7 +9,9 @@ use messages::{Cloud, FinishedMap, Keyframe, VisitCounts};
 use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
-use store::{MapCloud, MapFiles, SavedMap, StoreError, TileFiles, map_clouds_and_sensors, write_map_files};
+use store::{
+    MapCloud, MapFileOptions, SavedMap, StoreError, TileFiles, map_clouds_and_sensors, write_map_files,
+};
 use uuid::Uuid;
 use vocab::{MapId, SessionId};
 
@@ -26,7 +28,7 @@ pub struct Changes {
 
 /// A point that has come.
 #[derive(Clone, Copy, Debug)]
-struct Newcomer {
+struct AddedPoint {
     in_map: Vector3,
     intensity: f32,
     /// The keyframe that is nearest to where it was seen from.
@@ -51,15 +53,15 @@ pub fn write_version(
         cloud.xyz.iter().for_each(|point| shown.add(&in_map(&pose, point)));
         left.push(gone);
     }
-    let newcomers = newcomers(saved, looks, &mut shown);
-    let mut changes = Changes { come: newcomers.len() as u64, ..Changes::default() };
+    let added_points = added_points(saved, looks, &mut shown);
+    let mut changes = Changes { come: added_points.len() as u64, ..Changes::default() };
     for (read, gone) in clouds()?.zip(left) {
         let (mut cloud, sensor) = read.map_err(Failure::usage)?;
         cloud.drop_points(&gone);
         let pose = pose_of(&cloud);
         let before = cloud.xyz.len();
         let view = RangeImage::new(&cloud.xyz, sensor);
-        put_in(&mut cloud, &pose, &view, &newcomers);
+        put_in(&mut cloud, &pose, &view, &added_points);
         changes.keyframes += 1;
         changes.gone += gone.len() as u64;
         changes.keyframes_changed += u64::from(!gone.is_empty() || cloud.xyz.len() > before);
@@ -67,32 +69,38 @@ pub fn write_version(
     }
     let finished = finished(saved, looks, name);
     let tiles = TileFiles::new(out.join("tiles"));
-    let files = write_map_files(out, &tiles, &finished, MapFiles { ply: true }).map_err(Failure::failed)?;
+    let files =
+        write_map_files(out, &tiles, &finished, MapFileOptions { ply: true }).map_err(Failure::failed)?;
     Ok((files.summary, changes))
 }
 
-fn newcomers(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<Newcomer> {
-    let mut newcomers = Vec::new();
+fn added_points(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<AddedPoint> {
+    let mut added_points = Vec::new();
     for (one, look) in looks.iter().enumerate() {
         let Some(home) = nearest(&look.map_from_base, &saved.poses) else { continue };
-        newcomers.extend(come(looks, one, shown).into_iter().map(|index| Newcomer {
+        added_points.extend(come(looks, one, shown).into_iter().map(|index| AddedPoint {
             in_map: in_map(&look.map_from_base, &look.xyz[index as usize]),
             intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
             home,
         }));
     }
-    newcomers
+    added_points
 }
 
 /// Adds what belongs in a keyframe: what is at home there, and what stands where it looked through.
-fn put_in(cloud: &mut MapCloud, map_from_keyframe: &Isometry, view: &RangeImage, newcomers: &[Newcomer]) {
+fn put_in(
+    cloud: &mut MapCloud,
+    map_from_keyframe: &Isometry,
+    view: &RangeImage,
+    added_points: &[AddedPoint],
+) {
     let keyframe_from_map = map_from_keyframe.inverse();
-    for newcomer in newcomers {
-        let at = keyframe_from_map.rotation * newcomer.in_map + keyframe_from_map.translation.vector;
+    for added_point in added_points {
+        let at = keyframe_from_map.rotation * added_point.in_map + keyframe_from_map.translation.vector;
         let point = at.map(|c| c as f32).into();
-        if newcomer.home == cloud.keyframe.0 as usize || belongs(view, &point) {
+        if added_point.home == cloud.keyframe.0 as usize || belongs(view, &point) {
             cloud.xyz.push(point);
-            cloud.intensity.push(newcomer.intensity);
+            cloud.intensity.push(added_point.intensity);
         }
     }
 }

@@ -75,7 +75,7 @@ fn run(
     let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
     let (lines, errors) = (child.stdout.take(), child.stderr.take());
     let (cancelled, complaint) = thread::scope(|scope| {
-        // Beside the progress, or a child with much to complain of would wait for a reader for ever.
+        // Beside the progress, or a child with much to report would wait for a reader for ever.
         let complaint = scope.spawn(|| complaint(errors));
         let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
         if cancelled {

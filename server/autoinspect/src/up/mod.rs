@@ -72,7 +72,7 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let mut supervisor = Supervisor::new(core, gateway, args.listen, socket);
     supervisor.run(&stop, |address| {
         output::print_line(&format!("AutoInspect is running: http://{}", reachable(address)));
-        output::remark(&format!("data in {}; stop with Ctrl-C", data.display()));
+        output::print_note(&format!("data in {}; stop with Ctrl-C", data.display()));
     })
 }
 

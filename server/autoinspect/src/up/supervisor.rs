@@ -20,7 +20,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time between looks at the children.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Longest time that a child may take to stop in order: a map may be being saved.
 const GRACE: Duration = Duration::from_secs(30);
 /// Longest time that the gateway waits for the core to listen for the first time.
@@ -61,7 +61,7 @@ pub struct Supervisor {
     listen: SocketAddr,
     /// Where the core listens for the gateway.
     socket: PathBuf,
-    /// The gateway is not started before the core listens, or this has come: it would complain for nothing.
+    /// The gateway is not started before the core listens, or this has come: its errors would mean nothing.
     gateway_at: Instant,
     /// What the gateway really listens on, once known.
     bound: Option<SocketAddr>,
@@ -88,7 +88,7 @@ impl Supervisor {
             if let Err(failure) = self.look(&on_ready) {
                 break Err(failure);
             }
-            if stop.wait(LOOK_EVERY) {
+            if stop.wait(POLL_INTERVAL) {
                 break Ok(());
             }
         };
@@ -174,7 +174,7 @@ impl Process {
             self.pause = Duration::ZERO;
         }
         self.start_at = Instant::now() + self.pause;
-        output::remark(&format!(
+        output::print_note(&format!(
             "the {} ended ({status}) and is started again{}",
             self.role.name(),
             if self.pause.is_zero() {
@@ -200,12 +200,12 @@ impl Process {
         let deadline = Instant::now() + GRACE;
         while Instant::now() < deadline {
             match child.try_wait() {
-                Ok(None) => thread::sleep(LOOK_EVERY),
+                Ok(None) => thread::sleep(POLL_INTERVAL),
                 // Ended, or cannot be asked any more.
                 Ok(Some(_)) | Err(_) => return,
             }
         }
-        output::remark(&format!("the {} does not stop and is killed", self.role.name()));
+        output::print_note(&format!("the {} does not stop and is killed", self.role.name()));
         let _ = child.kill();
         let _ = child.wait();
     }

@@ -1,6 +1,6 @@
 //! ROS 1 bags as containers.
 
-use super::merge::{Blocks, Merged};
+use super::merge::{BlockSource, MergedMessages};
 use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
 use crate::error::{OpenError, ReadError};
 use formats::FormatError;
@@ -69,13 +69,13 @@ impl Container for BagFile {
         Some((first, last))
     }
 
-    fn complaints(&self) -> &[String] {
-        &self.contents.index.complaints
+    fn warnings(&self) -> &[String] {
+        &self.contents.index.warnings
     }
 
     fn messages(&self, wanted: &[bool], order: Order) -> Messages {
         match ChunkReader::open(self.contents.clone(), wanted.to_vec(), order) {
-            Ok(reader) => Box::new(Merged::new(reader, order)),
+            Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),
         }
     }
@@ -107,7 +107,7 @@ impl ChunkReader {
     }
 }
 
-impl Blocks for ChunkReader {
+impl BlockSource for ChunkReader {
     fn next_start(&self) -> Option<Stamp> {
         self.queue.last().map(|number| self.contents.index.chunks[*number].span.0)
     }
@@ -127,6 +127,6 @@ impl Blocks for ChunkReader {
             }
         }
         let damaged = |problem| ReadError::Damaged { path: path(), at: position, problem };
-        chunk.complaint.map_or(Ok(()), |problem| Err(damaged(problem)))
+        chunk.warning.map_or(Ok(()), |problem| Err(damaged(problem)))
     }
 }

@@ -51,7 +51,7 @@ impl Container for DatabaseFile {
         self.span
     }
 
-    fn complaints(&self) -> &[String] {
+    fn warnings(&self) -> &[String] {
         &[]
     }
 
@@ -63,7 +63,7 @@ impl Container for DatabaseFile {
             return Box::new(std::iter::empty());
         }
         match Database::open(&self.path) {
-            Ok(database) => Box::new(Rows {
+            Ok(database) => Box::new(DatabaseRows {
                 database,
                 path: self.path.clone(),
                 topics,
@@ -79,7 +79,7 @@ impl Container for DatabaseFile {
 }
 
 /// Messages by time, a few rows at a time.
-struct Rows {
+struct DatabaseRows {
     database: Database,
     path: PathBuf,
     /// Index and number in the database of the wanted topics.
@@ -89,7 +89,7 @@ struct Rows {
     ended: bool,
 }
 
-impl Iterator for Rows {
+impl Iterator for DatabaseRows {
     type Item = Result<RawMessage, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {

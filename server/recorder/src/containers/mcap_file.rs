@@ -4,9 +4,9 @@
 //! can be understood. Either way messages are then read block by block. Source: mcap.dev/spec.
 
 mod blocks;
-mod survey;
+mod scanner;
 
-use super::merge::Merged;
+use super::merge::MergedMessages;
 use super::{Container, MessageEncoding, Messages, Order, Topic};
 use crate::error::OpenError;
 use crate::topics;
@@ -14,27 +14,27 @@ use blocks::{BlockReader, read_range};
 use formats::FormatError;
 use formats::cdr::{Encoding, Reader};
 use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use scanner::FileScanner;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use survey::Survey;
 use vocab::Stamp;
 
 /// Characters of a topic's or type's name that are kept.
 const NAME_MAX: usize = 200;
 
 /// Opcode and length before every record.
-const RECORD_HEAD: u64 = 9;
+const RECORD_HEADER_LEN: u64 = 9;
 /// Largest chunk, packed or not, that is read.
-const LARGEST_CHUNK: u64 = 1 << 30;
+const CHUNK_BYTES_MAX: u64 = 1 << 30;
 
 /// An MCAP file whose blocks are known.
 pub(crate) struct McapFile {
     index: Arc<Index>,
     span: Option<(Stamp, Stamp)>,
-    complaints: Vec<String>,
+    warnings: Vec<String>,
     metadata: BTreeMap<String, String>,
 }
 
@@ -83,7 +83,7 @@ impl McapFile {
         if let Some(indexed) = from_summary(path, &mut file, size) {
             return Ok(indexed);
         }
-        Survey::new(path, file, size).run()
+        FileScanner::new(path, file, size).run()
     }
 
     /// Whether a file that starts with these bytes is an MCAP file.
@@ -101,8 +101,8 @@ impl Container for McapFile {
         self.span
     }
 
-    fn complaints(&self) -> &[String] {
-        &self.complaints
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     fn metadata(&self, key: &str) -> Option<&str> {
@@ -111,7 +111,7 @@ impl Container for McapFile {
 
     fn messages(&self, wanted: &[bool], order: Order) -> Messages {
         match BlockReader::open(self.index.clone(), wanted.to_vec(), order) {
-            Ok(reader) => Box::new(Merged::new(reader, order)),
+            Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),
         }
     }
@@ -124,28 +124,28 @@ fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
     if statistics.message_count > 0 && (summary.chunk_indexes.is_empty() || summary.channels.is_empty()) {
         return None;
     }
-    let mut directory = Directory::default();
+    let mut channel_table = ChannelTable::default();
     let ordered: BTreeMap<_, _> = summary.channels.iter().collect();
     for (id, channel) in ordered {
         let schema = channel.schema.as_ref();
-        let topic = directory.add(
+        let topic = channel_table.add(
             *id,
             &channel.topic,
             &channel.message_encoding,
             schema.map_or("", |schema| &schema.name),
             schema.map_or("", |schema| &schema.encoding),
         );
-        directory.topics[topic].count += statistics.channel_message_counts.get(id).copied().unwrap_or(0);
+        channel_table.topics[topic].count += statistics.channel_message_counts.get(id).copied().unwrap_or(0);
     }
     let mut blocks = Vec::with_capacity(summary.chunk_indexes.len());
     for chunk in &summary.chunk_indexes {
         let end = chunk.chunk_start_offset.checked_add(chunk.chunk_length)?;
-        let length = chunk.chunk_length.checked_sub(RECORD_HEAD)?;
+        let length = chunk.chunk_length.checked_sub(RECORD_HEADER_LEN)?;
         if end > size {
             return None;
         }
         blocks.push(Block {
-            offset: chunk.chunk_start_offset + RECORD_HEAD,
+            offset: chunk.chunk_start_offset + RECORD_HEADER_LEN,
             length,
             kind: BlockKind::Chunk,
             start: stamp(chunk.message_start_time),
@@ -155,22 +155,27 @@ fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
     blocks.sort_by_key(|block| block.offset);
     let mut metadata = BTreeMap::new();
     for index in &summary.metadata_indexes {
-        let body = index.offset.checked_add(RECORD_HEAD).zip(index.length.checked_sub(RECORD_HEAD));
+        let body =
+            index.offset.checked_add(RECORD_HEADER_LEN).zip(index.length.checked_sub(RECORD_HEADER_LEN));
         if let Some(bytes) = body.and_then(|(offset, length)| read_range(file, size, offset, length).ok()) {
             let _ = read_metadata(&bytes, &mut metadata);
         }
     }
     let span = (statistics.message_count > 0)
         .then(|| (stamp(statistics.message_start_time), stamp(statistics.message_end_time)));
-    let index =
-        Index { path: path.to_owned(), topics: directory.topics, channels: directory.channels, blocks };
-    Some(McapFile { index: Arc::new(index), span, complaints: Vec::new(), metadata })
+    let index = Index {
+        path: path.to_owned(),
+        topics: channel_table.topics,
+        channels: channel_table.channels,
+        blocks,
+    };
+    Some(McapFile { index: Arc::new(index), span, warnings: Vec::new(), metadata })
 }
 
 fn read_summary(file: &mut File, size: u64) -> Option<mcap::Summary> {
     let options = SummaryReaderOptions::default()
         .with_file_size(size)
-        .with_record_length_limit(usize::try_from(size.min(LARGEST_CHUNK)).ok()?);
+        .with_record_length_limit(usize::try_from(size.min(CHUNK_BYTES_MAX)).ok()?);
     let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
         match event.ok()? {
@@ -186,14 +191,14 @@ fn read_summary(file: &mut File, size: u64) -> Option<mcap::Summary> {
 
 /// Channels seen so far, joined to topics by name and type.
 #[derive(Default)]
-struct Directory {
+struct ChannelTable {
     topics: Vec<Topic>,
     channels: BTreeMap<u16, usize>,
     /// Name and encoding of each schema.
     schemas: BTreeMap<u16, (String, String)>,
 }
 
-impl Directory {
+impl ChannelTable {
     fn add(&mut self, id: u16, name: &str, encoding: &str, schema: &str, schema_encoding: &str) -> usize {
         let encoding = match (encoding, schema_encoding) {
             ("cdr", _) | ("", "ros2msg" | "ros2idl") => MessageEncoding::Ros(Encoding::Cdr),

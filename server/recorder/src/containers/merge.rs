@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 use vocab::Stamp;
 
 /// A file as blocks of messages, each with the log time of its earliest one.
-pub(super) trait Blocks {
+pub(super) trait BlockSource {
     /// Earliest log time in the next block, or `None` after the last.
     fn next_start(&self) -> Option<Stamp>;
 
@@ -18,7 +18,7 @@ pub(super) trait Blocks {
 
 /// Messages of a file in the wanted order. Blocks must come sorted: by place for [`Order::File`], by start
 /// for [`Order::LogTime`].
-pub(super) struct Merged<B> {
+pub(super) struct MergedMessages<B> {
     blocks: B,
     order: Order,
     pending: BinaryHeap<Reverse<Entry>>,
@@ -28,9 +28,9 @@ pub(super) struct Merged<B> {
 }
 
 /// Where blocks overlap so much that more than this waits, messages are given out slightly out of order.
-const MOST_PENDING_BYTES: usize = 512 << 20;
+const PENDING_BYTES_MAX: usize = 512 << 20;
 
-impl<B: Blocks> Merged<B> {
+impl<B: BlockSource> MergedMessages<B> {
     pub fn new(blocks: B, order: Order) -> Self {
         Self { blocks, order, pending: BinaryHeap::new(), pending_bytes: 0, error: None, loaded: Vec::new() }
     }
@@ -41,7 +41,7 @@ impl<B: Blocks> Merged<B> {
             (None, _) => true,
             (Some(_), Order::File) => false,
             (Some(Reverse(first)), Order::LogTime) => {
-                start <= first.message.at && self.pending_bytes < MOST_PENDING_BYTES
+                start <= first.message.at && self.pending_bytes < PENDING_BYTES_MAX
             }
         }
     }
@@ -60,7 +60,7 @@ impl<B: Blocks> Merged<B> {
     }
 }
 
-impl<B: Blocks> Iterator for Merged<B> {
+impl<B: BlockSource> Iterator for MergedMessages<B> {
     type Item = Result<RawMessage, ReadError>;
 
     fn next(&mut self) -> Option<Self::Item> {

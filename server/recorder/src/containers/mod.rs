@@ -2,11 +2,11 @@
 
 mod bag_file;
 mod database_file;
+mod file_sequence;
 mod mcap_file;
 mod merge;
 mod open;
 mod scan_folder;
-mod sequence;
 
 pub(crate) use open::open;
 
@@ -91,7 +91,7 @@ pub(crate) trait Container: Send + Sync {
     fn span(&self) -> Option<(Stamp, Stamp)>;
 
     /// What is wrong with the file as a whole.
-    fn complaints(&self) -> &[String];
+    fn warnings(&self) -> &[String];
 
     /// Name and value of whatever else the file says of itself.
     fn metadata(&self, _key: &str) -> Option<&str> {

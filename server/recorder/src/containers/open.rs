@@ -3,9 +3,9 @@
 use super::Container;
 use super::bag_file::BagFile;
 use super::database_file::DatabaseFile;
+use super::file_sequence::FileSequence;
 use super::mcap_file::McapFile;
 use super::scan_folder::ScanFolder;
-use super::sequence::Sequence;
 use crate::error::OpenError;
 use formats::scan_file::ScanFormat;
 use formats::{natural, pcd, ply, rosbag1, rosbag2};
@@ -117,7 +117,7 @@ fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
 }
 
 /// Opens all files; those that cannot be opened are complained of, unless that is all of them.
-fn join(kind: &str, files: Vec<PathBuf>, mut complaints: Vec<String>) -> Result<Opened, OpenError> {
+fn join(kind: &str, files: Vec<PathBuf>, mut warnings: Vec<String>) -> Result<Opened, OpenError> {
     let mut parts = Vec::new();
     let mut first_error = None;
     let mut format = String::new();
@@ -128,13 +128,13 @@ fn join(kind: &str, files: Vec<PathBuf>, mut complaints: Vec<String>) -> Result<
                 parts.push(container);
             }
             Err(error) => {
-                complaints.push(error.to_string());
+                warnings.push(error.to_string());
                 first_error.get_or_insert(error);
             }
         }
     }
     match first_error {
         Some(error) if parts.is_empty() => Err(error),
-        _ => Ok((format!("{kind} ({format})"), Arc::new(Sequence::new(parts, complaints)))),
+        _ => Ok((format!("{kind} ({format})"), Arc::new(FileSequence::new(parts, warnings)))),
     }
 }

@@ -12,13 +12,13 @@ use vocab::{Span, Stamp};
 /// Name and type of the one topic of a folder.
 pub(crate) const TOPIC: &str = "scans";
 /// Between scans where nothing says when they were taken: most LiDARs turn at 10 Hz.
-const USUAL_PERIOD: Span = Span::from_millis(100);
+const DEFAULT_SCAN_PERIOD: Span = Span::from_millis(100);
 
 /// Scans in files of their own, with their times.
 pub(crate) struct ScanFolder {
     scans: Arc<Vec<(Stamp, PathBuf)>>,
     topics: Vec<Topic>,
-    complaints: Vec<String>,
+    warnings: Vec<String>,
 }
 
 impl ScanFolder {
@@ -27,13 +27,13 @@ impl ScanFolder {
     /// # Errors
     /// When the folder cannot be read or holds no scans.
     pub fn open(folder: &Path) -> Result<Self, OpenError> {
-        let mut complaints = Vec::new();
-        let mut found = list_scans(folder, &mut complaints)?;
+        let mut warnings = Vec::new();
+        let mut found = list_scans(folder, &mut warnings)?;
         let mut scan_folder = folder.to_owned();
         if found.is_none() {
             let mut below = Vec::new();
             for entry in entries(folder)?.into_iter().filter(|entry| entry.is_dir()) {
-                below.extend(list_scans(&entry, &mut complaints)?.map(|scans| (entry, scans)));
+                below.extend(list_scans(&entry, &mut warnings)?.map(|scans| (entry, scans)));
             }
             if let [_] = below.as_slice() {
                 (scan_folder, found) =
@@ -45,7 +45,7 @@ impl ScanFolder {
                 "the folder holds no recording (MCAP, db3, bag) and no scans (PCD, PLY, KITTI .bin)";
             return Err(OpenError::NotARecording { path: folder.to_owned(), problem: problem.into() });
         };
-        Ok(Self::with_times(format, &scan_folder, paths, complaints))
+        Ok(Self::with_times(format, &scan_folder, paths, warnings))
     }
 
     /// A single scan.
@@ -54,21 +54,16 @@ impl ScanFolder {
         Self::with_times(format, folder, vec![path.to_owned()], Vec::new())
     }
 
-    fn with_times(
-        format: ScanFormat,
-        folder: &Path,
-        paths: Vec<PathBuf>,
-        mut complaints: Vec<String>,
-    ) -> Self {
+    fn with_times(format: ScanFormat, folder: &Path, paths: Vec<PathBuf>, mut warnings: Vec<String>) -> Self {
         let times = times_in_names(&paths).or_else(|| times_beside(folder, paths.len())).unwrap_or_else(|| {
             if paths.len() > 1 {
-                complaints.push(format!(
+                warnings.push(format!(
                     "nothing says when the scans were taken, so 10 scans a second are assumed; put a times.txt with \
                      seconds, one line a scan, into {}",
                     folder.display()
                 ));
             }
-            (0..paths.len()).map(|i| Stamp::EPOCH + USUAL_PERIOD * i as i64).collect()
+            (0..paths.len()).map(|i| Stamp::EPOCH + DEFAULT_SCAN_PERIOD * i as i64).collect()
         });
         let topic = Topic {
             name: TOPIC.to_owned(),
@@ -76,7 +71,7 @@ impl ScanFolder {
             encoding: MessageEncoding::ScanFile(format),
             count: paths.len() as u64,
         };
-        Self { scans: Arc::new(times.into_iter().zip(paths).collect()), topics: vec![topic], complaints }
+        Self { scans: Arc::new(times.into_iter().zip(paths).collect()), topics: vec![topic], warnings }
     }
 }
 
@@ -90,8 +85,8 @@ impl Container for ScanFolder {
         Some((stamps().min()?, stamps().max()?))
     }
 
-    fn complaints(&self) -> &[String] {
-        &self.complaints
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     fn messages(&self, wanted: &[bool], _order: Order) -> Messages {
@@ -118,7 +113,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
 type Scans = Option<(ScanFormat, Vec<PathBuf>)>;
 
 /// The scans of the format of which a folder has most.
-fn list_scans(folder: &Path, complaints: &mut Vec<String>) -> Result<Scans, OpenError> {
+fn list_scans(folder: &Path, warnings: &mut Vec<String>) -> Result<Scans, OpenError> {
     let files = entries(folder)?;
     let of = |format| files.iter().filter(move |path| ScanFormat::of_path(path) == Some(format));
     let formats = [ScanFormat::Kitti, ScanFormat::Ply, ScanFormat::Pcd];
@@ -130,7 +125,7 @@ fn list_scans(folder: &Path, complaints: &mut Vec<String>) -> Result<Scans, Open
     let others =
         files.iter().filter_map(|path| ScanFormat::of_path(path)).filter(|format| *format != best).count();
     if others > 0 {
-        complaints.push(format!(
+        warnings.push(format!(
             "{} holds scans of several formats; its {} {} files are used, {others} others are not",
             folder.display(),
             scans.len(),

@@ -1,7 +1,7 @@
 //! Reading the messages of an MCAP file block by block.
 
-use super::{Block, BlockKind, Index, LARGEST_CHUNK, RECORD_HEAD, stamp};
-use crate::containers::merge::Blocks;
+use super::{Block, BlockKind, CHUNK_BYTES_MAX, Index, RECORD_HEADER_LEN, stamp};
+use crate::containers::merge::BlockSource;
 use crate::containers::{Order, RawMessage};
 use crate::error::ReadError;
 use formats::cdr::{Encoding, Reader};
@@ -39,7 +39,7 @@ impl BlockReader {
     }
 }
 
-impl Blocks for BlockReader {
+impl BlockSource for BlockReader {
     fn next_start(&self) -> Option<Stamp> {
         self.queue.last().map(|number| self.index.blocks[*number].start)
     }
@@ -49,33 +49,33 @@ impl Blocks for BlockReader {
         let block = &self.index.blocks[number];
         let damaged =
             |problem| ReadError::Damaged { path: self.index.path.clone(), at: block.offset, problem };
-        let (records, complaint) = load_block(&mut self.file, self.size, block).map_err(damaged)?;
+        let (records, warning) = load_block(&mut self.file, self.size, block).map_err(damaged)?;
         let records = Arc::new(records);
         let mut walk = Records::new(&records);
         for (opcode, range) in walk.by_ref() {
             if opcode != op::MESSAGE {
                 continue;
             }
-            let Ok(head) = MessageHead::read(&records[range.clone()]) else { continue };
+            let Ok(head) = MessageHeader::read(&records[range.clone()]) else { continue };
             let topic = self.index.channels.get(&head.channel).filter(|topic| self.wanted[**topic]);
             if let Some(topic) = topic {
                 let place = ((number as u64) << 32) | messages.len() as u64;
-                let body = range.start + MessageHead::LENGTH..range.end;
+                let body = range.start + MessageHeader::LENGTH..range.end;
                 messages.push((place, RawMessage::new(*topic, head.at, records.clone(), body)));
             }
         }
         let cut = walk.cut.then(|| "a block of messages ends early, its last message is lost".to_owned());
-        complaint.or(cut).map_or(Ok(()), |problem| Err(damaged(problem)))
+        warning.or(cut).map_or(Ok(()), |problem| Err(damaged(problem)))
     }
 }
 
 /// What stands before a message's own bytes.
-pub(super) struct MessageHead {
+pub(super) struct MessageHeader {
     pub channel: u16,
     pub at: Stamp,
 }
 
-impl MessageHead {
+impl MessageHeader {
     const LENGTH: usize = 22;
 
     pub fn read(record: &[u8]) -> Result<Self, FormatError> {
@@ -109,9 +109,9 @@ impl Iterator for Records<'_> {
         if rest.is_empty() {
             return None;
         }
-        let head = rest.first_chunk::<{ RECORD_HEAD as usize }>();
+        let head = rest.first_chunk::<{ RECORD_HEADER_LEN as usize }>();
         let sized = head.map(|[opcode, length @ ..]| (*opcode, u64::from_le_bytes(*length)));
-        let start = self.at + RECORD_HEAD as usize;
+        let start = self.at + RECORD_HEADER_LEN as usize;
         match sized {
             Some((opcode, length)) if length <= (self.bytes.len() - start) as u64 => {
                 self.at = start + length as usize;
@@ -147,7 +147,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
         Ok((unpacked, checksum, reader.string()?, reader.u64()?))
     };
     let (unpacked, checksum, compression, packed) = head().map_err(unreadable)?;
-    if unpacked > LARGEST_CHUNK {
+    if unpacked > CHUNK_BYTES_MAX {
         return Err(format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read"));
     }
     let data = &record[record.len() - reader.remaining()..];
@@ -162,7 +162,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
             return Err(format!("a chunk is packed with '{}', which is not known", legible(other, 40)));
         }
     };
-    let complaint = match result {
+    let warning = match result {
         Err(error) => Some(format!("a chunk does not unpack ({error}), the rest of it is lost")),
         Ok(_) if (out.len() as u64) < unpacked => {
             Some(format!("a chunk holds {} of its {unpacked} bytes, the rest is lost", out.len()))
@@ -173,11 +173,11 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
         }
         Ok(_) => None,
     };
-    Ok((out, complaint))
+    Ok((out, warning))
 }
 
 pub(super) fn read_range(file: &mut File, size: u64, offset: u64, length: u64) -> Result<Vec<u8>, String> {
-    if length > LARGEST_CHUNK || offset.checked_add(length).is_none_or(|end| end > size) {
+    if length > CHUNK_BYTES_MAX || offset.checked_add(length).is_none_or(|end| end > size) {
         return Err(format!("{length} bytes were announced, more than the file holds or than is read"));
     }
     let mut bytes = vec![0; length as usize];

@@ -15,7 +15,7 @@ pub struct StepTimes {
 }
 
 /// Adds pose after pose with its edges to earlier ones.
-pub fn walk(problem: &Problem) -> Result<Solved, SolveError> {
+pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
     let mut factors_of: Vec<Vec<FactorId>> = vec![Vec::new(); problem.values.len()];
     for (id, entry) in problem.graph.iter() {
         let newest = entry.factor.keys().iter().map(|key| key.index()).max().unwrap_or(0);

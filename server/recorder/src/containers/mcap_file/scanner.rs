@@ -1,7 +1,7 @@
 //! Walking an MCAP file without a usable summary from its start, as far as it can be understood.
 
-use super::blocks::{MessageHead, Records, load_block, read_range};
-use super::{Block, BlockKind, Directory, Index, McapFile, RECORD_HEAD, read_metadata};
+use super::blocks::{MessageHeader, Records, load_block, read_range};
+use super::{Block, BlockKind, ChannelTable, Index, McapFile, RECORD_HEADER_LEN, read_metadata};
 use crate::error::OpenError;
 use formats::FormatError;
 use mcap::records::op;
@@ -13,30 +13,30 @@ use std::sync::Arc;
 use vocab::Stamp;
 
 /// Messages outside of chunks are read in blocks of about this many bytes.
-const LOOSE_BLOCK: u64 = 4 << 20;
+const LOOSE_BLOCK_BYTES: u64 = 4 << 20;
 
 /// Walks a file without a usable summary from its start.
-pub(super) struct Survey<'a> {
+pub(super) struct FileScanner<'a> {
     path: &'a Path,
     file: File,
     size: u64,
-    directory: Directory,
+    channel_table: ChannelTable,
     blocks: Vec<Block>,
     span: Option<(Stamp, Stamp)>,
-    complaints: Vec<String>,
+    warnings: Vec<String>,
     metadata: BTreeMap<String, String>,
 }
 
-impl<'a> Survey<'a> {
+impl<'a> FileScanner<'a> {
     pub fn new(path: &'a Path, file: File, size: u64) -> Self {
         Self {
             path,
             file,
             size,
-            directory: Directory::default(),
+            channel_table: ChannelTable::default(),
             blocks: Vec::new(),
             span: None,
-            complaints: Vec::new(),
+            warnings: Vec::new(),
             metadata: BTreeMap::new(),
         }
     }
@@ -45,32 +45,32 @@ impl<'a> Survey<'a> {
         self.walk().map_err(|source| OpenError::Io { path: self.path.to_owned(), source })?;
         let index = Index {
             path: self.path.to_owned(),
-            topics: self.directory.topics,
-            channels: self.directory.channels,
+            topics: self.channel_table.topics,
+            channels: self.channel_table.channels,
             blocks: self.blocks,
         };
-        let (span, complaints, metadata) = (self.span, self.complaints, self.metadata);
-        Ok(McapFile { index: Arc::new(index), span, complaints, metadata })
+        let (span, warnings, metadata) = (self.span, self.warnings, self.metadata);
+        Ok(McapFile { index: Arc::new(index), span, warnings, metadata })
     }
 
     fn walk(&mut self) -> std::io::Result<()> {
         let mut at = mcap::MAGIC.len() as u64;
         loop {
-            let mut head = [0; RECORD_HEAD as usize];
-            if self.size - at < RECORD_HEAD {
-                self.complain_cut(at);
+            let mut head = [0; RECORD_HEADER_LEN as usize];
+            if self.size - at < RECORD_HEADER_LEN {
+                self.warn_truncated(at);
                 return Ok(());
             }
             self.file.seek(SeekFrom::Start(at))?;
             self.file.read_exact(&mut head)?;
             let [opcode, length @ ..] = head;
             let length = u64::from_le_bytes(length);
-            let available = self.size - at - RECORD_HEAD;
+            let available = self.size - at - RECORD_HEADER_LEN;
             if opcode == 0 || length > available && opcode != op::CHUNK {
-                self.complain_cut(at);
+                self.warn_truncated(at);
                 return Ok(());
             }
-            let content = at + RECORD_HEAD;
+            let content = at + RECORD_HEADER_LEN;
             match opcode {
                 op::DATA_END | op::FOOTER => return self.check_end(),
                 op::CHUNK => self.chunk(content, length.min(available)),
@@ -79,7 +79,7 @@ impl<'a> Survey<'a> {
                 _ => {}
             }
             if length > available {
-                self.complain_cut(at);
+                self.warn_truncated(at);
                 return Ok(());
             }
             at = content + length;
@@ -92,7 +92,7 @@ impl<'a> Survey<'a> {
         self.file.seek(SeekFrom::End(-8))?;
         self.file.read_exact(&mut end)?;
         if end != mcap::MAGIC {
-            self.complaints.push(
+            self.warnings.push(
                 "the index at the end of the file is cut off or damaged; no message is lost, but opening takes \
                  longer"
                     .to_owned(),
@@ -101,8 +101,8 @@ impl<'a> Survey<'a> {
         Ok(())
     }
 
-    fn complain_cut(&mut self, at: u64) {
-        self.complaints.push(format!(
+    fn warn_truncated(&mut self, at: u64) {
+        self.warnings.push(format!(
             "the file is cut off or damaged at byte {at} of {}: everything before that is used; if the recorder \
              was stopped hard this is normal, else copy the file again",
             self.size
@@ -112,13 +112,12 @@ impl<'a> Survey<'a> {
     fn declaration(&mut self, opcode: u8, offset: u64, length: u64) {
         let Ok(record) = read_range(&mut self.file, self.size, offset, length) else { return };
         let result = match opcode {
-            op::SCHEMA => self.directory.add_schema(&record),
-            op::CHANNEL => self.directory.add_channel(&record),
+            op::SCHEMA => self.channel_table.add_schema(&record),
+            op::CHANNEL => self.channel_table.add_channel(&record),
             _ => read_metadata(&record, &mut self.metadata),
         };
         if let Err(error) = result {
-            self.complaints
-                .push(format!("a declaration at byte {offset} is unreadable and ignored: {error}"));
+            self.warnings.push(format!("a declaration at byte {offset} is unreadable and ignored: {error}"));
         }
     }
 
@@ -131,8 +130,8 @@ impl<'a> Survey<'a> {
         for (opcode, range) in Records::new(&records) {
             let record = &records[range];
             let _ = match opcode {
-                op::SCHEMA => self.directory.add_schema(record),
-                op::CHANNEL => self.directory.add_channel(record),
+                op::SCHEMA => self.channel_table.add_schema(record),
+                op::CHANNEL => self.channel_table.add_channel(record),
                 op::MESSAGE => self.count(record, &mut block, &mut earliest),
                 _ => Ok(()),
             };
@@ -144,11 +143,13 @@ impl<'a> Survey<'a> {
     }
 
     fn loose_message(&mut self, at: u64, length: u64) {
-        let Ok(head) = read_range(&mut self.file, self.size, at + RECORD_HEAD, length.min(22)) else {
+        let Ok(head) = read_range(&mut self.file, self.size, at + RECORD_HEADER_LEN, length.min(22)) else {
             return;
         };
         let grows = |block: &Block| {
-            block.kind == BlockKind::Loose && block.offset + block.length == at && block.length < LOOSE_BLOCK
+            block.kind == BlockKind::Loose
+                && block.offset + block.length == at
+                && block.length < LOOSE_BLOCK_BYTES
         };
         let mut block = match self.blocks.pop_if(|block| grows(block)) {
             Some(block) => block,
@@ -162,9 +163,9 @@ impl<'a> Survey<'a> {
         };
         let mut earliest = Some(block.start);
         let counted = self.count(&head, &mut block, &mut earliest);
-        block.length += RECORD_HEAD + length;
+        block.length += RECORD_HEADER_LEN + length;
         block.start = earliest.unwrap_or_default();
-        if counted.is_ok() || block.length > RECORD_HEAD + length {
+        if counted.is_ok() || block.length > RECORD_HEADER_LEN + length {
             self.blocks.push(block);
         }
     }
@@ -175,9 +176,9 @@ impl<'a> Survey<'a> {
         block: &mut Block,
         earliest: &mut Option<Stamp>,
     ) -> Result<(), FormatError> {
-        let head = MessageHead::read(record)?;
-        if let Some(topic) = self.directory.channels.get(&head.channel) {
-            self.directory.topics[*topic].count += 1;
+        let head = MessageHeader::read(record)?;
+        if let Some(topic) = self.channel_table.channels.get(&head.channel) {
+            self.channel_table.topics[*topic].count += 1;
             block.channels.insert(head.channel);
             *earliest = Some(earliest.map_or(head.at, |stamp| stamp.min(head.at)));
             let (first, last) = self.span.unwrap_or((head.at, head.at));

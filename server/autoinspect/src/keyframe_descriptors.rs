@@ -5,12 +5,15 @@ use geometry::Isometry;
 use mapping::{Place, PlaceParts};
 use messages::KnownPlace;
 use std::path::Path;
-use store::{SavedMap, known_places};
+use store::{SavedMap, keyframe_descriptors};
 
 /// Those keyframes of the map in a folder that are wanted, by number, each with its pose in the map. Linear in its keyframes.
-pub fn places(map: &Path, wanted: impl Fn(usize) -> bool) -> Result<Vec<(Isometry, Place)>, Failure> {
+pub fn read_keyframe_descriptors(
+    map: &Path,
+    wanted: impl Fn(usize) -> bool,
+) -> Result<Vec<(Isometry, Place)>, Failure> {
     let saved = SavedMap::read(map).map_err(Failure::usage)?;
-    let known = known_places(map, saved.poses.len()).map_err(Failure::usage)?;
+    let known = keyframe_descriptors(map, saved.poses.len()).map_err(Failure::usage)?;
     let whole = known.len() == saved.poses.len();
     let all = saved.poses.into_iter().zip(known).enumerate().filter(|(number, _)| wanted(*number));
     let places = all.map(|(_, (pose, KnownPlace { lidar, points, ranges, views }))| {

@@ -20,10 +20,10 @@ use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Stamp};
 
 /// Complaints shown while running; all are counted.
-const COMPLAINTS_SHOWN: usize = 5;
+const WARNINGS_SHOWN_MAX: usize = 5;
 
 /// What came out.
-pub struct Mapped {
+pub struct MappingRun {
     pub finished: Arc<FinishedMap>,
     pub scans: u64,
     pub points: u64,
@@ -45,7 +45,7 @@ pub struct Mapped {
 }
 
 /// A stack being fed.
-pub struct Offline {
+pub struct OfflineMapper {
     stack: Stack,
     clouds: PathBuf,
     journal: Option<Box<dyn Journal>>,
@@ -77,7 +77,7 @@ struct Tally {
     first: Option<Stamp>,
 }
 
-impl Offline {
+impl OfflineMapper {
     /// Keyframe clouds go to the folder `clouds`, inputs to `journal` if there is one.
     pub fn new(clouds: PathBuf, journal: Option<Box<dyn Journal>>) -> Self {
         Self {
@@ -100,7 +100,7 @@ impl Offline {
         reader: Reader,
         name: String,
         duration: f64,
-    ) -> Result<Mapped, Failure> {
+    ) -> Result<MappingRun, Failure> {
         let bar = output::progress_bar(duration);
         let mut boot = Some(boot);
         for message in &reader.messages {
@@ -129,7 +129,7 @@ impl Offline {
         if let Some(journal) = self.journal.take() {
             journal.finish().map_err(Failure::failed)?;
         }
-        Ok(Mapped {
+        Ok(MappingRun {
             finished,
             scans: self.mapped.scans,
             points: self.mapped.points,
@@ -151,8 +151,8 @@ impl Offline {
         message
             .inspect_err(|error| {
                 self.mapped.unreadable += 1;
-                if self.mapped.unreadable <= COMPLAINTS_SHOWN as u64 {
-                    output::remark(&error.to_string());
+                if self.mapped.unreadable <= WARNINGS_SHOWN_MAX as u64 {
+                    output::print_note(&error.to_string());
                 }
             })
             .ok()
@@ -215,10 +215,10 @@ impl Offline {
         if self.journal.is_some() {
             self.digest.add(at, &self.effects);
         }
-        std::mem::take(&mut self.effects).into_iter().try_for_each(|effect| self.obey(effect))
+        std::mem::take(&mut self.effects).into_iter().try_for_each(|effect| self.handle_effect(effect))
     }
 
-    fn obey(&mut self, effect: Effect) -> Result<(), Failure> {
+    fn handle_effect(&mut self, effect: Effect) -> Result<(), Failure> {
         match effect {
             Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
             Effect::StartJob {
@@ -242,8 +242,8 @@ impl Offline {
                 self.mapped.cloud_time += thread_cpu_time() - start;
             }
             Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
-                if self.mapped.notices.len() < COMPLAINTS_SHOWN {
-                    output::remark(&notice.text);
+                if self.mapped.notices.len() < WARNINGS_SHOWN_MAX {
+                    output::print_note(&notice.text);
                 }
                 self.mapped.notices.push(notice.text);
             }

@@ -17,7 +17,7 @@ const LEAST: f64 = 1e-6;
 
 /// Keyframes of all maps so far, one map's after the other's.
 #[derive(Debug, Default)]
-pub struct Joined {
+pub struct JoinedGraph {
     poses: Vec<Isometry>,
     edges: Vec<GraphEdge>,
     decisions: Vec<LoopDecision>,
@@ -25,7 +25,7 @@ pub struct Joined {
     firsts: Vec<(usize, u32)>,
 }
 
-impl Joined {
+impl JoinedGraph {
     /// Takes the first map, one of a list, as it is.
     pub fn begin(&mut self, index: usize, map: &SavedMap) {
         self.append(index, map, &Isometry::identity());

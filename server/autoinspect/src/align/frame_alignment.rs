@@ -3,7 +3,7 @@
 //! Both are level, so a heading and a place are all there is to find; what a robot was taught in the old map is true in the new one then.
 
 use crate::failure::Failure;
-use crate::places::places;
+use crate::keyframe_descriptors::read_keyframe_descriptors;
 use geometry::{Isometry, Vector3, level_alignment, pose_from_isometry, rms_apart};
 use localisation::{Atlas, Guide, Standing, standing};
 use mapping::Place;
@@ -38,7 +38,7 @@ pub struct Pair {
 
 /// How a cloud was aligned.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Aligned {
+pub struct FrameAlignment {
     /// The map that it was found in.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<PathBuf>,
@@ -52,18 +52,18 @@ pub struct Aligned {
 }
 
 /// Looks for a cloud, as it is seen from `seen`, in a map: each of that map's scans is looked for in the cloud, as a robot that is switched on
-/// there would, and the way to lay the cloud on which most of them agree is taken, if they are many and no other way has half as many.
+/// there would, and the alignment on which most of them agree is taken, if they are many and no other way has half as many.
 /// Costs a fifth of a second for each scan asked, and says what share of them is done.
 pub fn find(
     seen: Vec<(Isometry, Place)>,
     map: &Path,
     progress: &mut dyn FnMut(f64),
-) -> Result<Aligned, Failure> {
+) -> Result<FrameAlignment, Failure> {
     // Only to say what is wrong with it, before much is done.
     let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
     let atlas = Atlas::new(Arc::new(Guide::new(seen)));
     let mut votes = Vec::new();
-    let scans = places(map, |keyframe| chosen.contains(&keyframe))?;
+    let scans = read_keyframe_descriptors(map, |keyframe| chosen.contains(&keyframe))?;
     for (scan, (map_from_base, place)) in scans.iter().enumerate() {
         progress(scan as f64 / scans.len() as f64);
         let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
@@ -84,7 +84,7 @@ pub fn find(
     }
     let pairs: Vec<(Vector3, Vector3)> = agreed.iter().map(|vote| vote.place).collect();
     let aligned = aligned(&pairs).ok_or_else(refused)?;
-    Ok(Aligned { map: Some(map.to_owned()), ..aligned })
+    Ok(FrameAlignment { map: Some(map.to_owned()), ..aligned })
 }
 
 /// Where one of the map's scans may lie in the cloud.
@@ -96,7 +96,7 @@ struct Vote {
 }
 
 impl Vote {
-    /// Whether both lay the cloud alike, as far as both scans' places show.
+    /// Whether both give the same alignment, as far as both scans' places show.
     fn agrees(&self, other: &Self) -> bool {
         let off = |one: &Self, by: &Self| {
             (by.cloud_from_map.transform_point(&Point3::from(one.place.0)).coords - one.place.1).norm()
@@ -139,7 +139,7 @@ fn all_over(poses: &[Isometry]) -> BTreeSet<usize> {
 }
 
 /// By points that somebody picked; both z axes point up.
-pub fn by_pairs(pairs: &[Pair]) -> Result<Aligned, Failure> {
+pub fn align_by_point_pairs(pairs: &[Pair]) -> Result<FrameAlignment, Failure> {
     let pairs: Vec<(Vector3, Vector3)> =
         pairs.iter().map(|pair| (Vector3::from(pair.map), Vector3::from(pair.cloud))).collect();
     let aligned = aligned(&pairs).ok_or_else(|| {
@@ -147,8 +147,10 @@ pub fn by_pairs(pairs: &[Pair]) -> Result<Aligned, Failure> {
     })?;
     let far = aligned.map_from_cloud.translation.vector.norm();
     if !(aligned.apart.is_finite() && far <= FAR) {
-        let text =
-            format!("the pairs lay the cloud farther away than {:.0} km; check their coordinates", FAR / 1e3);
+        let text = format!(
+            "the pairs place the cloud farther away than {:.0} km; check their coordinates",
+            FAR / 1e3
+        );
         return Err(Failure::usage(text));
     }
     if aligned.apart > PICKED {
@@ -161,7 +163,7 @@ pub fn by_pairs(pairs: &[Pair]) -> Result<Aligned, Failure> {
     Ok(aligned)
 }
 
-impl Aligned {
+impl FrameAlignment {
     /// Where the cloud lies.
     pub fn map_from_cloud(&self) -> &Isometry {
         &self.map_from_cloud
@@ -192,10 +194,10 @@ impl Aligned {
     }
 }
 
-fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<Aligned> {
+fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<FrameAlignment> {
     let map_from_cloud = level_alignment(pairs)?;
     let apart = rms_apart(pairs, &map_from_cloud);
-    Some(Aligned { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
+    Some(FrameAlignment { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
 }
 
 fn as_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::Error> {
@@ -204,7 +206,7 @@ fn as_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::
 
 fn words(agreed: usize, rival: usize, map: &Path) -> String {
     let map = map.display();
-    let remedy = "points picked in both (--pair) lay it";
+    let remedy = "points picked in both (--pair) align it";
     if agreed < AGREED {
         format!("only {agreed} places of {map} were recognised in the cloud; {remedy}")
     } else {

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use vocab::Stamp;
 
 /// Files of one recording, in order.
-pub(crate) struct Sequence {
+pub(crate) struct FileSequence {
     parts: Vec<Part>,
     topics: Vec<Topic>,
-    complaints: Vec<String>,
+    warnings: Vec<String>,
 }
 
 struct Part {
@@ -17,9 +17,9 @@ struct Part {
     topics: Vec<usize>,
 }
 
-impl Sequence {
+impl FileSequence {
     /// Joins files; topics of one name, type and encoding are one.
-    pub fn new(containers: Vec<Arc<dyn Container>>, mut complaints: Vec<String>) -> Self {
+    pub fn new(containers: Vec<Arc<dyn Container>>, mut warnings: Vec<String>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
         let mut parts = Vec::with_capacity(containers.len());
         for container in containers {
@@ -41,14 +41,14 @@ impl Sequence {
                     }
                 }
             }
-            complaints.extend_from_slice(container.complaints());
+            warnings.extend_from_slice(container.warnings());
             parts.push(Part { container, topics: indices });
         }
-        Self { parts, topics, complaints }
+        Self { parts, topics, warnings }
     }
 }
 
-impl Container for Sequence {
+impl Container for FileSequence {
     fn topics(&self) -> &[Topic] {
         &self.topics
     }
@@ -60,8 +60,8 @@ impl Container for Sequence {
         Some((first, last))
     }
 
-    fn complaints(&self) -> &[String] {
-        &self.complaints
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     fn metadata(&self, key: &str) -> Option<&str> {

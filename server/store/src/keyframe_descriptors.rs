@@ -25,20 +25,20 @@ const MAGIC: &[u8; 8] = b"AIPLACES";
 ///
 /// # Errors
 /// When it has to be made of the clouds, and those cannot be read.
-pub fn known_places(dir: &Path, keyframes: usize) -> Result<Vec<KnownPlace>, StoreError> {
+pub fn keyframe_descriptors(dir: &Path, keyframes: usize) -> Result<Vec<KnownPlace>, StoreError> {
     match read(&dir.join(NAME)) {
         Some(places) if places.len() == keyframes => Ok(places),
-        _ => places_of_clouds(dir),
+        _ => descriptors_from_clouds(dir),
     }
 }
 
 /// Makes the file of a map whose graph and clouds are written.
-pub(crate) fn write_known_places(dir: &Path) -> Result<(), StoreError> {
-    let places = places_of_clouds(dir)?;
+pub(crate) fn write_keyframe_descriptors(dir: &Path) -> Result<(), StoreError> {
+    let places = descriptors_from_clouds(dir)?;
     files::write_durably(&dir.join(NAME), |out| write(out, &places))
 }
 
-fn places_of_clouds(dir: &Path) -> Result<Vec<KnownPlace>, StoreError> {
+fn descriptors_from_clouds(dir: &Path) -> Result<Vec<KnownPlace>, StoreError> {
     let mut places = Vec::new();
     for read in map_clouds_and_sensors(dir)? {
         let (cloud, lidar) = read?;

@@ -15,7 +15,7 @@ use uuid::Uuid;
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
 /// A stack being fed.
-pub struct Walk<'a> {
+pub struct OfflineLocaliser<'a> {
     stack: Stack,
     known: Arc<KnownMap>,
     initial: Option<Pose>,
@@ -26,14 +26,14 @@ pub struct Walk<'a> {
     state: LocalisationState,
     first_scan: Option<Stamp>,
     since_scan: Duration,
-    walked: Walked,
+    walked: LocalisationRun,
     /// Is shown every scan whose place is known and not in doubt.
     witness: &'a mut dyn FnMut(&CorrectedScan),
 }
 
 /// What came out.
 #[derive(Debug, Default)]
-pub struct Walked {
+pub struct LocalisationRun {
     pub scans: u64,
     /// Base in the map at every scan whose place is known.
     pub trajectory: Vec<(Stamp, Pose)>,
@@ -47,7 +47,7 @@ pub struct Walked {
     pub search_time: Duration,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> OfflineLocaliser<'a> {
     /// In a map, beginning where somebody says. `witness` is shown every scan whose place is known and not in doubt.
     pub fn new(
         known: Arc<KnownMap>,
@@ -65,20 +65,20 @@ impl<'a> Walk<'a> {
             state: LocalisationState::Idle,
             first_scan: None,
             since_scan: Duration::ZERO,
-            walked: Walked::default(),
+            walked: LocalisationRun::default(),
             witness,
         }
     }
 
     /// Feeds everything. `duration` (seconds) is for the progress bar.
-    pub fn run(mut self, boot: BootRecord, reader: Reader, duration: f64) -> Walked {
+    pub fn run(mut self, boot: BootRecord, reader: Reader, duration: f64) -> LocalisationRun {
         let bar = output::progress_bar(duration);
         let (mut boot, mut first) = (Some(boot), None);
         for message in &reader.messages {
             let (at, sensor) = match message {
                 Ok(message) => message,
                 Err(error) => {
-                    output::remark(&error.to_string());
+                    output::print_note(&error.to_string());
                     continue;
                 }
             };
@@ -137,11 +137,11 @@ impl<'a> Walk<'a> {
         self.stack.step(at, input, &mut self.effects);
         self.since_scan += thread_cpu_time() - start;
         for effect in std::mem::take(&mut self.effects) {
-            self.obey(effect);
+            self.handle_effect(effect);
         }
     }
 
-    fn obey(&mut self, effect: Effect) {
+    fn handle_effect(&mut self, effect: Effect) {
         match effect {
             Effect::StartJob { job, work: Job::ReadMap(_) } => self.jobs.push_back((job, true)),
             Effect::StartJob { job, work: Job::Relocalise(_) } => self.jobs.push_back((job, false)),
@@ -157,9 +157,9 @@ impl<'a> Walk<'a> {
                 }
             }
             Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
-                output::remark(&notice.text);
+                output::print_note(&notice.text);
             }
-            Effect::Answer { refused: Some(reason), .. } => output::remark(&reason),
+            Effect::Answer { refused: Some(reason), .. } => output::print_note(&reason),
             _ => {}
         }
     }

@@ -8,14 +8,14 @@ const LAG_MAX: Duration = Duration::from_millis(500);
 
 /// Says how long to wait until an instant of the robot's clock is due.
 #[derive(Debug)]
-pub struct Pace {
+pub struct RealTimePacer {
     /// Robot seconds per second.
     speed: f64,
     /// An instant on both clocks.
     origin: Option<(Instant, Stamp)>,
 }
 
-impl Pace {
+impl RealTimePacer {
     /// `speed` times as fast as time; a speed that is not positive and finite is taken as 1.
     pub fn new(speed: f64) -> Self {
         let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
@@ -53,22 +53,22 @@ mod tests {
 
     #[test]
     fn robot_time_runs_at_the_chosen_speed() {
-        let (mut pace, start) = (Pace::new(4.0), Instant::now());
-        assert_eq!(pace.delay(at(0), start), Duration::ZERO);
-        assert_eq!(pace.delay(at(400), start), Duration::from_millis(100));
-        assert_eq!(pace.delay(at(400), start + Duration::from_millis(60)), Duration::from_millis(40));
+        let (mut pacer, start) = (RealTimePacer::new(4.0), Instant::now());
+        assert_eq!(pacer.delay(at(0), start), Duration::ZERO);
+        assert_eq!(pacer.delay(at(400), start), Duration::from_millis(100));
+        assert_eq!(pacer.delay(at(400), start + Duration::from_millis(60)), Duration::from_millis(40));
     }
 
     #[test]
     fn a_short_lag_is_caught_up_and_a_long_one_forgotten() {
-        let (mut pace, start) = (Pace::new(1.0), Instant::now());
-        pace.delay(at(0), start);
+        let (mut pacer, start) = (RealTimePacer::new(1.0), Instant::now());
+        pacer.delay(at(0), start);
         let late = start + Duration::from_millis(300);
-        assert_eq!(pace.delay(at(100), late), Duration::ZERO);
-        assert_eq!(pace.delay(at(400), late), Duration::from_millis(100));
+        assert_eq!(pacer.delay(at(100), late), Duration::ZERO);
+        assert_eq!(pacer.delay(at(400), late), Duration::from_millis(100));
 
         let much_later = start + Duration::from_secs(60);
-        assert_eq!(pace.delay(at(500), much_later), Duration::ZERO);
-        assert_eq!(pace.delay(at(600), much_later), Duration::from_millis(100));
+        assert_eq!(pacer.delay(at(500), much_later), Duration::ZERO);
+        assert_eq!(pacer.delay(at(600), much_later), Duration::from_millis(100));
     }
 }
