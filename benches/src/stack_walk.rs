@@ -4,7 +4,7 @@ use crate::thread_ms;
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
-    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, KnownMap, Order,
+    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, PriorMap,
     Publication,
 };
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
@@ -65,7 +65,7 @@ pub struct StackWalk {
     truth: Option<Vec<(Stamp, Isometry)>>,
     rounds: u32,
     /// What reading a saved map gives.
-    known: Option<Arc<KnownMap>>,
+    known: Option<Arc<PriorMap>>,
     /// What the stack wants of the legs, if the robot is to do that instead of walking its route.
     obeys: Option<Drive>,
     orders: u128,
@@ -91,7 +91,7 @@ impl StackWalk {
         site: &Arc<Site>,
         route: &str,
         plan: &Plan,
-        known: Arc<KnownMap>,
+        known: Arc<PriorMap>,
         told: Option<Pose>,
         heard: Heard<'_>,
     ) -> Result<Self> {
@@ -255,9 +255,9 @@ impl StackWalk {
                     work:
                         Job::VerifyLoop(_)
                         | Job::CompareVisit(_)
-                        | Job::SeekPlace(_)
+                        | Job::SearchMap(_)
                         | Job::Relocalise(_)
-                        | Job::TellApart(_),
+                        | Job::PlanDisambiguation(_),
                 } => self.jobs.push_back(Waiting::Work(job)),
                 Effect::StartJob { job, work: Job::ReadMap(map) } => {
                     self.jobs.push_back(Waiting::Map(job, map));

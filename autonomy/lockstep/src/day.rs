@@ -3,8 +3,8 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, Effect, FinishedMap, Input, Job, KnownMap, LocalisationState, MappingState, MotionState, Order,
-    PlaceInMap, PoseGraph, Publication, RelocaliseTask,
+    Command, Effect, FinishedMap, Input, Job, LocalisationState, MappingState, MotionState, Order,
+    PlaceInMap, PoseGraph, PriorMap, Publication, RelocalisationTask,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -30,7 +30,7 @@ pub(crate) struct Day {
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     /// The newest question to a known map, with its job.
-    pub(crate) asked: Option<(u64, RelocaliseTask)>,
+    pub(crate) asked: Option<(u64, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
 }
 
@@ -149,8 +149,8 @@ impl Day {
 }
 
 /// The map of a round through the main hall, what was saved, and where it began.
-pub(crate) fn first() -> &'static (Arc<KnownMap>, Arc<FinishedMap>, Vector3) {
-    static FIRST_DAY: OnceLock<(Arc<KnownMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
+pub(crate) fn first() -> &'static (Arc<PriorMap>, Arc<FinishedMap>, Vector3) {
+    static FIRST_DAY: OnceLock<(Arc<PriorMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
     FIRST_DAY.get_or_init(|| {
         let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
         let mut day = Day::begin(route.start, 3, Some(SessionId(Uuid::from_u128(1))));

@@ -4,14 +4,14 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    BatteryState, BootRecord, Input, KnownMap, LocalisationState, MotionState, Order, PlaceInMap, Sensor,
+    BatteryState, BootRecord, Input, LocalisationState, MotionState, Order, PlaceInMap, PriorMap, Sensor,
 };
 use sim::{SiteName, Start};
 use stack::Stack;
 use std::sync::{Arc, OnceLock};
 use vocab::{Pose, SessionId, Vec3};
 
-const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
+const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, degradation: None };
 
 fn at([x, y]: [f64; 2], yaw: f64) -> Start {
     Start { position: Vec3::new(x, y, 0.0), yaw }
@@ -28,8 +28,8 @@ fn charged(day: &mut Day, tenths: u32) {
 }
 
 /// The map of both rooms and the corridor between them, and where it begins in the site.
-fn twins() -> &'static (Arc<KnownMap>, Vector3) {
-    static TWINS: OnceLock<(Arc<KnownMap>, Vector3)> = OnceLock::new();
+fn twins() -> &'static (Arc<PriorMap>, Vector3) {
+    static TWINS: OnceLock<(Arc<PriorMap>, Vector3)> = OnceLock::new();
     TWINS.get_or_init(|| {
         // It sets out along x, so that the map has the site's heading.
         let start = at([13.0, 3.5], 0.0);
@@ -66,7 +66,7 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
     assert!(
         day.localisations
             .iter()
-            .any(|state| matches!(state, LocalisationState::Relocalising { places: 2.., .. }))
+            .any(|state| matches!(state, LocalisationState::Relocalising { hypotheses: 2.., .. }))
     );
     let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), day.lockstep.digest().hex());
@@ -86,7 +86,7 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     let mut day = another_day(Arc::default());
     day.order(Order::Localise { map: FIRST, at: None });
     charged(&mut day, 60);
-    let LocalisationState::Relocalising { places: 2.., .. } = day.localisation else {
+    let LocalisationState::Relocalising { hypotheses: 2.., .. } = day.localisation else {
         panic!("nobody knows a dock: {:?}", day.localisation)
     };
     // A little off, as docks are that somebody has bumped into.

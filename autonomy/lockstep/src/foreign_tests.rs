@@ -3,7 +3,7 @@
 use crate::day::{Day, first};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
 use mapping::vantage::{VantageOptions, Vantages, vantages};
-use messages::{EdgeKind, GraphEdge, GraphNode, KnownMap, LocalisationState, Order, PoseGraph};
+use messages::{EdgeKind, GraphEdge, GraphNode, LocalisationState, Order, PoseGraph, PriorMap};
 use points::Downsampler;
 use sim::Start;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ fn cloud() -> Vec<[f32; 3]> {
 }
 
 /// A map of what is seen from where one could stand.
-fn map_of(cloud: &[[f32; 3]]) -> KnownMap {
+fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     let options = VantageOptions::default();
     let Vantages { places, ways } = vantages(cloud, &options, &mut |_| {});
     let nodes = (0..).zip(&places).map(|(number, place)| GraphNode {
@@ -53,11 +53,11 @@ fn map_of(cloud: &[[f32; 3]]) -> KnownMap {
         let about = |index: &u32| std::array::from_fn(|axis| cloud[*index as usize][axis] - base[axis]);
         let xyz: Vec<[f32; 3]> = place.seen.iter().map(about).collect();
         let pose = pose_from_isometry(&place.map_from_base);
-        let known = stack::known_place(&pose, &xyz, [0.0, 0.0, options.lidar_height]);
+        let known = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height]);
         known.unwrap_or_else(|| panic!("no pose"))
     });
     let graph = PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() };
-    KnownMap { map: FOREIGN, graph, places: known.collect() }
+    PriorMap { map: FOREIGN, graph, places: known.collect() }
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn a_robot_finds_itself_in_a_cloud_of_somebody_elses_and_keeps_its_place() {
     day.lockstep.keep_map(Arc::new(map_of(&cloud())));
     day.order(Order::Localise { map: FOREIGN, at: None });
     day.run(4.0);
-    let localised = LocalisationState::Localised { map: FOREIGN, doubt: None };
+    let localised = LocalisationState::Localised { map: FOREIGN, degradation: None };
     assert_eq!(day.localisation, localised);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
     for leg in [[29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.2, 23.5]].windows(2) {

@@ -4,15 +4,15 @@ use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
 use geometry::Vector3;
 use messages::{
-    BootRecord, Input, JobDone, JobResult, LocalisationDoubt, LocalisationState, MotionState, Order,
-    PlaceInMap, PossiblePlace, Relocalised,
+    BootRecord, DegradationReason, Input, JobDone, JobResult, LocalisationState, MotionState, Order,
+    PlaceInMap, PoseHypothesis, RelocalisationResponse,
 };
 use sim::{Fault, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
 use vocab::{MapId, Pose, Quat, SessionId, Span, Twist, Vec3};
 
-const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, doubt: None };
+const LOCALISED: LocalisationState = LocalisationState::Localised { map: FIRST, degradation: None };
 
 fn another_day(start: Start, seed: u64) -> Day {
     let mut day = Day::among(6, start, seed, None);
@@ -122,12 +122,12 @@ fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
     let Some((job, task)) = day.asked.take() else { panic!("it never asked whether it might be elsewhere") };
     assert_eq!(day.localisation, LOCALISED);
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
-    let own = PossiblePlace { map_from_base: day.estimate, fit: 0.5, contradicted: 0.0 };
-    let places = vec![PossiblePlace { map_from_base, fit: 0.99, contradicted: 0.0 }, own];
-    let result = JobResult::Relocalised(Box::new(Relocalised { task, places }));
+    let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, contradicted: 0.0 };
+    let places = vec![PoseHypothesis { map_from_base, fit: 0.99, contradicted: 0.0 }, own];
+    let result = JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses: places }));
     day.lockstep.give(Input::JobDone(JobDone { job, result }));
     day.run(0.2);
-    let undecided = LocalisationState::Relocalising { map: FIRST, places: 2 };
+    let undecided = LocalisationState::Relocalising { map: FIRST, hypotheses: 2 };
     assert!(day.localisations.contains(&undecided), "{:?}", day.localisations);
     day.lockstep.pace_jobs(JobPace::default());
     day.run(8.0);
@@ -148,7 +148,7 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
     day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until });
     day.drive(start, &[[29.0, 17.2], [22.0, 17.2]]);
     assert!(day.lockstep.simulator().elapsed() < until);
-    let dark = LocalisationState::Localised { map: FIRST, doubt: Some(LocalisationDoubt::Dark) };
+    let dark = LocalisationState::Localised { map: FIRST, degradation: Some(DegradationReason::LidarBlind) };
     assert_eq!(day.localisation, dark);
     day.drive(at([22.0, 17.2], 0.0), &[[21.0, 17.2], [21.0, 23.0]]);
     assert!(day.lockstep.simulator().elapsed() > until);
@@ -348,7 +348,7 @@ fn past_the_end_of_a_map_it_finds_itself_once_it_has_walked() {
     other.lockstep.keep_map(known.unwrap_or_else(|| panic!("not kept")));
     other.order(Order::Localise { map: FIRST, at: None });
     other.run(3.0);
-    let looking = LocalisationState::Relocalising { map: FIRST, places: 0 };
+    let looking = LocalisationState::Relocalising { map: FIRST, hypotheses: 0 };
     assert_eq!(other.localisation, looking, "one spot is not enough");
     push(&mut other, 0.8, -0.3, 35);
     assert_eq!(other.localisation, LOCALISED);

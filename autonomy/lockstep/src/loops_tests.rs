@@ -137,9 +137,9 @@ impl Told {
                     work:
                         Job::VerifyLoop(_)
                         | Job::CompareVisit(_)
-                        | Job::SeekPlace(_)
+                        | Job::SearchMap(_)
                         | Job::Relocalise(_)
-                        | Job::TellApart(_),
+                        | Job::PlanDisambiguation(_),
                 } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");

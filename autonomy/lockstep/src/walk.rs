@@ -1,7 +1,7 @@
 //! A simulated robot and its stack, taken forward together as fast as the machine allows.
 
 use crate::Digest;
-use messages::{Effect, Input, Job, JobDone, JobResult, Keyframe, KnownMap, KnownPlace, Publication};
+use messages::{Effect, Input, Job, JobDone, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication};
 use sim::{SimConfig, SimEvent, Simulator};
 use stack::{Stack, Work};
 use std::collections::{BTreeMap, VecDeque};
@@ -30,9 +30,9 @@ pub struct Lockstep {
     pace: JobPace,
     /// Results, with the ticks that are left.
     working: Vec<(u32, JobDone)>,
-    maps: BTreeMap<MapId, Arc<KnownMap>>,
+    maps: BTreeMap<MapId, Arc<PriorMap>>,
     /// What the keyframes of the running session saw.
-    places: Vec<KnownPlace>,
+    places: Vec<PriorKeyframe>,
     events: Vec<SimEvent>,
     effects: Vec<Effect>,
 }
@@ -103,12 +103,12 @@ impl Lockstep {
     }
 
     /// A map that was saved.
-    pub fn map(&self, map: MapId) -> Option<&Arc<KnownMap>> {
+    pub fn map(&self, map: MapId) -> Option<&Arc<PriorMap>> {
         self.maps.get(&map)
     }
 
     /// Adds a map as if it had been saved.
-    pub fn keep_map(&mut self, map: Arc<KnownMap>) {
+    pub fn keep_map(&mut self, map: Arc<PriorMap>) {
         self.maps.insert(map.map, map);
     }
 
@@ -147,7 +147,7 @@ impl Lockstep {
                 Effect::Drive(drive) => self.simulator.command(drive),
                 Effect::StartJob { job, work: Job::SaveMap(finished) } => {
                     let (map, graph) = (finished.map, finished.graph.as_ref().clone());
-                    self.keep_map(Arc::new(KnownMap { map, graph, places: self.places.clone() }));
+                    self.keep_map(Arc::new(PriorMap { map, graph, places: self.places.clone() }));
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
@@ -163,9 +163,9 @@ impl Lockstep {
                     work:
                         Job::VerifyLoop(_)
                         | Job::CompareVisit(_)
-                        | Job::SeekPlace(_)
+                        | Job::SearchMap(_)
                         | Job::Relocalise(_)
-                        | Job::TellApart(_),
+                        | Job::PlanDisambiguation(_),
                 } => {
                     let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
@@ -188,6 +188,6 @@ impl Lockstep {
             self.places.clear();
         }
         let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
-        self.places.extend(stack::known_place(pose, xyz, keyframe.lidar));
+        self.places.extend(stack::encode_prior_keyframe(pose, xyz, keyframe.lidar));
     }
 }

@@ -4,44 +4,44 @@
 //! way anything reaches it is an [`Input`]. What it wants done comes out as [`Effect`]s. A recording of the inputs
 //! therefore repeats a run bit for bit.
 
-mod contest;
 mod control;
+mod disambiguation;
 mod docks;
-mod faint;
 mod health;
-mod known;
 mod localisation_phase;
-mod localising;
 mod loops;
+mod low_confidence;
 mod mapping_phase;
 mod motion;
+mod multi_hypothesis_tracker;
+mod odometry_adapter;
 mod optimiser;
-mod progress;
-mod question;
+mod periodic_global_check;
+mod prior_map;
+mod relocalisation_request;
+mod request_progress;
 mod search;
-mod second_opinion;
-mod telling;
 mod work;
 
-pub use known::known_place;
+pub use prior_map::encode_prior_keyframe;
 pub use work::Work;
 
 use control::{Admission, Control};
+use disambiguation::ExplorationHint;
 use docks::Docks;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
-use localisation_phase::{LocalisationPhase, Told, Turn};
-use localising::{Localiser, Located, Said};
+use localisation_phase::{InitialPose, LocalisationPhase, LocalisationTransition};
 use loops::News;
 use mapping::Odometer;
 use mapping_phase::{Grown, MappingPhase, rows};
 use messages::{
-    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, KnownMap,
-    Notice, Order, Publication, Sensor, Severity,
+    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
+    Order, PriorMap, Publication, Sensor, Severity,
 };
 use motion::{Frames, Motion};
+use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use std::sync::Arc;
-use telling::Clue;
 use vocab::{Covariance6, Span, Stamp};
 
 /// Scans teach the terrain at most this often: people walk 0.3 m in between.
@@ -57,7 +57,7 @@ pub struct Stack {
 /// Everything that exists once the boot record is known.
 #[derive(Debug)]
 struct Running {
-    localiser: Localiser,
+    odometry: OdometryAdapter,
     control: Control,
     watch: Watch,
     mapping: MappingPhase,
@@ -67,7 +67,7 @@ struct Running {
     jobs: u64,
     points_used: u32,
     odometer: Odometer,
-    last: Option<Box<Located>>,
+    last: Option<Box<LocatedScan>>,
     observed: Option<Stamp>,
 }
 
@@ -115,10 +115,11 @@ impl Running {
         }
         let mut localisation = LocalisationPhase::default();
         if let Some(last) = record.last_place.filter(|_| record.start_mapping.is_none()) {
-            localisation.begin(last.map, isometry_from_pose(&last.map_from_base).map(Told::Base));
+            localisation
+                .begin(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }
         Self {
-            localiser: Localiser::new(record),
+            odometry: OdometryAdapter::new(record),
             control: Control::default(),
             watch: Watch::default(),
             mapping,
@@ -134,7 +135,7 @@ impl Running {
     }
 
     fn greet(&mut self, record: &BootRecord, effects: &mut Vec<Effect>) {
-        for finding in Localiser::mounting_findings(record) {
+        for finding in OdometryAdapter::mounting_findings(record) {
             self.watch.found(finding);
         }
         publish(effects, Publication::Control(self.control.state().clone()));
@@ -150,15 +151,15 @@ impl Running {
             publish(effects, Publication::Battery(*battery));
         }
         let mut said = Vec::new();
-        self.localiser.hear(sensor, &mut said);
+        self.odometry.hear(sensor, &mut said);
         self.digest(at, said, effects);
     }
 
     /// Works through what odometry said.
-    fn digest(&mut self, at: Stamp, said: Vec<Said>, effects: &mut Vec<Effect>) {
+    fn digest(&mut self, at: Stamp, said: Vec<OdometryEvent>, effects: &mut Vec<Effect>) {
         for one in said {
             match one {
-                Said::Begun => {
+                OdometryEvent::FrameReset => {
                     // In a saved map, goals mean what they meant.
                     let drive = match self.localisation.is_idle() {
                         true => self.motion.forget_map(),
@@ -166,8 +167,8 @@ impl Running {
                     };
                     effects.extend(drive.map(Effect::Drive));
                 }
-                Said::Located(located) => self.located(at, located, effects),
-                Said::Found(finding) => {
+                OdometryEvent::Scan(located) => self.located(at, located, effects),
+                OdometryEvent::Finding(finding) => {
                     self.tell(at, &finding, effects);
                     self.watch.found(finding);
                 }
@@ -179,13 +180,13 @@ impl Running {
         effects.push(notice(at, finding.severity, format!("{} {}", finding.what, finding.remedy)));
     }
 
-    fn located(&mut self, at: Stamp, located: Box<Located>, effects: &mut Vec<Effect>) {
+    fn located(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<Effect>) {
         if self.mapping.is_starting() {
             effects.extend(self.motion.forget_map().map(Effect::Drive));
         }
         let grown = self.mapping.add(&located);
         let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
-        self.tell_turn(at, turn, effects);
+        self.publish_transition(at, turn, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
         if self.docks.note(at, self.localisation.sure_of().map(|map| (map, map_from_base))) {
             publish(effects, Publication::Docks(Arc::clone(self.docks.known())));
@@ -253,22 +254,29 @@ impl Running {
     }
 
     /// Says that the place in a saved map is known, or not any more.
-    fn tell_turn(&mut self, at: Stamp, turn: Option<Turn>, effects: &mut Vec<Effect>) {
+    fn publish_transition(
+        &mut self,
+        at: Stamp,
+        turn: Option<LocalisationTransition>,
+        effects: &mut Vec<Effect>,
+    ) {
         let (drive, severity, text) = match turn {
-            Some(Turn::Found) if !self.localisation.knows() => {
+            Some(LocalisationTransition::PoseFound) if !self.localisation.knows() => {
                 let text =
                     "The robot has found a place in the map that fits, and looks whether others fit as well.";
                 (None, Severity::Info, text)
             }
-            Some(Turn::Found) if self.motion.go_on(at, &self.frames(self.last.as_deref())) => {
+            Some(LocalisationTransition::PoseFound)
+                if self.motion.go_on(at, &self.frames(self.last.as_deref())) =>
+            {
                 let text = "The robot knows where it is in the map, and goes on.";
                 (None, Severity::Info, text)
             }
-            Some(Turn::Found) => {
+            Some(LocalisationTransition::PoseFound) => {
                 // Where the robot went before means nothing now.
                 (self.motion.forget_goal(), Severity::Info, "The robot knows where it is in the map.")
             }
-            Some(Turn::Lost) => {
+            Some(LocalisationTransition::PoseLost) => {
                 let drive = self.motion.lose_place(at);
                 let text = match drive {
                     Some(_) => {
@@ -289,7 +297,7 @@ impl Running {
         self.localisation.map_from_odom().unwrap_or_else(|| self.mapping.map_from_odom())
     }
 
-    fn estimate(&self, located: &Located, map_from_base: &Isometry) -> Estimate {
+    fn estimate(&self, located: &LocatedScan, map_from_base: &Isometry) -> Estimate {
         Estimate {
             stamp: located.stamp,
             map_from_base: pose_from_isometry(map_from_base),
@@ -301,14 +309,14 @@ impl Running {
     }
 
     fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
-        self.localisation.tick(at, self.localiser.is_underway());
-        let predicted = self.last.as_ref().map(|last| self.localiser.predict(at, last));
+        self.localisation.tick(at, self.odometry.is_underway());
+        let predicted = self.last.as_ref().map(|last| self.odometry.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         // Odometry may have begun anew without the place having been lost, and the place may have been in doubt when it was found.
         if self.localisation.knows() && !self.motion.go_on(at, &frames) {
             effects.extend(self.motion.end_look().map(Effect::Drive));
         }
-        if let Some(drive) = self.motion.tick(at, &frames, &self.localisation.clue()) {
+        if let Some(drive) = self.motion.tick(at, &frames, &self.localisation.exploration_hint()) {
             effects.push(Effect::Drive(drive));
         }
         if let Some(located) = predicted {
@@ -339,7 +347,7 @@ impl Running {
     }
 
     /// With the base at its last place; at the origin before the first.
-    fn frames(&self, last: Option<&Located>) -> Frames {
+    fn frames(&self, last: Option<&LocatedScan>) -> Frames {
         Frames {
             map_from_odom: self.map_from_odom(),
             odom_from_base: last.map_or_else(Isometry::identity, |last| last.odom_from_base),
@@ -386,8 +394,8 @@ impl Running {
                 let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
                 let place =
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
-                let walked = || self.last.as_ref().and_then(|last| self.mapping.left(*map, last)).map(Told::Odom);
-                self.localisation.begin(*map, place.map(Told::Base).or_else(walked));
+                let walked = || self.last.as_ref().and_then(|last| self.mapping.left(*map, last)).map(InitialPose::MapFromOdom);
+                self.localisation.begin(*map, place.map(InitialPose::MapFromBase).or_else(walked));
                 effects.extend(self.motion.forget_map().map(Effect::Drive));
                 self.start_jobs(effects);
                 Ok(())
@@ -400,7 +408,7 @@ impl Running {
             Order::DiscardMapping => self.mapping.discard(),
             Order::FinishMapping { map, name } => {
                 let mut said = Vec::new();
-                self.localiser.flush(&mut said);
+                self.odometry.flush(&mut said);
                 self.digest(at, said, effects);
                 self.mapping.finish(at, *map, name)?;
                 self.save_closed_map(at, effects);
@@ -422,7 +430,7 @@ impl Running {
                 self.motion.stop(Some(command.by));
                 // At once, not at the next tick.
                 let frames = self.frames(self.last.as_deref());
-                effects.extend(self.motion.tick(at, &frames, &Clue::default()).map(Effect::Drive));
+                effects.extend(self.motion.tick(at, &frames, &ExplorationHint::default()).map(Effect::Drive));
                 Ok(())
             }
             Order::AllowMotion => {
@@ -437,7 +445,7 @@ impl Running {
         }
     }
 
-    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&KnownMap, &str>, effects: &mut Vec<Effect>) {
+    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<Effect>) {
         for refused in [self.mapping.loaded(job, read), self.localisation.loaded(job, read)] {
             if let Err(text) = refused {
                 effects.push(notice(at, Severity::Error, text));
@@ -457,12 +465,12 @@ impl Running {
         match done.result {
             JobResult::Relocalised(answer) => {
                 let turn = self.localisation.answered(done.job, Some(&answer));
-                self.tell_turn(at, turn, effects);
+                self.publish_transition(at, turn, effects);
             }
-            JobResult::ToldApart(told) => self.localisation.told_apart(done.job, Some(&told)),
+            JobResult::DisambiguationPlanned(told) => self.localisation.told_apart(done.job, Some(&told)),
             JobResult::LoopVerified(_)
             | JobResult::VisitCompared(_)
-            | JobResult::PlaceSought(_)
+            | JobResult::MapSearched(_)
             | JobResult::LoopNotVerified => {
                 self.localisation.answered(done.job, None);
                 self.localisation.told_apart(done.job, None);

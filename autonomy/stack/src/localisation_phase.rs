@@ -4,21 +4,24 @@
 //! robot moves until what it sees leaves one. Localised, every scan corrects the place, until what is seen speaks against it for long
 //! enough, or another place turns out to fit better: then all begins anew.
 
-use crate::contest::Contest;
+use crate::disambiguation::{DisambiguationSchedule, ExplorationHint};
 use crate::docks::Docks;
-use crate::faint::Faint;
-use crate::known::Known;
-use crate::localising::Located;
-use crate::question::{Ground, Question, Thought};
-use crate::second_opinion::{SecondOpinion, outdone, upheld};
-use crate::telling::{Clue, Telling};
+use crate::low_confidence::LowConfidenceConfirmation;
+use crate::multi_hypothesis_tracker::MultiHypothesisTracker;
+use crate::odometry_adapter::LocatedScan;
+use crate::periodic_global_check::{PeriodicGlobalCheck, find_contradicting_hypotheses, is_confirmed};
+use crate::prior_map::DecodedPriorMap;
+use crate::relocalisation_request::{PosePrior, RelocalisationRequest, SearchableMap};
 use crate::work::Work;
 use geometry::{Isometry, Matrix6};
-use localisation::{Doubt, Scan, Standing, Thinner, Tracker, Trust, standing};
+use localisation::{
+    AdaptiveVoxelFilter, DownsampledScan, LocalisationStatus, PoseTracker, RelocalisationResult,
+    classify_hypotheses,
+};
 use mapping::Place;
 use messages::{
-    Effect, Job, KnownMap, LocalisationDoubt, LocalisationState, RelocaliseTask, Relocalised, TellApartTask,
-    ToldApart,
+    DegradationReason, DisambiguationPlan, DisambiguationTask, Effect, Job, LocalisationState, PriorMap,
+    RelocalisationResponse, RelocalisationTask,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -33,7 +36,7 @@ pub(crate) struct LocalisationPhase {
     phase: Phase,
     /// Of the last place that was known.
     map_from_odom: Option<Isometry>,
-    thinner: Thinner,
+    thinner: AdaptiveVoxelFilter,
     downsampler: Downsampler,
     questions: u64,
     published: Option<LocalisationState>,
@@ -46,7 +49,7 @@ enum Phase {
     /// The map is being read; the job is none until it has started.
     Loading {
         map: MapId,
-        at: Option<Told>,
+        at: Option<InitialPose>,
         job: Option<u64>,
     },
     Relocalising(Box<Relocalising>),
@@ -56,13 +59,13 @@ enum Phase {
 #[derive(Debug)]
 struct Relocalising {
     map: MapId,
-    ground: Arc<Ground>,
+    ground: Arc<SearchableMap>,
     /// Until the next scan.
-    told: Option<Told>,
-    question: Option<Question>,
-    contest: Contest,
-    telling: Telling,
-    faint: Faint,
+    told: Option<InitialPose>,
+    question: Option<RelocalisationRequest>,
+    contest: MultiHypothesisTracker,
+    telling: DisambiguationSchedule,
+    faint: LowConfidenceConfirmation,
     /// Whether the places in the contest are all that look alike in the whole map.
     everywhere: bool,
     /// Whether the docks have been tried since the robot has been charged.
@@ -72,39 +75,39 @@ struct Relocalising {
 #[derive(Debug)]
 struct Localised {
     map: MapId,
-    ground: Arc<Ground>,
-    tracker: Tracker,
+    ground: Arc<SearchableMap>,
+    tracker: PoseTracker,
     covariance: Matrix6,
-    doubt: Option<LocalisationDoubt>,
+    doubt: Option<DegradationReason>,
     /// Of the newest scan.
     seen: Option<Stamp>,
-    second_opinion: SecondOpinion,
+    second_opinion: PeriodicGlobalCheck,
     /// Whether the whole map has been searched for the place: not yet, where a person showed it.
     confirmed: bool,
-    question: Option<Question>,
+    question: Option<RelocalisationRequest>,
 }
 
 /// Where the robot is in the map, to whoever knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Told {
+pub(crate) enum InitialPose {
     /// By a person: the base in the map.
-    Base(Isometry),
+    MapFromBase(Isometry),
     /// By the way walked since that map was made: odometry's frame in the map.
-    Odom(Isometry),
+    MapFromOdom(Isometry),
 }
 
 /// What the phase made of a scan or an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Turn {
+pub(crate) enum LocalisationTransition {
     /// The place is known; it was not before.
-    Found,
+    PoseFound,
     /// It is not known any more.
-    Lost,
+    PoseLost,
 }
 
 impl LocalisationPhase {
     /// Begins to be localised in a map, once that has been read.
-    pub fn begin(&mut self, map: MapId, at: Option<Told>) {
+    pub fn begin(&mut self, map: MapId, at: Option<InitialPose>) {
         match &mut self.phase {
             Phase::Relocalising(state) if state.map == map => state.told = at,
             Phase::Localised(state) if state.map == map => {
@@ -151,12 +154,12 @@ impl LocalisationPhase {
     }
 
     /// What is known of where the robot may be while it looks for itself.
-    pub fn clue(&self) -> Clue {
+    pub fn exploration_hint(&self) -> ExplorationHint {
         match &self.phase {
             Phase::Relocalising(state) => {
-                Clue { places: state.contest.len(), way: state.telling.way().map(Arc::clone) }
+                ExplorationHint { places: state.contest.len(), way: state.telling.way().map(Arc::clone) }
             }
-            _ => Clue::default(),
+            _ => ExplorationHint::default(),
         }
     }
 
@@ -174,27 +177,32 @@ impl LocalisationPhase {
     ///
     /// # Errors
     /// Why the robot is in no map then.
-    pub fn loaded(&mut self, job: u64, read: Result<&KnownMap, &str>) -> Result<(), String> {
+    pub fn loaded(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
         let Phase::Loading { map, at, job: Some(waited) } = self.phase else { return Ok(()) };
         if waited != job {
             return Ok(());
         }
         self.phase = Phase::Idle;
-        let known = Known::read(read?)?;
+        let known = DecodedPriorMap::decode(read?)?;
         let keyframes =
             known.keyframes.into_iter().map(|keyframe| (keyframe.map_from_keyframe, keyframe.place));
-        let ground = Arc::new(Ground::new(keyframes.collect()));
+        let ground = Arc::new(SearchableMap::new(keyframes.collect()));
         self.phase = Phase::Relocalising(Box::new(Relocalising::new(map, ground, at)));
         Ok(())
     }
 
     /// Takes in a located scan, seen from `sensor` (base frame), by a robot that may be at one of these docks of the map.
-    pub fn add(&mut self, located: &Located, sensor: [f32; 3], docks: &Docks) -> Option<Turn> {
+    pub fn add(
+        &mut self,
+        located: &LocatedScan,
+        sensor: [f32; 3],
+        docks: &Docks,
+    ) -> Option<LocalisationTransition> {
         if !matches!(self.phase, Phase::Relocalising(_) | Phase::Localised(_)) {
             return None;
         }
         let points = self.thinner.thin(&located.cloud.xyz);
-        let scan = Scan {
+        let scan = DownsampledScan {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
             covariance: located.covariance,
@@ -223,12 +231,12 @@ impl LocalisationPhase {
                     state.ask(located, place(), self.questions, docks);
                 }
                 if state.contest.len() < 2 {
-                    state.telling = Telling::default();
+                    state.telling = DisambiguationSchedule::default();
                 } else if state.telling.is_due(state.contest.len(), &located.odom_from_base) {
                     self.questions += 1;
                     state.telling.ask(self.questions, state.contest.places(), &located.odom_from_base);
                 }
-                found.then_some(Turn::Found)
+                found.then_some(LocalisationTransition::PoseFound)
             }
             Phase::Idle | Phase::Loading { .. } => None,
         };
@@ -244,15 +252,15 @@ impl LocalisationPhase {
         if let Phase::Localised(state) = &mut self.phase
             && (!underway || state.seen.is_some_and(|seen| at - seen > DARK_AFTER))
         {
-            state.doubt = Some(LocalisationDoubt::Dark);
+            state.doubt = Some(DegradationReason::LidarBlind);
         }
     }
 
     /// Moves between looking and knowing.
-    fn change(&mut self, turn: Option<Turn>) {
+    fn change(&mut self, turn: Option<LocalisationTransition>) {
         let Some(turn) = turn else { return };
         self.phase = match (turn, std::mem::take(&mut self.phase)) {
-            (Turn::Found, Phase::Relocalising(state)) => match state.contest.winner() {
+            (LocalisationTransition::PoseFound, Phase::Relocalising(state)) => match state.contest.winner() {
                 Some(tracker) => {
                     let tracker = tracker.clone();
                     let Relocalising { map, ground, everywhere, .. } = *state;
@@ -260,7 +268,7 @@ impl LocalisationPhase {
                 }
                 None => Phase::Relocalising(state),
             },
-            (Turn::Lost, Phase::Localised(state)) => {
+            (LocalisationTransition::PoseLost, Phase::Localised(state)) => {
                 Phase::Relocalising(Box::new(Relocalising::new(state.map, state.ground, None)))
             }
             (_, phase) => phase,
@@ -272,7 +280,7 @@ impl LocalisationPhase {
         if let Phase::Relocalising(state) = &mut self.phase
             && let Some(number) = state.telling.start(*jobs)
         {
-            let work = Job::TellApart(TellApartTask { map: state.map, number });
+            let work = Job::PlanDisambiguation(DisambiguationTask { map: state.map, number });
             effects.push(Effect::StartJob { job: *jobs, work });
             *jobs += 1;
         }
@@ -287,7 +295,7 @@ impl LocalisationPhase {
                 if !question.start(job) {
                     return;
                 }
-                Job::Relocalise(RelocaliseTask { map, number: question.number })
+                Job::Relocalise(RelocalisationTask { map, number: question.number })
             }
         };
         effects.push(Effect::StartJob { job, work });
@@ -306,7 +314,11 @@ impl LocalisationPhase {
     }
 
     /// A question was answered, or was not. Others' jobs are ignored.
-    pub fn answered(&mut self, job: u64, answer: Option<&Relocalised>) -> Option<Turn> {
+    pub fn answered(
+        &mut self,
+        job: u64,
+        answer: Option<&RelocalisationResponse>,
+    ) -> Option<LocalisationTransition> {
         let (_, ground, question) = self.phase.asking()?;
         if !question.is_answered_by(job) {
             return None;
@@ -314,40 +326,40 @@ impl LocalisationPhase {
         let ground = Arc::clone(ground);
         let (at, thought) = (question.odom_from_base, question.thought.clone());
         let found = question.answered(answer);
-        let told = matches!(thought, Thought::Told(_));
-        let docked = matches!(thought, Thought::Docked(_));
+        let told = matches!(thought, PosePrior::Given(_));
+        let docked = matches!(thought, PosePrior::AtDocks(_));
         match (&mut self.phase, thought) {
-            (Phase::Localised(state), Thought::Held(held)) => {
-                let Some(places) = outdone(&held, &found) else {
-                    state.confirm(upheld(&held, &found));
+            (Phase::Localised(state), PosePrior::Tracked(held)) => {
+                let Some(places) = find_contradicting_hypotheses(&held, &found) else {
+                    state.confirm(is_confirmed(&held, &found));
                     return None;
                 };
-                self.change(Some(Turn::Lost));
+                self.change(Some(LocalisationTransition::PoseLost));
                 if let Phase::Relocalising(state) = &mut self.phase {
-                    state.contest = Contest::new(&ground, &places, Some(&held), &at);
+                    state.contest = MultiHypothesisTracker::new(&ground, &places, Some(&held), &at);
                     state.everywhere = true;
                 }
-                Some(Turn::Lost)
+                Some(LocalisationTransition::PoseLost)
             }
-            (Phase::Relocalising(state), Thought::Held(held)) => {
+            (Phase::Relocalising(state), PosePrior::Tracked(held)) => {
                 if answer.is_some() && !state.contest.is_empty() {
-                    state.contest.challenge(&ground, &found, &held, &at);
-                    state.everywhere = upheld(&held, &found);
+                    state.contest.inject_hypotheses(&ground, &found, &held, &at);
+                    state.everywhere = is_confirmed(&held, &found);
                 }
                 None
             }
             (Phase::Relocalising(state), _) => {
                 state.everywhere = !told && !docked;
-                let places = match standing(&found) {
-                    Standing::There(one) => vec![one],
-                    Standing::OneOf(several) => several,
-                    Standing::Faint(one) => {
+                let places = match classify_hypotheses(&found) {
+                    RelocalisationResult::Unique(one) => vec![one],
+                    RelocalisationResult::Ambiguous(several) => several,
+                    RelocalisationResult::LowConfidence(one) => {
                         let believed = told || state.faint.recognise(&one, &at);
                         if believed { vec![one] } else { Vec::new() }
                     }
-                    Standing::Nowhere => Vec::new(),
+                    RelocalisationResult::NotFound => Vec::new(),
                 };
-                state.contest = Contest::new(&ground, &places, None, &at);
+                state.contest = MultiHypothesisTracker::new(&ground, &places, None, &at);
                 None
             }
             _ => None,
@@ -355,7 +367,7 @@ impl LocalisationPhase {
     }
 
     /// A way on which places can be told apart was thought out, or was not. Others' jobs are ignored.
-    pub fn told_apart(&mut self, job: u64, told: Option<&ToldApart>) {
+    pub fn told_apart(&mut self, job: u64, told: Option<&DisambiguationPlan>) {
         if let Phase::Relocalising(state) = &mut self.phase {
             state.telling.answered(job, told);
         }
@@ -367,9 +379,11 @@ impl LocalisationPhase {
             Phase::Idle => LocalisationState::Idle,
             Phase::Loading { map, .. } => LocalisationState::Loading { map: *map },
             Phase::Relocalising(state) => {
-                LocalisationState::Relocalising { map: state.map, places: state.contest.len() as u32 }
+                LocalisationState::Relocalising { map: state.map, hypotheses: state.contest.len() as u32 }
             }
-            Phase::Localised(state) => LocalisationState::Localised { map: state.map, doubt: state.doubt },
+            Phase::Localised(state) => {
+                LocalisationState::Localised { map: state.map, degradation: state.doubt }
+            }
         };
         (self.published.replace(state) != Some(state)).then_some(state)
     }
@@ -377,7 +391,7 @@ impl LocalisationPhase {
 
 impl Phase {
     /// The question that has come up, of whatever place in which map.
-    fn asking(&mut self) -> Option<(MapId, &Arc<Ground>, &mut Question)> {
+    fn asking(&mut self) -> Option<(MapId, &Arc<SearchableMap>, &mut RelocalisationRequest)> {
         match self {
             Self::Relocalising(state) => Some((state.map, &state.ground, state.question.as_mut()?)),
             Self::Localised(state) => Some((state.map, &state.ground, state.question.as_mut()?)),
@@ -387,22 +401,22 @@ impl Phase {
 }
 
 impl Relocalising {
-    fn new(map: MapId, ground: Arc<Ground>, told: Option<Told>) -> Self {
+    fn new(map: MapId, ground: Arc<SearchableMap>, told: Option<InitialPose>) -> Self {
         Self {
             map,
             ground,
             told,
             question: None,
-            contest: Contest::default(),
-            telling: Telling::default(),
-            faint: Faint::default(),
+            contest: MultiHypothesisTracker::default(),
+            telling: DisambiguationSchedule::default(),
+            faint: LowConfidenceConfirmation::default(),
             everywhere: false,
             docked: false,
         }
     }
 
     /// Whether to ask where this scan may have been taken.
-    fn is_due(&mut self, located: &Located, docks: &Docks) -> bool {
+    fn is_due(&mut self, located: &LocatedScan, docks: &Docks) -> bool {
         let at_dock = docks.is_at_one_of(self.map);
         self.docked &= at_dock;
         let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
@@ -413,31 +427,33 @@ impl Relocalising {
             || (last && stale())
     }
 
-    fn ask(&mut self, located: &Located, place: Place, number: u64, docks: &Docks) {
+    fn ask(&mut self, located: &LocatedScan, place: Place, number: u64, docks: &Docks) {
         let thought = match self.told.take() {
-            Some(Told::Base(map_from_base)) => Thought::Told(map_from_base),
-            Some(Told::Odom(map_from_odom)) => Thought::Told(map_from_odom * located.odom_from_base),
+            Some(InitialPose::MapFromBase(map_from_base)) => PosePrior::Given(map_from_base),
+            Some(InitialPose::MapFromOdom(map_from_odom)) => {
+                PosePrior::Given(map_from_odom * located.odom_from_base)
+            }
             None if docks.is_at_one_of(self.map) && !self.docked => {
                 self.docked = true;
-                Thought::Docked(docks.candidates(self.map))
+                PosePrior::AtDocks(docks.candidates(self.map))
             }
             None => match self.contest.winner() {
-                Some(tracker) => Thought::Held(tracker.map_from_base().pose),
-                None => Thought::Nothing,
+                Some(tracker) => PosePrior::Tracked(tracker.map_from_base().pose),
+                None => PosePrior::None,
             },
         };
-        if matches!(thought, Thought::Told(_) | Thought::Docked(_)) {
-            self.contest = Contest::default();
+        if matches!(thought, PosePrior::Given(_) | PosePrior::AtDocks(_)) {
+            self.contest = MultiHypothesisTracker::default();
         }
-        self.question = Some(Question::new(located, place, number, thought));
+        self.question = Some(RelocalisationRequest::new(located, place, number, thought));
     }
 }
 
 impl Localised {
-    fn new(map: MapId, ground: Arc<Ground>, tracker: Tracker, confirmed: bool) -> Self {
+    fn new(map: MapId, ground: Arc<SearchableMap>, tracker: PoseTracker, confirmed: bool) -> Self {
         let covariance = tracker.map_from_base().covariance;
-        let doubt = (!confirmed).then_some(LocalisationDoubt::Unconfirmed);
-        let second_opinion = SecondOpinion::default();
+        let doubt = (!confirmed).then_some(DegradationReason::Unconfirmed);
+        let second_opinion = PeriodicGlobalCheck::default();
         Self {
             map,
             ground,
@@ -453,44 +469,44 @@ impl Localised {
 
     /// Whether to ask if the robot might be elsewhere. Only while nothing speaks against the place, what does is dealt with; but a place
     /// that is not confirmed needs that in any case.
-    fn is_due(&mut self, located: &Located) -> bool {
-        let asking = self.question.as_ref().is_some_and(Question::is_open);
+    fn is_due(&mut self, located: &LocatedScan) -> bool {
+        let asking = self.question.as_ref().is_some_and(RelocalisationRequest::is_open);
         let stale = || self.question.as_ref().is_none_or(|question| question.is_stale(located));
         let due = self.second_opinion.is_due(located) && !asking && self.doubt.is_none();
         due || (!self.confirmed && stale())
     }
 
-    fn ask(&mut self, located: &Located, place: Place, number: u64) {
+    fn ask(&mut self, located: &LocatedScan, place: Place, number: u64) {
         self.second_opinion.ask();
-        let held = Thought::Held(self.tracker.map_from_base().pose);
-        self.question = Some(Question::new(located, place, number, held));
+        let held = PosePrior::Tracked(self.tracker.map_from_base().pose);
+        self.question = Some(RelocalisationRequest::new(located, place, number, held));
     }
 
-    /// The whole map has been searched; nothing was better, if the place is upheld.
-    fn confirm(&mut self, upheld: bool) {
-        self.confirmed |= upheld;
-        if self.confirmed && self.doubt == Some(LocalisationDoubt::Unconfirmed) {
+    /// The whole map has been searched; nothing was better, if the place is confirmed.
+    fn confirm(&mut self, is_confirmed: bool) {
+        self.confirmed |= is_confirmed;
+        if self.confirmed && self.doubt == Some(DegradationReason::Unconfirmed) {
             self.doubt = None;
         }
     }
 
-    fn track(&mut self, scan: &Scan) -> Option<Turn> {
+    fn track(&mut self, scan: &DownsampledScan) -> Option<LocalisationTransition> {
         let fix = self.tracker.track(scan);
         self.covariance = fix.map_from_base.covariance;
         self.seen = Some(scan.stamp);
         self.doubt = match fix.trust {
-            Trust::Localised => (!self.confirmed).then_some(LocalisationDoubt::Unconfirmed),
-            Trust::Uncertain(doubt) | Trust::Lost(doubt) => Some(plain(doubt)),
+            LocalisationStatus::Localised => (!self.confirmed).then_some(DegradationReason::Unconfirmed),
+            LocalisationStatus::Uncertain(doubt) | LocalisationStatus::Lost(doubt) => Some(plain(doubt)),
         };
-        matches!(fix.trust, Trust::Lost(_)).then_some(Turn::Lost)
+        matches!(fix.trust, LocalisationStatus::Lost(_)).then_some(LocalisationTransition::PoseLost)
     }
 }
 
-fn plain(doubt: Doubt) -> LocalisationDoubt {
-    match doubt {
-        Doubt::Contradicted { .. } => LocalisationDoubt::Contradicted,
-        Doubt::Vague { .. } => LocalisationDoubt::Vague,
-        Doubt::Dark => LocalisationDoubt::Dark,
-        Doubt::Unmapped => LocalisationDoubt::Unmapped,
+fn plain(reason: localisation::DegradationReason) -> DegradationReason {
+    match reason {
+        localisation::DegradationReason::MapMismatch { .. } => DegradationReason::MapMismatch,
+        localisation::DegradationReason::PoseUncertain { .. } => DegradationReason::PoseUncertain,
+        localisation::DegradationReason::LidarBlind => DegradationReason::LidarBlind,
+        localisation::DegradationReason::Unmapped => DegradationReason::Unmapped,
     }
 }

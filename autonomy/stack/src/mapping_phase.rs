@@ -1,15 +1,15 @@
 //! The mapping session's life: idle, starting, running, closing its last loops, saving.
 
-use crate::known::Known;
-use crate::localising::Located;
 use crate::loops::{Arrived, Loops, News};
+use crate::odometry_adapter::LocatedScan;
+use crate::prior_map::DecodedPriorMap;
 use crate::search::{Found, Search};
 use crate::work::Work;
 use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, Uncertain};
 use messages::{
     BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, Job, JobDone,
-    JobResult, Keyframe, KnownMap, MapQuality, MappingState, Order, PoseGraph, VisitCounts,
+    JobResult, Keyframe, MapQuality, MappingState, Order, PoseGraph, PriorMap, VisitCounts,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -84,7 +84,7 @@ enum Phase {
 /// What a session goes on from.
 #[derive(Debug)]
 struct Base {
-    known: Known,
+    known: DecodedPriorMap,
     loops: Box<Loops>,
 }
 
@@ -182,13 +182,13 @@ impl MappingPhase {
     ///
     /// # Errors
     /// Why there is no session then.
-    pub fn loaded(&mut self, job: u64, read: Result<&KnownMap, &str>) -> Result<(), String> {
+    pub fn loaded(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
         let Phase::Loading { session, job: Some(waited), .. } = self.phase else { return Ok(()) };
         if waited != job {
             return Ok(());
         }
         self.phase = Phase::Idle;
-        let known = Known::read(read?)?;
+        let known = DecodedPriorMap::decode(read?)?;
         let loops = Loops::resume(session, self.sensor, &known).map_err(|error| {
             format!(
                 "That map cannot be extended, because its graph cannot be solved: {error}. Begin another."
@@ -327,7 +327,7 @@ impl MappingPhase {
         if let Phase::Running(running) = &mut self.phase
             && let Some(search) = &mut running.search
         {
-            let sought = if let JobResult::PlaceSought(sought) = &done.result { Some(sought) } else { None };
+            let sought = if let JobResult::MapSearched(sought) = &done.result { Some(sought) } else { None };
             let found = search.end(done.job, sought).is_some_and(|found| running.found(&found));
             return News { found, changed: found, ..News::default() };
         }
@@ -401,7 +401,7 @@ impl MappingPhase {
     }
 
     /// Adds a located scan.
-    pub fn add(&mut self, located: &Located) -> Option<Grown> {
+    pub fn add(&mut self, located: &LocatedScan) -> Option<Grown> {
         if let Some(left) = &mut self.left {
             left.walked.move_to(&located.odom_from_base.translation.vector);
             left.covariance.get_or_insert(located.covariance);
@@ -455,7 +455,7 @@ impl MappingPhase {
     }
 
     /// A session that begins with a located scan.
-    fn begun(&self, id: SessionId, base: Option<Box<Base>>, located: &Located) -> Running {
+    fn begun(&self, id: SessionId, base: Option<Box<Base>>, located: &LocatedScan) -> Running {
         let (since, policy) = (located.stamp, KeyframePolicy::default());
         let Some(base) = base else {
             let session = Box::new(Session::begin(&located.odom_from_base, policy));
@@ -471,7 +471,7 @@ impl MappingPhase {
     }
 
     /// Where odometry's frame is in a saved map, if the robot has just made that map and not walked far since.
-    pub fn left(&self, map: MapId, located: &Located) -> Option<Isometry> {
+    pub fn left(&self, map: MapId, located: &LocatedScan) -> Option<Isometry> {
         let left = self.left.as_ref().filter(|left| left.map == map)?;
         left.covariance(located).map(|_| left.map_from_odom)
     }
@@ -520,7 +520,7 @@ impl Running {
 
 impl Left {
     /// Where a waypoint is in that map, if it is the one asked for and odometry can be believed for as long as was walked since.
-    fn place(&self, map: MapId, number: u64, located: &Located, session: &Session) -> Option<Found> {
+    fn place(&self, map: MapId, number: u64, located: &LocatedScan, session: &Session) -> Option<Found> {
         if self.map != map {
             return None;
         }
@@ -531,7 +531,7 @@ impl Left {
     }
 
     /// Of the base in that map, while odometry can be believed for as long as was walked since.
-    fn covariance(&self, located: &Located) -> Option<Matrix6> {
+    fn covariance(&self, located: &LocatedScan) -> Option<Matrix6> {
         let walked = self.walked.distance();
         // Odometry that has lost its way since says so in its covariance.
         let before = self.covariance.unwrap_or_else(Matrix6::zeros);

@@ -4,12 +4,12 @@
 //! other metre looked up as a whole, see [`mapping::Chart`]; that takes a job. It is told only where enough of it is recognised, and
 //! nowhere else as well.
 
-use crate::known::Known;
 use crate::loops::plain;
+use crate::prior_map::DecodedPriorMap;
 use crate::work::{Seek, Work};
 use geometry::{Isometry, isometry_from_pose};
 use mapping::{Chart, Gates, Place, Uncertain};
-use messages::{Effect, FoundPlace, Job, PlaceTask, SoughtPlace};
+use messages::{Effect, Job, MapSearchOutcome, MapSearchResult, MapSearchTask};
 use points::Downsampler;
 use std::collections::VecDeque;
 use vocab::{KeyframeId, MapId, SessionId};
@@ -47,7 +47,7 @@ pub(crate) struct Found {
 
 impl Search {
     /// In a saved map.
-    pub fn new(session: SessionId, known: &Known) -> Self {
+    pub fn new(session: SessionId, known: &DecodedPriorMap) -> Self {
         Self {
             session,
             map: known.map,
@@ -96,7 +96,7 @@ impl Search {
             return;
         }
         self.next = self.metres + AGAIN;
-        effects.push(Effect::StartJob { job: *jobs, work: Job::SeekPlace(self.task()) });
+        effects.push(Effect::StartJob { job: *jobs, work: Job::SearchMap(self.task()) });
         self.running = Some(*jobs);
         *jobs += 1;
     }
@@ -114,27 +114,27 @@ impl Search {
     }
 
     /// A job has ended, with or without a result. Jobs of other searches are ignored.
-    pub fn end(&mut self, job: u64, sought: Option<&SoughtPlace>) -> Option<Found> {
+    pub fn end(&mut self, job: u64, sought: Option<&MapSearchResult>) -> Option<Found> {
         if self.running != Some(job) {
             return None;
         }
         self.running = None;
         match sought?.found {
-            FoundPlace::Here { keyframe, waypoint, keyframe_from_base, information, .. } => {
+            MapSearchOutcome::Found { keyframe, waypoint, keyframe_from_base, information, .. } => {
                 let pose = isometry_from_pose(&keyframe_from_base)?;
                 let keyframe_from_waypoint =
                     Uncertain::from_information(pose, &plain::from_rows(&information));
                 Some(Found { waypoint, keyframe, keyframe_from_waypoint })
             }
             other => {
-                self.ambiguous = matches!(other, FoundPlace::Ambiguous(..));
+                self.ambiguous = matches!(other, MapSearchOutcome::Ambiguous(..));
                 None
             }
         }
     }
 
-    fn task(&self) -> PlaceTask {
+    fn task(&self) -> MapSearchTask {
         let waypoint = (self.first + self.walked.len() as u64).saturating_sub(1);
-        PlaceTask { session: self.session, map: self.map, waypoint }
+        MapSearchTask { session: self.session, map: self.map, waypoint }
     }
 }

@@ -1,12 +1,12 @@
 //! Work that is too long for a step, as it leaves the stack.
 
+use crate::disambiguation::DisambiguationWork;
 use crate::loops::plain;
 use crate::mapping_phase::rows;
-use crate::question::Ask;
-use crate::telling::Tell;
+use crate::relocalisation_request::RelocalisationWork;
 use geometry::pose_from_isometry;
 use mapping::{Chart, Comparison, Gates, Unrelated, compare};
-use messages::{FoundPlace, JobResult, LoopTask, PlaceTask, SoughtPlace, VisitTask};
+use messages::{JobResult, LoopTask, MapSearchOutcome, MapSearchResult, MapSearchTask, VisitTask};
 
 /// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
 #[derive(Debug)]
@@ -16,8 +16,8 @@ pub struct Work(Kind);
 enum Kind {
     Compare { asked: Asked, comparison: Comparison, gates: Gates },
     Seek(Box<Seek>),
-    Ask(Box<Ask>),
-    Tell(Box<Tell>),
+    Relocalise(Box<RelocalisationWork>),
+    PlanDisambiguation(Box<DisambiguationWork>),
 }
 
 /// What was asked of a job.
@@ -37,7 +37,7 @@ impl Asked {
 /// A search for what was walked in a saved map.
 #[derive(Debug)]
 pub(crate) struct Seek {
-    pub task: PlaceTask,
+    pub task: MapSearchTask,
     pub chart: Chart,
     pub walked: Chart,
     /// Number of the first waypoint of `walked`.
@@ -54,12 +54,12 @@ impl Work {
         Self(Kind::Seek(Box::new(seek)))
     }
 
-    pub(crate) fn ask(ask: Ask) -> Self {
-        Self(Kind::Ask(Box::new(ask)))
+    pub(crate) fn relocalise(work: RelocalisationWork) -> Self {
+        Self(Kind::Relocalise(Box::new(work)))
     }
 
-    pub(crate) fn tell(tell: Tell) -> Self {
-        Self(Kind::Tell(Box::new(tell)))
+    pub(crate) fn plan_disambiguation(work: DisambiguationWork) -> Self {
+        Self(Kind::PlanDisambiguation(Box::new(work)))
     }
 
     /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
@@ -77,28 +77,30 @@ impl Work {
                     }
                 }
             }
-            Kind::Ask(ask) => JobResult::Relocalised(Box::new(ask.run())),
-            Kind::Tell(tell) => JobResult::ToldApart(tell.run()),
+            Kind::Relocalise(work) => JobResult::Relocalised(Box::new(work.run())),
+            Kind::PlanDisambiguation(work) => JobResult::DisambiguationPlanned(work.run()),
             Kind::Seek(seek) => {
                 let task = seek.task;
-                JobResult::PlaceSought(SoughtPlace { task, found: seek.run() })
+                JobResult::MapSearched(MapSearchResult { task, found: seek.run() })
             }
         }
     }
 }
 
 impl Seek {
-    fn run(mut self) -> FoundPlace {
+    fn run(mut self) -> MapSearchOutcome {
         let joint = match self.chart.find(&mut self.walked, &self.gates) {
             Ok(joint) => joint,
-            Err(Unrelated::TooFew(count)) => return FoundPlace::Unknown(count as u32),
+            Err(Unrelated::TooFew(count)) => return MapSearchOutcome::NotFound(count as u32),
             Err(Unrelated::Ambiguous(count, rival)) => {
-                return FoundPlace::Ambiguous(count as u32, rival as u32);
+                return MapSearchOutcome::Ambiguous(count as u32, rival as u32);
             }
         };
         // The newest, because odometry is believed from there on.
-        let Some(link) = joint.links.iter().max_by_key(|link| link.to) else { return FoundPlace::Unknown(0) };
-        FoundPlace::Here {
+        let Some(link) = joint.links.iter().max_by_key(|link| link.to) else {
+            return MapSearchOutcome::NotFound(0);
+        };
+        MapSearchOutcome::Found {
             keyframe: link.from,
             waypoint: self.first + u64::from(link.to.0),
             keyframe_from_base: pose_from_isometry(&link.from_from_to),

@@ -4,9 +4,9 @@ use crate::Arguments;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, isometry_from_pose};
-use localisation::Guide;
+use localisation::LocalisationMap;
 use mapping::{Place, PlaceParts};
-use messages::{Effect, KnownMap, KnownPlace, Publication};
+use messages::{Effect, PriorKeyframe, PriorMap, Publication};
 use sim::{Site, SiteName};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,9 +15,9 @@ use vocab::Span;
 /// A site with its map.
 pub struct KnownSite {
     pub site: Arc<Site>,
-    pub guide: Arc<Guide>,
+    pub guide: Arc<LocalisationMap>,
     /// As the stack reads it.
-    pub known: Arc<KnownMap>,
+    pub known: Arc<PriorMap>,
     pub site_from_map: Isometry,
 }
 
@@ -36,8 +36,9 @@ impl KnownSite {
             for effect in effects {
                 let Effect::Publish(Publication::Keyframe(keyframe)) = effect else { continue };
                 let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
-                places
-                    .extend(stack::known_place(pose, xyz, keyframe.lidar).map(|place| (keyframe.id, place)));
+                places.extend(
+                    stack::encode_prior_keyframe(pose, xyz, keyframe.lidar).map(|place| (keyframe.id, place)),
+                );
             }
         };
         let mut walk = StackWalk::new(&site, "round", &plan, &mut heard)?;
@@ -50,7 +51,7 @@ impl KnownSite {
             let place = places.remove(&node.id).context("a keyframe has no cloud")?;
             let site_from_keyframe = truth.at(node.stamp).context("no truth was kept")?;
             pairs.push((site_from_keyframe.translation.vector, map_from_keyframe.translation.vector));
-            let KnownPlace { lidar, points, ranges, views } = place.clone();
+            let PriorKeyframe { lidar, points, ranges, views } = place.clone();
             let parts = PlaceParts { points, ranges, views };
             keyframes
                 .push((map_from_keyframe, Place::from_parts(parts, lidar).context("a place is broken")?));
@@ -59,7 +60,7 @@ impl KnownSite {
         let alignment = geometry::umeyama(&pairs, false).context("the walk was too short")?;
         let site_from_map = alignment.truth_from_estimate;
         let (map, graph) = (finished.map, finished.graph.as_ref().clone());
-        let known = Arc::new(KnownMap { map, graph, places: kept });
-        Ok(Self { site, guide: Arc::new(Guide::new(keyframes)), known, site_from_map })
+        let known = Arc::new(PriorMap { map, graph, places: kept });
+        Ok(Self { site, guide: Arc::new(LocalisationMap::new(keyframes)), known, site_from_map })
     }
 }

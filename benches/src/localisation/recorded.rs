@@ -3,7 +3,9 @@
 use anyhow::{Context, Result};
 use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, so3};
-use localisation::{Atlas, Guide, Hypothesis, Standing, standing};
+use localisation::{
+    GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
+};
 use mapping::Place;
 use nalgebra::{Matrix3, Rotation3, Translation3};
 use std::path::Path;
@@ -35,8 +37,8 @@ pub fn run(folder: &Path) -> Result<()> {
     let scans = read(folder)?;
     let sensor = [0.0; 3];
     let of = |(pose, xyz): &(Isometry, Vec<[f32; 3]>)| (*pose, Place::of_cloud(xyz, &pose.rotation, sensor));
-    let guide = Arc::new(Guide::new(scans.iter().step_by(2).map(of).collect()));
-    let atlas = Atlas::new(Arc::clone(&guide));
+    let guide = Arc::new(LocalisationMap::new(scans.iter().step_by(2).map(of).collect()));
+    let atlas = GlobalLocaliser::new(Arc::clone(&guide));
     let mut rng = RngTree::new(1).child("told").rng();
     let (mut nothing, mut told) = (Outcome::default(), Outcome::default());
     for (truth, place) in scans.iter().skip(1).step_by(2).map(of) {
@@ -71,16 +73,16 @@ pub fn run(folder: &Path) -> Result<()> {
 }
 
 impl Outcome {
-    fn count(&mut self, found: &[Hypothesis], truth: &Isometry, ms: f64) {
+    fn count(&mut self, found: &[PoseHypothesis], truth: &Isometry, ms: f64) {
         self.times.push(ms);
-        let (one, places) = match standing(found) {
-            Standing::There(one) => (one, &mut self.alone),
-            Standing::Faint(one) => (one, &mut self.faint),
-            Standing::OneOf(_) => {
+        let (one, places) = match classify_hypotheses(found) {
+            RelocalisationResult::Unique(one) => (one, &mut self.alone),
+            RelocalisationResult::LowConfidence(one) => (one, &mut self.faint),
+            RelocalisationResult::Ambiguous(_) => {
                 self.ambiguous += 1;
                 return;
             }
-            Standing::Nowhere => {
+            RelocalisationResult::NotFound => {
                 self.nowhere += 1;
                 return;
             }

@@ -57,7 +57,7 @@ impl Told {
         self.scan_ms.push(ms);
         for effect in effects {
             if let Effect::Publish(Publication::Estimate(estimate)) = effect {
-                let sure = matches!(self.state, LocalisationState::Localised { doubt: None, .. });
+                let sure = matches!(self.state, LocalisationState::Localised { degradation: None, .. });
                 if sure && self.found.is_none() {
                     self.found = Some(estimate.stamp);
                 }
@@ -71,8 +71,8 @@ impl Told {
         match (was, state) {
             (LocalisationState::Localised { .. }, LocalisationState::Relocalising { .. }) => self.lost += 1,
             (
-                LocalisationState::Localised { doubt: None, .. },
-                LocalisationState::Localised { doubt: Some(_), .. },
+                LocalisationState::Localised { degradation: None, .. },
+                LocalisationState::Localised { degradation: Some(_), .. },
             ) => self.unsure += 1,
             _ => {}
         }

@@ -5,7 +5,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
-use messages::{Effect, KnownMap, LocalisationState, Publication};
+use messages::{Effect, LocalisationState, PriorMap, Publication};
 use std::sync::Arc;
 use std::time::Instant;
 use vocab::{KeyframeId, Span};
@@ -26,9 +26,9 @@ pub fn print_header() {
 }
 
 /// So many copies of a map on a square grid, the first where it is.
-fn copies(known: &KnownMap, count: usize) -> Result<KnownMap> {
+fn copies(known: &PriorMap, count: usize) -> Result<PriorMap> {
     let side = (count as f64).sqrt().ceil() as usize;
-    let mut large = KnownMap { map: known.map, graph: known.graph.clone(), places: Vec::new() };
+    let mut large = PriorMap { map: known.map, graph: known.graph.clone(), places: Vec::new() };
     large.graph.nodes.clear();
     large.graph.edges.clear();
     for copy in 0..count {
@@ -76,7 +76,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments, points: u64) -> Result<()> 
         for effect in effects {
             match effect {
                 Effect::Publish(Publication::Localisation(state)) => {
-                    sure = matches!(state, LocalisationState::Localised { doubt: None, .. });
+                    sure = matches!(state, LocalisationState::Localised { degradation: None, .. });
                     let placed = matches!(state, LocalisationState::Localised { .. });
                     for (reached, since) in [placed, sure].into_iter().zip(&mut since_order) {
                         if reached {

@@ -5,7 +5,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
-use localisation::{Atlas, Hypothesis, Standing, standing};
+use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult, classify_hypotheses};
 use mapping::Place;
 use messages::Sensor;
 use points::Downsampler;
@@ -31,7 +31,7 @@ pub fn print_header() {
 
 /// Tries random places.
 pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
-    let atlas = Atlas::new(Arc::clone(&known.guide));
+    let atlas = GlobalLocaliser::new(Arc::clone(&known.guide));
     let mut rng = RngTree::new(arguments.seed).child("places").rng();
     let mut downsampler = Downsampler::default();
     let (mut told, mut wrong, mut ambiguous, mut without, mut nowhere) = (0, 0, 0, 0, 0);
@@ -46,13 +46,13 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         let found = atlas.seek(&place, &up_from_base.rotation, None);
         times.push(thread_ms() - before);
         let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
-        let is_right = |one: &Hypothesis| is_right(&one.map_from_base, &map_from_base);
-        match standing(&found) {
-            Standing::There(one) if is_right(&one) => told += 1,
-            Standing::There(_) => wrong += 1,
-            Standing::OneOf(several) if several.iter().any(is_right) => ambiguous += 1,
-            Standing::OneOf(_) => without += 1,
-            Standing::Faint(_) | Standing::Nowhere => nowhere += 1,
+        let is_right = |one: &PoseHypothesis| is_right(&one.map_from_base, &map_from_base);
+        match classify_hypotheses(&found) {
+            RelocalisationResult::Unique(one) if is_right(&one) => told += 1,
+            RelocalisationResult::Unique(_) => wrong += 1,
+            RelocalisationResult::Ambiguous(several) if several.iter().any(is_right) => ambiguous += 1,
+            RelocalisationResult::Ambiguous(_) => without += 1,
+            RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => nowhere += 1,
         }
         if arguments.each {
             print_each(number, &start, &map_from_base, right, &found);
@@ -75,7 +75,13 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn print_each(number: usize, start: &Start, truth: &Isometry, right: Option<usize>, found: &[Hypothesis]) {
+fn print_each(
+    number: usize,
+    start: &Start,
+    truth: &Isometry,
+    right: Option<usize>,
+    found: &[PoseHypothesis],
+) {
     let place = format!("{:.1},{:.1},{:.1}", start.position.x, start.position.y, start.position.z);
     let right = right.map_or_else(|| "-".to_owned(), |index| index.to_string());
     // Of the best one, as its own robot sees it, metres.
@@ -110,7 +116,7 @@ fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
     None
 }
 
-/// One sweep of a standing robot in its base's frame, where its LiDAR is, and where the base is in the map.
+/// One sweep of a classify_hypotheses robot in its base's frame, where its LiDAR is, and where the base is in the map.
 fn sweep(
     known: &KnownSite,
     arguments: &Arguments,

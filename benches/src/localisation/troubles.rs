@@ -61,7 +61,7 @@ impl Heard {
     }
 
     fn is_sure(&self) -> bool {
-        matches!(self.state, LocalisationState::Localised { doubt: None, .. })
+        matches!(self.state, LocalisationState::Localised { degradation: None, .. })
     }
 }
 

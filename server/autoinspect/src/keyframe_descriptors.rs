@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use geometry::Isometry;
 use mapping::{Place, PlaceParts};
-use messages::KnownPlace;
+use messages::PriorKeyframe;
 use std::path::Path;
 use store::{SavedMap, keyframe_descriptors};
 
@@ -16,7 +16,7 @@ pub fn read_keyframe_descriptors(
     let known = keyframe_descriptors(map, saved.poses.len()).map_err(Failure::usage)?;
     let whole = known.len() == saved.poses.len();
     let all = saved.poses.into_iter().zip(known).enumerate().filter(|(number, _)| wanted(*number));
-    let places = all.map(|(_, (pose, KnownPlace { lidar, points, ranges, views }))| {
+    let places = all.map(|(_, (pose, PriorKeyframe { lidar, points, ranges, views }))| {
         Some((pose, Place::from_parts(PlaceParts { points, ranges, views }, lidar)?))
     });
     places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| {

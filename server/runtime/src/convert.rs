@@ -3,7 +3,7 @@
 use crate::imports::{Source, Wanted};
 use api::{Event, LoopsChanged, Order};
 use messages::{
-    EdgeKind, LocalisationDoubt, LocalisationState, MappingState, MotionState, PlaceInMap, Publication,
+    DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PlaceInMap, Publication,
 };
 use ports::Mishap;
 use vocab::{Span, UploadId};
@@ -103,19 +103,21 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
 
 /// State of localisation in a saved map.
 pub fn localisation(state: &LocalisationState) -> api::Localisation {
-    let plain = |doubt: LocalisationDoubt| match doubt {
-        LocalisationDoubt::Contradicted => api::Doubt::Contradicted,
-        LocalisationDoubt::Vague => api::Doubt::Vague,
-        LocalisationDoubt::Dark => api::Doubt::Dark,
-        LocalisationDoubt::Unmapped => api::Doubt::Unmapped,
-        LocalisationDoubt::Unconfirmed => api::Doubt::Unconfirmed,
+    let plain = |reason: DegradationReason| match reason {
+        DegradationReason::MapMismatch => api::Doubt::Contradicted,
+        DegradationReason::PoseUncertain => api::Doubt::Vague,
+        DegradationReason::LidarBlind => api::Doubt::Dark,
+        DegradationReason::Unmapped => api::Doubt::Unmapped,
+        DegradationReason::Unconfirmed => api::Doubt::Unconfirmed,
     };
     match *state {
         LocalisationState::Idle => api::Localisation::Idle,
         LocalisationState::Loading { map } => api::Localisation::Loading { map },
-        LocalisationState::Relocalising { map, places } => api::Localisation::Relocalising { map, places },
-        LocalisationState::Localised { map, doubt } => {
-            api::Localisation::Localised { map, doubt: doubt.map(plain) }
+        LocalisationState::Relocalising { map, hypotheses } => {
+            api::Localisation::Relocalising { map, places: hypotheses }
+        }
+        LocalisationState::Localised { map, degradation } => {
+            api::Localisation::Localised { map, doubt: degradation.map(plain) }
         }
     }
 }

@@ -9,7 +9,7 @@ use crate::mailbox::Mailbox;
 use crate::recording::sentence;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
-use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, KnownMap, Severity};
+use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, PriorMap, Severity};
 use stack::Stack;
 use std::path::Path;
 use std::sync::Arc;
@@ -94,9 +94,9 @@ impl Jobs {
             Job::ReadMap(map) => self.start(Work::Load { job, session: None, map }),
             Job::VerifyLoop(_)
             | Job::CompareVisit(_)
-            | Job::SeekPlace(_)
+            | Job::SearchMap(_)
             | Job::Relocalise(_)
-            | Job::TellApart(_) => match stack.take_work(job) {
+            | Job::PlanDisambiguation(_) => match stack.take_work(job) {
                 Some(work) => self.start(Work::Look { job, work }),
                 None => self.answer(job, JobResult::LoopNotVerified),
             },
@@ -226,8 +226,8 @@ impl Worker {
 ///
 /// # Errors
 /// When there is no such map, or it cannot be read.
-pub fn known_map(path: &Path) -> Result<KnownMap, StoreError> {
+pub fn known_map(path: &Path) -> Result<PriorMap, StoreError> {
     let saved = SavedMap::read(path)?;
     let places = keyframe_descriptors(&saved.path, saved.poses.len())?;
-    Ok(KnownMap { map: saved.summary.id, graph: saved.graph(), places })
+    Ok(PriorMap { map: saved.summary.id, graph: saved.graph(), places })
 }

@@ -26,7 +26,7 @@ impl PlaceKeeper {
     /// A robot that has lost its place is found where it was last; one that has left its map is in none.
     pub fn follow(&mut self, state: &LocalisationState) {
         self.known = match state {
-            LocalisationState::Localised { map, doubt: None } => Some(*map),
+            LocalisationState::Localised { map, degradation: None } => Some(*map),
             _ => None,
         };
         if *state == LocalisationState::Idle {
@@ -62,7 +62,7 @@ impl PlaceKeeper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use messages::LocalisationDoubt;
+    use messages::DegradationReason;
     use uuid::Uuid;
     use vocab::{Pose, Vec3};
 
@@ -80,7 +80,7 @@ mod tests {
         let mut keeper = PlaceKeeper::new(Arc::clone(&store));
         keeper.note(now, &at(1.0));
         assert!(!store.dir().place().exists(), "nobody knew");
-        keeper.follow(&LocalisationState::Localised { map, doubt: None });
+        keeper.follow(&LocalisationState::Localised { map, degradation: None });
         keeper.note(now, &at(2.0));
         assert_eq!(store.last_place(), None, "there is no such map");
         let summary = store.dir().map_summary(map);
@@ -91,9 +91,10 @@ mod tests {
         keeper.note(later(1), &at(3.0));
         assert_eq!(kept(), Some(2.0), "not so often");
         keeper.note(later(2), &at(4.0));
-        keeper.follow(&LocalisationState::Localised { map, doubt: Some(LocalisationDoubt::Dark) });
+        keeper
+            .follow(&LocalisationState::Localised { map, degradation: Some(DegradationReason::LidarBlind) });
         keeper.note(later(9), &at(5.0));
-        keeper.follow(&LocalisationState::Relocalising { map, places: 0 });
+        keeper.follow(&LocalisationState::Relocalising { map, hypotheses: 0 });
         keeper.note(later(19), &at(6.0));
         assert_eq!(kept(), Some(4.0), "where it was last sure");
         std::fs::write(store.dir().place(), "nonsense").expect("written");

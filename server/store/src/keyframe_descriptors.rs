@@ -12,7 +12,7 @@ use crate::map_clouds::{MapCloud, map_clouds_and_sensors};
 use crate::{StoreError, files};
 use geometry::isometry_from_pose;
 use mapping::{PLACE_VERSION, Place, PlaceParts};
-use messages::KnownPlace;
+use messages::PriorKeyframe;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -25,7 +25,7 @@ const MAGIC: &[u8; 8] = b"AIPLACES";
 ///
 /// # Errors
 /// When it has to be made of the clouds, and those cannot be read.
-pub fn keyframe_descriptors(dir: &Path, keyframes: usize) -> Result<Vec<KnownPlace>, StoreError> {
+pub fn keyframe_descriptors(dir: &Path, keyframes: usize) -> Result<Vec<PriorKeyframe>, StoreError> {
     match read(&dir.join(NAME)) {
         Some(places) if places.len() == keyframes => Ok(places),
         _ => descriptors_from_clouds(dir),
@@ -38,7 +38,7 @@ pub(crate) fn write_keyframe_descriptors(dir: &Path) -> Result<(), StoreError> {
     files::write_durably(&dir.join(NAME), |out| write(out, &places))
 }
 
-fn descriptors_from_clouds(dir: &Path) -> Result<Vec<KnownPlace>, StoreError> {
+fn descriptors_from_clouds(dir: &Path) -> Result<Vec<PriorKeyframe>, StoreError> {
     let mut places = Vec::new();
     for read in map_clouds_and_sensors(dir)? {
         let (cloud, lidar) = read?;
@@ -47,18 +47,18 @@ fn descriptors_from_clouds(dir: &Path) -> Result<Vec<KnownPlace>, StoreError> {
     Ok(places)
 }
 
-fn place_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<KnownPlace> {
+fn place_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<PriorKeyframe> {
     let rotation = isometry_from_pose(&cloud.map_from_keyframe)?.rotation;
     let PlaceParts { points, ranges, views } = Place::of_cloud(&cloud.xyz, &rotation, lidar).parts();
-    Some(KnownPlace { lidar, points, ranges, views })
+    Some(PriorKeyframe { lidar, points, ranges, views })
 }
 
-fn write(out: &mut impl Write, places: &[KnownPlace]) -> io::Result<()> {
+fn write(out: &mut impl Write, places: &[PriorKeyframe]) -> io::Result<()> {
     let count = |len: usize| u32::try_from(len).map_err(|_| io::Error::from(ErrorKind::InvalidInput));
     out.write_all(MAGIC)?;
     out.write_all(&PLACE_VERSION.to_le_bytes())?;
     out.write_all(&count(places.len())?.to_le_bytes())?;
-    for KnownPlace { lidar, points, ranges, views } in places {
+    for PriorKeyframe { lidar, points, ranges, views } in places {
         out.write_all(&lidar.map(f32::to_le_bytes).concat())?;
         out.write_all(&count(points.len())?.to_le_bytes())?;
         let points: Vec<u8> = points.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
@@ -75,7 +75,7 @@ fn write(out: &mut impl Write, places: &[KnownPlace]) -> io::Result<()> {
 }
 
 /// None for a file that cannot be used.
-fn read(path: &Path) -> Option<Vec<KnownPlace>> {
+fn read(path: &Path) -> Option<Vec<PriorKeyframe>> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) => {
@@ -92,7 +92,7 @@ fn read(path: &Path) -> Option<Vec<KnownPlace>> {
     places
 }
 
-fn parse(bytes: &[u8]) -> Option<Vec<KnownPlace>> {
+fn parse(bytes: &[u8]) -> Option<Vec<PriorKeyframe>> {
     let mut rest = Rest(bytes.strip_prefix(MAGIC)?);
     if rest.number()? != PLACE_VERSION {
         return None;
@@ -122,7 +122,7 @@ impl<'a> Rest<'a> {
         self.take(count.checked_mul(size)?)
     }
 
-    fn place(&mut self) -> Option<KnownPlace> {
+    fn place(&mut self) -> Option<PriorKeyframe> {
         let (lidar, _) = self.take(12)?.as_chunks::<4>();
         let lidar = [lidar[0], lidar[1], lidar[2]].map(f32::from_le_bytes);
         let (points, _) = self.list(6)?.as_chunks::<6>();
@@ -134,7 +134,7 @@ impl<'a> Rest<'a> {
         for picture in views.as_flattened_mut() {
             *picture = self.list(1)?.to_vec();
         }
-        Some(KnownPlace { lidar, points, ranges, views })
+        Some(PriorKeyframe { lidar, points, ranges, views })
     }
 }
 
@@ -142,8 +142,8 @@ impl<'a> Rest<'a> {
 mod tests {
     use super::*;
 
-    fn places() -> Vec<KnownPlace> {
-        let place = |number: i16| KnownPlace {
+    fn places() -> Vec<PriorKeyframe> {
+        let place = |number: i16| PriorKeyframe {
             lidar: [0.1, f32::from(number), -0.3],
             points: (0..number).map(|i| [i, -i, i16::MIN + i]).collect(),
             ranges: vec![u16::MAX, 7, number.unsigned_abs()].into(),

@@ -1,6 +1,9 @@
 //! What enters the stack.
 
-use crate::{ComparedVisit, KnownMap, Relocalised, Sensor, SoughtPlace, ToldApart, VerifiedLoop};
+use crate::{
+    ComparedVisit, DisambiguationPlan, MapSearchResult, PriorMap, RelocalisationResponse, Sensor,
+    VerifiedLoop,
+};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
@@ -193,7 +196,7 @@ pub enum JobResult {
         reason: String,
     },
     /// A saved map was read.
-    MapLoaded(Arc<KnownMap>),
+    MapLoaded(Arc<PriorMap>),
     /// It could not be read; the sentence says why and what to do.
     MapNotLoaded {
         /// Which version.
@@ -202,9 +205,9 @@ pub enum JobResult {
         reason: String,
     },
     /// The robot's place was looked for in a saved map.
-    PlaceSought(SoughtPlace),
+    MapSearched(MapSearchResult),
     /// Where the robot may stand in a saved map.
-    Relocalised(Box<Relocalised>),
+    Relocalised(Box<RelocalisationResponse>),
     /// Which way to walk to tell places apart.
-    ToldApart(ToldApart),
+    DisambiguationPlanned(DisambiguationPlan),
 }

@@ -4,13 +4,13 @@
 //! data, so a log of inputs replays the stack bit for bit. Metres, radians, seconds and SI throughout.
 
 mod inputs;
-mod known;
 mod loops;
 mod outputs;
+mod prior_map;
 mod sensors;
 
 pub use inputs::*;
-pub use known::*;
 pub use loops::*;
 pub use outputs::*;
+pub use prior_map::*;
 pub use sensors::*;

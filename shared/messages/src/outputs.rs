@@ -1,8 +1,8 @@
 //! What leaves the stack.
 
 use crate::{
-    BatteryState, LoopDecision, LoopTask, PlaceInMap, PlaceTask, RelocaliseTask, TellApartTask, Tied,
-    VisitTask,
+    BatteryState, DisambiguationTask, LoopDecision, LoopTask, MapSearchTask, PlaceInMap, RelocalisationTask,
+    Tied, VisitTask,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -58,13 +58,13 @@ pub enum Job {
         map: MapId,
     },
     /// Look for the robot's place in that map; as for [`Self::VerifyLoop`].
-    SeekPlace(PlaceTask),
+    SearchMap(MapSearchTask),
     /// Read a saved map to be localised in.
     ReadMap(MapId),
     /// Look where the robot may stand in it; as for [`Self::VerifyLoop`].
-    Relocalise(RelocaliseTask),
+    Relocalise(RelocalisationTask),
     /// Look which way to walk to tell places in it apart; as for [`Self::VerifyLoop`].
-    TellApart(TellApartTask),
+    PlanDisambiguation(DisambiguationTask),
 }
 
 /// Points in the frame that the holder names, as parallel columns.
@@ -218,26 +218,26 @@ pub enum LocalisationState {
         /// Which.
         map: MapId,
         /// Places where it may be, as far as it knows; 0 where it has to move to see more.
-        places: u32,
+        hypotheses: u32,
     },
     /// It knows its place.
     Localised {
         /// In which.
         map: MapId,
         /// What speaks against it, if anything does.
-        doubt: Option<LocalisationDoubt>,
+        degradation: Option<DegradationReason>,
     },
 }
 
 /// What speaks against the robot's place in a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LocalisationDoubt {
+pub enum DegradationReason {
     /// What it sees is not what the map shows there.
-    Contradicted,
+    MapMismatch,
     /// Nothing has told its place for too long.
-    Vague,
+    PoseUncertain,
     /// The LiDAR sees nothing.
-    Dark,
+    LidarBlind,
     /// The map shows nothing of what it sees.
     Unmapped,
     /// A person showed it, and the rest of the map has not been searched yet for places that look alike.

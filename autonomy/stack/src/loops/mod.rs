@@ -8,8 +8,8 @@ pub(crate) mod plain;
 mod queue;
 mod words;
 
-use crate::known::Known;
 use crate::optimiser::{GraphError, Optimiser, Pair};
+use crate::prior_map::DecodedPriorMap;
 use crate::search::Found;
 use crate::work::{Asked, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
@@ -85,8 +85,8 @@ impl Loops {
     ///
     /// # Errors
     /// When its graph cannot be solved.
-    pub fn resume(session: SessionId, sensor: [f32; 3], map: &Known) -> Result<Self, GraphError> {
-        let Known { keyframes, edges, loops, .. } = map;
+    pub fn resume(session: SessionId, sensor: [f32; 3], map: &DecodedPriorMap) -> Result<Self, GraphError> {
+        let DecodedPriorMap { keyframes, edges, loops, .. } = map;
         let closed = |edge: &Edge| {
             // So that a person may take it back, and close it again.
             let (source, guess) = (messages::LoopSource::Geometry, pose_from_isometry(&edge.from_from_to));

@@ -3,7 +3,7 @@
 //! then it walks without standing, on the way that promises to, as far as it can see that way.
 
 use super::walk::{REPLAN_EVERY, Step};
-use crate::telling::Clue;
+use crate::disambiguation::ExplorationHint;
 use geometry::{Isometry, Vector3};
 use navigation::{Follower, FollowerConfig, Terrain, Velocity, plan, roam};
 use std::sync::Arc;
@@ -80,7 +80,13 @@ impl Look {
     }
 
     /// What comes next, going by what is known of where the robot may be.
-    pub fn tick(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry, clue: &Clue) -> Step {
+    pub fn tick(
+        &mut self,
+        at: Stamp,
+        terrain: &Terrain,
+        odom_from_base: &Isometry,
+        exploration_hint: &ExplorationHint,
+    ) -> Step {
         let here = odom_from_base.translation.vector;
         self.note(at, &here);
         if self.looked.0 > PATIENCE {
@@ -96,7 +102,7 @@ impl Look {
                     return Step::Go(Velocity::default());
                 }
                 *tried = Some(at);
-                if let Some((on, path)) = self.set_out(stood, terrain, &here, clue) {
+                if let Some((on, path)) = self.set_out(stood, terrain, &here, exploration_hint) {
                     self.has_walked = true;
                     let follower = to_follow(path);
                     self.now = Now::Walks { on, follower, planned: at, passed: (at, here) };
@@ -116,9 +122,9 @@ impl Look {
                 }
                 if at - *planned >= REPLAN_EVERY {
                     let (on, passed, old) = (on.take(), *passed, follower.path().to_vec());
-                    let ends = clue.places > 1 && follower.remaining(odom_from_base) < WALK_ON;
+                    let ends = exploration_hint.places > 1 && follower.remaining(odom_from_base) < WALK_ON;
                     let path = self
-                        .told(terrain, &here, clue)
+                        .told(terrain, &here, exploration_hint)
                         .or_else(|| if ends { self.roam(terrain, &here) } else { None })
                         .or_else(|| replan(terrain, &here, &old).map(|path| (on, path)));
                     self.now = match path {
@@ -144,15 +150,21 @@ impl Look {
 
     /// The next walk of a robot that has stood for so long, if there is one. Standing tells no look-alikes apart; but where to walk is thought
     /// out first, and people who stand in that way go on.
-    fn set_out(&self, stood: Span, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Piece> {
-        let stands = match clue {
-            Clue { places: 2.., way: Some(way) } if way.is_empty() => Span::from_millis(0),
-            Clue { places: 2.., way: Some(_) } => STAND,
+    fn set_out(
+        &self,
+        stood: Span,
+        terrain: &Terrain,
+        here: &Vector3,
+        exploration_hint: &ExplorationHint,
+    ) -> Option<Piece> {
+        let stands = match exploration_hint {
+            ExplorationHint { places: 2.., way: Some(way) } if way.is_empty() => Span::from_millis(0),
+            ExplorationHint { places: 2.., way: Some(_) } => STAND,
             _ if self.has_walked => STAND,
             _ => STAND_FIRST,
         };
         let roam = || if stood >= stands { self.roam(terrain, here) } else { None };
-        self.told(terrain, here, clue).or_else(roam)
+        self.told(terrain, here, exploration_hint).or_else(roam)
     }
 
     /// Some way to where it has not been.
@@ -161,9 +173,10 @@ impl Look {
     }
 
     /// On along the way that tells places apart.
-    fn told(&self, terrain: &Terrain, here: &Vector3, clue: &Clue) -> Option<Piece> {
-        let way = clue.way.as_ref().filter(|way| {
-            clue.places > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
+    fn told(&self, terrain: &Terrain, here: &Vector3, exploration_hint: &ExplorationHint) -> Option<Piece> {
+        let way = exploration_hint.way.as_ref().filter(|way| {
+            exploration_hint.places > 1
+                && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
         })?;
         along(terrain, here, way).map(|path| (Some(Arc::clone(way)), path))
     }

@@ -10,7 +10,7 @@
 mod look;
 mod walk;
 
-use crate::telling::Clue;
+use crate::disambiguation::ExplorationHint;
 use geometry::{Isometry, Vector3, vec_to_plain};
 use look::Look;
 use messages::{Drive, MotionState};
@@ -202,8 +202,8 @@ impl Motion {
     }
 
     /// The command for now, if anything must be said to the robot: while it moves, and once when it stops. Whoever looks about goes by the
-    /// `clue`.
-    pub fn tick(&mut self, at: Stamp, frames: &Frames, clue: &Clue) -> Option<Drive> {
+    /// hint.
+    pub fn tick(&mut self, at: Stamp, frames: &Frames, exploration_hint: &ExplorationHint) -> Option<Drive> {
         let by_itself = matches!(self.mode, Mode::Walking(_) | Mode::Looking(_));
         self.waits = by_itself && self.seen.is_none_or(|seen| at - seen > BLIND_AFTER);
         match &mut self.mode {
@@ -231,7 +231,7 @@ impl Motion {
             }
             Mode::Looking(look) => {
                 let goal = look.goal;
-                let step = look.tick(at, &self.terrain, &frames.odom_from_base, clue);
+                let step = look.tick(at, &self.terrain, &frames.odom_from_base, exploration_hint);
                 self.move_on(step, goal)
             }
         }

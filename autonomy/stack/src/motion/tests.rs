@@ -46,9 +46,11 @@ fn a_map_that_moves_leaves_obstacles_where_they_are_and_the_goal_where_it_is_on_
     // A loop moves the map by 0.6 m under the robot. The same instant: no time for planning as a matter of course.
     frames.map_from_odom = shifted(10.0, 0.6);
     assert!(
-        motion
-            .tick(Stamp::EPOCH, &frames, &Clue::default())
-            .is_some_and(|drive| drive.velocity.linear.x >= 0.0)
+        motion.tick(Stamp::EPOCH, &frames, &ExplorationHint::default()).is_some_and(|drive| drive
+            .velocity
+            .linear
+            .x
+            >= 0.0)
     );
     let (end, nearest) = way(&mut motion, &frames, (11.5, 0.6));
     assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
@@ -84,12 +86,12 @@ fn live_in(
     now: &mut Stamp,
     seconds: u32,
 ) -> Vec<Vector3> {
-    live_by(&Clue::default(), points, is_open, motion, frames, now, seconds)
+    live_by(&ExplorationHint::default(), points, is_open, motion, frames, now, seconds)
 }
 
 /// The same with something known of where it may be.
 fn live_by(
-    clue: &Clue,
+    exploration_hint: &ExplorationHint,
     points: &[[f32; 3]],
     is_open: &dyn Fn(&Vector3) -> bool,
     motion: &mut Motion,
@@ -110,7 +112,7 @@ fn live_by(
             });
             motion.observe(*now, &frames.odom_from_base, [0.0; 3], &points.collect::<Vec<_>>());
         }
-        if let Some(drive) = motion.tick(*now, frames, clue) {
+        if let Some(drive) = motion.tick(*now, frames, exploration_hint) {
             let turned = so3::exp(&Vector3::new(0.0, 0.0, 0.05 * drive.velocity.angular.z));
             let step =
                 Isometry::from_parts(Vector3::new(0.05 * drive.velocity.linear.x, 0.0, 0.0).into(), turned);
@@ -226,21 +228,21 @@ fn who_looks_about_turns_elsewhere_where_something_unseen_stops_it() {
     assert!(farthest > 1.5, "{farthest} m");
 }
 
-/// A robot in the room that has been told to look about just now, with a clue.
-fn looking_by(clue: &Clue, seconds: u32) -> (Motion, Frames, Stamp, Vec<Vector3>) {
+/// A robot in the room that has been told to look about just now, with an exploration hint.
+fn looking_by(exploration_hint: &ExplorationHint, seconds: u32) -> (Motion, Frames, Stamp, Vec<Vector3>) {
     let mut motion = Motion::new(Some(0.5));
     let (mut frames, mut now) =
         (Frames { map_from_odom: shifted(0.0, 0.0), odom_from_base: shifted(0.0, 0.0) }, Stamp::EPOCH);
     live(&mut motion, &mut frames, &mut now, 1, false);
     assert_eq!(motion.look_about(now), Ok(()));
-    let way = live_by(clue, &room(), &|_| true, &mut motion, &mut frames, &mut now, seconds);
+    let way = live_by(exploration_hint, &room(), &|_| true, &mut motion, &mut frames, &mut now, seconds);
     (motion, frames, now, way)
 }
 
 /// Two places, and a way between them round two corners.
-fn two_places() -> Clue {
+fn two_places() -> ExplorationHint {
     let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
-    Clue { places: 2, way: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()) }
+    ExplorationHint { places: 2, way: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()) }
 }
 
 #[test]
@@ -255,12 +257,12 @@ fn who_may_be_in_two_places_walks_at_once_on_the_way_that_tells_them_apart() {
 
 #[test]
 fn until_the_way_that_tells_them_apart_is_thought_out_it_stands() {
-    let clue = Clue { places: 2, way: None };
-    let (_, _, _, way) = looking_by(&clue, 2);
+    let exploration_hint = ExplorationHint { places: 2, way: None };
+    let (_, _, _, way) = looking_by(&exploration_hint, 2);
     assert!(way.iter().all(|at| at.norm() < 0.01));
     // None is found: it looks for itself.
-    let clue = Clue { places: 2, way: Some(Arc::from([])) };
-    let (_, _, _, way) = looking_by(&clue, 8);
+    let exploration_hint = ExplorationHint { places: 2, way: Some(Arc::from([])) };
+    let (_, _, _, way) = looking_by(&exploration_hint, 8);
     assert!(way.iter().any(|at| at.norm() > 2.0));
 }
 

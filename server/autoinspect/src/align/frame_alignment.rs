@@ -5,7 +5,7 @@
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use geometry::{Isometry, Vector3, level_alignment, pose_from_isometry, rms_apart};
-use localisation::{Atlas, Guide, Standing, standing};
+use localisation::{GlobalLocaliser, LocalisationMap, RelocalisationResult, classify_hypotheses};
 use mapping::Place;
 use nalgebra::Point3;
 use serde::{Serialize, Serializer};
@@ -61,15 +61,15 @@ pub fn find(
 ) -> Result<FrameAlignment, Failure> {
     // Only to say what is wrong with it, before much is done.
     let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
-    let atlas = Atlas::new(Arc::new(Guide::new(seen)));
+    let atlas = GlobalLocaliser::new(Arc::new(LocalisationMap::new(seen)));
     let mut votes = Vec::new();
     let scans = read_keyframe_descriptors(map, |keyframe| chosen.contains(&keyframe))?;
     for (scan, (map_from_base, place)) in scans.iter().enumerate() {
         progress(scan as f64 / scans.len() as f64);
-        let found = match standing(&atlas.seek(place, &map_from_base.rotation, None)) {
-            Standing::There(one) => vec![one],
-            Standing::OneOf(several) => several,
-            Standing::Faint(_) | Standing::Nowhere => Vec::new(),
+        let found = match classify_hypotheses(&atlas.seek(place, &map_from_base.rotation, None)) {
+            RelocalisationResult::Unique(one) => vec![one],
+            RelocalisationResult::Ambiguous(several) => several,
+            RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => Vec::new(),
         };
         for one in found {
             let cloud_from_map = one.map_from_base * map_from_base.inverse();

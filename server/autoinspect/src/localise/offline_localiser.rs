@@ -4,8 +4,8 @@ use crate::inputs::{Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
-    BootRecord, Command, CorrectedScan, Effect, Input, Job, JobDone, JobResult, KnownMap, LocalisationState,
-    Order, Publication, Sensor, Severity,
+    BootRecord, Command, CorrectedScan, Effect, Input, Job, JobDone, JobResult, LocalisationState, Order,
+    PriorMap, Publication, Sensor, Severity,
 };
 use stack::{Stack, Work};
 use std::collections::VecDeque;
@@ -17,7 +17,7 @@ use vocab::{ClientId, CommandId, Pose, Stamp};
 /// A stack being fed.
 pub struct OfflineLocaliser<'a> {
     stack: Stack,
-    known: Arc<KnownMap>,
+    known: Arc<PriorMap>,
     initial: Option<Pose>,
     now: Option<Stamp>,
     ticks: Ticks,
@@ -50,7 +50,7 @@ pub struct LocalisationRun {
 impl<'a> OfflineLocaliser<'a> {
     /// In a map, beginning where somebody says. `witness` is shown every scan whose place is known and not in doubt.
     pub fn new(
-        known: Arc<KnownMap>,
+        known: Arc<PriorMap>,
         initial: Option<Pose>,
         witness: &'a mut dyn FnMut(&CorrectedScan),
     ) -> Self {
@@ -148,8 +148,8 @@ impl<'a> OfflineLocaliser<'a> {
             Effect::Publish(Publication::Localisation(state)) => self.turn(state),
             Effect::Publish(Publication::Scan(scan)) => {
                 self.walked.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
-                if let LocalisationState::Localised { doubt, .. } = self.state {
-                    match doubt {
+                if let LocalisationState::Localised { degradation, .. } = self.state {
+                    match degradation {
                         None => (self.witness)(&scan),
                         Some(_) => self.walked.doubted += 1,
                     }

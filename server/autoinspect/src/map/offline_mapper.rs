@@ -226,9 +226,9 @@ impl OfflineMapper {
                 work:
                     Job::VerifyLoop(_)
                     | Job::CompareVisit(_)
-                    | Job::SeekPlace(_)
+                    | Job::SearchMap(_)
                     | Job::Relocalise(_)
-                    | Job::TellApart(_),
+                    | Job::PlanDisambiguation(_),
             } => self.jobs.push_back(job),
             // Nobody orders it here.
             Effect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}

@@ -6,7 +6,7 @@ use crate::inputs::{self, InputArgs, Reader};
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::localise::offline_localiser::OfflineLocaliser;
 use geometry::isometry_from_pose;
-use localisation::{Guide, Thinner};
+use localisation::{AdaptiveVoxelFilter, LocalisationMap};
 use messages::CorrectedScan;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -34,13 +34,13 @@ pub struct Fitness {
 
 /// Localises the robot of each recording in a map.
 pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
-    let guide = Guide::new(read_keyframe_descriptors(map, |_| true)?);
+    let guide = LocalisationMap::new(read_keyframe_descriptors(map, |_| true)?);
     let known = Arc::new(runtime::known_map(map).map_err(Failure::usage)?);
     let (mut fitness, mut compared) = (Fitness::default(), 0.0);
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut look_trigger, mut thinner) = (DistanceTrigger::default(), Thinner::default());
+        let (mut look_trigger, mut thinner) = (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             let points = thinner.thin(&scan.cloud.xyz);

@@ -3,20 +3,24 @@
 use crate::loops::plain;
 use geometry::isometry_from_pose;
 use mapping::{Chart, Edge, Node, OldKeyframe, Place, PlaceParts};
-use messages::{EdgeKind, GraphEdge, GraphNode, KnownMap, KnownPlace};
+use messages::{EdgeKind, GraphEdge, GraphNode, PriorKeyframe, PriorMap};
 use vocab::{KeyframeId, MapId, Pose};
 
 /// What is kept of a keyframe's cloud (keyframe's frame, metres, seen from `lidar`) for a session that goes on from its map. None
 /// if the pose is none. Costs what [`Place::new`] does.
-pub fn known_place(map_from_keyframe: &Pose, xyz: &[[f32; 3]], lidar: [f32; 3]) -> Option<KnownPlace> {
+pub fn encode_prior_keyframe(
+    map_from_keyframe: &Pose,
+    xyz: &[[f32; 3]],
+    lidar: [f32; 3],
+) -> Option<PriorKeyframe> {
     let rotation = isometry_from_pose(map_from_keyframe)?.rotation;
     let parts = Place::of_cloud(xyz, &rotation, lidar).parts();
-    Some(KnownPlace { lidar, points: parts.points, ranges: parts.ranges, views: parts.views })
+    Some(PriorKeyframe { lidar, points: parts.points, ranges: parts.ranges, views: parts.views })
 }
 
 /// A saved map as the libraries take it.
 #[derive(Debug)]
-pub(crate) struct Known {
+pub(crate) struct DecodedPriorMap {
     pub map: MapId,
     pub nodes: Vec<Node>,
     pub keyframes: Vec<OldKeyframe>,
@@ -24,18 +28,18 @@ pub(crate) struct Known {
     pub loops: Vec<Edge>,
 }
 
-impl Known {
+impl DecodedPriorMap {
     /// Reads a map.
     ///
     /// # Errors
     /// When its parts do not belong together; a sentence.
-    pub fn read(plain: &KnownMap) -> Result<Self, String> {
+    pub fn decode(plain: &PriorMap) -> Result<Self, String> {
         Self::of(plain).ok_or_else(|| {
             "That map cannot be used, because its keyframes, edges and clouds do not belong together. Make it again.".to_owned()
         })
     }
 
-    fn of(plain: &KnownMap) -> Option<Self> {
+    fn of(plain: &PriorMap) -> Option<Self> {
         let count = plain.places.len();
         if count == 0 || count != plain.graph.nodes.len() {
             return None;
@@ -43,7 +47,7 @@ impl Known {
         let nodes = plain.graph.nodes.iter().enumerate().map(|(index, node)| node_of(index, node));
         let nodes: Vec<Node> = nodes.collect::<Option<_>>()?;
         let keyframes = nodes.iter().zip(&plain.places).map(|(node, place)| {
-            let KnownPlace { lidar, points, ranges, views } = place.clone();
+            let PriorKeyframe { lidar, points, ranges, views } = place.clone();
             let place = Place::from_parts(PlaceParts { points, ranges, views }, lidar)?;
             Some(OldKeyframe { map_from_keyframe: node.map_from_keyframe, place })
         });

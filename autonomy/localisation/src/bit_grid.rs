@@ -2,7 +2,7 @@
 
 /// Cells of a plane, some of them set. Words run along y.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Bits {
+pub(crate) struct BitGrid {
     /// Of the first cell.
     corner: [i64; 2],
     columns: usize,
@@ -11,7 +11,7 @@ pub(crate) struct Bits {
     words: Vec<u64>,
 }
 
-impl Bits {
+impl BitGrid {
     /// Of these cells. One bit for each cell of the box about them.
     pub fn of(cells: &[[i64; 2]]) -> Self {
         let Some(first) = cells.first() else { return Self::default() };
@@ -55,10 +55,10 @@ impl Bits {
 
 /// 64 counters up to 127.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Counts([u64; 7]);
+pub(crate) struct BitCounters([u64; 7]);
 
-impl Counts {
-    /// Counts each bit that is set.
+impl BitCounters {
+    /// BitCounters each bit that is set.
     #[inline]
     pub fn add(&mut self, mut carry: u64) {
         for plane in &mut self.0 {
@@ -112,7 +112,7 @@ mod tests {
         let mut rng = RngTree::new(3).child("bits").rng();
         let mut draw = |reach: f64| rng.range(-reach, reach) as i64;
         let cells: Vec<[i64; 2]> = (0..3_000).map(|_| [draw(40.0), draw(150.0)]).collect();
-        let (bits, listed) = (Bits::of(&cells), cells.iter().copied().collect::<BTreeSet<_>>());
+        let (bits, listed) = (BitGrid::of(&cells), cells.iter().copied().collect::<BTreeSet<_>>());
         for _ in 0..2_000 {
             let [x, y] = [draw(45.0), draw(300.0)];
             let run = bits.run([x, y]);
@@ -125,13 +125,13 @@ mod tests {
             .flat_map(|([x, y], word)| each(word).map(move |bit| [x, y + i64::from(bit)]))
             .collect();
         assert_eq!(back, listed.into_iter().collect::<Vec<_>>());
-        assert_eq!(Bits::of(&[]).run([0, 0]), 0);
+        assert_eq!(BitGrid::of(&[]).run([0, 0]), 0);
     }
 
     #[test]
     fn counters_count() {
         let mut rng = RngTree::new(4).child("counts").rng();
-        let (mut counts, mut slow) = (Counts::default(), [0_u8; 64]);
+        let (mut counts, mut slow) = (BitCounters::default(), [0_u8; 64]);
         for _ in 0..127 {
             let word = rng.bits() & rng.bits();
             counts.add(word);

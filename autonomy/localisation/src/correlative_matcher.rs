@@ -5,8 +5,8 @@
 //! place some metres off the lane in which the map was walked. Heights count from the floor that the scan itself sees, so that a map can be
 //! used by a robot that is taller than the one that walked it.
 
-use crate::bits::{Bits, Counts, each};
-use crate::guide::Guide;
+use crate::bit_grid::{BitCounters, BitGrid, each};
+use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Rotation, Vector3, so3};
 use nalgebra::Translation3;
 use std::cmp::Reverse;
@@ -42,21 +42,21 @@ const HOPEFUL: u8 = 12;
 
 /// The levels of a map.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Outlines(Vec<Level>);
+pub(crate) struct CorrelativeMatcher(Vec<Level>);
 
 #[derive(Clone, Debug)]
 struct Level {
     /// Of the floor.
     floor: f64,
     /// Cells in which something stands, or beside which.
-    stands: Bits,
+    stands: BitGrid,
     /// Cells where the robot may be.
-    spots: Bits,
+    spots: BitGrid,
 }
 
 /// A heading at a spot of a level.
 #[derive(Clone, Copy, Debug)]
-struct Laid {
+struct ScoredCell {
     /// Points of the outline that something covers.
     covered: u8,
     heading: u8,
@@ -66,13 +66,13 @@ struct Laid {
 
 /// A pose of the base that covers much.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Cover {
+pub(crate) struct MatchCandidate {
     pub map_from_base: Isometry,
 }
 
-impl Outlines {
+impl CorrelativeMatcher {
     /// Of a known map. Linear in its points.
-    pub fn new(guide: &Guide) -> Self {
+    pub fn new(guide: &LocalisationMap) -> Self {
         let mut order: Vec<&Isometry> = guide.keyframes().iter().map(|(pose, _)| pose).collect();
         order.sort_by(|a, b| a.translation.z.total_cmp(&b.translation.z));
         let mut heights: Vec<f64> = Vec::new();
@@ -86,7 +86,12 @@ impl Outlines {
 
     /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
     /// first and none beside another. Linear in the area walked: some millisecond for 100 m².
-    pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, most: usize) -> Vec<Cover> {
+    pub fn search(
+        &self,
+        points: &[[f32; 3]],
+        level_from_base: &Rotation,
+        most: usize,
+    ) -> Vec<MatchCandidate> {
         let over_floor = over_floor(points, level_from_base).unwrap_or(USUAL);
         let outline = outline(points, level_from_base, over_floor);
         if outline.len() < FIRST {
@@ -111,7 +116,7 @@ impl Outlines {
                 let [x, y] = one.spot.map(|cell| middle(i64::from(cell)));
                 let place = Translation3::new(x, y, self.0[usize::from(one.level)].floor + over_floor);
                 let turn = so3::exp(&(Vector3::z() * angle(usize::from(one.heading)))) * level_from_base;
-                Cover { map_from_base: Isometry::from_parts(place, turn) }
+                MatchCandidate { map_from_base: Isometry::from_parts(place, turn) }
             }),
             most,
         )
@@ -119,8 +124,8 @@ impl Outlines {
 }
 
 /// The first ones that are no neighbours of those before: what stands close would else take all that is looked at.
-fn apart(all: impl IntoIterator<Item = Cover>, most: usize) -> Vec<Cover> {
-    let mut chosen: Vec<Cover> = Vec::new();
+fn apart(all: impl IntoIterator<Item = MatchCandidate>, most: usize) -> Vec<MatchCandidate> {
+    let mut chosen: Vec<MatchCandidate> = Vec::new();
     for one in all {
         if chosen.len() == most {
             break;
@@ -132,7 +137,7 @@ fn apart(all: impl IntoIterator<Item = Cover>, most: usize) -> Vec<Cover> {
     chosen
 }
 
-impl Cover {
+impl MatchCandidate {
     fn is_beside(&self, other: &Self) -> bool {
         let [a, b] = [self, other].map(|cover| &cover.map_from_base);
         (a.translation.vector - b.translation.vector).norm() <= BESIDE.0
@@ -141,7 +146,7 @@ impl Cover {
 }
 
 impl Level {
-    fn new(guide: &Guide, height: f64) -> Option<Self> {
+    fn new(guide: &LocalisationMap, height: f64) -> Option<Self> {
         let own = |pose: &Isometry| (0.0..=LEVEL).contains(&(pose.translation.z - height));
         let mut stands: Vec<[i64; 2]> = Vec::new();
         let mut floors: Vec<f64> = Vec::new();
@@ -167,24 +172,24 @@ impl Level {
             |at: [i64; 2]| [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(x, y)| [at[0] + x, at[1] + y]);
         stands.sort_unstable();
         stands.dedup();
-        let stands = Bits::of(&stands.into_iter().flat_map(beside).collect::<Vec<_>>());
+        let stands = BitGrid::of(&stands.into_iter().flat_map(beside).collect::<Vec<_>>());
         let near: Vec<Vector3> = guide
             .keyframes()
             .iter()
             .map(|(pose, _)| pose.translation.vector)
             .filter(|at| (at.z - height).abs() <= LEVEL)
             .collect();
-        Some(Self { floor, stands, spots: Bits::of(&spots(&near)) })
+        Some(Self { floor, stands, spots: BitGrid::of(&spots(&near)) })
     }
 
     /// Lays an outline over every spot in every heading, and notes the two headings at each that cover most, as far as any is worth it,
     /// apart from each other.
-    fn lay(&self, level: u16, turned: &[Vec<[i64; 2]>], laid: &mut Vec<Laid>) {
+    fn lay(&self, level: u16, turned: &[Vec<[i64; 2]>], laid: &mut Vec<ScoredCell>) {
         for ([x, y], spots) in self.spots.words() {
             let mut best = [Best::default(); 64];
             for (heading, outline) in turned.iter().enumerate() {
                 let (first, rest) = outline.split_at(FIRST.min(outline.len()));
-                let mut counts = Counts::default();
+                let mut counts = BitCounters::default();
                 first.iter().for_each(|at| counts.add(self.stands.run([x + at[0], y + at[1]])));
                 let hopeful = counts.at_least(HOPEFUL) & spots;
                 if hopeful != 0 {
@@ -194,7 +199,7 @@ impl Level {
             }
             for bit in each(spots) {
                 let spot = [x as i32, y as i32 + bit as i32];
-                let of = |(covered, heading)| Laid { covered, heading, level, spot };
+                let of = |(covered, heading)| ScoredCell { covered, heading, level, spot };
                 laid.extend(best[bit as usize].0.into_iter().flatten().map(of));
             }
         }
@@ -343,7 +348,7 @@ mod tests {
         };
         let (stands, spots) = (cells(6_000, 50.0), cells(300, 40.0));
         let turned: Vec<Vec<[i64; 2]>> = (0..HEADINGS).map(|_| cells(100, 20.0)).collect();
-        let level = Level { floor: 0.0, stands: Bits::of(&stands), spots: Bits::of(&spots) };
+        let level = Level { floor: 0.0, stands: BitGrid::of(&stands), spots: BitGrid::of(&spots) };
         let mut laid = Vec::new();
         level.lay(2, &turned, &mut laid);
 
@@ -370,9 +375,9 @@ mod tests {
     fn neighbours_do_not_crowd_out_what_is_elsewhere() {
         let cover = |x: f64, yaw: f64| {
             let turn = so3::exp(&(Vector3::z() * yaw));
-            Cover { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn) }
+            MatchCandidate { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn) }
         };
-        let mut all: Vec<Cover> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0)).collect();
+        let mut all: Vec<MatchCandidate> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0)).collect();
         all.extend([cover(0.0, 1.0), cover(3.0, 0.0), cover(6.0, 0.0)]);
         let places: Vec<(f64, f64)> = apart(all, 3)
             .iter()

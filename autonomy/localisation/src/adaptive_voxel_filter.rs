@@ -12,19 +12,19 @@ const FOLLOWS: f32 = 0.3;
 
 /// Thins scan after scan to about as many points.
 #[derive(Debug)]
-pub struct Thinner {
+pub struct AdaptiveVoxelFilter {
     downsampler: Downsampler,
     centroids: Vec<Centroid>,
     voxel: f32,
 }
 
-impl Default for Thinner {
+impl Default for AdaptiveVoxelFilter {
     fn default() -> Self {
         Self { downsampler: Downsampler::default(), centroids: Vec::new(), voxel: FIRST }
     }
 }
 
-impl Thinner {
+impl AdaptiveVoxelFilter {
     /// Means of voxels, which are larger or smaller the next time. Linear in the points.
     pub fn thin(&mut self, xyz: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.centroids.clear();

@@ -7,18 +7,18 @@ use vocab::{KeyframeId, MapId, Pose, SessionId, Vec3};
 
 /// A saved map, but for its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct KnownMap {
+pub struct PriorMap {
     /// Which version.
     pub map: MapId,
     /// Its graph. Keyframes are numbered from 0.
     pub graph: PoseGraph,
     /// What each keyframe saw, in their order.
-    pub places: Vec<KnownPlace>,
+    pub places: Vec<PriorKeyframe>,
 }
 
 /// What a keyframe saw, small enough to keep in memory and large enough to be recognised by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct KnownPlace {
+pub struct PriorKeyframe {
     /// Where the LiDAR was, keyframe's frame, metres.
     pub lidar: [f32; 3],
     /// Its thinned cloud, keyframe's frame, in steps of 2 mm.
@@ -32,7 +32,7 @@ pub struct KnownPlace {
 /// A question to a known map: where may this scan have been taken? What the work needs besides lies with the stack, see
 /// `Stack::take_work`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RelocaliseTask {
+pub struct RelocalisationTask {
     /// Where the robot is looked for.
     pub map: MapId,
     /// Number of the question.
@@ -41,16 +41,16 @@ pub struct RelocaliseTask {
 
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Relocalised {
+pub struct RelocalisationResponse {
     /// What was asked.
-    pub task: RelocaliseTask,
+    pub task: RelocalisationTask,
     /// Places, the best first.
-    pub places: Vec<PossiblePlace>,
+    pub hypotheses: Vec<PoseHypothesis>,
 }
 
 /// A place where a scan may have been taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PossiblePlace {
+pub struct PoseHypothesis {
     /// The base when the scan was taken.
     pub map_from_base: Pose,
     /// How well the scan fits the known surfaces there, 0 to 1.
@@ -59,9 +59,9 @@ pub struct PossiblePlace {
     pub contradicted: f64,
 }
 
-/// A question to a known map: which way to walk so that places that look alike turn out to be different? As for [`RelocaliseTask`].
+/// A question to a known map: which way to walk so that places that look alike turn out to be different? As for [`RelocalisationTask`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TellApartTask {
+pub struct DisambiguationTask {
     /// Where the robot is looked for.
     pub map: MapId,
     /// Number of the question.
@@ -70,16 +70,16 @@ pub struct TellApartTask {
 
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ToldApart {
+pub struct DisambiguationPlan {
     /// What was asked.
-    pub task: TellApartTask,
+    pub task: DisambiguationTask,
     /// Odometry's frame, metres; empty where no way would tell.
-    pub way: Vec<Vec3>,
+    pub path: Vec<Vec3>,
 }
 
 /// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_work`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PlaceTask {
+pub struct MapSearchTask {
     /// The mapping session.
     pub session: SessionId,
     /// Where it is looked for.
@@ -90,18 +90,18 @@ pub struct PlaceTask {
 
 /// What came of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SoughtPlace {
+pub struct MapSearchResult {
     /// What was asked.
-    pub task: PlaceTask,
+    pub task: MapSearchTask,
     /// What was found.
-    pub found: FoundPlace,
+    pub found: MapSearchOutcome,
 }
 
 /// What was found of the robot's place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum FoundPlace {
+pub enum MapSearchOutcome {
     /// There.
-    Here {
+    Found {
         /// Keyframe of the known map.
         keyframe: KeyframeId,
         /// Number of the waypoint that was found.
@@ -116,7 +116,7 @@ pub enum FoundPlace {
         elsewhere: u32,
     },
     /// Too few places were recognised that agree, or all in one spot; this many.
-    Unknown(u32),
+    NotFound(u32),
     /// It fits in two ways, with so many places each.
     Ambiguous(u32, u32),
 }

@@ -3,11 +3,11 @@
 //! Thinking that out takes up to a tenth of a second, so it is a job. It is thought out anew whenever a place is out, and as the robot gets on: its
 //! places are known better then.
 
-use crate::progress::Progress;
-use crate::question::Ground;
+use crate::relocalisation_request::SearchableMap;
+use crate::request_progress::RequestProgress;
 use crate::work::Work;
 use geometry::{Isometry, Vector3, vec_from_plain, vec_to_plain};
-use messages::{TellApartTask, ToldApart};
+use messages::{DisambiguationPlan, DisambiguationTask};
 use std::sync::Arc;
 use vocab::MapId;
 
@@ -16,7 +16,7 @@ const AGAIN: f64 = 3.0;
 
 /// What is known of where the robot may be, to whoever walks it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Clue {
+pub(crate) struct ExplorationHint {
     /// How many places are tracked.
     pub places: usize,
     /// The way on which they will turn out to be different, odometry's frame; empty if there is none, none as long as it has not been thought
@@ -26,7 +26,7 @@ pub(crate) struct Clue {
 
 /// The way, and what was asked last.
 #[derive(Debug, Default)]
-pub(crate) struct Telling {
+pub(crate) struct DisambiguationSchedule {
     way: Option<Arc<[Vector3]>>,
     asked: Option<Asked>,
 }
@@ -37,10 +37,10 @@ struct Asked {
     /// Bases in the map.
     places: Vec<Isometry>,
     odom_from_base: Isometry,
-    progress: Progress,
+    progress: RequestProgress,
 }
 
-impl Telling {
+impl DisambiguationSchedule {
     /// The newest that was thought out.
     pub fn way(&self) -> Option<&Arc<[Vector3]>> {
         self.way.as_ref()
@@ -51,7 +51,7 @@ impl Telling {
         places > 1
             && self.asked.as_ref().is_none_or(|asked| {
                 let moved = odom_from_base.translation.vector - asked.odom_from_base.translation.vector;
-                asked.progress == Progress::Answered
+                asked.progress == RequestProgress::Answered
                     && (asked.places.len() != places || moved.norm() >= AGAIN)
             })
     }
@@ -59,7 +59,7 @@ impl Telling {
     /// About these places, the likeliest first.
     pub fn ask(&mut self, number: u64, places: Vec<Isometry>, odom_from_base: &Isometry) {
         let odom_from_base = *odom_from_base;
-        self.asked = Some(Asked { number, places, odom_from_base, progress: Progress::default() });
+        self.asked = Some(Asked { number, places, odom_from_base, progress: RequestProgress::default() });
     }
 
     /// Begins with a job, if one is wanted and has not begun: its number.
@@ -69,10 +69,10 @@ impl Telling {
     }
 
     /// What a job takes; none if it is another's.
-    pub fn work(&self, job: u64, map: MapId, ground: &Arc<Ground>) -> Option<Work> {
+    pub fn work(&self, job: u64, map: MapId, ground: &Arc<SearchableMap>) -> Option<Work> {
         let asked = self.asked.as_ref().filter(|asked| asked.progress.is_run_by(job))?;
-        Some(Work::tell(Tell {
-            task: TellApartTask { map, number: asked.number },
+        Some(Work::plan_disambiguation(DisambiguationWork {
+            task: DisambiguationTask { map, number: asked.number },
             ground: Arc::clone(ground),
             places: asked.places.clone(),
             odom_from_base: asked.odom_from_base,
@@ -80,33 +80,33 @@ impl Telling {
     }
 
     /// A job has ended, with a way or without. Others' jobs are ignored.
-    pub fn answered(&mut self, job: u64, told: Option<&ToldApart>) {
+    pub fn answered(&mut self, job: u64, told: Option<&DisambiguationPlan>) {
         let Some(asked) = self.asked.as_mut().filter(|asked| asked.progress.is_run_by(job)) else {
             return;
         };
-        asked.progress = Progress::Answered;
+        asked.progress = RequestProgress::Answered;
         self.way = Some(
-            told.map(|told| told.way.iter().map(|at| vec_from_plain(*at)).collect()).unwrap_or_default(),
+            told.map(|told| told.path.iter().map(|at| vec_from_plain(*at)).collect()).unwrap_or_default(),
         );
     }
 }
 
 /// The question on its way.
 #[derive(Debug)]
-pub(crate) struct Tell {
-    task: TellApartTask,
-    ground: Arc<Ground>,
+pub(crate) struct DisambiguationWork {
+    task: DisambiguationTask,
+    ground: Arc<SearchableMap>,
     places: Vec<Isometry>,
     odom_from_base: Isometry,
 }
 
-impl Tell {
-    /// A pure function of what it owns, see [`localisation::Guide::way_to_tell`].
-    pub fn run(self) -> ToldApart {
+impl DisambiguationWork {
+    /// A pure function of what it owns, see [`localisation::LocalisationMap::way_to_tell`].
+    pub fn run(self) -> DisambiguationPlan {
         let way = self.ground.guide().way_to_tell(&self.places);
         let in_odom = |at: &Vector3| {
             vec_to_plain(&(self.odom_from_base.rotation * at + self.odom_from_base.translation.vector))
         };
-        ToldApart { task: self.task, way: way.iter().map(in_odom).collect() }
+        DisambiguationPlan { task: self.task, path: way.iter().map(in_odom).collect() }
     }
 }

@@ -3,14 +3,16 @@
 //! Answering takes a tenth of a second or more, so it is a job: whatever it needs leaves the stack with it, and its answer comes back as
 //! an input.
 
-use crate::localising::Located;
-use crate::progress::Progress;
-use crate::second_opinion::outdone;
+use crate::odometry_adapter::LocatedScan;
+use crate::periodic_global_check::find_contradicting_hypotheses;
+use crate::request_progress::RequestProgress;
 use crate::work::Work;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, so3};
-use localisation::{Atlas, Guide, Hypothesis, Standing, standing};
+use localisation::{
+    GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
+};
 use mapping::Place;
-use messages::{PossiblePlace, RelocaliseTask, Relocalised};
+use messages::{RelocalisationResponse, RelocalisationTask};
 use std::sync::{Arc, OnceLock};
 use vocab::{MapId, Span, Stamp};
 
@@ -22,63 +24,63 @@ const READY: f64 = 64.0;
 
 /// A known map, with what is made of it when it is first needed, by whoever needs it: the same whoever that is.
 #[derive(Debug)]
-pub(crate) struct Ground {
-    guide: Arc<Guide>,
-    atlas: OnceLock<Atlas>,
+pub(crate) struct SearchableMap {
+    guide: Arc<LocalisationMap>,
+    atlas: OnceLock<GlobalLocaliser>,
 }
 
-impl Ground {
+impl SearchableMap {
     /// Of keyframes, each with its pose in the map.
     pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
-        Self { guide: Arc::new(Guide::new(keyframes)), atlas: OnceLock::new() }
+        Self { guide: Arc::new(LocalisationMap::new(keyframes)), atlas: OnceLock::new() }
     }
 
     /// The map's surfaces and what its keyframes saw.
-    pub fn guide(&self) -> &Arc<Guide> {
+    pub fn guide(&self) -> &Arc<LocalisationMap> {
         &self.guide
     }
 
-    fn atlas(&self) -> &Atlas {
-        self.atlas.get_or_init(|| Atlas::new(Arc::clone(&self.guide)))
+    fn atlas(&self) -> &GlobalLocaliser {
+        self.atlas.get_or_init(|| GlobalLocaliser::new(Arc::clone(&self.guide)))
     }
 }
 
 /// What is thought of the robot's place when it asks.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Thought {
+pub(crate) enum PosePrior {
     /// It may be anywhere.
-    Nothing,
+    None,
     /// Somebody said that the base is about there.
-    Told(Isometry),
+    Given(Isometry),
     /// The contacts of a dock say that it is about one of these.
-    Docked(Vec<Isometry>),
+    AtDocks(Vec<Isometry>),
     /// The robot believes that the base is there, and wants to know whether it might be elsewhere.
-    Held(Isometry),
+    Tracked(Isometry),
 }
 
 /// A question, from when it comes up until the next one does.
 #[derive(Debug)]
-pub(crate) struct Question {
+pub(crate) struct RelocalisationRequest {
     pub at: Stamp,
     pub number: u64,
     pub odom_from_base: Isometry,
-    pub thought: Thought,
+    pub thought: PosePrior,
     place: Place,
-    progress: Progress,
+    progress: RequestProgress,
 }
 
-impl Question {
+impl RelocalisationRequest {
     /// About a located scan, of which `place` is made.
-    pub fn new(located: &Located, place: Place, number: u64, thought: Thought) -> Self {
+    pub fn new(located: &LocatedScan, place: Place, number: u64, thought: PosePrior) -> Self {
         let (at, odom_from_base) = (located.stamp, located.odom_from_base);
-        Self { at, number, odom_from_base, thought, place, progress: Progress::default() }
+        Self { at, number, odom_from_base, thought, place, progress: RequestProgress::default() }
     }
 
     /// Whether it is time to ask again where nothing was recognised.
-    pub fn is_stale(&self, located: &Located) -> bool {
+    pub fn is_stale(&self, located: &LocatedScan) -> bool {
         let moved = self.odom_from_base.inverse() * located.odom_from_base;
         let far = moved.translation.vector.norm() >= AGAIN.0 || so3::log(&moved.rotation).norm() >= AGAIN.1;
-        self.progress == Progress::Answered && (far || located.stamp - self.at >= AGAIN_AFTER)
+        self.progress == RequestProgress::Answered && (far || located.stamp - self.at >= AGAIN_AFTER)
     }
 
     /// Begins with a job, if it has not begun; says whether it did.
@@ -88,7 +90,7 @@ impl Question {
 
     /// Whether it has not been answered.
     pub fn is_open(&self) -> bool {
-        self.progress != Progress::Answered
+        self.progress != RequestProgress::Answered
     }
 
     /// Whether a job answers it.
@@ -97,19 +99,19 @@ impl Question {
     }
 
     /// Takes the answer, none if there is none: places, the best first.
-    pub fn answered(&mut self, answer: Option<&Relocalised>) -> Vec<Hypothesis> {
-        self.progress = Progress::Answered;
-        let read = |place: &PossiblePlace| {
+    pub fn answered(&mut self, answer: Option<&RelocalisationResponse>) -> Vec<PoseHypothesis> {
+        self.progress = RequestProgress::Answered;
+        let read = |place: &messages::PoseHypothesis| {
             let map_from_base = isometry_from_pose(&place.map_from_base)?;
-            Some(Hypothesis { map_from_base, fit: place.fit, contradicted: place.contradicted })
+            Some(PoseHypothesis { map_from_base, fit: place.fit, contradicted: place.contradicted })
         };
-        answer.map(|answer| answer.places.iter().filter_map(read).collect()).unwrap_or_default()
+        answer.map(|answer| answer.hypotheses.iter().filter_map(read).collect()).unwrap_or_default()
     }
 
     /// What its job takes.
-    pub fn work(&self, map: MapId, ground: &Arc<Ground>) -> Work {
-        Work::ask(Ask {
-            task: RelocaliseTask { map, number: self.number },
+    pub fn work(&self, map: MapId, ground: &Arc<SearchableMap>) -> Work {
+        Work::relocalise(RelocalisationWork {
+            task: RelocalisationTask { map, number: self.number },
             ground: Arc::clone(ground),
             odom_from_base: self.odom_from_base,
             place: self.place.clone(),
@@ -120,48 +122,51 @@ impl Question {
 
 /// A question on its way.
 #[derive(Debug)]
-pub(crate) struct Ask {
-    pub task: RelocaliseTask,
-    ground: Arc<Ground>,
+pub(crate) struct RelocalisationWork {
+    pub task: RelocalisationTask,
+    ground: Arc<SearchableMap>,
     odom_from_base: Isometry,
     place: Place,
-    thought: Thought,
+    thought: PosePrior,
 }
 
-impl Ask {
-    /// Where the scan may have been taken: a pure function of what it owns, see [`Atlas::seek`].
-    pub fn run(self) -> Relocalised {
+impl RelocalisationWork {
+    /// Where the scan may have been taken: a pure function of what it owns, see [`GlobalLocaliser::seek`].
+    pub fn run(self) -> RelocalisationResponse {
         let places = match &self.thought {
-            Thought::Told(told) => self.seek_told(std::slice::from_ref(told)),
-            Thought::Docked(docks) => self.seek_told(docks),
-            Thought::Held(held) => {
+            PosePrior::Given(told) => self.seek_told(std::slice::from_ref(told)),
+            PosePrior::AtDocks(docks) => self.seek_told(docks),
+            PosePrior::Tracked(held) => {
                 // Until it asks again the robot walks on ground that is ready.
                 self.ground.guide().surfaces().make_about(&held.translation.vector, READY);
                 self.seek(Some(held))
             }
-            Thought::Nothing => self.seek(None),
+            PosePrior::None => self.seek(None),
         };
-        let plain = |one: &Hypothesis| PossiblePlace {
+        let plain = |one: &PoseHypothesis| messages::PoseHypothesis {
             map_from_base: pose_from_isometry(&one.map_from_base),
             fit: one.fit,
             contradicted: one.contradicted,
         };
-        Relocalised { task: self.task, places: places.iter().map(plain).collect() }
+        RelocalisationResponse { task: self.task, hypotheses: places.iter().map(plain).collect() }
     }
 
-    fn seek(&self, held: Option<&Isometry>) -> Vec<Hypothesis> {
+    fn seek(&self, held: Option<&Isometry>) -> Vec<PoseHypothesis> {
         self.ground.atlas().seek(&self.place, &self.odom_from_base.rotation, held)
     }
 
     /// Where somebody said, if the scan fits there: nobody need wait to see that until the whole map is searched for look-alikes,
     /// which the robot asks for next. Else wherever it fits better.
-    fn seek_told(&self, told: &[Isometry]) -> Vec<Hypothesis> {
+    fn seek_told(&self, told: &[Isometry]) -> Vec<PoseHypothesis> {
         let about = self.ground.guide().seek_about(&self.place, told);
-        if matches!(standing(&about), Standing::There(_) | Standing::OneOf(_)) {
+        if matches!(
+            classify_hypotheses(&about),
+            RelocalisationResult::Unique(_) | RelocalisationResult::Ambiguous(_)
+        ) {
             return about;
         }
         let Some(best) = about.first() else { return about };
         let held = &best.map_from_base;
-        outdone(held, &self.seek(Some(held))).unwrap_or(about)
+        find_contradicting_hypotheses(held, &self.seek(Some(held))).unwrap_or(about)
     }
 }

@@ -1,7 +1,7 @@
 //! From scan to scan: odometry's motion carries the pose, the known surfaces correct it.
 
-use crate::guide::Guide;
-use crate::trust::{Evidence, Judge, Trust};
+use crate::localisation_map::LocalisationMap;
+use crate::localisation_monitor::{LocalisationMonitor, LocalisationStatus, PoseEvidence};
 use geometry::{Isometry, Matrix6, Vector6, se3};
 use mapping::Uncertain;
 use registration::{MatchOptions, condition, linearise};
@@ -32,7 +32,7 @@ const FLOOR: (f64, f64) = (1e-3, 6e-3);
 
 /// A scan that odometry has freed of its motion.
 #[derive(Clone, Copy, Debug)]
-pub struct Scan<'a> {
+pub struct DownsampledScan<'a> {
     /// Of the pose.
     pub stamp: Stamp,
     /// By odometry.
@@ -45,35 +45,40 @@ pub struct Scan<'a> {
 
 /// Where the robot is in the known map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fix {
+pub struct TrackedPose {
     /// The base.
     pub map_from_base: Uncertain,
     /// How far that can be believed.
-    pub trust: Trust,
+    pub trust: LocalisationStatus,
     /// Why.
-    pub evidence: Evidence,
+    pub evidence: PoseEvidence,
 }
 
 /// Keeps the pose in a known map.
 #[derive(Clone, Debug)]
-pub struct Tracker {
-    guide: Arc<Guide>,
+pub struct PoseTracker {
+    guide: Arc<LocalisationMap>,
     map_from_base: Uncertain,
     /// Odometry's pose and covariance at the last scan.
     last: (Isometry, Option<Matrix6>),
-    judge: Judge,
+    judge: LocalisationMonitor,
 }
 
-impl Tracker {
+impl PoseTracker {
     /// Begins where the base is said to be, by somebody who may be so wrong, at a moment of odometry, with odometry's covariance then if
     /// that is known.
     pub fn new(
-        guide: Arc<Guide>,
+        guide: Arc<LocalisationMap>,
         map_from_base: Uncertain,
         odom_from_base: &Isometry,
         covariance: Option<Matrix6>,
     ) -> Self {
-        Self { guide, map_from_base, last: (*odom_from_base, covariance), judge: Judge::default() }
+        Self {
+            guide,
+            map_from_base,
+            last: (*odom_from_base, covariance),
+            judge: LocalisationMonitor::default(),
+        }
     }
 
     /// Where odometry's frame is in the map.
@@ -87,10 +92,10 @@ impl Tracker {
     }
 
     /// Takes in the next scan. Costs eight looks at its points at most, and one at every keyframe's place.
-    pub fn track(&mut self, scan: &Scan) -> Fix {
+    pub fn track(&mut self, scan: &DownsampledScan) -> TrackedPose {
         let predicted = self.carry(scan);
         let fitted = (scan.points.len() >= MIN_POINTS).then(|| fit(&self.guide, &predicted, scan.points));
-        let mut evidence = Evidence { seen: scan.points.len(), ..Evidence::default() };
+        let mut evidence = PoseEvidence { seen: scan.points.len(), ..PoseEvidence::default() };
         if let Some(fitted) = fitted {
             self.map_from_base = fitted.map_from_base;
             (evidence.matched, evidence.mapped) = (fitted.matched, fitted.mapped);
@@ -102,12 +107,12 @@ impl Tracker {
         let map_from_base = Uncertain { pose, covariance: covariance + floor() };
         evidence.deviation = map_from_base.place_deviation();
         let trust = self.judge.judge(scan.stamp, &evidence);
-        Fix { map_from_base, trust, evidence }
+        TrackedPose { map_from_base, trust, evidence }
     }
 
     /// The pose moved on by what odometry saw since the last scan, and its doubt grown by as much as odometry's and by what the way
     /// itself is worth.
-    fn carry(&mut self, scan: &Scan) -> Uncertain {
+    fn carry(&mut self, scan: &DownsampledScan) -> Uncertain {
         let (before, known) = std::mem::replace(&mut self.last, (scan.odom_from_base, Some(scan.covariance)));
         let moved = before.inverse() * scan.odom_from_base;
         let (walked, turned) = (moved.translation.vector.norm(), moved.rotation.angle());
@@ -131,7 +136,7 @@ struct Fitted {
 }
 
 /// The pose on which prediction and surfaces agree best.
-fn fit(guide: &Guide, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
+fn fit(guide: &LocalisationMap, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
     let prior = predicted.information();
     let deviation = predicted.place_deviation();
     let mut widen = WIDENED.iter().find(|(limit, _)| deviation <= *limit).map_or(1.0, |(_, wide)| *wide);

@@ -2,7 +2,7 @@
 
 /// Of one question.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Progress {
+pub(crate) enum RequestProgress {
     #[default]
     Waiting,
     /// The job's number.
@@ -10,7 +10,7 @@ pub(crate) enum Progress {
     Answered,
 }
 
-impl Progress {
+impl RequestProgress {
     /// Begins with a job, if none has begun; says whether it did.
     pub fn start(&mut self, job: u64) -> bool {
         let waiting = *self == Self::Waiting;

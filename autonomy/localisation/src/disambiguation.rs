@@ -5,7 +5,7 @@
 //! in active localisation (Fox, Burgard and Thrun, *Active Markov Localization for Mobile Robots*, 1998), with fits in place of
 //! likelihoods.
 
-use crate::guide::Guide;
+use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Vector3};
 use mapping::Place;
 use mapping::view::Sight;
@@ -61,7 +61,7 @@ impl Worth {
     }
 }
 
-impl Guide {
+impl LocalisationMap {
     /// A way on which a robot that may be at any of these places (bases in the map, the likeliest first) sees which of them it is at: points in
     /// the frame of its base, the first of them next to it. Empty where nothing within 25 m tells any of them apart.
     ///
@@ -277,7 +277,7 @@ mod tests {
     }
 
     /// Walked up and down the corridor and into both rooms.
-    fn guide() -> Guide {
+    fn guide() -> LocalisationMap {
         let walls = site();
         let mut keyframes = Vec::new();
         for step in 0..34 {
@@ -288,7 +288,7 @@ mod tests {
                 keyframes.push(keyframe(&walls, door, 1.0 + 1.3 * f64::from(step), 1.57));
             }
         }
-        Guide::new(keyframes)
+        LocalisationMap::new(keyframes)
     }
 
     fn at(x: f64, y: f64, yaw: f64) -> Isometry {

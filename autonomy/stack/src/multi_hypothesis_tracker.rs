@@ -4,9 +4,12 @@
 //! rival gains what its scans fit, for every [`LOOK`] once, and is out when it has fallen too far behind the best one. A robot that
 //! stands still before look-alikes never chooses.
 
-use crate::question::Ground;
+use crate::relocalisation_request::SearchableMap;
 use geometry::{Isometry, Matrix6, Vector6};
-use localisation::{Fix, Hypothesis, Scan, Standing, Tracker, Trust, is_same_place, standing};
+use localisation::{
+    DownsampledScan, LocalisationStatus, PoseHypothesis, PoseTracker, RelocalisationResult, TrackedPose,
+    classify_hypotheses, is_same_place,
+};
 use mapping::Uncertain;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
@@ -34,8 +37,8 @@ const DARK: usize = 60;
 
 /// The places.
 #[derive(Debug, Default)]
-pub(crate) struct Contest {
-    rivals: Vec<Rival>,
+pub(crate) struct MultiHypothesisTracker {
+    rivals: Vec<TrackedHypothesis>,
     /// Where odometry's frame was in the map at places that are out.
     out: Vec<Isometry>,
     /// Metres since the map was searched.
@@ -49,8 +52,8 @@ pub(crate) struct Contest {
 }
 
 #[derive(Debug)]
-struct Rival {
-    tracker: Tracker,
+struct TrackedHypothesis {
+    tracker: PoseTracker,
     /// How well its scans fit, summed over looks.
     support: f64,
     scans: u32,
@@ -58,20 +61,20 @@ struct Rival {
     sure: bool,
 }
 
-impl Contest {
+impl MultiHypothesisTracker {
     /// Between these places, of a scan that was taken at a moment of odometry. Each begins with what that scan fits there; the one that
     /// was held until now begins level with the best, because one scan weighs little against all those before.
     pub fn new(
-        ground: &Ground,
-        places: &[Hypothesis],
+        ground: &SearchableMap,
+        places: &[PoseHypothesis],
         held: Option<&Isometry>,
         odom_from_base: &Isometry,
     ) -> Self {
-        let best = places.iter().map(Hypothesis::quality).fold(0.0, f64::max);
-        let begin = |place: &Hypothesis| {
+        let best = places.iter().map(PoseHypothesis::quality).fold(0.0, f64::max);
+        let begin = |place: &PoseHypothesis| {
             let held = held.is_some_and(|held| is_same_place(&place.map_from_base, held));
             let support = if held { best } else { place.quality() };
-            Rival::new(ground, place, support, odom_from_base)
+            TrackedHypothesis::new(ground, place, support, odom_from_base)
         };
         let rivals = places.iter().map(begin).collect();
         Self { rivals, odom_from_base: Some(*odom_from_base), ..Self::default() }
@@ -89,14 +92,14 @@ impl Contest {
 
     /// Where the base may be, the likeliest first.
     pub fn places(&self) -> Vec<Isometry> {
-        let mut rivals: Vec<&Rival> = self.rivals.iter().collect();
+        let mut rivals: Vec<&TrackedHypothesis> = self.rivals.iter().collect();
         rivals.sort_by(|a, b| b.support.total_cmp(&a.support));
         rivals.into_iter().map(|rival| rival.tracker.map_from_base().pose).collect()
     }
 
     /// Tracks all places by another scan; those are out that it contradicts, or that have fallen behind, and all of them where none has been
     /// right for long. Costs a tracked scan for each.
-    pub fn take(&mut self, scan: &Scan) {
+    pub fn take(&mut self, scan: &DownsampledScan) {
         let before = self.odom_from_base.replace(scan.odom_from_base).unwrap_or(scan.odom_from_base);
         let moved = (scan.odom_from_base.translation.vector - before.translation.vector).norm();
         let look = (moved / LOOK).min(1.0);
@@ -130,20 +133,20 @@ impl Contest {
 
     /// The whole map has been searched for what was seen at a moment of odometry, while one place was left. Others that fit as well, and are
     /// not out already, come in beside it: the robot may be at none of those that looked alike where it began.
-    pub fn challenge(
+    pub fn inject_hypotheses(
         &mut self,
-        ground: &Ground,
-        found: &[Hypothesis],
+        ground: &SearchableMap,
+        found: &[PoseHypothesis],
         held: &Isometry,
         odom_from_base: &Isometry,
     ) {
         self.walked = 0.0;
         let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
-        let least = own.map_or(0.0, Hypothesis::quality);
-        let places = match standing(found) {
-            Standing::There(best) => vec![best],
-            Standing::OneOf(several) => several,
-            Standing::Faint(_) | Standing::Nowhere => return,
+        let least = own.map_or(0.0, PoseHypothesis::quality);
+        let places = match classify_hypotheses(found) {
+            RelocalisationResult::Unique(best) => vec![best],
+            RelocalisationResult::Ambiguous(several) => several,
+            RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => return,
         };
         let is_out = |place: &Isometry| {
             self.out.iter().any(|map_from_odom| {
@@ -155,37 +158,38 @@ impl Contest {
             one.quality() >= least && !is_same_place(&one.map_from_base, held) && !is_out(&one.map_from_base)
         });
         let best = self.rivals.iter().map(|rival| rival.support).fold(0.0, f64::max);
-        let challengers: Vec<Rival> =
-            challengers.map(|place| Rival::new(ground, place, best - CHALLENGER, odom_from_base)).collect();
+        let challengers: Vec<TrackedHypothesis> = challengers
+            .map(|place| TrackedHypothesis::new(ground, place, best - CHALLENGER, odom_from_base))
+            .collect();
         self.rivals.extend(challengers);
     }
 
     /// The only one left, once enough speaks for it and nothing against.
-    pub fn winner(&self) -> Option<&Tracker> {
+    pub fn winner(&self) -> Option<&PoseTracker> {
         match self.rivals.as_slice() {
-            [Rival { tracker, scans: SCANS.., sure: true, .. }] => Some(tracker),
+            [TrackedHypothesis { tracker, scans: SCANS.., sure: true, .. }] => Some(tracker),
             _ => None,
         }
     }
 }
 
-impl Rival {
-    fn new(ground: &Ground, place: &Hypothesis, support: f64, odom_from_base: &Isometry) -> Self {
+impl TrackedHypothesis {
+    fn new(ground: &SearchableMap, place: &PoseHypothesis, support: f64, odom_from_base: &Isometry) -> Self {
         let (turn, vague) = (RECOGNISED.0 * RECOGNISED.0, RECOGNISED.1 * RECOGNISED.1);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, vague, vague, vague));
         let map_from_base = Uncertain { pose: place.map_from_base, covariance };
         // Odometry's own doubt counts from the first scan on.
-        let tracker = Tracker::new(Arc::clone(ground.guide()), map_from_base, odom_from_base, None);
+        let tracker = PoseTracker::new(Arc::clone(ground.guide()), map_from_base, odom_from_base, None);
         Self { tracker, support, scans: 0, sure: false }
     }
 
     /// Takes a scan in that is worth so much of a look; says whether the robot may still be there.
-    fn take(&mut self, scan: &Scan, look: f64) -> bool {
-        let Fix { trust, evidence, .. } = self.tracker.track(scan);
+    fn take(&mut self, scan: &DownsampledScan, look: f64) -> bool {
+        let TrackedPose { trust, evidence, .. } = self.tracker.track(scan);
         self.support += look * evidence.matched * (1.0 - evidence.sightings.share());
         self.scans += 1;
-        self.sure = trust == Trust::Localised;
-        !matches!(trust, Trust::Lost(_))
+        self.sure = trust == LocalisationStatus::Localised;
+        !matches!(trust, LocalisationStatus::Lost(_))
     }
 }
 
@@ -193,27 +197,27 @@ impl Rival {
 mod tests {
     use super::*;
 
-    fn place(x: f64, fit: f64) -> Hypothesis {
-        Hypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
+    fn place(x: f64, fit: f64) -> PoseHypothesis {
+        PoseHypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
     }
 
     /// A scan that shows nothing, of a robot that has walked so far.
-    fn dark(stamp: Stamp, metres: f64) -> Scan<'static> {
+    fn dark(stamp: Stamp, metres: f64) -> DownsampledScan<'static> {
         let odom_from_base = Isometry::translation(metres, 0.0, 0.0);
-        Scan { stamp, odom_from_base, covariance: Matrix6::identity() * 1e-6, points: &[] }
+        DownsampledScan { stamp, odom_from_base, covariance: Matrix6::identity() * 1e-6, points: &[] }
     }
 
     #[test]
     fn where_none_of_the_places_is_right_for_long_all_are_let_go() {
         // Points in the middle of nowhere: the map is empty.
         let points: Vec<[f32; 3]> = (0..100_u8).map(|x| [f32::from(x) * 0.1, 1.0, 0.0]).collect();
-        let ground = Ground::new(Vec::new());
+        let ground = SearchableMap::new(Vec::new());
         let scans_until_none = |metres: f64, points: &[[f32; 3]]| {
             let places = [place(0.0, 0.9), place(5.0, 0.9)];
-            let mut contest = Contest::new(&ground, &places, None, &Isometry::identity());
+            let mut contest = MultiHypothesisTracker::new(&ground, &places, None, &Isometry::identity());
             (0..100).find(|&scan| {
                 let at = dark(Stamp::EPOCH + Span::from_millis(100 * scan), metres * scan as f64 / 50.0);
-                contest.take(&Scan { points, ..at });
+                contest.take(&DownsampledScan { points, ..at });
                 assert!(contest.winner().is_none());
                 contest.is_empty()
             })
@@ -226,20 +230,21 @@ mod tests {
 
     #[test]
     fn the_last_place_is_challenged_by_others_that_fit_as_well_and_are_not_out() {
-        let ground = Ground::new(Vec::new());
+        let ground = SearchableMap::new(Vec::new());
         let start = Isometry::identity();
-        let mut contest = Contest::new(&ground, &[place(0.0, 0.9), place(5.0, 0.5)], None, &start);
+        let mut contest =
+            MultiHypothesisTracker::new(&ground, &[place(0.0, 0.9), place(5.0, 0.5)], None, &start);
         contest.take(&dark(Stamp::EPOCH, 0.0));
         assert_eq!(contest.len(), 1, "the other fits so much less");
         contest.take(&dark(Stamp::EPOCH + Span::from_millis(100), 1.5));
         assert!(!contest.is_fresh());
         let (here, held) = (Isometry::translation(1.5, 0.0, 0.0), Isometry::translation(1.5, 0.0, 0.0));
         let found = [place(20.0, 0.95), place(6.5, 0.94), place(30.0, 0.92), place(1.5, 0.93)];
-        contest.challenge(&ground, &found, &held, &here);
+        contest.inject_hypotheses(&ground, &found, &held, &here);
         assert!(contest.is_fresh());
         let places: Vec<f64> = contest.places().iter().map(|place| place.translation.x).collect();
         assert_eq!(places, [1.5, 20.0], "6.5 is out, and 30 fits less");
-        contest.challenge(&ground, &[place(1.5, 0.4)], &held, &here);
+        contest.inject_hypotheses(&ground, &[place(1.5, 0.4)], &held, &here);
         assert_eq!(contest.len(), 2, "what fits nowhere well challenges nothing");
     }
 }

@@ -3,9 +3,9 @@
 //! Where a site repeats itself, nothing that a tracker sees need ever contradict the wrong place: all that is there stands where it
 //! should. Only the right place shows that it is wrong, by fitting better. Whoever was carried to a look-alike unseen finds out this way.
 
-use crate::localising::Located;
+use crate::odometry_adapter::LocatedScan;
 use geometry::Isometry;
-use localisation::{Hypothesis, Standing, is_same_place, standing};
+use localisation::{PoseHypothesis, RelocalisationResult, classify_hypotheses, is_same_place};
 
 /// Asked so many metres after the place was found, and again after so many.
 const FIRST: f64 = 2.0;
@@ -15,21 +15,21 @@ const OUTDONE: f64 = 0.93;
 
 /// When to ask.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SecondOpinion {
+pub(crate) struct PeriodicGlobalCheck {
     last: Option<Isometry>,
     /// Metres to go.
     left: f64,
 }
 
-impl Default for SecondOpinion {
+impl Default for PeriodicGlobalCheck {
     fn default() -> Self {
         Self { last: None, left: FIRST }
     }
 }
 
-impl SecondOpinion {
+impl PeriodicGlobalCheck {
     /// Goes on to a scan that odometry has located; says whether to ask about it.
-    pub fn is_due(&mut self, located: &Located) -> bool {
+    pub fn is_due(&mut self, located: &LocatedScan) -> bool {
         let at = located.odom_from_base;
         let before = self.last.replace(at).unwrap_or(at);
         self.left -= (at.translation.vector - before.translation.vector).norm();
@@ -44,12 +44,15 @@ impl SecondOpinion {
 
 /// The places between which it has to be decided anew, if another one outdoes that which is held; that is among them, unless nothing fits
 /// there at all.
-pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+pub(crate) fn find_contradicting_hypotheses(
+    held: &Isometry,
+    found: &[PoseHypothesis],
+) -> Option<Vec<PoseHypothesis>> {
     let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
-    let mut places = match standing(found) {
-        Standing::There(best) => vec![best],
-        Standing::OneOf(several) => several,
-        Standing::Faint(_) | Standing::Nowhere => return None,
+    let mut places = match classify_hypotheses(found) {
+        RelocalisationResult::Unique(best) => vec![best],
+        RelocalisationResult::Ambiguous(several) => several,
+        RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => return None,
     };
     let best = places.iter().find(|one| !is_same_place(&one.map_from_base, held))?;
     if own.is_some_and(|own| own.quality() >= OUTDONE * best.quality()) {
@@ -61,8 +64,8 @@ pub(crate) fn outdone(held: &Isometry, found: &[Hypothesis]) -> Option<Vec<Hypot
 }
 
 /// Whether nothing that was found anywhere fits clearly better than the place that is held, and something fits there.
-pub(crate) fn upheld(held: &Isometry, found: &[Hypothesis]) -> bool {
-    let best = found.iter().map(Hypothesis::quality).fold(0.0, f64::max);
+pub(crate) fn is_confirmed(held: &Isometry, found: &[PoseHypothesis]) -> bool {
+    let best = found.iter().map(PoseHypothesis::quality).fold(0.0, f64::max);
     let own = found.iter().find(|one| is_same_place(&one.map_from_base, held));
     own.is_some_and(|own| own.quality() >= OUTDONE * best)
 }
@@ -71,27 +74,39 @@ pub(crate) fn upheld(held: &Isometry, found: &[Hypothesis]) -> bool {
 mod tests {
     use super::*;
 
-    fn at(x: f64, fit: f64) -> Hypothesis {
-        Hypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
+    fn at(x: f64, fit: f64) -> PoseHypothesis {
+        PoseHypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, contradicted: 0.0 }
     }
 
     #[test]
     fn a_place_is_in_doubt_only_where_another_fits_clearly_better_and_stays_in_the_running_then() {
         let held = Isometry::translation(0.1, 0.0, 0.0);
-        assert_eq!(outdone(&held, &[at(0.0, 0.9), at(20.0, 0.89)]), None);
-        assert_eq!(outdone(&held, &[at(20.0, 0.92), at(0.0, 0.88)]), None, "as good as alike");
+        assert_eq!(find_contradicting_hypotheses(&held, &[at(0.0, 0.9), at(20.0, 0.89)]), None);
+        assert_eq!(
+            find_contradicting_hypotheses(&held, &[at(20.0, 0.92), at(0.0, 0.88)]),
+            None,
+            "as good as alike"
+        );
         let (better, alike) = (at(20.0, 0.95), at(0.0, 0.85));
-        assert_eq!(outdone(&held, &[better, alike]), Some(vec![better, alike]));
+        assert_eq!(find_contradicting_hypotheses(&held, &[better, alike]), Some(vec![better, alike]));
         let poor = at(0.0, 0.4);
         assert_eq!(
-            outdone(&held, &[better, poor]),
+            find_contradicting_hypotheses(&held, &[better, poor]),
             Some(vec![better, poor]),
             "it is not dropped by one scan"
         );
-        assert_eq!(outdone(&held, &[better]), Some(vec![better]));
-        assert_eq!(outdone(&held, &[at(20.0, 0.6), poor]), None, "what fits nowhere well says nothing");
-        assert_eq!(outdone(&held, &[]), None);
-        assert!(upheld(&held, &[at(0.0, 0.9), at(20.0, 0.91)]) && upheld(&held, &[poor]));
-        assert!(!upheld(&held, &[]) && !upheld(&held, &[at(20.0, 0.6), poor]) && !upheld(&held, &[better]));
+        assert_eq!(find_contradicting_hypotheses(&held, &[better]), Some(vec![better]));
+        assert_eq!(
+            find_contradicting_hypotheses(&held, &[at(20.0, 0.6), poor]),
+            None,
+            "what fits nowhere well says nothing"
+        );
+        assert_eq!(find_contradicting_hypotheses(&held, &[]), None);
+        assert!(is_confirmed(&held, &[at(0.0, 0.9), at(20.0, 0.91)]) && is_confirmed(&held, &[poor]));
+        assert!(
+            !is_confirmed(&held, &[])
+                && !is_confirmed(&held, &[at(20.0, 0.6), poor])
+                && !is_confirmed(&held, &[better])
+        );
     }
 }

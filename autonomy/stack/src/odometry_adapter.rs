@@ -2,13 +2,13 @@
 
 use geometry::{Isometry, Matrix6, Vector3, isometry_from_pose, vec_from_plain, vec_to_plain};
 use messages::{BootRecord, Cloud, Finding, Sensor, Severity};
-use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
+use odometry::{Mounting, Odometry, OdometryConfig, PoseEvent, ScanView, Sources};
 use std::sync::Arc;
 use vocab::{Stamp, Twist};
 
 /// A scan with its pose.
 #[derive(Clone, Debug)]
-pub(crate) struct Located {
+pub(crate) struct LocatedScan {
     /// Instant of the pose: the end of the sweep.
     pub stamp: Stamp,
     pub odom_from_base: Isometry,
@@ -30,23 +30,23 @@ pub(crate) struct Located {
 }
 
 /// What odometry said.
-pub(crate) enum Said {
+pub(crate) enum OdometryEvent {
     /// It begins, or begins anew in a frame that has nothing to do with what was seen before.
-    Begun,
-    Located(Box<Located>),
-    Found(Finding),
+    FrameReset,
+    Scan(Box<LocatedScan>),
+    Finding(Finding),
 }
 
 /// Feeds sensors to odometry and puts its answers together.
 #[derive(Debug)]
-pub(crate) struct Localiser {
+pub(crate) struct OdometryAdapter {
     odometry: Odometry,
     /// The pose whose scan has not come yet: they come one after the other.
     pending: Option<Box<PoseEvent>>,
-    events: Vec<OdometryEvent>,
+    events: Vec<odometry::OdometryEvent>,
 }
 
-impl Localiser {
+impl OdometryAdapter {
     /// For the robot of a boot record.
     pub fn new(record: &BootRecord) -> Self {
         let mounting = &record.mounting;
@@ -82,7 +82,7 @@ impl Localiser {
     }
 
     /// Passes a message on.
-    pub fn hear(&mut self, sensor: &Sensor, said: &mut Vec<Said>) {
+    pub fn hear(&mut self, sensor: &Sensor, said: &mut Vec<OdometryEvent>) {
         let mut events = std::mem::take(&mut self.events);
         match sensor {
             Sensor::Imu(imu) => {
@@ -118,7 +118,7 @@ impl Localiser {
     }
 
     /// At the end of a recording: what still waits for other sensors is worked through without them.
-    pub fn flush(&mut self, said: &mut Vec<Said>) {
+    pub fn flush(&mut self, said: &mut Vec<OdometryEvent>) {
         let mut events = std::mem::take(&mut self.events);
         self.odometry.flush(&mut events);
         self.events = events;
@@ -131,9 +131,9 @@ impl Localiser {
     }
 
     /// The last located scan moved on to `at`.
-    pub fn predict(&self, at: Stamp, last: &Located) -> Box<Located> {
+    pub fn predict(&self, at: Stamp, last: &LocatedScan) -> Box<LocatedScan> {
         let estimate = self.odometry.predict(at);
-        Box::new(Located {
+        Box::new(LocatedScan {
             stamp: estimate.stamp,
             odom_from_base: estimate.odom_from_base,
             velocity: twist(&estimate.velocity, &estimate.turn_rate),
@@ -143,18 +143,18 @@ impl Localiser {
         })
     }
 
-    fn collect(&mut self, said: &mut Vec<Said>) {
+    fn collect(&mut self, said: &mut Vec<OdometryEvent>) {
         for event in self.events.drain(..) {
             match event {
-                OdometryEvent::Started(_) => said.push(Said::Begun),
-                OdometryEvent::Pose(pose) => self.pending = Some(pose),
-                OdometryEvent::Scan(scan) => {
+                odometry::OdometryEvent::Started(_) => said.push(OdometryEvent::FrameReset),
+                odometry::OdometryEvent::Pose(pose) => self.pending = Some(pose),
+                odometry::OdometryEvent::Scan(scan) => {
                     let Some(pose) = self.pending.take() else { continue };
                     let cloud = Cloud {
                         xyz: Arc::unwrap_or_clone(scan.xyz),
                         intensity: Arc::unwrap_or_clone(scan.intensity),
                     };
-                    said.push(Said::Located(Box::new(Located {
+                    said.push(OdometryEvent::Scan(Box::new(LocatedScan {
                         stamp: pose.estimate.stamp,
                         odom_from_base: pose.estimate.odom_from_base,
                         scan_stamp: pose.scan_stamp,
@@ -168,7 +168,7 @@ impl Localiser {
                         cloud: Arc::new(cloud),
                     })));
                 }
-                OdometryEvent::Finding(finding) => said.push(Said::Found(Finding {
+                odometry::OdometryEvent::Finding(finding) => said.push(OdometryEvent::Finding(Finding {
                     severity: match finding.severity {
                         odometry::Severity::Info => Severity::Info,
                         odometry::Severity::Warning => Severity::Warning,

@@ -1,6 +1,6 @@
 //! A known map as the tracker uses it.
 
-use crate::tiles::{Keyframes, TiledSurfaces};
+use crate::tiled_surfaces::{Keyframes, TiledSurfaces};
 use geometry::Isometry;
 use mapping::Place;
 use mapping::view::Sight;
@@ -19,21 +19,21 @@ const SPOKEN_OF: usize = 20;
 
 /// Surfaces and sight of a known map.
 #[derive(Debug)]
-pub struct Guide {
+pub struct LocalisationMap {
     surfaces: TiledSurfaces,
     keyframes: Keyframes,
 }
 
 /// What the keyframes about a place saw where a scan's points are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Sightings {
+pub struct FreeSpaceCheck {
     /// Points on something that they saw.
     pub agreed: usize,
     /// Points where one of them saw through and none saw anything.
     pub through: usize,
 }
 
-impl Sightings {
+impl FreeSpaceCheck {
     /// Share of the points of which the keyframes can speak that stand where they saw through.
     pub fn share(&self) -> f64 {
         self.through as f64 / (self.agreed + self.through).max(1) as f64
@@ -45,7 +45,7 @@ impl Sightings {
     }
 }
 
-impl Guide {
+impl LocalisationMap {
     /// Of keyframes, each with its pose in the map. Linear in their points, some 2 ns each: surfaces are made where they are first looked
     /// at.
     pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
@@ -65,7 +65,7 @@ impl Guide {
     }
 
     /// What the nearest keyframes saw where points (base frame, metres) are. Linear in the keyframes, for finding those.
-    pub fn sightings(&self, map_from_base: &Isometry, points: &[[f32; 3]]) -> Sightings {
+    pub fn sightings(&self, map_from_base: &Isometry, points: &[[f32; 3]]) -> FreeSpaceCheck {
         let views: Vec<_> = self
             .nearest(map_from_base)
             .into_iter()
@@ -75,7 +75,7 @@ impl Guide {
                 (keyframe_from_base.cast::<f32>(), place.view())
             })
             .collect();
-        let mut sightings = Sightings::default();
+        let mut sightings = FreeSpaceCheck::default();
         for point in points.iter().step_by(points.len().div_ceil(POINTS).max(1)) {
             let at = Point3::from(*point);
             let looks = || views.iter().map(|(turn, view)| view.look(&(turn * at).into()));

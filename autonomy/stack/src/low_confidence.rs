@@ -5,23 +5,23 @@
 //! one.
 
 use geometry::Isometry;
-use localisation::{Hypothesis, is_same_place};
+use localisation::{PoseHypothesis, is_same_place};
 
 /// It is believed after so many metres over which it was found again and again.
 const WAY: f64 = 1.2;
 
 /// What was recognised so far.
 #[derive(Debug, Default)]
-pub(crate) struct Faint {
+pub(crate) struct LowConfidenceConfirmation {
     /// The base in the map and by odometry, when it was recognised last.
     last: Option<(Isometry, Isometry)>,
     /// Over which it was, metres.
     way: f64,
 }
 
-impl Faint {
+impl LowConfidenceConfirmation {
     /// Takes a place in that one scan fits half, taken at a moment of odometry. Says whether it can be believed now.
-    pub fn recognise(&mut self, place: &Hypothesis, odom_from_base: &Isometry) -> bool {
+    pub fn recognise(&mut self, place: &PoseHypothesis, odom_from_base: &Isometry) -> bool {
         let before = self.last.replace((place.map_from_base, *odom_from_base));
         let Some((was, from)) = before else { return false };
         let moved = from.inverse() * odom_from_base;
@@ -39,14 +39,14 @@ mod tests {
         Isometry::translation(x, 0.0, 0.0)
     }
 
-    fn half(x: f64) -> Hypothesis {
-        Hypothesis { map_from_base: at(x), fit: 0.6, contradicted: 0.0 }
+    fn half(x: f64) -> PoseHypothesis {
+        PoseHypothesis { map_from_base: at(x), fit: 0.6, contradicted: 0.0 }
     }
 
     #[test]
     fn a_place_that_walks_along_is_believed_and_one_that_does_not_or_that_stands_is_not() {
         let believed = |looks: &[(f64, f64)]| {
-            let mut faint = Faint::default();
+            let mut faint = LowConfidenceConfirmation::default();
             looks.iter().map(|(place, way)| faint.recognise(&half(*place), &at(*way))).collect::<Vec<_>>()
         };
         assert_eq!(

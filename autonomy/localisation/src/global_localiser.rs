@@ -4,8 +4,8 @@
 //! and the keyframes about say whether they could have seen it there. The answer is a list of places, best first. Sites are built of
 //! like parts, so that one scan often fits in several; whoever asks must not believe the first one before the others are out.
 
-use crate::guide::Guide;
-use crate::outline::Outlines;
+use crate::correlative_matcher::CorrelativeMatcher;
+use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::places::Places;
 use mapping::scan_context::{first_from_second, level_from_base};
@@ -37,15 +37,15 @@ const APART: (f64, f64) = (0.5, 0.15);
 
 /// A known map, to find oneself in.
 #[derive(Clone, Debug)]
-pub struct Atlas {
-    guide: Arc<Guide>,
+pub struct GlobalLocaliser {
+    guide: Arc<LocalisationMap>,
     places: Places,
-    outlines: Outlines,
+    outlines: CorrelativeMatcher,
 }
 
 /// A place where a scan may have been taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hypothesis {
+pub struct PoseHypothesis {
     /// The base.
     pub map_from_base: Isometry,
     /// How well the scan fits the known surfaces there, 0 to 1.
@@ -56,15 +56,15 @@ pub struct Hypothesis {
 
 /// What one scan says of the robot's place.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Standing {
+pub enum RelocalisationResult {
     /// It is there, and nowhere else.
-    There(Hypothesis),
+    Unique(PoseHypothesis),
     /// It is at one of these, the best first; the robot has to move for the others to fail.
-    OneOf(Vec<Hypothesis>),
+    Ambiguous(Vec<PoseHypothesis>),
     /// It may be there, where much of what it sees is in no map, and nowhere else; one scan is not enough to say so.
-    Faint(Hypothesis),
+    LowConfidence(PoseHypothesis),
     /// It is nowhere that the map shows well.
-    Nowhere,
+    NotFound,
 }
 
 /// Least fit, and greatest contradiction, of a place that may be the right one.
@@ -74,20 +74,28 @@ const ALONE: f64 = 0.85;
 /// Least fit of a place that is worth another look, and the share of its quality that no other one may have.
 const FAINT: (f64, f64) = (0.4, 0.75);
 
-/// What the places where a scan may have been taken ([`Atlas::seek`]) say of where it was.
-pub fn standing(found: &[Hypothesis]) -> Standing {
-    let Some(best) = found.first() else { return Standing::Nowhere };
+/// What the places where a scan may have been taken ([`GlobalLocaliser::seek`]) say of where it was.
+pub fn classify_hypotheses(found: &[PoseHypothesis]) -> RelocalisationResult {
+    let Some(best) = found.first() else { return RelocalisationResult::NotFound };
     if !best.may_be() {
         let faint = best.fit >= FAINT.0 && best.contradicted <= MAY_BE.1;
         let alone = found.iter().skip(1).all(|other| other.quality() < FAINT.1 * best.quality());
-        return if faint && alone { Standing::Faint(*best) } else { Standing::Nowhere };
+        return if faint && alone {
+            RelocalisationResult::LowConfidence(*best)
+        } else {
+            RelocalisationResult::NotFound
+        };
     }
-    let rivals: Vec<Hypothesis> =
+    let rivals: Vec<PoseHypothesis> =
         found.iter().filter(|one| one.quality() >= ALONE * best.quality()).copied().collect();
-    if rivals.len() == 1 { Standing::There(*best) } else { Standing::OneOf(rivals) }
+    if rivals.len() == 1 {
+        RelocalisationResult::Unique(*best)
+    } else {
+        RelocalisationResult::Ambiguous(rivals)
+    }
 }
 
-impl Hypothesis {
+impl PoseHypothesis {
     /// Whether it can be the right one at all.
     fn may_be(&self) -> bool {
         self.fit >= MAY_BE.0 && self.contradicted <= MAY_BE.1
@@ -99,20 +107,20 @@ impl Hypothesis {
     }
 }
 
-impl Guide {
+impl LocalisationMap {
     /// How well a scan's points (base frame, metres) fit near a place, settled with all of them: twelve looks at each.
-    pub fn settle(&self, points: &[[f32; 3]], start: &Isometry) -> Hypothesis {
+    pub fn settle(&self, points: &[[f32; 3]], start: &Isometry) -> PoseHypothesis {
         let Fit { map_from_body, .. } = refine(self.surfaces(), points, start, &FINE, FINE_STEPS);
-        Hypothesis {
+        PoseHypothesis {
             map_from_base: map_from_body,
             fit: score(self.surfaces(), points, &map_from_body, &FINE),
             contradicted: self.sightings(&map_from_body, points).share(),
         }
     }
 
-    /// As [`Atlas::seek`], of a scan that was taken about one of these places, to a metre and 20 degrees. Costs as many fits for each, and
+    /// As [`GlobalLocaliser::seek`], of a scan that was taken about one of these places, to a metre and 20 degrees. Costs as many fits for each, and
     /// nothing that grows with the map.
-    pub fn seek_about(&self, place: &Place, bases: &[Isometry]) -> Vec<Hypothesis> {
+    pub fn seek_about(&self, place: &Place, bases: &[Isometry]) -> Vec<PoseHypothesis> {
         let moved = |map_from_base: &Isometry, x: f64, y: f64, yaw: f64| {
             let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
             let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
@@ -130,7 +138,7 @@ impl Guide {
     }
 
     /// Fits a scan from all these starts and settles the best, and what is held in any case.
-    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<Hypothesis> {
+    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<PoseHypothesis> {
         let points: Vec<[f32; 3]> = place.points().collect();
         let few: Vec<[f32; 3]> =
             points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
@@ -140,26 +148,26 @@ impl Guide {
         fits.sort_by(|a, b| b.score.total_cmp(&a.score));
         let settle = |start: &Isometry| self.settle(&points, start);
         let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
-        let mut settled: Vec<Hypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
+        let mut settled: Vec<PoseHypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
         settled.extend(held.map(settle));
         settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
         distinct(settled, |one| &one.map_from_base, APART)
     }
 }
 
-impl Atlas {
+impl GlobalLocaliser {
     /// Of a known map.
-    pub fn new(guide: Arc<Guide>) -> Self {
+    pub fn new(guide: Arc<LocalisationMap>) -> Self {
         let mut places = Places::default();
         for (_, place) in guide.keyframes() {
             places.push(Arc::clone(&place.views()[0]));
         }
-        let outlines = Outlines::new(&guide);
+        let outlines = CorrelativeMatcher::new(&guide);
         Self { guide, places, outlines }
     }
 
     /// The known map.
-    pub fn guide(&self) -> &Arc<Guide> {
+    pub fn guide(&self) -> &Arc<LocalisationMap> {
         &self.guide
     }
 
@@ -167,7 +175,12 @@ impl Atlas {
     /// other, best first. A place that is `held` to be the right one is among them, however poor it is, unless the scan draws it elsewhere.
     /// Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear in the area
     /// walked.
-    pub fn seek(&self, place: &Place, up_from_base: &Rotation, held: Option<&Isometry>) -> Vec<Hypothesis> {
+    pub fn seek(
+        &self,
+        place: &Place,
+        up_from_base: &Rotation,
+        held: Option<&Isometry>,
+    ) -> Vec<PoseHypothesis> {
         self.guide.try_starts(place, &self.starts(place, up_from_base), held)
     }
 
