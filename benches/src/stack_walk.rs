@@ -4,11 +4,11 @@ use crate::thread_ms;
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
-    BootRecord, Command, Drive, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, PriorMap,
-    Publication,
+    BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobDone, JobResult, PriorMap,
+    Publication, StackEffect,
 };
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
-use stack::{Stack, Work};
+use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use uuid::Uuid;
@@ -42,13 +42,13 @@ pub enum StepOf {
 }
 
 /// One step: what it was for, the CPU time it took (milliseconds), and what it said.
-pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[Effect]);
+pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[StackEffect]);
 
 /// A job that is to be done.
 #[derive(Clone, Copy, Debug)]
 enum Waiting {
     /// What the stack hands out.
-    Work(u64),
+    ComputeJob(u64),
     /// Reading a saved map.
     Map(u64, MapId),
 }
@@ -59,7 +59,7 @@ pub struct StackWalk {
     route: Route,
     walker: RouteWalker,
     stack: Stack,
-    effects: Vec<Effect>,
+    effects: Vec<StackEffect>,
     jobs: VecDeque<Waiting>,
     finished: Option<Arc<FinishedMap>>,
     truth: Option<Vec<(Stamp, Isometry)>>,
@@ -100,7 +100,7 @@ impl StackWalk {
         walk.known = Some(known);
         walk.boot(None, heard);
         walk.order(
-            [Order::TakeControl { name: "bench".to_owned() }, Order::Localise { map, at: told }],
+            [CommandKind::TakeControl { name: "bench".to_owned() }, CommandKind::Localise { map, at: told }],
             heard,
         );
         Ok(walk)
@@ -135,11 +135,11 @@ impl StackWalk {
         self.step(self.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
     }
 
-    fn order<const N: usize>(&mut self, orders: [Order; N], heard: Heard<'_>) {
+    fn order<const N: usize>(&mut self, orders: [CommandKind; N], heard: Heard<'_>) {
         let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
         for order in orders {
             self.orders += 1;
-            let command = Command { id: CommandId(Uuid::from_u128(self.orders)), by, order };
+            let command = Command { id: CommandId(Uuid::from_u128(self.orders)), by, kind: order };
             self.step(now, StepOf::Other, Input::Command(command), heard);
             self.work(now, heard);
         }
@@ -182,7 +182,7 @@ impl StackWalk {
     }
 
     /// Gives the stack an order.
-    pub fn give(&mut self, order: Order, heard: Heard<'_>) {
+    pub fn give(&mut self, order: CommandKind, heard: Heard<'_>) {
         self.order([order], heard);
     }
 
@@ -210,8 +210,8 @@ impl StackWalk {
     /// When the stack makes none.
     pub fn finish(mut self, heard: Heard<'_>) -> Result<(Arc<FinishedMap>, Truth)> {
         let map = MapId(Uuid::from_u128(1));
-        let finish = Order::FinishMapping { map, name: "bench".to_owned() };
-        self.order([Order::TakeControl { name: "bench".to_owned() }, finish], heard);
+        let finish = CommandKind::FinishMapping { map, name: "bench".to_owned() };
+        self.order([CommandKind::TakeControl { name: "bench".to_owned() }, finish], heard);
         let Some(finished) = self.finished else { bail!("the stack made no map") };
         Ok((finished, Truth(self.truth.unwrap_or_default())))
     }
@@ -232,9 +232,10 @@ impl StackWalk {
     fn work(&mut self, at: Stamp, heard: Heard<'_>) {
         while let Some(waiting) = self.jobs.pop_front() {
             let (job, result) = match (waiting, &self.known) {
-                (Waiting::Work(job), _) => {
-                    (job, self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run))
-                }
+                (Waiting::ComputeJob(job), _) => (
+                    job,
+                    self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run),
+                ),
                 (Waiting::Map(job, _), Some(known)) => (job, JobResult::MapLoaded(Arc::clone(known))),
                 (Waiting::Map(job, map), None) => {
                     (job, JobResult::MapNotLoaded { map, reason: "there is no map".to_owned() })
@@ -250,7 +251,7 @@ impl StackWalk {
         heard(of, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
-                Effect::StartJob {
+                StackEffect::StartJob {
                     job,
                     work:
                         Job::VerifyLoop(_)
@@ -258,12 +259,12 @@ impl StackWalk {
                         | Job::SearchMap(_)
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
-                } => self.jobs.push_back(Waiting::Work(job)),
-                Effect::StartJob { job, work: Job::ReadMap(map) } => {
+                } => self.jobs.push_back(Waiting::ComputeJob(job)),
+                StackEffect::StartJob { job, work: Job::ReadMap(map) } => {
                     self.jobs.push_back(Waiting::Map(job, map));
                 }
-                Effect::Drive(drive) => self.obeys = self.obeys.map(|_| drive),
-                Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
+                StackEffect::Drive(drive) => self.obeys = self.obeys.map(|_| drive),
+                StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }
         }
@@ -300,19 +301,19 @@ impl Truth {
 }
 
 /// Whether a step gave an estimate from a sweep.
-pub fn located(effects: &[Effect]) -> bool {
-    effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Estimate(_))))
+pub fn located(effects: &[StackEffect]) -> bool {
+    effects.iter().any(|effect| matches!(effect, StackEffect::Publish(Publication::Estimate(_))))
 }
 
 /// What became of walks over known ground in a step.
-pub fn ties(effects: &[Effect]) -> impl Iterator<Item = &messages::Tied> {
+pub fn ties(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Tied> {
     effects.iter().filter_map(|effect| match effect {
-        Effect::Publish(Publication::Tied(tied)) => Some(tied),
+        StackEffect::Publish(Publication::Tied(tied)) => Some(tied),
         _ => None,
     })
 }
 
 /// Whether a step made a keyframe.
-pub fn made_keyframe(effects: &[Effect]) -> bool {
-    effects.iter().any(|effect| matches!(effect, Effect::Publish(Publication::Keyframe(_))))
+pub fn made_keyframe(effects: &[StackEffect]) -> bool {
+    effects.iter().any(|effect| matches!(effect, StackEffect::Publish(Publication::Keyframe(_))))
 }

@@ -3,8 +3,8 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, Effect, FinishedMap, Input, Job, LocalisationState, MappingState, MotionState, Order,
-    PlaceInMap, PoseGraph, PriorMap, Publication, RelocalisationTask,
+    Command, CommandKind, FinishedMap, Input, Job, LocalisationState, MappingState, MotionState, PlaceInMap,
+    PoseGraph, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -71,10 +71,10 @@ impl Day {
         }
     }
 
-    pub(crate) fn order(&mut self, order: Order) {
+    pub(crate) fn order(&mut self, order: CommandKind) {
         self.commands += 1;
         let (id, by) = (CommandId(Uuid::from_u128(self.commands)), ClientId(Uuid::from_u128(1)));
-        self.lockstep.give(Input::Command(Command { id, by, order }));
+        self.lockstep.give(Input::Command(Command { id, by, kind: order }));
     }
 
     pub(crate) fn run(&mut self, seconds: f64) {
@@ -95,21 +95,21 @@ impl Day {
             ..
         } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
-            Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
-            Effect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
-            Effect::Publish(Publication::Mapping(now)) => {
+            StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            StackEffect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
+            StackEffect::Publish(Publication::Mapping(now)) => {
                 *mapping = now.clone();
                 states.push(now.clone());
             }
-            Effect::Publish(Publication::Localisation(now)) => {
+            StackEffect::Publish(Publication::Localisation(now)) => {
                 *localisation = *now;
                 localisations.push(*now);
             }
-            Effect::Publish(Publication::Docks(now)) => *docks = Arc::clone(now),
-            Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
-            Effect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
-            Effect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
-            Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
+            StackEffect::Publish(Publication::Docks(now)) => *docks = Arc::clone(now),
+            StackEffect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            StackEffect::StartJob { job, work: Job::Relocalise(task) } => *asked = Some((*job, *task)),
+            StackEffect::StartJob { work: Job::SaveMap(map), .. } => *finished = Some(Arc::clone(map)),
+            StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             _ => {}
         });
     }
@@ -120,14 +120,14 @@ impl Day {
         let mut walker = RouteWalker::new(route);
         while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
             if drive.velocity != vocab::Twist::default() {
-                self.order(Order::Teleoperate(drive.velocity));
+                self.order(CommandKind::Teleoperate(drive.velocity));
             }
             self.run(0.1);
         }
     }
 
     pub(crate) fn finish(&mut self, map: MapId) -> Arc<FinishedMap> {
-        self.order(Order::FinishMapping { map, name: "Hall".to_owned() });
+        self.order(CommandKind::FinishMapping { map, name: "Hall".to_owned() });
         for _ in 0..200 {
             self.run(0.1);
             if self.mapping == MappingState::Idle {

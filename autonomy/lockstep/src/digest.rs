@@ -1,17 +1,17 @@
 //! A fingerprint of everything a stack does, to compare two runs over one log.
 
-use messages::{Effect, Input};
+use messages::{Input, StackEffect};
 use stack::Stack;
 use vocab::Stamp;
 
 /// Anything with a stack's entrance, so that the check itself can be checked with a broken one.
 pub trait Stepper {
     /// See [`Stack::step`].
-    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>);
+    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>);
 }
 
 impl Stepper for Stack {
-    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
+    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
         Self::step(self, at, input, effects);
     }
 }
@@ -25,7 +25,7 @@ pub struct Digest {
 
 impl Digest {
     /// Adds the effects of one step.
-    pub fn add(&mut self, at: Stamp, effects: &[Effect]) {
+    pub fn add(&mut self, at: Stamp, effects: &[StackEffect]) {
         for effect in effects {
             self.hasher.update(&at.nanos().to_le_bytes());
             // An effect that cannot be encoded counts as nothing in both runs; postcard refuses none of these types.

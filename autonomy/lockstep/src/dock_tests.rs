@@ -4,7 +4,8 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    BatteryState, BootRecord, Input, LocalisationState, MotionState, Order, PlaceInMap, PriorMap, Sensor,
+    BatteryState, BootRecord, CommandKind, Input, LocalisationState, MotionState, PlaceInMap, PriorMap,
+    Sensor,
 };
 use sim::{SiteName, Start};
 use stack::Stack;
@@ -51,8 +52,8 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
     let (known, origin) = twins();
     let mut day = Day::on(SiteName::Twins, 0, at([47.0, 8.0], 0.0), 44, None);
     day.lockstep.keep_map(Arc::clone(known));
-    day.order(Order::Localise { map: FIRST, at: None });
-    day.order(Order::LookAbout);
+    day.order(CommandKind::Localise { map: FIRST, at: None });
+    day.order(CommandKind::LookAbout);
     let mut tenths = 0;
     while day.localisation != LOCALISED && tenths < 350 {
         day.run(0.1);
@@ -84,7 +85,7 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     };
 
     let mut day = another_day(Arc::default());
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     charged(&mut day, 60);
     let LocalisationState::Relocalising { hypotheses: 2.., .. } = day.localisation else {
         panic!("nobody knows a dock: {:?}", day.localisation)
@@ -93,10 +94,10 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
     let dock = PlaceInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
     let mut day = another_day(Arc::from([dock]));
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "not charged yet");
-    day.order(Order::LookAbout);
+    day.order(CommandKind::LookAbout);
     charged(&mut day, 30);
     assert_eq!(day.motion, MotionState::Idle, "there is nothing left to look for");
     assert_eq!(day.localisation, LOCALISED);
@@ -112,7 +113,7 @@ fn where_it_is_charged_it_learns_a_dock() {
     day.lockstep.keep_map(Arc::clone(known));
     day.run(6.0);
     assert!(day.docks.is_empty(), "in no map");
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(8.0);
     assert_eq!(day.localisation, LOCALISED);
     let [learnt] = day.docks[..] else { panic!("{:?}", day.docks) };

@@ -3,7 +3,7 @@
 use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::vec_from_plain;
-use messages::{MappingState, Order};
+use messages::{CommandKind, MappingState};
 use sim::{Site, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
@@ -20,11 +20,11 @@ fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
     day.lockstep.keep_map(Arc::clone(known));
-    day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(3.0);
     assert!(matches!(day.mapping, MappingState::Finding { map: FIRST, .. }), "{:?}", day.mapping);
     assert!(day.states.iter().any(|state| matches!(state, MappingState::Loading { map: FIRST, .. })));
-    day.order(Order::FinishMapping { map: LARGER, name: "Early".to_owned() });
+    day.order(CommandKind::FinishMapping { map: LARGER, name: "Early".to_owned() });
     day.run(0.2);
     assert_eq!(day.refusals.len(), 1, "nothing was added yet");
     assert!(day.refusals.drain(..).all(|reason| reason.contains("not found itself")));
@@ -62,7 +62,7 @@ fn where_it_has_just_been_saved_the_robot_need_not_look_for_itself() {
     day.drive(route.start, &route.waypoints[..1]);
     let keyframes = day.finish(FIRST).graph.nodes.len();
     let place = day.estimate.position;
-    day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
+    day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(1.5);
     assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
     assert!((vec_from_plain(day.estimate.position) - vec_from_plain(place)).norm() < 0.03);
@@ -79,7 +79,7 @@ fn a_map_that_cannot_be_read_leaves_no_session_behind() {
     broken.places.pop();
     day.lockstep.keep_map(Arc::new(broken));
     for map in [FIRST, LARGER] {
-        day.order(Order::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });
+        day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });
         day.run(1.0);
         assert_eq!(day.mapping, MappingState::Idle);
     }

@@ -3,7 +3,7 @@
 use crate::day::{Day, first};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
 use mapping::vantage::{VantageOptions, Vantages, vantages};
-use messages::{EdgeKind, GraphEdge, GraphNode, LocalisationState, Order, PoseGraph, PriorMap};
+use messages::{CommandKind, EdgeKind, GraphEdge, GraphNode, LocalisationState, PoseGraph, PriorMap};
 use points::Downsampler;
 use sim::Start;
 use std::sync::Arc;
@@ -66,7 +66,7 @@ fn a_robot_finds_itself_in_a_cloud_of_somebody_elses_and_keeps_its_place() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::among(6, start, 21, None);
     day.lockstep.keep_map(Arc::new(map_of(&cloud())));
-    day.order(Order::Localise { map: FOREIGN, at: None });
+    day.order(CommandKind::Localise { map: FOREIGN, at: None });
     day.run(4.0);
     let localised = LocalisationState::Localised { map: FOREIGN, degradation: None };
     assert_eq!(day.localisation, localised);

@@ -4,7 +4,7 @@ use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
 use geometry::Vector3;
 use messages::{
-    BootRecord, DegradationReason, Input, JobDone, JobResult, LocalisationState, MotionState, Order,
+    BootRecord, CommandKind, DegradationReason, Input, JobDone, JobResult, LocalisationState, MotionState,
     PlaceInMap, PoseHypothesis, RelocalisationResponse,
 };
 use sim::{Fault, SiteName, Start};
@@ -29,7 +29,7 @@ fn switched_on_somewhere_in_its_map_the_robot_finds_itself_and_keeps_its_place_a
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 14);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(0.5);
     assert!(
         matches!(day.localisation, LocalisationState::Relocalising { map: FIRST, .. }),
@@ -58,7 +58,7 @@ fn a_person_tells_the_place_roughly_and_it_snaps() {
     let mut day = another_day(start, 15);
     let position = Vec3::new(start.position.x - origin.x + 0.4, start.position.y - origin.y - 0.3, 0.0);
     let orientation = Quat { x: 0.0, y: 0.0, z: 0.05, w: (1.0 - 0.05_f64 * 0.05).sqrt() };
-    day.order(Order::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
+    day.order(CommandKind::Localise { map: FIRST, at: Some(Pose { position, orientation }) });
     day.run(2.0);
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
@@ -91,7 +91,7 @@ fn shown_a_place_that_looks_like_its_own_it_does_not_believe_that_it_is_there() 
         position: Vec3::new(x - origin.x, y - origin.y, 0.0),
         orientation: Quat { x: 0.0, y: 0.0, z: half.sin(), w: half.cos() },
     };
-    day.order(Order::Localise { map: FIRST, at: Some(wrong) });
+    day.order(CommandKind::Localise { map: FIRST, at: Some(wrong) });
     for tenth in 0..40 {
         day.run(0.1);
         let error = day.error(&origin);
@@ -107,7 +107,7 @@ fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 21);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let found_by = day.asked.take();
@@ -140,7 +140,7 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 17);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let now = day.lockstep.simulator().elapsed();
@@ -161,7 +161,7 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
 fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 18);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
@@ -195,7 +195,7 @@ fn carried_along_a_corridor_that_looks_alike_everywhere_it_says_that_it_does_not
 
     let mut day = Day::on(SiteName::Twins, 0, start, 52, None);
     day.lockstep.keep_map(known);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     day.drive(start, &[[12.0, -1.5]]);
     assert_eq!(day.localisation, LOCALISED);
@@ -224,11 +224,11 @@ fn until_it_stands(day: &mut Day, seconds: u32) {
 fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_help() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 18);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
-    day.order(Order::WalkTo(goal));
+    day.order(CommandKind::WalkTo(goal));
     day.run(2.0);
     assert!(matches!(day.motion, MotionState::Walking { .. }), "{:?} {:?}", day.motion, day.refusals);
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
@@ -238,7 +238,7 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
         "it felt that somebody carried it: {:?}",
         day.motion
     );
-    day.order(Order::WalkTo(goal));
+    day.order(CommandKind::WalkTo(goal));
     day.run(0.1);
     assert_eq!(day.refusals.len(), 1, "it does not know where that is");
     until_it_stands(&mut day, 90);
@@ -253,10 +253,10 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
 fn blinded_on_its_way_it_waits_and_goes_on() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 19);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
-    day.order(Order::WalkTo(goal));
+    day.order(CommandKind::WalkTo(goal));
     day.run(2.0);
     let now = day.lockstep.simulator().elapsed();
     day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
@@ -291,19 +291,19 @@ fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_s
 fn a_map_that_does_not_exist_is_said_and_left() {
     let mut day = another_day(at([29.0, 21.5], -1.5), 16);
     let absent = MapId(uuid::Uuid::from_u128(99));
-    day.order(Order::LookAbout);
+    day.order(CommandKind::LookAbout);
     day.run(0.2);
     assert_eq!(
         (day.motion.clone(), day.refusals.len()),
         (MotionState::Idle, 1),
         "there is nothing to look for"
     );
-    day.order(Order::Localise { map: absent, at: None });
+    day.order(CommandKind::Localise { map: absent, at: None });
     day.run(0.5);
     assert_eq!(day.localisation, LocalisationState::Idle);
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(0.3);
-    day.order(Order::LeaveMap);
+    day.order(CommandKind::LeaveMap);
     day.run(0.3);
     assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
 }
@@ -312,7 +312,7 @@ fn a_map_that_does_not_exist_is_said_and_left() {
 fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
     let [linear, angular] = [Vec3::new(forward, 0.0, 0.0), Vec3::new(0.0, 0.0, turn)];
     for _ in 0..tenths {
-        day.order(Order::Teleoperate(Twist { linear, angular }));
+        day.order(CommandKind::Teleoperate(Twist { linear, angular }));
         day.run(0.1);
     }
     day.run(0.5);
@@ -333,7 +333,7 @@ fn past_the_end_of_a_short_map() -> (Day, Vector3) {
 #[test]
 fn where_a_map_has_just_been_made_the_robot_knows_its_place_in_it_at_once() {
     let (mut day, origin) = past_the_end_of_a_short_map();
-    day.order(Order::Localise { map: FIRST, at: None });
+    day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(1.5);
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
@@ -346,7 +346,7 @@ fn past_the_end_of_a_map_it_finds_itself_once_it_has_walked() {
     let yaw = 2.0 * truth.orientation.z.atan2(truth.orientation.w);
     let mut other = Day::among(2, Start { position: Vec3 { z: 0.0, ..truth.position }, yaw }, 7, None);
     other.lockstep.keep_map(known.unwrap_or_else(|| panic!("not kept")));
-    other.order(Order::Localise { map: FIRST, at: None });
+    other.order(CommandKind::Localise { map: FIRST, at: None });
     other.run(3.0);
     let looking = LocalisationState::Relocalising { map: FIRST, hypotheses: 0 };
     assert_eq!(other.localisation, looking, "one spot is not enough");

@@ -3,11 +3,11 @@
 use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
 use messages::{
-    Command, EdgeKind, Effect, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
-    LoopVerdict, Order, PoseGraph, Publication,
+    Command, CommandKind, EdgeKind, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
+    LoopVerdict, PoseGraph, Publication, StackEffect,
 };
 use sim::{Fault, Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
-use stack::{Stack, Work};
+use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
@@ -132,7 +132,7 @@ impl Told {
         self.digest.add(at, &effects);
         for effect in effects {
             match effect {
-                Effect::StartJob {
+                StackEffect::StartJob {
                     job,
                     work:
                         Job::VerifyLoop(_)
@@ -141,23 +141,24 @@ impl Told {
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
                 } => {
-                    let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+                    let result =
+                        self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
                     assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
                     self.done.push_back(JobDone { job, result });
                 }
-                Effect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
-                Effect::Publish(Publication::Graph(graph)) => self.graph = graph,
-                Effect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
-                Effect::Answer { refused, .. } => self.answers.push(refused),
+                StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
+                StackEffect::Publish(Publication::Graph(graph)) => self.graph = graph,
+                StackEffect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
+                StackEffect::Answer { refused, .. } => self.answers.push(refused),
                 _ => {}
             }
         }
     }
 
-    fn order(&mut self, order: Order) -> Option<String> {
+    fn order(&mut self, order: CommandKind) -> Option<String> {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.step(self.at, Input::Command(Command { id, by: ME, order }));
+        self.step(self.at, Input::Command(Command { id, by: ME, kind: order }));
         self.answers.last().cloned().flatten()
     }
 
@@ -264,8 +265,8 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     let mut told = Told::walking(false, |_| Vec::new());
     let late: Vec<JobDone> = told.done.drain(..).collect();
     assert!((1..=4).contains(&late.len()), "{} jobs at a time", late.len());
-    assert_eq!(told.order(Order::DiscardMapping), None);
-    assert_eq!(told.order(Order::StartMapping(SessionId(Uuid::from_u128(2)))), None);
+    assert_eq!(told.order(CommandKind::DiscardMapping), None);
+    assert_eq!(told.order(CommandKind::StartMapping(SessionId(Uuid::from_u128(2)))), None);
     for done in late {
         told.step(told.at, Input::JobDone(done));
     }
@@ -273,8 +274,8 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
 }
 
-fn finish() -> Order {
-    Order::FinishMapping { map: MapId(Uuid::from_u128(5)), name: " Hall ".to_owned() }
+fn finish() -> CommandKind {
+    CommandKind::FinishMapping { map: MapId(Uuid::from_u128(5)), name: " Hall ".to_owned() }
 }
 
 #[test]
@@ -283,7 +284,7 @@ fn a_finished_map_waits_for_its_last_loops() {
     assert!(!told.done.is_empty());
     assert_eq!(told.order(finish()), None);
     assert!(told.finished.is_none(), "pairs are still being looked at");
-    for order in [finish(), Order::DiscardMapping, Order::StartMapping(SESSION)] {
+    for order in [finish(), CommandKind::DiscardMapping, CommandKind::StartMapping(SESSION)] {
         assert!(told.order(order.clone()).is_some(), "{order:?}");
     }
     let nodes = told.graph.nodes.len();
@@ -311,7 +312,7 @@ fn a_person_takes_loops_back_and_closes_them_again() {
     let (closed, by_odometry) = (told.graph.clone(), open().graph.clone());
     for &(from, to) in &loops {
         // Which is named first does not matter.
-        assert_eq!(told.order(Order::RejectLoop { from: to, to: from }), None);
+        assert_eq!(told.order(CommandKind::RejectLoop { from: to, to: from }), None);
         let Some(last) = told.decisions.last() else { panic!("not said") };
         assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
     }
@@ -319,7 +320,7 @@ fn a_person_takes_loops_back_and_closes_them_again() {
     // Over metres that were a guess, relinearisation leaves millimetres.
     assert!(told.apart(&by_odometry) < 5e-3, "{} m from the odometry", told.apart(&by_odometry));
     for &(from, to) in &loops {
-        assert_eq!(told.order(Order::AcceptLoop { from, to }), None);
+        assert_eq!(told.order(CommandKind::AcceptLoop { from, to }), None);
     }
     assert_eq!(told.loops(), loops);
     assert!(told.apart(&closed) < 5e-3, "{} m from before", told.apart(&closed));
@@ -330,15 +331,15 @@ fn a_person_takes_loops_back_and_closes_them_again() {
 fn a_pair_that_a_person_proposes_is_looked_at() {
     let mut told = Told::walked(false, promptly);
     let Some(&(from, to)) = told.loops().last() else { panic!("no loop") };
-    let refused = told.order(Order::ProposeLoop { from, to, guess: Pose::IDENTITY });
+    let refused = told.order(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
     assert!(refused.is_some_and(|reason| reason.contains("already")));
-    assert_eq!(told.order(Order::RejectLoop { from, to }), None);
+    assert_eq!(told.order(CommandKind::RejectLoop { from, to }), None);
     let edge = told.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
     let Some(pose) = edge.and_then(|d| isometry_from_pose(&d.from_from_to)) else { panic!("no edge") };
     // Half a metre off, and seen from the newer one.
     let mut guess = geometry::pose_from_isometry(&pose.inverse());
     guess.position.x += 0.5;
-    assert_eq!(told.order(Order::ProposeLoop { from: to, to: from, guess }), None);
+    assert_eq!(told.order(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
     told.finish_jobs();
     let Some(last) = told.decisions.last() else { panic!("not decided") };
     assert_eq!((last.task.from, last.task.to, last.task.source), (from, to, LoopSource::Person));
@@ -353,17 +354,20 @@ fn orders_about_loops_that_cannot_be_done_are_refused_with_a_reason() {
     let mut told = Told::nothing();
     let (id, no) = (KeyframeId, Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..Pose::IDENTITY });
     told.step(Stamp::EPOCH, walk().inputs[0].1.clone());
-    told.order(Order::DiscardMapping);
-    let refused = told.order(Order::AcceptLoop { from: id(0), to: id(9) });
+    told.order(CommandKind::DiscardMapping);
+    let refused = told.order(CommandKind::AcceptLoop { from: id(0), to: id(9) });
     assert!(refused.is_some_and(|reason| reason.contains("Start mapping")));
 
     let mut told = Told::walked(false, promptly);
     for (order, reason) in [
-        (Order::AcceptLoop { from: id(0), to: id(5) }, "Propose them"),
-        (Order::RejectLoop { from: id(0), to: id(5) }, "nothing to reject"),
-        (Order::ProposeLoop { from: id(0), to: id(1), guess: Pose::IDENTITY }, "follow each other"),
-        (Order::ProposeLoop { from: id(0), to: id(4_000), guess: Pose::IDENTITY }, "not both on this map"),
-        (Order::ProposeLoop { from: id(0), to: id(9), guess: no }, "not a pose"),
+        (CommandKind::AcceptLoop { from: id(0), to: id(5) }, "Propose them"),
+        (CommandKind::RejectLoop { from: id(0), to: id(5) }, "nothing to reject"),
+        (CommandKind::ProposeLoop { from: id(0), to: id(1), guess: Pose::IDENTITY }, "follow each other"),
+        (
+            CommandKind::ProposeLoop { from: id(0), to: id(4_000), guess: Pose::IDENTITY },
+            "not both on this map",
+        ),
+        (CommandKind::ProposeLoop { from: id(0), to: id(9), guess: no }, "not a pose"),
     ] {
         let refused = told.order(order.clone());
         assert!(refused.as_ref().is_some_and(|said| said.contains(reason)), "{order:?}: {refused:?}");
@@ -387,7 +391,7 @@ fn the_simulated_robot_closes_loops_while_it_walks() {
         lockstep.simulator().command(drive);
         let until = lockstep.now() + Span::from_millis(50);
         lockstep.advance(until, &mut |_, effect| {
-            let Effect::Publish(Publication::LoopDecided(decision)) = effect else { return };
+            let StackEffect::Publish(Publication::LoopDecided(decision)) = effect else { return };
             accepted += u32::from(decision.verdict == LoopVerdict::Accepted);
         });
     }

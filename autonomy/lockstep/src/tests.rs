@@ -1,7 +1,7 @@
 //! Whole behaviour, closed loop: the stack sees sensors only; the truth is used to judge it.
 
 use crate::{Lockstep, Stepper, replay};
-use messages::{Command, Effect, Input, MappingState, MotionState, Order, Publication};
+use messages::{Command, CommandKind, Input, MappingState, MotionState, Publication, StackEffect};
 use sim::{SimConfig, SiteName};
 use stack::Stack;
 use std::hash::{BuildHasher, RandomState};
@@ -36,10 +36,10 @@ impl Scene {
         }
     }
 
-    fn order(&mut self, by: u128, order: Order) {
+    fn order(&mut self, by: u128, order: CommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.lockstep.give(Input::Command(Command { id, by: ClientId(Uuid::from_u128(by)), order }));
+        self.lockstep.give(Input::Command(Command { id, by: ClientId(Uuid::from_u128(by)), kind: order }));
     }
 
     fn run(&mut self, seconds: f64) {
@@ -47,12 +47,12 @@ impl Scene {
         let (estimate, motion, mapping) = (&mut self.estimate, &mut self.motion, &mut self.mapping);
         let (refusals, accepted, jobs) = (&mut self.refusals, &mut self.accepted, &mut self.jobs);
         self.lockstep.advance(until, &mut |_, effect| match effect {
-            Effect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
-            Effect::Publish(Publication::Motion(now)) => *motion = now.clone(),
-            Effect::Publish(Publication::Mapping(now)) => *mapping = now.clone(),
-            Effect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
-            Effect::Answer { refused: None, .. } => *accepted += 1,
-            Effect::StartJob { .. } => *jobs += 1,
+            StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
+            StackEffect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            StackEffect::Publish(Publication::Mapping(now)) => *mapping = now.clone(),
+            StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
+            StackEffect::Answer { refused: None, .. } => *accepted += 1,
+            StackEffect::StartJob { .. } => *jobs += 1,
             _ => {}
         });
     }
@@ -66,8 +66,8 @@ fn apart(a: Vec3, b: Vec3) -> f64 {
     (a.x - b.x).hypot(a.y - b.y)
 }
 
-fn forward(speed: f64) -> Order {
-    Order::Teleoperate(Twist { linear: Vec3::new(speed, 0.0, 0.0), angular: Vec3::default() })
+fn forward(speed: f64) -> CommandKind {
+    CommandKind::Teleoperate(Twist { linear: Vec3::new(speed, 0.0, 0.0), angular: Vec3::default() })
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn walks_to_a_point_and_knows_where_it_is() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let start = scene.true_position();
-    scene.order(1, Order::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.order(1, CommandKind::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
     scene.run(0.2);
     assert!(matches!(scene.motion, MotionState::Walking { .. }), "{:?} {:?}", scene.motion, scene.refusals);
     scene.run(14.0);
@@ -108,17 +108,17 @@ fn walks_to_a_point_and_knows_where_it_is() {
 fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
-    scene.order(1, Order::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.order(1, CommandKind::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
     scene.run(2.0);
-    scene.order(2, Order::StopMotion);
+    scene.order(2, CommandKind::StopMotion);
     scene.run(1.0);
     assert!(matches!(scene.motion, MotionState::Stopped { .. }));
     scene.order(1, forward(0.5));
-    scene.order(2, Order::AllowMotion);
+    scene.order(2, CommandKind::AllowMotion);
     scene.run(0.5);
     assert_eq!(scene.refusals.len(), 2, "{:?}", scene.refusals);
     assert!(matches!(scene.motion, MotionState::Stopped { .. }), "2 does not hold the lease");
-    scene.order(1, Order::AllowMotion);
+    scene.order(1, CommandKind::AllowMotion);
     scene.run(0.2);
     assert_eq!(scene.motion, MotionState::Idle);
 }
@@ -128,8 +128,8 @@ fn a_repeated_command_is_answered_but_done_once() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let id = CommandId(Uuid::from_u128(77));
-    let finish = Order::FinishMapping { map: MapId(Uuid::from_u128(5)), name: "Hall".to_owned() };
-    let command = Command { id, by: ClientId(Uuid::from_u128(1)), order: finish };
+    let finish = CommandKind::FinishMapping { map: MapId(Uuid::from_u128(5)), name: "Hall".to_owned() };
+    let command = Command { id, by: ClientId(Uuid::from_u128(1)), kind: finish };
     for _ in 0..3 {
         scene.lockstep.give(Input::Command(command.clone()));
         scene.run(0.2);
@@ -145,7 +145,7 @@ struct Broken {
 }
 
 impl Stepper for Broken {
-    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
+    fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
         self.stack.step(at, input, effects);
         if effects.len() > 1 && self.hasher.hash_one(at.nanos()).is_multiple_of(2) {
             effects.reverse();
@@ -157,7 +157,7 @@ impl Stepper for Broken {
 fn a_log_repeats_bit_for_bit_and_a_broken_stack_is_found_out() {
     let mut scene = Scene::new(true);
     scene.run(2.5);
-    scene.order(1, Order::WalkTo(Vec3::new(2.0, 0.3, 0.0)));
+    scene.order(1, CommandKind::WalkTo(Vec3::new(2.0, 0.3, 0.0)));
     scene.run(2.5);
     let live = scene.lockstep.digest().hex();
     let log = scene.lockstep.log();

@@ -1,9 +1,9 @@
 //! A simulated robot and its stack, taken forward together as fast as the machine allows.
 
 use crate::Digest;
-use messages::{Effect, Input, Job, JobDone, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication};
+use messages::{Input, Job, JobDone, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect};
 use sim::{SimConfig, SimEvent, Simulator};
-use stack::{Stack, Work};
+use stack::{ComputeJob, Stack};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use vocab::{MapId, SessionId, Span, Stamp};
@@ -34,7 +34,7 @@ pub struct Lockstep {
     /// What the keyframes of the running session saw.
     places: Vec<PriorKeyframe>,
     events: Vec<SimEvent>,
-    effects: Vec<Effect>,
+    effects: Vec<StackEffect>,
 }
 
 impl Lockstep {
@@ -83,7 +83,7 @@ impl Lockstep {
     }
 
     /// Runs until `until`, showing every effect.
-    pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &Effect)) {
+    pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &StackEffect)) {
         while self.now() < until {
             let next = (self.now() + TICK).min(until);
             let mut events = std::mem::take(&mut self.events);
@@ -134,7 +134,7 @@ impl Lockstep {
         due
     }
 
-    fn step(&mut self, at: Stamp, input: Input, watch: &mut dyn FnMut(Stamp, &Effect)) {
+    fn step(&mut self, at: Stamp, input: Input, watch: &mut dyn FnMut(Stamp, &StackEffect)) {
         if let Some(log) = &mut self.log {
             log.push((at, input.clone()));
         }
@@ -144,21 +144,21 @@ impl Lockstep {
         for effect in effects.drain(..) {
             watch(at, &effect);
             match effect {
-                Effect::Drive(drive) => self.simulator.command(drive),
-                Effect::StartJob { job, work: Job::SaveMap(finished) } => {
+                StackEffect::Drive(drive) => self.simulator.command(drive),
+                StackEffect::StartJob { job, work: Job::SaveMap(finished) } => {
                     let (map, graph) = (finished.map, finished.graph.as_ref().clone());
                     self.keep_map(Arc::new(PriorMap { map, graph, places: self.places.clone() }));
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
-                Effect::StartJob { job, work: Job::LoadMap { map, .. } } => {
+                StackEffect::StartJob { job, work: Job::LoadMap { map, .. } } => {
                     if let Some(known) = self.maps.get(&map) {
                         self.places.clone_from(&known.places);
                     }
                     self.read_map(job, map);
                 }
-                Effect::StartJob { job, work: Job::ReadMap(map) } => self.read_map(job, map),
-                Effect::StartJob {
+                StackEffect::StartJob { job, work: Job::ReadMap(map) } => self.read_map(job, map),
+                StackEffect::StartJob {
                     job,
                     work:
                         Job::VerifyLoop(_)
@@ -167,11 +167,12 @@ impl Lockstep {
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
                 } => {
-                    let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+                    let result =
+                        self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
-                Effect::Publish(Publication::Keyframe(keyframe)) => self.keep_place(&keyframe),
-                Effect::Publish(_) | Effect::Answer { .. } => {}
+                StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_place(&keyframe),
+                StackEffect::Publish(_) | StackEffect::Answer { .. } => {}
             }
         }
         self.effects = effects;

@@ -1,6 +1,6 @@
 //! Who may command, and each command once.
 
-use messages::{Command, ControlState, Order};
+use messages::{Command, CommandKind, ControlState};
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
@@ -35,13 +35,13 @@ impl Control {
         if let Some((_, answer)) = self.answered.iter().rev().find(|(id, _)| *id == command.id) {
             return Admission::Repeated(answer.clone());
         }
-        match &command.order {
-            Order::StopMotion => Admission::Granted { changed: false },
-            Order::TakeControl { name } => {
+        match &command.kind {
+            CommandKind::StopMotion => Admission::Granted { changed: false },
+            CommandKind::TakeControl { name } => {
                 let changed = self.take(command.by, name);
                 Admission::Granted { changed }
             }
-            Order::ReleaseControl => {
+            CommandKind::ReleaseControl => {
                 let held = self.state.owner == Some(command.by);
                 if held {
                     self.state = ControlState::default();

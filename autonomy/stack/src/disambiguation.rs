@@ -5,7 +5,7 @@
 
 use crate::relocalisation_request::SearchableMap;
 use crate::request_progress::RequestProgress;
-use crate::work::Work;
+use crate::work::ComputeJob;
 use geometry::{Isometry, Vector3, vec_from_plain, vec_to_plain};
 use messages::{DisambiguationPlan, DisambiguationTask};
 use std::sync::Arc;
@@ -69,9 +69,9 @@ impl DisambiguationSchedule {
     }
 
     /// What a job takes; none if it is another's.
-    pub fn work(&self, job: u64, map: MapId, ground: &Arc<SearchableMap>) -> Option<Work> {
+    pub fn work(&self, job: u64, map: MapId, ground: &Arc<SearchableMap>) -> Option<ComputeJob> {
         let asked = self.asked.as_ref().filter(|asked| asked.progress.is_run_by(job))?;
-        Some(Work::plan_disambiguation(DisambiguationWork {
+        Some(ComputeJob::plan_disambiguation(DisambiguationWork {
             task: DisambiguationTask { map, number: asked.number },
             ground: Arc::clone(ground),
             places: asked.places.clone(),

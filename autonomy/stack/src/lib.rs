@@ -1,7 +1,7 @@
 //! The whole autonomy behind one entrance: [`Stack::step`].
 //!
 //! The stack is a pure, single-threaded, clockless function of its inputs: the only time it knows is `at`, and the only
-//! way anything reaches it is an [`Input`]. What it wants done comes out as [`Effect`]s. A recording of the inputs
+//! way anything reaches it is an [`Input`]. What it wants done comes out as [`StackEffect`]s. A recording of the inputs
 //! therefore repeats a run bit for bit.
 
 mod control;
@@ -24,7 +24,7 @@ mod search;
 mod work;
 
 pub use prior_map::encode_prior_keyframe;
-pub use work::Work;
+pub use work::ComputeJob;
 
 use control::{Admission, Control};
 use disambiguation::ExplorationHint;
@@ -36,8 +36,8 @@ use loops::News;
 use mapping::Odometer;
 use mapping_phase::{Grown, MappingPhase, rows};
 use messages::{
-    BootRecord, Command, CorrectedScan, Effect, Estimate, Finding, Input, Job, JobDone, JobResult, Notice,
-    Order, PriorMap, Publication, Sensor, Severity,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, Input, Job, JobDone, JobResult,
+    Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
 };
 use motion::{Frames, Motion};
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
@@ -78,7 +78,7 @@ impl Stack {
     }
 
     /// The only way in. `at` is the only clock and never decreases; effects are appended in the order to be done.
-    pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<Effect>) {
+    pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
         match (&mut self.running, input) {
             (running, Input::Boot(record)) => {
                 let started = running.insert(Box::new(Running::boot(&record)));
@@ -100,9 +100,9 @@ impl Stack {
 
     /// What a job takes that a step has just started; none if nothing but its description is needed, or it was fetched
     /// before. Changes nothing that a later step depends on: a replay never calls this.
-    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
         let running = self.running.as_mut()?;
-        running.localisation.take_work(job).or_else(|| running.mapping.take_work(job))
+        running.localisation.take_compute_job(job).or_else(|| running.mapping.take_compute_job(job))
     }
 }
 
@@ -134,7 +134,7 @@ impl Running {
         }
     }
 
-    fn greet(&mut self, record: &BootRecord, effects: &mut Vec<Effect>) {
+    fn greet(&mut self, record: &BootRecord, effects: &mut Vec<StackEffect>) {
         for finding in OdometryAdapter::mounting_findings(record) {
             self.watch.found(finding);
         }
@@ -144,7 +144,7 @@ impl Running {
         self.publish_changes(effects);
     }
 
-    fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<Effect>) {
+    fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<StackEffect>) {
         self.watch.heard(at, sensor);
         if let Sensor::Battery(battery) = sensor {
             self.docks.hear(battery);
@@ -156,7 +156,7 @@ impl Running {
     }
 
     /// Works through what odometry said.
-    fn digest(&mut self, at: Stamp, said: Vec<OdometryEvent>, effects: &mut Vec<Effect>) {
+    fn digest(&mut self, at: Stamp, said: Vec<OdometryEvent>, effects: &mut Vec<StackEffect>) {
         for one in said {
             match one {
                 OdometryEvent::FrameReset => {
@@ -165,7 +165,7 @@ impl Running {
                         true => self.motion.forget_map(),
                         false => self.motion.begin_anew(at),
                     };
-                    effects.extend(drive.map(Effect::Drive));
+                    effects.extend(drive.map(StackEffect::Drive));
                 }
                 OdometryEvent::Scan(located) => self.located(at, located, effects),
                 OdometryEvent::Finding(finding) => {
@@ -176,13 +176,13 @@ impl Running {
         }
     }
 
-    fn tell(&self, at: Stamp, finding: &Finding, effects: &mut Vec<Effect>) {
+    fn tell(&self, at: Stamp, finding: &Finding, effects: &mut Vec<StackEffect>) {
         effects.push(notice(at, finding.severity, format!("{} {}", finding.what, finding.remedy)));
     }
 
-    fn located(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<Effect>) {
+    fn located(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<StackEffect>) {
         if self.mapping.is_starting() {
-            effects.extend(self.motion.forget_map().map(Effect::Drive));
+            effects.extend(self.motion.forget_map().map(StackEffect::Drive));
         }
         let grown = self.mapping.add(&located);
         let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
@@ -227,9 +227,9 @@ impl Running {
     }
 
     /// Says what became of loops, and looks at the next pairs.
-    fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<Effect>) {
+    fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<StackEffect>) {
         if news.found {
-            effects.extend(self.motion.forget_goal().map(Effect::Drive));
+            effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
             let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
             effects.push(notice(at, Severity::Info, text));
         }
@@ -248,7 +248,7 @@ impl Running {
         self.start_jobs(effects);
     }
 
-    fn start_jobs(&mut self, effects: &mut Vec<Effect>) {
+    fn start_jobs(&mut self, effects: &mut Vec<StackEffect>) {
         self.mapping.start_jobs(&mut self.jobs, effects);
         self.localisation.start_jobs(&mut self.jobs, effects);
     }
@@ -258,7 +258,7 @@ impl Running {
         &mut self,
         at: Stamp,
         turn: Option<LocalisationTransition>,
-        effects: &mut Vec<Effect>,
+        effects: &mut Vec<StackEffect>,
     ) {
         let (drive, severity, text) = match turn {
             Some(LocalisationTransition::PoseFound) if !self.localisation.knows() => {
@@ -288,7 +288,7 @@ impl Running {
             }
             None => return,
         };
-        effects.extend(drive.map(Effect::Drive));
+        effects.extend(drive.map(StackEffect::Drive));
         effects.push(notice(at, severity, text.to_owned()));
     }
 
@@ -308,16 +308,16 @@ impl Running {
         }
     }
 
-    fn tick(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+    fn tick(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         self.localisation.tick(at, self.odometry.is_underway());
         let predicted = self.last.as_ref().map(|last| self.odometry.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         // Odometry may have begun anew without the place having been lost, and the place may have been in doubt when it was found.
         if self.localisation.knows() && !self.motion.go_on(at, &frames) {
-            effects.extend(self.motion.end_look().map(Effect::Drive));
+            effects.extend(self.motion.end_look().map(StackEffect::Drive));
         }
         if let Some(drive) = self.motion.tick(at, &frames, &self.localisation.exploration_hint()) {
-            effects.push(Effect::Drive(drive));
+            effects.push(StackEffect::Drive(drive));
         }
         if let Some(located) = predicted {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
@@ -327,13 +327,13 @@ impl Running {
         self.report(at, effects);
     }
 
-    fn report(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+    fn report(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         if let Some(health) = self.watch.report(at, self.points_used) {
             publish(effects, Publication::Health(health));
         }
     }
 
-    fn publish_changes(&mut self, effects: &mut Vec<Effect>) {
+    fn publish_changes(&mut self, effects: &mut Vec<StackEffect>) {
         if let Some(state) = self.mapping.changed() {
             publish(effects, Publication::Mapping(state));
         }
@@ -354,10 +354,10 @@ impl Running {
         }
     }
 
-    fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) {
+    fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
         let refused = match self.control.admit(command) {
             Admission::Repeated(answer) => {
-                effects.push(Effect::Answer { id: command.id, to: command.by, refused: answer });
+                effects.push(StackEffect::Answer { id: command.id, to: command.by, refused: answer });
                 return;
             }
             Admission::Refused(reason) => Some(reason),
@@ -369,25 +369,25 @@ impl Running {
             }
         };
         self.control.answered(command.id, refused.clone());
-        effects.push(Effect::Answer { id: command.id, to: command.by, refused });
+        effects.push(StackEffect::Answer { id: command.id, to: command.by, refused });
         self.publish_changes(effects);
     }
 
-    fn obey(&mut self, at: Stamp, command: &Command, effects: &mut Vec<Effect>) -> Result<(), String> {
-        match &command.order {
-            Order::TakeControl { .. } | Order::ReleaseControl => Ok(()),
-            Order::StartMapping(session) => {
+    fn obey(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) -> Result<(), String> {
+        match &command.kind {
+            CommandKind::TakeControl { .. } | CommandKind::ReleaseControl => Ok(()),
+            CommandKind::StartMapping(session) => {
                 self.mapping.start(*session)?;
                 self.localisation.leave();
                 Ok(())
             }
-            Order::ExtendMap { session, map } => {
+            CommandKind::ExtendMap { session, map } => {
                 self.mapping.extend(*session, *map)?;
                 self.localisation.leave();
                 self.start_jobs(effects);
                 Ok(())
             }
-            Order::Localise { map, at: place } => {
+            CommandKind::Localise { map, at: place } => {
                 if !self.mapping.is_idle() {
                     return Err("A map is being made. Finish or discard it first.".to_owned());
                 }
@@ -396,17 +396,17 @@ impl Running {
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
                 let walked = || self.last.as_ref().and_then(|last| self.mapping.left(*map, last)).map(InitialPose::MapFromOdom);
                 self.localisation.begin(*map, place.map(InitialPose::MapFromBase).or_else(walked));
-                effects.extend(self.motion.forget_map().map(Effect::Drive));
+                effects.extend(self.motion.forget_map().map(StackEffect::Drive));
                 self.start_jobs(effects);
                 Ok(())
             }
-            Order::LeaveMap => {
+            CommandKind::LeaveMap => {
                 self.localisation.leave();
-                effects.extend(self.motion.forget_map().map(Effect::Drive));
+                effects.extend(self.motion.forget_map().map(StackEffect::Drive));
                 Ok(())
             }
-            Order::DiscardMapping => self.mapping.discard(),
-            Order::FinishMapping { map, name } => {
+            CommandKind::DiscardMapping => self.mapping.discard(),
+            CommandKind::FinishMapping { map, name } => {
                 let mut said = Vec::new();
                 self.odometry.flush(&mut said);
                 self.digest(at, said, effects);
@@ -414,38 +414,38 @@ impl Running {
                 self.save_closed_map(at, effects);
                 Ok(())
             }
-            Order::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
-            Order::WalkTo(_) if self.localisation.is_looking() => {
+            CommandKind::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
+            CommandKind::WalkTo(_) if self.localisation.is_looking() => {
                 Err("The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned())
             }
-            Order::WalkTo(goal) => {
+            CommandKind::WalkTo(goal) => {
                 let frames = self.frames(self.last.as_deref());
                 self.motion.walk_to(at, &frames, vec_from_plain(*goal))
             }
-            Order::LookAbout if !self.localisation.is_looking() => {
+            CommandKind::LookAbout if !self.localisation.is_looking() => {
                 Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned())
             }
-            Order::LookAbout => self.motion.look_about(at),
-            Order::StopMotion => {
+            CommandKind::LookAbout => self.motion.look_about(at),
+            CommandKind::StopMotion => {
                 self.motion.stop(Some(command.by));
                 // At once, not at the next tick.
                 let frames = self.frames(self.last.as_deref());
-                effects.extend(self.motion.tick(at, &frames, &ExplorationHint::default()).map(Effect::Drive));
+                effects.extend(self.motion.tick(at, &frames, &ExplorationHint::default()).map(StackEffect::Drive));
                 Ok(())
             }
-            Order::AllowMotion => {
+            CommandKind::AllowMotion => {
                 self.motion.allow();
                 Ok(())
             }
-            Order::AcceptLoop { .. } | Order::RejectLoop { .. } | Order::ProposeLoop { .. } => {
-                let news = self.mapping.order_loop(&command.order)?;
+            CommandKind::AcceptLoop { .. } | CommandKind::RejectLoop { .. } | CommandKind::ProposeLoop { .. } => {
+                let news = self.mapping.order_loop(&command.kind)?;
                 self.tell_loops(at, news, effects);
                 Ok(())
             }
         }
     }
 
-    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<Effect>) {
+    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<StackEffect>) {
         for refused in [self.mapping.loaded(job, read), self.localisation.loaded(job, read)] {
             if let Err(text) = refused {
                 effects.push(notice(at, Severity::Error, text));
@@ -454,14 +454,14 @@ impl Running {
     }
 
     /// Starts saving the map of a session that has been ended, when it is ready for it.
-    fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<Effect>) {
+    fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         if let Some(finished) = self.mapping.closed(at) {
-            effects.push(Effect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
+            effects.push(StackEffect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
             self.jobs += 1;
         }
     }
 
-    fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<Effect>) {
+    fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<StackEffect>) {
         match done.result {
             JobResult::Relocalised(answer) => {
                 let turn = self.localisation.answered(done.job, Some(&answer));
@@ -497,10 +497,10 @@ impl Running {
     }
 }
 
-fn publish(effects: &mut Vec<Effect>, publication: Publication) {
-    effects.push(Effect::Publish(publication));
+fn publish(effects: &mut Vec<StackEffect>, publication: Publication) {
+    effects.push(StackEffect::Publish(publication));
 }
 
-fn notice(at: Stamp, severity: Severity, text: String) -> Effect {
-    Effect::Publish(Publication::Notice(Notice { at, severity, text }))
+fn notice(at: Stamp, severity: Severity, text: String) -> StackEffect {
+    StackEffect::Publish(Publication::Notice(Notice { at, severity, text }))
 }

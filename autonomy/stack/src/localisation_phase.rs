@@ -12,7 +12,7 @@ use crate::odometry_adapter::LocatedScan;
 use crate::periodic_global_check::{PeriodicGlobalCheck, find_contradicting_hypotheses, is_confirmed};
 use crate::prior_map::DecodedPriorMap;
 use crate::relocalisation_request::{PosePrior, RelocalisationRequest, SearchableMap};
-use crate::work::Work;
+use crate::work::ComputeJob;
 use geometry::{Isometry, Matrix6};
 use localisation::{
     AdaptiveVoxelFilter, DownsampledScan, LocalisationStatus, PoseTracker, RelocalisationResult,
@@ -20,8 +20,8 @@ use localisation::{
 };
 use mapping::Place;
 use messages::{
-    DegradationReason, DisambiguationPlan, DisambiguationTask, Effect, Job, LocalisationState, PriorMap,
-    RelocalisationResponse, RelocalisationTask,
+    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, LocalisationState, PriorMap,
+    RelocalisationResponse, RelocalisationTask, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -276,12 +276,12 @@ impl LocalisationPhase {
     }
 
     /// Starts what is to be asked. `jobs` counts all jobs of the stack.
-    pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         if let Phase::Relocalising(state) = &mut self.phase
             && let Some(number) = state.telling.start(*jobs)
         {
             let work = Job::PlanDisambiguation(DisambiguationTask { map: state.map, number });
-            effects.push(Effect::StartJob { job: *jobs, work });
+            effects.push(StackEffect::StartJob { job: *jobs, work });
             *jobs += 1;
         }
         let job = *jobs;
@@ -298,12 +298,12 @@ impl LocalisationPhase {
                 Job::Relocalise(RelocalisationTask { map, number: question.number })
             }
         };
-        effects.push(Effect::StartJob { job, work });
+        effects.push(StackEffect::StartJob { job, work });
         *jobs += 1;
     }
 
     /// What a job takes.
-    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
         if let Phase::Relocalising(state) = &self.phase
             && let Some(work) = state.telling.work(job, state.map, &state.ground)
         {

@@ -4,12 +4,12 @@ use crate::loops::{Arrived, Loops, News};
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::DecodedPriorMap;
 use crate::search::{Found, Search};
-use crate::work::Work;
+use crate::work::ComputeJob;
 use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, Uncertain};
 use messages::{
-    BootRecord, Cloud, DegenerateStretch, EdgeKind, Effect, FinishedMap, GraphEdge, GraphNode, Job, JobDone,
-    JobResult, Keyframe, MapQuality, MappingState, Order, PoseGraph, PriorMap, VisitCounts,
+    BootRecord, Cloud, CommandKind, DegenerateStretch, EdgeKind, FinishedMap, GraphEdge, GraphNode, Job,
+    JobDone, JobResult, Keyframe, MapQuality, MappingState, PoseGraph, PriorMap, StackEffect, VisitCounts,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -297,11 +297,11 @@ impl MappingPhase {
     }
 
     /// Starts looking at pairs of keyframes. `jobs` counts all jobs of the stack.
-    pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         match &mut self.phase {
             Phase::Loading { session, map, job: job @ None } => {
                 let work = Job::LoadMap { session: *session, map: *map };
-                effects.push(Effect::StartJob { job: *jobs, work });
+                effects.push(StackEffect::StartJob { job: *jobs, work });
                 *job = Some(*jobs);
                 *jobs += 1;
             }
@@ -315,10 +315,10 @@ impl MappingPhase {
     }
 
     /// What a job takes; once.
-    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
         match &self.phase {
             Phase::Running(Running { search: Some(search), .. }) => search.take(job),
-            _ => self.closing()?.1.take_work(job),
+            _ => self.closing()?.1.take_compute_job(job),
         }
     }
 
@@ -347,14 +347,14 @@ impl MappingPhase {
     }
 
     /// Carries out an order about loops.
-    pub fn order_loop(&mut self, order: &Order) -> Result<News, String> {
+    pub fn order_loop(&mut self, order: &CommandKind) -> Result<News, String> {
         let Some((session, loops)) = self.closing() else {
             return Err("No map with loops is being made. Start mapping first.".to_owned());
         };
         match order {
-            Order::AcceptLoop { from, to } => loops.accept(*from, *to, session),
-            Order::RejectLoop { from, to } => loops.reject(*from, *to, session),
-            Order::ProposeLoop { from, to, guess } => {
+            CommandKind::AcceptLoop { from, to } => loops.accept(*from, *to, session),
+            CommandKind::RejectLoop { from, to } => loops.reject(*from, *to, session),
+            CommandKind::ProposeLoop { from, to, guess } => {
                 loops.propose(*from, *to, guess).map(|()| News::default())
             }
             _ => Ok(News::default()),

@@ -6,7 +6,7 @@
 use crate::odometry_adapter::LocatedScan;
 use crate::periodic_global_check::find_contradicting_hypotheses;
 use crate::request_progress::RequestProgress;
-use crate::work::Work;
+use crate::work::ComputeJob;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, so3};
 use localisation::{
     GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
@@ -109,8 +109,8 @@ impl RelocalisationRequest {
     }
 
     /// What its job takes.
-    pub fn work(&self, map: MapId, ground: &Arc<SearchableMap>) -> Work {
-        Work::relocalise(RelocalisationWork {
+    pub fn work(&self, map: MapId, ground: &Arc<SearchableMap>) -> ComputeJob {
+        ComputeJob::relocalise(RelocalisationWork {
             task: RelocalisationTask { map, number: self.number },
             ground: Arc::clone(ground),
             odom_from_base: self.odom_from_base,

@@ -6,10 +6,10 @@
 
 use crate::loops::plain;
 use crate::prior_map::DecodedPriorMap;
-use crate::work::{Seek, Work};
+use crate::work::{ComputeJob, Seek};
 use geometry::{Isometry, isometry_from_pose};
 use mapping::{Chart, Gates, Place, Uncertain};
-use messages::{Effect, Job, MapSearchOutcome, MapSearchResult, MapSearchTask};
+use messages::{Job, MapSearchOutcome, MapSearchResult, MapSearchTask, StackEffect};
 use points::Downsampler;
 use std::collections::VecDeque;
 use vocab::{KeyframeId, MapId, SessionId};
@@ -91,25 +91,25 @@ impl Search {
     }
 
     /// Starts a job, if it is time for one. `jobs` counts all jobs of the stack.
-    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         if self.running.is_some() || self.metres < self.next {
             return;
         }
         self.next = self.metres + AGAIN;
-        effects.push(Effect::StartJob { job: *jobs, work: Job::SearchMap(self.task()) });
+        effects.push(StackEffect::StartJob { job: *jobs, work: Job::SearchMap(self.task()) });
         self.running = Some(*jobs);
         *jobs += 1;
     }
 
     /// What a job takes.
-    pub fn take(&self, job: u64) -> Option<Work> {
+    pub fn take(&self, job: u64) -> Option<ComputeJob> {
         (self.running == Some(job)).then(|| {
             let mut walked = Chart::default();
             for (pose, place) in &self.walked {
                 walked.push_place(pose, place.clone());
             }
             let (chart, gates) = (self.chart.clone(), Gates::default());
-            Work::seek(Seek { task: self.task(), chart, walked, first: self.first, gates })
+            ComputeJob::seek(Seek { task: self.task(), chart, walked, first: self.first, gates })
         })
     }
 

@@ -1,4 +1,4 @@
-//! Work that is too long for a step, as it leaves the stack.
+//! ComputeJob that is too long for a step, as it leaves the stack.
 
 use crate::disambiguation::DisambiguationWork;
 use crate::loops::plain;
@@ -10,7 +10,7 @@ use messages::{JobResult, LoopTask, MapSearchOutcome, MapSearchResult, MapSearch
 
 /// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
 #[derive(Debug)]
-pub struct Work(Kind);
+pub struct ComputeJob(Kind);
 
 #[derive(Debug)]
 enum Kind {
@@ -45,7 +45,7 @@ pub(crate) struct Seek {
     pub gates: Gates,
 }
 
-impl Work {
+impl ComputeJob {
     pub(crate) fn new(asked: Asked, comparison: Comparison, gates: Gates) -> Self {
         Self(Kind::Compare { asked, comparison, gates })
     }

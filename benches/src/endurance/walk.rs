@@ -5,7 +5,7 @@ use crate::plot::Minute;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf, located, made_keyframe, ties};
 use geometry::{Isometry, Vector3, isometry_from_pose, so3};
-use messages::{EdgeKind, Effect, Publication};
+use messages::{EdgeKind, Publication, StackEffect};
 use sim::Site;
 use std::sync::Arc;
 use vocab::Span;
@@ -50,7 +50,7 @@ struct Measured {
 
 impl Measured {
     /// A sweep is worked on when the IMU has passed its end, so any sensor's step may be the dear one.
-    fn hear(&mut self, of: StepOf, ms: f64, said: &[Effect]) {
+    fn hear(&mut self, of: StepOf, ms: f64, said: &[StackEffect]) {
         if of == StepOf::Sensor && located(said) {
             self.scan_ms.push(ms);
         }
@@ -64,10 +64,10 @@ impl Measured {
         self.ties += ties(said).count();
         for effect in said {
             match effect {
-                Effect::Publish(Publication::Graph(graph)) => {
+                StackEffect::Publish(Publication::Graph(graph)) => {
                     self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
                 }
-                Effect::Publish(Publication::Estimate(estimate)) => {
+                StackEffect::Publish(Publication::Estimate(estimate)) => {
                     self.map_from_base = isometry_from_pose(&estimate.map_from_base);
                 }
                 _ => {}

@@ -6,7 +6,7 @@ use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, isometry_from_pose};
 use localisation::LocalisationMap;
 use mapping::{Place, PlaceParts};
-use messages::{Effect, PriorKeyframe, PriorMap, Publication};
+use messages::{PriorKeyframe, PriorMap, Publication, StackEffect};
 use sim::{Site, SiteName};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,9 +32,9 @@ impl KnownSite {
             keep_truth: true,
         };
         let mut places = BTreeMap::new();
-        let mut heard = |_, _, effects: &[Effect]| {
+        let mut heard = |_, _, effects: &[StackEffect]| {
             for effect in effects {
-                let Effect::Publish(Publication::Keyframe(keyframe)) = effect else { continue };
+                let StackEffect::Publish(Publication::Keyframe(keyframe)) = effect else { continue };
                 let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
                 places.extend(
                     stack::encode_prior_keyframe(pose, xyz, keyframe.lidar).map(|place| (keyframe.id, place)),

@@ -5,7 +5,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf};
 use geometry::{isometry_from_pose, so3};
-use messages::{Effect, LocalisationState, Publication};
+use messages::{LocalisationState, Publication, StackEffect};
 use sim::Site;
 use std::sync::Arc;
 use vocab::{Pose, Span, Stamp};
@@ -42,12 +42,12 @@ struct Told {
 }
 
 impl Told {
-    fn hear(&mut self, of: StepOf, ms: f64, effects: &[Effect]) {
+    fn hear(&mut self, of: StepOf, ms: f64, effects: &[StackEffect]) {
         let mut scanned = false;
         for effect in effects {
             match effect {
-                Effect::Publish(Publication::Localisation(state)) => self.change(*state),
-                Effect::Publish(Publication::Scan(_)) => scanned = true,
+                StackEffect::Publish(Publication::Localisation(state)) => self.change(*state),
+                StackEffect::Publish(Publication::Scan(_)) => scanned = true,
                 _ => {}
             }
         }
@@ -56,7 +56,7 @@ impl Told {
         }
         self.scan_ms.push(ms);
         for effect in effects {
-            if let Effect::Publish(Publication::Estimate(estimate)) = effect {
+            if let StackEffect::Publish(Publication::Estimate(estimate)) = effect {
                 let sure = matches!(self.state, LocalisationState::Localised { degradation: None, .. });
                 if sure && self.found.is_none() {
                     self.found = Some(estimate.stamp);
@@ -86,7 +86,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments, day: u64) -> Result<()> {
     let site = Arc::new(Site::on_another_day(name, seed, arguments.moved));
     let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: true };
     let mut told = Told::default();
-    let mut hear = |of, ms, effects: &[Effect]| told.hear(of, ms, effects);
+    let mut hear = |of, ms, effects: &[StackEffect]| told.hear(of, ms, effects);
     let mut walk = StackWalk::localised(&site, "round", &plan, Arc::clone(&known.known), None, &mut hear)?;
     walk.walk(Span::from_secs_f64(arguments.day_minutes * 60.0), &mut hear)?;
     let truth = walk.truth();

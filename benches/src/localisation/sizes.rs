@@ -5,7 +5,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
-use messages::{Effect, LocalisationState, PriorMap, Publication};
+use messages::{LocalisationState, PriorMap, Publication, StackEffect};
 use std::sync::Arc;
 use std::time::Instant;
 use vocab::{KeyframeId, Span};
@@ -71,11 +71,11 @@ pub fn run(known: &KnownSite, arguments: &Arguments, points: u64) -> Result<()> 
     let told = pose_from_isometry(&(known.site_from_map.inverse() * site_from_base));
     let (mut costs, mut sure, mut since_order) = (Vec::new(), false, [None; 2]);
     let begun = Instant::now();
-    let mut hear = |of: StepOf, ms: f64, effects: &[Effect]| {
+    let mut hear = |of: StepOf, ms: f64, effects: &[StackEffect]| {
         let mut scanned = false;
         for effect in effects {
             match effect {
-                Effect::Publish(Publication::Localisation(state)) => {
+                StackEffect::Publish(Publication::Localisation(state)) => {
                     sure = matches!(state, LocalisationState::Localised { degradation: None, .. });
                     let placed = matches!(state, LocalisationState::Localised { .. });
                     for (reached, since) in [placed, sure].into_iter().zip(&mut since_order) {
@@ -84,7 +84,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments, points: u64) -> Result<()> 
                         }
                     }
                 }
-                Effect::Publish(Publication::Scan(_)) => scanned = true,
+                StackEffect::Publish(Publication::Scan(_)) => scanned = true,
                 _ => {}
             }
         }

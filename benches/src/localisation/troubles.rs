@@ -6,7 +6,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
-use messages::{Effect, LocalisationState, Order, Publication};
+use messages::{CommandKind, LocalisationState, Publication, StackEffect};
 use sim::{Fault, Site, Start};
 use std::sync::Arc;
 use vocab::{Pose, Span, Vec3};
@@ -49,12 +49,14 @@ struct Heard {
 }
 
 impl Heard {
-    fn hear(&mut self, effects: &[Effect]) {
+    fn hear(&mut self, effects: &[StackEffect]) {
         for effect in effects {
             match effect {
-                Effect::Publish(Publication::Localisation(state)) => self.state = *state,
-                Effect::Publish(Publication::Estimate(estimate)) => self.estimate = estimate.map_from_base,
-                Effect::Publish(Publication::Scan(_)) => self.fresh = true,
+                StackEffect::Publish(Publication::Localisation(state)) => self.state = *state,
+                StackEffect::Publish(Publication::Estimate(estimate)) => {
+                    self.estimate = estimate.map_from_base
+                }
+                StackEffect::Publish(Publication::Scan(_)) => self.fresh = true,
                 _ => {}
             }
         }
@@ -108,7 +110,7 @@ impl Day<'_> {
             if matches!(self.heard.state, LocalisationState::Relocalising { .. }) {
                 // As it does by itself on its way to a goal. Whoever looks about already goes on with that.
                 let heard = &mut self.heard;
-                self.walk.give(Order::LookAbout, &mut |_, _, effects| heard.hear(effects));
+                self.walk.give(CommandKind::LookAbout, &mut |_, _, effects| heard.hear(effects));
             }
             let right = self.go(Span::from_millis(100))?;
             waited += 0.1;
@@ -149,8 +151,8 @@ impl Day<'_> {
             if self.each {
                 self.tell(&to, seconds)?;
             }
-            self.walk.give(Order::StopMotion, &mut |_, _, _| {});
-            self.walk.give(Order::AllowMotion, &mut |_, _, _| {});
+            self.walk.give(CommandKind::StopMotion, &mut |_, _, _| {});
+            self.walk.give(CommandKind::AllowMotion, &mut |_, _, _| {});
         }
         self.put_back(back)?;
         self.walk.obey_stack(false);
@@ -164,7 +166,7 @@ impl Day<'_> {
         let map_from_base = self.known.site_from_map.inverse() * self.walk.site_from_base()?;
         let (map, at) = (self.known.known.map, Some(pose_from_isometry(&map_from_base)));
         let heard = &mut self.heard;
-        self.walk.give(Order::Localise { map, at }, &mut |_, _, effects| heard.hear(effects));
+        self.walk.give(CommandKind::Localise { map, at }, &mut |_, _, effects| heard.hear(effects));
         self.recovers()?;
         Ok(())
     }

@@ -36,7 +36,7 @@ pub struct Whole {
 /// Walks for so long, finishes the map and judges it.
 pub fn walk(site: &Arc<Site>, plan: &Plan, length: Span) -> Result<Whole> {
     let (mut keyframe_ms, mut loop_ms, mut tied) = (Vec::new(), Vec::new(), Vec::new());
-    let mut heard = |of: StepOf, ms: f64, said: &[messages::Effect]| {
+    let mut heard = |of: StepOf, ms: f64, said: &[messages::StackEffect]| {
         match of {
             StepOf::Sensor if made_keyframe(said) => keyframe_ms.push(ms),
             StepOf::Verified => loop_ms.push(ms),

@@ -7,7 +7,7 @@ use crate::outbox::Answer;
 use crate::snapshot::Cursor;
 use crate::socket::{Closing, Incoming, Outgoing, farewell};
 use crate::wire::ServerMessageRef;
-use api::{ClientMessage, CommandOutcome, Event, Order};
+use api::{ClientMessage, Command, CommandOutcome, Event};
 use axum::extract::ws::WebSocket;
 use futures_util::StreamExt;
 use std::sync::Arc;
@@ -108,7 +108,7 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closi
     loop {
         match incoming.message().await {
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
-            Ok(ClientMessage::Command { id, order }) => command(seat, &mut gate, id, order),
+            Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut gate, id, command),
             Ok(ClientMessage::Hello { .. }) => {
                 return Closing::Refused("A client says hello only once.".to_owned());
             }
@@ -117,8 +117,8 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closi
     }
 }
 
-fn command(seat: &ControlSeat, gate: &mut Gate, id: CommandId, order: Order) {
-    let forwarded = gate.check(&order).and_then(|()| seat.forward(id, order));
+fn handle_command(seat: &ControlSeat, gate: &mut Gate, id: CommandId, command: Command) {
+    let forwarded = gate.check(&command).and_then(|()| seat.forward(id, command));
     if let Err(reason) = forwarded {
         let outcome = CommandOutcome::Refused(reason.to_owned());
         seat.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
@@ -137,8 +137,8 @@ impl Gate {
         Self { stops: RateLimit::new(per_second, now), others: RateLimit::new(per_second, now) }
     }
 
-    fn check(&mut self, order: &Order) -> Result<(), &'static str> {
-        let limit = if *order == Order::StopMotion { &mut self.stops } else { &mut self.others };
+    fn check(&mut self, command: &Command) -> Result<(), &'static str> {
+        let limit = if *command == Command::StopMotion { &mut self.stops } else { &mut self.others };
         let too_fast = "This client sends commands too fast. Wait a second, then try again.";
         if limit.allow(Instant::now()) { Ok(()) } else { Err(too_fast) }
     }

@@ -7,7 +7,7 @@ use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, Limits, MAX_PENDING}
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
-use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, Order, ScanFrame};
+use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, ScanFrame};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -238,9 +238,9 @@ impl ControlSeat {
     }
 
     /// Forwards a command to the core, or says why not.
-    pub(crate) fn forward(&self, id: CommandId, order: Order) -> Result<(), &'static str> {
+    pub(crate) fn forward(&self, id: CommandId, command: Command) -> Result<(), &'static str> {
         let mut state = self.hub.lock();
-        let stops = order == Order::StopMotion;
+        let stops = command == Command::StopMotion;
         let State { core, members, .. } = &mut *state;
         let core = core.as_ref().ok_or(
             "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.",
@@ -251,7 +251,7 @@ impl ControlSeat {
         if !stops && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
             return Err(busy);
         }
-        let command = GatewayMessage::Command { id, by: self.client, order };
+        let command = GatewayMessage::Command { id, by: self.client, command };
         core.try_send(command).map_err(|_| busy)?;
         if member.pending.len() < MAX_PENDING && !member.pending.contains(&id) {
             member.pending.push_back(id);

@@ -4,7 +4,7 @@ use crate::pacer::RealTimePacer;
 use crate::{ArrivalSender, LinkThread, Stopped};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive};
-use ports::{Arrival, LinkError, Mishap, RobotEvent, RobotLink};
+use ports::{Arrival, LinkError, RobotEvent, RobotLink, SimulatedFault};
 use sim::{Fault, SimConfig, Simulator};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -25,11 +25,11 @@ pub struct SimLinkConfig {
 #[derive(Default)]
 struct PendingCommands {
     drive: Option<Drive>,
-    mishaps: Vec<Mishap>,
+    faults: Vec<SimulatedFault>,
 }
 
-/// Mishaps that may wait for the simulation, which takes them in within 10 ms.
-const MISHAPS_MAX: usize = 16;
+/// Faults that may wait for the simulation, which takes them in within 10 ms.
+const FAULTS_MAX: usize = 16;
 /// Speed of feet that slip, m/s.
 const SLIP: Vec3 = Vec3::new(0.25, 0.1, 0.0);
 /// Being carried away takes so long.
@@ -81,12 +81,12 @@ impl RobotLink for SimLink {
         self.pending.lock().unwrap_or_else(PoisonError::into_inner).drive = Some(drive);
     }
 
-    fn inject_fault(&self, mishap: Mishap) -> Result<(), String> {
+    fn inject_fault(&self, fault: SimulatedFault) -> Result<(), String> {
         let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        if pending.mishaps.len() == MISHAPS_MAX {
+        if pending.faults.len() == FAULTS_MAX {
             return Err("Too much goes wrong at once. Try again in a moment.".to_owned());
         }
-        pending.mishaps.push(mishap);
+        pending.faults.push(fault);
         Ok(())
     }
 }
@@ -102,10 +102,10 @@ fn simulate(
     let mut events = Vec::new();
     loop {
         sender.sleep(pacer.delay(simulator.now(), Instant::now()))?;
-        let PendingCommands { drive, mishaps } =
+        let PendingCommands { drive, faults } =
             std::mem::take(&mut *pending.lock().unwrap_or_else(PoisonError::into_inner));
         drive.into_iter().for_each(|drive| simulator.command(drive));
-        mishaps.into_iter().for_each(|mishap| inject_fault(&mut simulator, mishap));
+        faults.into_iter().for_each(|fault| inject_fault(&mut simulator, fault));
         simulator.advance(simulator.now() + STEP, &mut events);
         for event in events.drain(..) {
             sender.send(Arrival { at: event.at, event: RobotEvent::Sensor(event.sensor) })?;
@@ -114,15 +114,15 @@ fn simulate(
     }
 }
 
-fn inject_fault(simulator: &mut Simulator, mishap: Mishap) {
+fn inject_fault(simulator: &mut Simulator, fault: SimulatedFault) {
     let from = simulator.elapsed();
-    let fault = match mishap {
-        Mishap::CoverLidar(span) => Fault::BlindLidar { from, until: from + span },
-        Mishap::SilenceLidar(span) => Fault::SilentLidar { from, until: from + span },
-        Mishap::SilenceImu(span) => Fault::SilentImu { from, until: from + span },
-        Mishap::SlipFeet(span) => Fault::LegSlip { from, until: from + span, velocity: SLIP },
-        Mishap::CarryAway => return simulator.carry_away(CARRIED_FOR),
-        Mishap::End => return simulator.clear_faults(),
+    let fault = match fault {
+        SimulatedFault::CoverLidar(span) => Fault::BlindLidar { from, until: from + span },
+        SimulatedFault::SilenceLidar(span) => Fault::SilentLidar { from, until: from + span },
+        SimulatedFault::SilenceImu(span) => Fault::SilentImu { from, until: from + span },
+        SimulatedFault::SlipFeet(span) => Fault::LegSlip { from, until: from + span, velocity: SLIP },
+        SimulatedFault::CarryAway => return simulator.carry_away(CARRIED_FOR),
+        SimulatedFault::End => return simulator.clear_faults(),
     };
     simulator.inject(fault);
 }

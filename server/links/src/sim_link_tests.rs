@@ -100,10 +100,10 @@ fn a_lidar_that_is_covered_sees_nothing_for_as_long_as_it_is_and_a_robot_that_is
         }
     };
     assert!(sees(true, 10));
-    assert_eq!(link.inject_fault(Mishap::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
+    assert_eq!(link.inject_fault(SimulatedFault::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
     assert!(sees(false, 60), "it is covered");
-    assert_eq!(link.inject_fault(Mishap::End), Ok(()));
+    assert_eq!(link.inject_fault(SimulatedFault::End), Ok(()));
     assert!(sees(true, 60), "and not any more");
-    assert_eq!(link.inject_fault(Mishap::CarryAway), Ok(()));
+    assert_eq!(link.inject_fault(SimulatedFault::CarryAway), Ok(()));
     assert!(sees(false, 60) && sees(true, 60), "it is covered on the way");
 }

@@ -10,7 +10,7 @@ mod journal;
 mod map_importer;
 mod robot_link;
 
-pub use api::Mishap;
+pub use api::SimulatedFault;
 pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
 pub use map_importer::MapImporter;

@@ -1,6 +1,6 @@
 //! What a robot is to the server: a source of stamped arrivals and a sink of drive commands.
 
-use api::Mishap;
+use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
 use vocab::{Span, Stamp};
@@ -60,7 +60,7 @@ pub trait RobotLink: Send {
     ///
     /// # Errors
     /// One sentence that says why not.
-    fn inject_fault(&self, _mishap: Mishap) -> Result<(), String> {
+    fn inject_fault(&self, _fault: SimulatedFault) -> Result<(), String> {
         Err("This robot is a real one: nothing can be made to go wrong with it from here.".to_owned())
     }
 }

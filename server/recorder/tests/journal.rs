@@ -10,8 +10,8 @@ mod support;
 
 use formats::cdr::Encoding;
 use messages::{
-    BatteryState, BootRecord, Command, ExternalOdometry, ImuSample, Input, JobDone, JobResult, LegOdometry,
-    Order, Scan, Sensor, Sources,
+    BatteryState, BootRecord, Command, CommandKind, ExternalOdometry, ImuSample, Input, JobDone, JobResult,
+    LegOdometry, Scan, Sensor, Sources,
 };
 use proptest::prelude::*;
 use recorder::{ReadError, Recording, RecordingMeta, RecordingWriter, TopicRole};
@@ -120,18 +120,19 @@ fn any_uuid() -> impl Strategy<Value = Uuid> {
     any::<u128>().prop_map(Uuid::from_u128)
 }
 
-fn any_order() -> impl Strategy<Value = Order> {
+fn any_order() -> impl Strategy<Value = CommandKind> {
     prop_oneof![
-        any::<String>().prop_map(|name| Order::TakeControl { name }),
-        any_uuid().prop_map(|id| Order::StartMapping(SessionId(id))),
-        (any_uuid(), any::<String>()).prop_map(|(id, name)| Order::FinishMapping { map: MapId(id), name }),
+        any::<String>().prop_map(|name| CommandKind::TakeControl { name }),
+        any_uuid().prop_map(|id| CommandKind::StartMapping(SessionId(id))),
+        (any_uuid(), any::<String>())
+            .prop_map(|(id, name)| CommandKind::FinishMapping { map: MapId(id), name }),
         (any_uuid(), any_uuid())
-            .prop_map(|(id, map)| Order::ExtendMap { session: SessionId(id), map: MapId(map) }),
+            .prop_map(|(id, map)| CommandKind::ExtendMap { session: SessionId(id), map: MapId(map) }),
         (any_uuid(), any::<bool>(), any_pose())
-            .prop_map(|(map, told, at)| Order::Localise { map: MapId(map), at: told.then_some(at) }),
-        any_twist().prop_map(Order::Teleoperate),
-        any_vec3().prop_map(Order::WalkTo),
-        Just(Order::StopMotion),
+            .prop_map(|(map, told, at)| CommandKind::Localise { map: MapId(map), at: told.then_some(at) }),
+        any_twist().prop_map(CommandKind::Teleoperate),
+        any_vec3().prop_map(CommandKind::WalkTo),
+        Just(CommandKind::StopMotion),
     ]
 }
 
@@ -140,7 +141,7 @@ fn any_input() -> impl Strategy<Value = Input> {
         4 => any_sensor().prop_map(Input::Sensor),
         1 => Just(Input::Tick),
         1 => (any_uuid(), any_uuid(), any_order()).prop_map(|(id, by, order)| {
-            Input::Command(Command { id: CommandId(id), by: ClientId(by), order })
+            Input::Command(Command { id: CommandId(id), by: ClientId(by), kind: order })
         }),
         1 => (any::<u64>(), any_uuid(), any::<u64>()).prop_map(|(job, map, bytes)| {
             Input::JobDone(JobDone { job, result: JobResult::MapSaved { map: MapId(map), bytes } })

@@ -4,14 +4,14 @@
 //! what arrives. The loop reads the computer's clock only when the link has been silent for [`SILENCE`], to go on
 //! ticking: a robot whose sensors have died must still be told to stop.
 
-use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::jobs::{Jobs, Work};
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
+use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, select};
-use messages::{BootRecord, Command, Effect, Input, JobDone, PlaceInMap, Publication};
-use ports::{Arrival, Mishap, RobotEvent, RobotLink};
+use messages::{BootRecord, Command, Input, JobDone, PlaceInMap, Publication, StackEffect};
+use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -24,18 +24,18 @@ const GAP_MAX: Span = Span::from_millis(2_000);
 /// After so long without an arrival, on this computer's clock, the loop ticks by itself.
 const SILENCE: Duration = Duration::from_millis(250);
 
-/// What a client asks for.
-pub enum Asked {
-    /// Of the stack.
+/// A request of a client that the control loop handles.
+pub enum ClientRequest {
+    /// For the stack.
     Command(Command),
-    /// Of the simulator.
-    Mishap {
+    /// For the link of a simulated robot.
+    InjectFault {
         /// Made by the client.
         id: CommandId,
         /// Who asks.
         by: ClientId,
-        /// What shall go wrong.
-        mishap: Mishap,
+        /// The fault.
+        fault: SimulatedFault,
     },
 }
 
@@ -44,7 +44,7 @@ pub struct Sources {
     /// From the robot.
     pub arrivals: Receiver<Arrival>,
     /// From clients. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
-    pub commands: Receiver<Asked>,
+    pub commands: Receiver<ClientRequest>,
     /// From the job thread.
     pub finished: Receiver<JobDone>,
     /// Disconnected when it is time to end.
@@ -57,7 +57,7 @@ pub struct ControlLoop {
     pub recorder: RecorderQueue,
     pub jobs: Jobs,
     pub mailbox: Arc<Mailbox>,
-    pub board: Arc<Board>,
+    pub state_publisher: Arc<StatePublisher>,
     pub clock: Arc<RobotClock>,
     pub stack: Stack,
     /// Where the robot was before it was switched off, if it was localised then.
@@ -91,7 +91,7 @@ struct Running {
     now: Stamp,
     next_tick: Stamp,
     /// Kept for its memory.
-    effects: Vec<Effect>,
+    effects: Vec<StackEffect>,
 }
 
 impl Running {
@@ -106,9 +106,9 @@ impl Running {
                     // The link has ended; commands and jobs go on, and so does time.
                     Err(_) => arrivals = &silent,
                 },
-                recv(sources.commands) -> asked => match asked {
-                    Ok(Asked::Command(command)) => self.feed(Input::Command(command)),
-                    Ok(Asked::Mishap { id, by, mishap }) => self.inject_fault(id, by, mishap),
+                recv(sources.commands) -> request => match request {
+                    Ok(ClientRequest::Command(command)) => self.feed(Input::Command(command)),
+                    Ok(ClientRequest::InjectFault { id, by, fault }) => self.inject_fault(id, by, fault),
                     Err(_) => {}
                 },
                 recv(sources.finished) -> done => if let Ok(done) = done {
@@ -142,14 +142,14 @@ impl Running {
         self.now = self.now.max(at);
     }
 
-    /// Lets something go wrong in the simulation, and tells everybody: nobody shall take it for a real fault.
-    fn inject_fault(&mut self, id: CommandId, by: ClientId, mishap: Mishap) {
-        let refused = self.parts.link.inject_fault(mishap).err();
+    /// Injects a fault into the simulation and publishes a notice, so that nobody takes it for a real fault.
+    fn inject_fault(&mut self, id: CommandId, by: ClientId, fault: SimulatedFault) {
+        let refused = self.parts.link.inject_fault(fault).err();
         if refused.is_none() {
             let severity = messages::Severity::Info;
-            self.parts.mailbox.notice(self.now, severity, format!("Simulated: {}.", told(mishap)));
+            self.parts.mailbox.notice(self.now, severity, format!("Simulated: {}.", describe_fault(fault)));
         }
-        self.parts.board.answer(id, by, refused);
+        self.parts.state_publisher.answer(id, by, refused);
     }
 
     /// Records one input, steps the stack with it, and does what the stack wants done.
@@ -158,36 +158,36 @@ impl Running {
         self.parts.recorder.record(self.now, &input);
         self.parts.stack.step(self.now, input, &mut self.effects);
         for effect in self.effects.drain(..) {
-            self.parts.obey(effect);
+            self.parts.execute(effect);
         }
     }
 }
 
 impl ControlLoop {
-    fn obey(&mut self, effect: Effect) {
+    fn execute(&mut self, effect: StackEffect) {
         match effect {
-            Effect::Drive(drive) => self.link.drive(drive),
-            Effect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
-            Effect::Publish(publication) => {
+            StackEffect::Drive(drive) => self.link.drive(drive),
+            StackEffect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
+            StackEffect::Publish(publication) => {
                 if let Publication::Keyframe(keyframe) = &publication {
                     self.jobs.start(Work::KeepCloud(keyframe.clone()));
                 }
                 self.mailbox.post(publication);
             }
-            Effect::Answer { id, to, refused } => self.board.answer(id, to, refused),
+            StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),
         }
     }
 }
 
-fn told(mishap: Mishap) -> String {
+fn describe_fault(fault: SimulatedFault) -> String {
     let seconds = |span: Span| format!("{:.0} s", span.secs_f64());
-    match mishap {
-        Mishap::CoverLidar(span) => format!("the LiDAR is covered for {}", seconds(span)),
-        Mishap::SilenceLidar(span) => format!("the LiDAR is cut off for {}", seconds(span)),
-        Mishap::SilenceImu(span) => format!("the IMU is cut off for {}", seconds(span)),
-        Mishap::SlipFeet(span) => format!("the feet slip for {}", seconds(span)),
-        Mishap::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
-        Mishap::End => "all is well again".to_owned(),
+    match fault {
+        SimulatedFault::CoverLidar(span) => format!("the LiDAR is covered for {}", seconds(span)),
+        SimulatedFault::SilenceLidar(span) => format!("the LiDAR is cut off for {}", seconds(span)),
+        SimulatedFault::SilenceImu(span) => format!("the IMU is cut off for {}", seconds(span)),
+        SimulatedFault::SlipFeet(span) => format!("the feet slip for {}", seconds(span)),
+        SimulatedFault::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
+        SimulatedFault::End => "all is well again".to_owned(),
     }
 }
 

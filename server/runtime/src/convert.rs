@@ -1,68 +1,73 @@
 //! Between the log schema and the contract with clients. They are alike today and need not stay so.
 
-use crate::imports::{Source, Wanted};
-use api::{Event, LoopsChanged, Order};
+use crate::imports::{ImportRequest, ImportSource};
+use api::{Command, Event, LoopsChanged};
 use messages::{
-    DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PlaceInMap, Publication,
+    CommandKind, DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PlaceInMap,
+    Publication,
 };
-use ports::Mishap;
+use ports::SimulatedFault;
 use vocab::{Span, UploadId};
 
-/// What a client asks for that the stack does not hear of.
-pub enum Aside {
-    /// Something to happen to a simulated robot, of which the stack must not know.
-    Mishap(Mishap),
-    /// A map of an uploaded file, or of another map.
-    Import(Wanted),
-    /// No map of it any more.
+/// A client's command, by who carries it out.
+pub enum RoutedCommand {
+    /// The stack. Only these are in the log.
+    Stack(CommandKind),
+    /// The link of a simulated robot. The stack must not know of simulated faults.
+    SimulatedFault(SimulatedFault),
+    /// The import thread: a map of an uploaded file, or of another map.
+    Import(ImportRequest),
+    /// The import thread: end the import of this upload.
     CancelImport(UploadId),
 }
 
-/// A client's order for the stack; or for others.
-///
-/// # Errors
-/// The latter.
-pub fn order(order: Order) -> Result<messages::Order, Aside> {
-    Ok(match order {
-        Order::Cause(wanted) => return Err(Aside::Mishap(limited(wanted))),
-        Order::ImportMap { upload, name, frame } => {
-            return Err(Aside::Import(Wanted { upload, name, of: Source::File { frame } }));
+/// Finds who carries out a client's command.
+pub fn route(command: Command) -> RoutedCommand {
+    RoutedCommand::Stack(match command {
+        Command::InjectFault(fault) => return RoutedCommand::SimulatedFault(limit_fault(fault)),
+        Command::ImportMap { upload, name, frame } => {
+            return RoutedCommand::Import(ImportRequest {
+                upload,
+                name,
+                source: ImportSource::File { frame },
+            });
         }
-        Order::AlignMap { upload, name, map, onto, mut pairs } => {
+        Command::AlignMap { upload, name, map, onto, mut pairs } => {
             pairs.truncate(api::MAX_PAIRS);
-            return Err(Aside::Import(Wanted { upload, name, of: Source::Map { map, onto, pairs } }));
+            let source = ImportSource::Map { map, onto, pairs };
+            return RoutedCommand::Import(ImportRequest { upload, name, source });
         }
-        Order::CancelImport(upload) => return Err(Aside::CancelImport(upload)),
-        Order::TakeControl { name } => messages::Order::TakeControl { name },
-        Order::ReleaseControl => messages::Order::ReleaseControl,
-        Order::StartMapping(session) => messages::Order::StartMapping(session),
-        Order::ExtendMap { session, map } => messages::Order::ExtendMap { session, map },
-        Order::FinishMapping { map, name } => messages::Order::FinishMapping { map, name },
-        Order::DiscardMapping => messages::Order::DiscardMapping,
-        Order::Teleoperate(velocity) => messages::Order::Teleoperate(velocity),
-        Order::WalkTo(goal) => messages::Order::WalkTo(goal),
-        Order::StopMotion => messages::Order::StopMotion,
-        Order::AllowMotion => messages::Order::AllowMotion,
-        Order::AcceptLoop { from, to } => messages::Order::AcceptLoop { from, to },
-        Order::RejectLoop { from, to } => messages::Order::RejectLoop { from, to },
-        Order::ProposeLoop { from, to, guess } => messages::Order::ProposeLoop { from, to, guess },
-        Order::Localise { map, at } => messages::Order::Localise { map, at },
-        Order::LeaveMap => messages::Order::LeaveMap,
-        Order::LookAbout => messages::Order::LookAbout,
+        Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
+        Command::TakeControl { name } => CommandKind::TakeControl { name },
+        Command::ReleaseControl => CommandKind::ReleaseControl,
+        Command::StartMapping(session) => CommandKind::StartMapping(session),
+        Command::ExtendMap { session, map } => CommandKind::ExtendMap { session, map },
+        Command::FinishMapping { map, name } => CommandKind::FinishMapping { map, name },
+        Command::DiscardMapping => CommandKind::DiscardMapping,
+        Command::Teleoperate(velocity) => CommandKind::Teleoperate(velocity),
+        Command::WalkTo(goal) => CommandKind::WalkTo(goal),
+        Command::StopMotion => CommandKind::StopMotion,
+        Command::AllowMotion => CommandKind::AllowMotion,
+        Command::AcceptLoop { from, to } => CommandKind::AcceptLoop { from, to },
+        Command::RejectLoop { from, to } => CommandKind::RejectLoop { from, to },
+        Command::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
+        Command::Localise { map, at } => CommandKind::Localise { map, at },
+        Command::LeaveMap => CommandKind::LeaveMap,
+        Command::LookAbout => CommandKind::LookAbout,
     })
 }
 
-/// The time a mishap lasts at most: nobody shall wonder a day later why the robot sees nothing.
-const MISHAP_MAX: Span = Span::from_millis(600_000);
+/// Longest time that a simulated fault lasts. A fault that somebody forgot must not puzzle the next person a day later.
+const FAULT_MAX: Span = Span::from_millis(600_000);
 
-fn limited(mishap: Mishap) -> Mishap {
-    let limited = |span: Span| span.clamp(Span::ZERO, MISHAP_MAX);
-    match mishap {
-        Mishap::CoverLidar(span) => Mishap::CoverLidar(limited(span)),
-        Mishap::SilenceLidar(span) => Mishap::SilenceLidar(limited(span)),
-        Mishap::SilenceImu(span) => Mishap::SilenceImu(limited(span)),
-        Mishap::SlipFeet(span) => Mishap::SlipFeet(limited(span)),
-        Mishap::CarryAway | Mishap::End => mishap,
+fn limit_fault(fault: SimulatedFault) -> SimulatedFault {
+    let limited = |span: Span| span.clamp(Span::ZERO, FAULT_MAX);
+    match fault {
+        SimulatedFault::CoverLidar(span) => SimulatedFault::CoverLidar(limited(span)),
+        SimulatedFault::SilenceLidar(span) => SimulatedFault::SilenceLidar(limited(span)),
+        SimulatedFault::SilenceImu(span) => SimulatedFault::SilenceImu(limited(span)),
+        SimulatedFault::SlipFeet(span) => SimulatedFault::SlipFeet(limited(span)),
+        SimulatedFault::CarryAway | SimulatedFault::End => fault,
     }
 }
 

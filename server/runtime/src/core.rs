@@ -1,6 +1,5 @@
 //! Puts the core together and takes it apart again in order.
 
-use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::control_loop::{ControlLoop, Sources};
 use crate::gateway_link::GatewayLink;
@@ -10,8 +9,9 @@ use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
-use crate::publisher::Publisher;
+use crate::publisher::PublisherWorker;
 use crate::recording::{Recorder, RecorderQueue, RecordingTarget};
+use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, Sender};
 use ports::{MapImporter, RobotLink};
 use stack::Stack;
@@ -80,9 +80,10 @@ impl Core {
     /// When the socket or a thread cannot be had.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
         let CoreConfig { link, store, recording, socket, importer } = config;
-        let (mailbox, board, clock) = (Arc::<Mailbox>::default(), Arc::<Board>::default(), Arc::default());
+        let (mailbox, state_publisher, clock) =
+            (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_place, docks) = (store.last_place(), store.docks());
-        board.set(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
+        state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
         let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
         let (finished_sender, finished) = crossbeam_channel::unbounded();
@@ -93,13 +94,13 @@ impl Core {
             store: Arc::clone(&store),
             work,
             finished: finished_sender,
-            board: Arc::clone(&board),
+            state_publisher: Arc::clone(&state_publisher),
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
-        let publisher = Publisher {
+        let publisher = PublisherWorker {
             mailbox: Arc::clone(&mailbox),
-            board: Arc::clone(&board),
+            state_publisher: Arc::clone(&state_publisher),
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(Arc::clone(&store)),
@@ -108,16 +109,17 @@ impl Core {
             place: PlaceKeeper::new(Arc::clone(&store)),
             docks: None,
         };
-        let (imports, importing) = import_thread(importer, &store, &board, &mailbox, &clock, &stopped)?;
+        let (imports, importing) =
+            import_thread(importer, &store, &state_publisher, &mailbox, &clock, &stopped)?;
         let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
-        let gateway = GatewayLink::listen(&socket, Arc::clone(&board), command_sender, imports)
+        let gateway = GatewayLink::listen(&socket, Arc::clone(&state_publisher), command_sender, imports)
             .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
             link,
             recorder: queue,
             jobs,
             mailbox: Arc::clone(&mailbox),
-            board,
+            state_publisher,
             clock,
             stack: Stack::new(),
             last_place,
@@ -164,20 +166,20 @@ impl Drop for Core {
 fn import_thread(
     importer: Option<Box<dyn MapImporter>>,
     store: &Arc<Store>,
-    board: &Arc<Board>,
+    state_publisher: &Arc<StatePublisher>,
     mailbox: &Arc<Mailbox>,
     clock: &Arc<RobotClock>,
     stop: &Receiver<()>,
 ) -> Result<(Imports, Option<JoinHandle<()>>), StartError> {
     let Some(importer) = importer else { return Ok((Imports::none(), None)) };
-    let (imports, asked) = Imports::new();
+    let (imports, requests) = Imports::new();
     let worker = ImportWorker {
         importer,
         store: Arc::clone(store),
-        board: Arc::clone(board),
+        state_publisher: Arc::clone(state_publisher),
         mailbox: Arc::clone(mailbox),
         clock: Arc::clone(clock),
-        asked,
+        requests,
         stop: stop.clone(),
         cancelled: imports.cancelled(),
     };

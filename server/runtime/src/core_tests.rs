@@ -3,8 +3,8 @@
 use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
-use messages::{BootRecord, Command, Drive, ImuSample, Input, Order, Sensor};
-use ports::{Arrival, Journal, JournalError, Mishap, RobotEvent};
+use messages::{BootRecord, Command, CommandKind, Drive, ImuSample, Input, Sensor};
+use ports::{Arrival, Journal, JournalError, RobotEvent, SimulatedFault};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
 use std::os::unix::net::UnixStream;
@@ -23,7 +23,7 @@ struct FakeLink {
     arrivals: Receiver<Arrival>,
     drives: Arc<Mutex<Vec<Drive>>>,
     /// What has gone wrong; what none is a real robot.
-    mishaps: Option<Sender<Mishap>>,
+    faults: Option<Sender<SimulatedFault>>,
 }
 
 impl RobotLink for FakeLink {
@@ -36,9 +36,9 @@ impl RobotLink for FakeLink {
     fn drive(&self, drive: Drive) {
         self.drives.lock().expect("not poisoned").push(drive);
     }
-    fn inject_fault(&self, mishap: Mishap) -> Result<(), String> {
-        let mishaps = self.mishaps.as_ref().ok_or("This robot is a real one.")?;
-        mishaps.send(mishap).map_err(|error| error.to_string())
+    fn inject_fault(&self, fault: SimulatedFault) -> Result<(), String> {
+        let faults = self.faults.as_ref().ok_or("This robot is a real one.")?;
+        faults.send(fault).map_err(|error| error.to_string())
     }
 }
 
@@ -76,7 +76,7 @@ fn bench(journal_until: usize) -> Bench {
 
 fn bench_of(
     journal_until: usize,
-    mishaps: Option<Sender<Mishap>>,
+    faults: Option<Sender<SimulatedFault>>,
     importer: Option<Box<dyn MapImporter>>,
 ) -> Bench {
     let dir = tempfile::tempdir().expect("temporary directory");
@@ -89,7 +89,7 @@ fn bench_of(
         path: dir.path().join("recordings/now.mcap"),
         recordings: store.recordings(),
     };
-    let link = Box::new(FakeLink { arrivals, drives: Arc::default(), mishaps });
+    let link = Box::new(FakeLink { arrivals, drives: Arc::default(), faults });
     let config = CoreConfig { link, store, recording: Some(recording), socket: socket.clone(), importer };
     Bench { core: Some(Core::start(config).expect("starts")), robot, written, socket, _dir: dir }
 }
@@ -157,13 +157,13 @@ impl FakeGateway {
         }
     }
 
-    fn order(&mut self, id: u128, order: api::Order) {
-        self.send(&GatewayMessage::Command { id: CommandId(Uuid::from_u128(id)), by: CLIENT, order });
+    fn command(&mut self, id: u128, command: api::Command) {
+        self.send(&GatewayMessage::Command { id: CommandId(Uuid::from_u128(id)), by: CLIENT, command });
     }
 }
 
-fn take_control() -> api::Order {
-    api::Order::TakeControl { name: "Ada".to_owned() }
+fn take_control() -> api::Command {
+    api::Command::TakeControl { name: "Ada".to_owned() }
 }
 
 #[test]
@@ -206,7 +206,7 @@ fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
-    gateway.order(1, take_control());
+    gateway.command(1, take_control());
     // Answers and state come by different threads, in either order.
     let (mut answer, mut owner) = (None, None);
     while answer.is_none() || owner.is_none() {
@@ -228,8 +228,8 @@ fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
             break command;
         }
     };
-    let order = Order::TakeControl { name: "Ada".to_owned() };
-    assert_eq!(recorded, Command { id: CommandId(Uuid::from_u128(1)), by: CLIENT, order });
+    let kind = CommandKind::TakeControl { name: "Ada".to_owned() };
+    assert_eq!(recorded, Command { id: CommandId(Uuid::from_u128(1)), by: CLIENT, kind });
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut first = bench.gateway();
-    first.order(1, take_control());
+    first.command(1, take_control());
     first.event(|_, event| matches!(event, Event::Control(control) if control.owner.is_some()).then_some(()));
 
     let mut second = bench.gateway();
@@ -255,7 +255,7 @@ fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
     );
     assert!(has(|event| matches!(event, Event::Tiles(tiles) if tiles.reset)), "{seen:?}");
     while first.next().is_some() {}
-    second.order(2, api::Order::ReleaseControl);
+    second.command(2, api::Command::ReleaseControl);
     second.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
 }
 
@@ -273,7 +273,7 @@ fn a_gateway_that_speaks_nonsense_or_another_version_is_dropped_and_the_core_goe
     while gateway.next().is_some() {}
 
     let mut gateway = bench.gateway();
-    gateway.order(1, take_control());
+    gateway.command(1, take_control());
     gateway.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
 }
 
@@ -307,7 +307,7 @@ fn a_disk_that_fails_is_announced_and_the_robot_goes_on() {
         _ => None,
     });
     assert!(text.contains("Recording stopped"), "{text}");
-    gateway.order(1, take_control());
+    gateway.command(1, take_control());
     gateway.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
 }
 
@@ -342,12 +342,12 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
 
 #[test]
 fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the_stack() {
-    let (told, mishaps) = crossbeam_channel::unbounded();
+    let (told, faults) = crossbeam_channel::unbounded();
     let bench = bench_of(usize::MAX, Some(told), None);
     bench.clock(0);
     let mut gateway = bench.gateway();
     let hour = Span::from_millis(3_600_000);
-    gateway.order(1, api::Order::Cause(Mishap::CoverLidar(hour)));
+    gateway.command(1, api::Command::InjectFault(SimulatedFault::CoverLidar(hour)));
     let (mut answered, mut notice) = (None, None);
     while answered.is_none() || notice.is_none() {
         gateway.event(|_, event| {
@@ -361,7 +361,7 @@ fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the
     }
     assert_eq!(answered, Some(CommandOutcome::Accepted));
     assert_eq!(notice.as_deref(), Some("Simulated: the LiDAR is covered for 600 s."));
-    assert_eq!(mishaps.recv_timeout(PATIENCE), Ok(Mishap::CoverLidar(Span::from_millis(600_000))));
+    assert_eq!(faults.recv_timeout(PATIENCE), Ok(SimulatedFault::CoverLidar(Span::from_millis(600_000))));
     bench.clock(1_000);
     loop {
         let (millis, input) = bench.written();
@@ -377,7 +377,7 @@ fn nothing_goes_wrong_with_a_real_robot_on_demand() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
-    gateway.order(1, api::Order::Cause(Mishap::CarryAway));
+    gateway.command(1, api::Command::InjectFault(SimulatedFault::CarryAway));
     let outcome = gateway.event(|_, event| match event {
         Event::CommandDone { outcome, .. } => Some(outcome.clone()),
         _ => None,
@@ -430,41 +430,41 @@ fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is
     for upload in [first, second] {
         std::fs::write(uploads.join(upload.to_string()), "points").expect("written");
     }
-    let import = |upload, name: &str| api::Order::ImportMap { upload, name: name.to_owned(), frame: None };
+    let import = |upload, name: &str| api::Command::ImportMap { upload, name: name.to_owned(), frame: None };
     let failed = |gateway: &mut FakeGateway| {
         gateway.event(|_, event| match event {
             Event::Import(Import::Failed { upload, reason, .. }) => Some((*upload, reason.clone())),
             _ => None,
         })
     };
-    gateway.order(1, import(first, "Endless"));
+    gateway.command(1, import(first, "Endless"));
     gateway.event(|_, event| {
         let looks = matches!(event, Event::Import(Import::Running { stage: ImportStage::Looking, .. }));
         looks.then_some(())
     });
-    gateway.order(2, api::Order::CancelImport(first));
+    gateway.command(2, api::Command::CancelImport(first));
     assert_eq!(failed(&mut gateway), (first, "It was cancelled.".to_owned()));
-    gateway.order(3, import(second, " Se\u{7}cond  "));
+    gateway.command(3, import(second, " Se\u{7}cond  "));
     assert_eq!(failed(&mut gateway), (second, "Second is no cloud.".to_owned()));
-    gateway.order(4, import(missing, "Missing"));
+    gateway.command(4, import(missing, "Missing"));
     assert_eq!(failed(&mut gateway).0, missing);
     std::fs::write(uploads.join(missing.to_string()), "points").expect("written");
     let frame = Some(MapId(Uuid::from_u128(9)));
-    gateway.order(5, api::Order::ImportMap { upload: missing, name: "Laid".to_owned(), frame });
+    gateway.command(5, api::Command::ImportMap { upload: missing, name: "Laid".to_owned(), frame });
     let gone = "The map whose frame it was to have is not here any more.".to_owned();
     assert_eq!(failed(&mut gateway), (missing, gone));
     let [map, onto] = [7, 8].map(|number| MapId(Uuid::from_u128(number)));
     let work = UploadId(Uuid::from_u128(4));
-    let align = |pairs| api::Order::AlignMap { upload: work, name: "Laid".to_owned(), map, onto, pairs };
+    let align = |pairs| api::Command::AlignMap { upload: work, name: "Laid".to_owned(), map, onto, pairs };
     let data = uploads.parent().expect("a folder").join("maps");
-    gateway.order(6, align(Vec::new()));
+    gateway.command(6, align(Vec::new()));
     assert_eq!(failed(&mut gateway), (work, "The map to be laid is not here any more.".to_owned()));
     for map in [map, onto] {
         std::fs::create_dir_all(data.join(map.to_string())).expect("made");
     }
-    gateway.order(7, align(vec![[Vec3::default(); 2]; 3]));
+    gateway.command(7, align(vec![[Vec3::default(); 2]; 3]));
     assert_eq!(failed(&mut gateway), (work, "Laid cannot be laid by 3 pairs.".to_owned()));
-    gateway.order(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
+    gateway.command(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
     assert_eq!(failed(&mut gateway).1, format!("Laid cannot be laid by {} pairs.", api::MAX_PAIRS));
     assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
 }
@@ -475,7 +475,7 @@ fn a_core_that_makes_no_maps_of_files_says_so() {
     bench.clock(0);
     let mut gateway = bench.gateway();
     let upload = UploadId(Uuid::from_u128(1));
-    gateway.order(1, api::Order::ImportMap { upload, name: String::new(), frame: None });
+    gateway.command(1, api::Command::ImportMap { upload, name: String::new(), frame: None });
     let refused = gateway.event(|_, event| match event {
         Event::CommandDone { outcome, .. } => Some(matches!(outcome, CommandOutcome::Refused(_))),
         _ => None,

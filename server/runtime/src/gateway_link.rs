@@ -1,12 +1,12 @@
 //! The Unix socket on which the gateway finds the core. Each message lies behind its length, a little-endian `u32`.
 //!
 //! One gateway at a time: a new one takes the place of the old. A gateway that writes nonsense or speaks another
-//! version is dropped; one that does not read is dropped by [`Board`] or when a write takes longer than [`WRITE_MAX`].
+//! version is dropped; one that does not read is dropped by [`StatePublisher`] or when a write takes longer than [`WRITE_MAX`].
 
-use crate::board::Board;
-use crate::control_loop::Asked;
-use crate::convert::{self, Aside};
+use crate::control_loop::ClientRequest;
+use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
+use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::Command;
@@ -33,8 +33,8 @@ pub struct GatewayLink {
 /// What the threads share.
 #[derive(Clone)]
 struct Shared {
-    board: Arc<Board>,
-    commands: Sender<Asked>,
+    state_publisher: Arc<StatePublisher>,
+    commands: Sender<ClientRequest>,
     imports: Imports,
     ending: Arc<AtomicBool>,
 }
@@ -44,8 +44,8 @@ impl GatewayLink {
     /// other core uses it.
     pub fn listen(
         path: &Path,
-        board: Arc<Board>,
-        commands: Sender<Asked>,
+        state_publisher: Arc<StatePublisher>,
+        commands: Sender<ClientRequest>,
         imports: Imports,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
@@ -57,7 +57,7 @@ impl GatewayLink {
         }
         let listener = UnixListener::bind(path)?;
         let ending = Arc::new(AtomicBool::new(false));
-        let shared = Shared { board, commands, imports, ending: Arc::clone(&ending) };
+        let shared = Shared { state_publisher, commands, imports, ending: Arc::clone(&ending) };
         let accepting = thread::Builder::new()
             .name("gateway-accept".to_owned())
             .spawn(move || accept(&listener, &shared))?;
@@ -87,19 +87,19 @@ impl Serving {
     fn start(stream: UnixStream, shared: &Shared) -> io::Result<Self> {
         stream.set_write_timeout(Some(WRITE_MAX))?;
         let (reading, writing) = (stream.try_clone()?, stream.try_clone()?);
-        let connection = shared.board.connect();
-        let (for_reader, board) = (shared.clone(), Arc::clone(&shared.board));
+        let connection = shared.state_publisher.connect();
+        let (for_reader, state_publisher) = (shared.clone(), Arc::clone(&shared.state_publisher));
         let reader = thread::Builder::new().name("gateway-read".to_owned()).spawn(move || {
             if let Err(error) = read_all(&reading, &for_reader) {
                 tracing::warn!("the gateway's connection ends: {error}");
             }
-            for_reader.board.disconnect(connection);
+            for_reader.state_publisher.disconnect(connection);
         })?;
         let writer = thread::Builder::new().name("gateway-write".to_owned()).spawn(move || {
-            if let Err(error) = write_all(&writing, &board, connection) {
+            if let Err(error) = write_all(&writing, &state_publisher, connection) {
                 tracing::warn!("the gateway's connection ends: {error}");
             }
-            board.disconnect(connection);
+            state_publisher.disconnect(connection);
             // Ends the reader too, which waits for bytes.
             let _ = writing.shutdown(Shutdown::Both);
         })?;
@@ -130,8 +130,8 @@ fn accept(listener: &UnixListener, shared: &Shared) {
     }
 }
 
-fn write_all(mut stream: &UnixStream, board: &Board, connection: u64) -> io::Result<()> {
-    while let Some(message) = board.next(connection) {
+fn write_all(mut stream: &UnixStream, state_publisher: &StatePublisher, connection: u64) -> io::Result<()> {
+    while let Some(message) = state_publisher.next(connection) {
         stream.write_all(&frame(&message))?;
     }
     Ok(())
@@ -159,25 +159,25 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
             _ if !greeted => {
                 return Err(io::Error::new(io::ErrorKind::InvalidData, "it did not introduce itself"));
             }
-            GatewayMessage::Command { id, by, order } => {
-                let asked = match convert::order(order) {
-                    Ok(order) => Asked::Command(Command { id, by, order }),
-                    Err(Aside::Mishap(mishap)) => Asked::Mishap { id, by, mishap },
-                    Err(Aside::Import(wanted)) => {
-                        shared.board.answer(id, by, shared.imports.begin(wanted).err());
+            GatewayMessage::Command { id, by, command } => {
+                let request = match convert::route(command) {
+                    RoutedCommand::Stack(kind) => ClientRequest::Command(Command { id, by, kind }),
+                    RoutedCommand::SimulatedFault(fault) => ClientRequest::InjectFault { id, by, fault },
+                    RoutedCommand::Import(import) => {
+                        shared.state_publisher.answer(id, by, shared.imports.begin(import).err());
                         continue;
                     }
-                    Err(Aside::CancelImport(upload)) => {
+                    RoutedCommand::CancelImport(upload) => {
                         shared.imports.cancel(upload);
-                        shared.board.answer(id, by, None);
+                        shared.state_publisher.answer(id, by, None);
                         continue;
                     }
                 };
-                if shared.commands.send(asked).is_err() {
+                if shared.commands.send(request).is_err() {
                     return Ok(());
                 }
             }
-            GatewayMessage::Listeners { clients: _, streams } => shared.board.set_streams(streams),
+            GatewayMessage::Listeners { clients: _, streams } => shared.state_publisher.set_streams(streams),
         }
     }
     Ok(())

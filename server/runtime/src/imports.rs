@@ -1,9 +1,9 @@
 //! Point clouds that clients sent, made into maps, and maps laid into other maps' frames: one at a time, far from the control loop.
 
-use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use crate::recording::sentence;
+use crate::state_publisher::StatePublisher;
 use api::{Event, Import, ImportStage};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::Severity;
@@ -18,18 +18,18 @@ use vocab::{MapId, UploadId, Vec3};
 /// Names longer than this are cut, characters.
 const NAME_MAX: usize = 80;
 
-/// A map to be made.
-pub struct Wanted {
-    /// The file, or what the work is called.
+/// A request to make a map.
+pub struct ImportRequest {
+    /// The uploaded file, or the id that the client gave to this work.
     pub upload: UploadId,
-    /// Of the map.
+    /// Name of the map.
     pub name: String,
-    /// What it is made of.
-    pub of: Source,
+    /// Where its points come from.
+    pub source: ImportSource,
 }
 
-/// What a map is made of.
-pub enum Source {
+/// Where the points of a new map come from.
+pub enum ImportSource {
     /// The uploaded file.
     File {
         /// The map whose frame it is to have.
@@ -46,25 +46,25 @@ pub enum Source {
     },
 }
 
-/// The file that no map shall be made of any more.
+/// The upload whose import was cancelled last.
 type Cancelled = Arc<Mutex<Option<UploadId>>>;
 
-/// Where imports are asked for.
+/// Sends requests to the import thread.
 #[derive(Clone)]
 pub struct Imports {
-    /// None where this core makes no maps of files.
-    asked: Option<Sender<Wanted>>,
+    /// None where this core imports no files.
+    requests: Option<Sender<ImportRequest>>,
     cancelled: Cancelled,
 }
 
-/// The thread that sees to them.
+/// The import thread.
 pub struct ImportWorker {
     pub importer: Box<dyn MapImporter>,
     pub store: Arc<Store>,
-    pub board: Arc<Board>,
+    pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
-    pub asked: Receiver<Wanted>,
+    pub requests: Receiver<ImportRequest>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
     pub cancelled: Cancelled,
@@ -72,9 +72,9 @@ pub struct ImportWorker {
 
 impl Imports {
     /// With what the worker listens to. One may wait.
-    pub fn new() -> (Self, Receiver<Wanted>) {
-        let (asked, to_do) = crossbeam_channel::bounded(1);
-        (Self { asked: Some(asked), cancelled: Cancelled::default() }, to_do)
+    pub fn new() -> (Self, Receiver<ImportRequest>) {
+        let (sender, requests) = crossbeam_channel::bounded(1);
+        (Self { requests: Some(sender), cancelled: Cancelled::default() }, requests)
     }
 
     /// What the worker asks whether to go on.
@@ -84,16 +84,16 @@ impl Imports {
 
     /// Where nobody makes maps of files.
     pub fn none() -> Self {
-        Self { asked: None, cancelled: Cancelled::default() }
+        Self { requests: None, cancelled: Cancelled::default() }
     }
 
     /// Begins to make a map of an uploaded file.
     ///
     /// # Errors
     /// Why not, one sentence.
-    pub fn begin(&self, wanted: Wanted) -> Result<(), String> {
-        let asked = self.asked.as_ref().ok_or("This platform makes no maps of files.")?;
-        asked.try_send(wanted).map_err(|error| match error {
+    pub fn begin(&self, request: ImportRequest) -> Result<(), String> {
+        let requests = self.requests.as_ref().ok_or("This platform makes no maps of files.")?;
+        requests.try_send(request).map_err(|error| match error {
             TrySendError::Full(_) => "Another map is being imported. Wait until that is done.".to_owned(),
             TrySendError::Disconnected(_) => "The platform is ending.".to_owned(),
         })
@@ -111,18 +111,23 @@ impl ImportWorker {
         loop {
             crossbeam_channel::select! {
                 recv(self.stop) -> _ => return,
-                recv(self.asked) -> asked => match asked {
-                    Ok(wanted) => self.make(wanted.upload, &tidy(&wanted.name), &wanted.of),
+                recv(self.requests) -> request => match request {
+                    Ok(request) => self.make(request.upload, &tidy(&request.name), &request.source),
                     Err(_) => return,
                 },
             }
         }
     }
 
-    fn make(&self, upload: UploadId, name: &str, of: &Source) {
+    fn make(&self, upload: UploadId, name: &str, of: &ImportSource) {
         let (file, made) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
         let mut progress = |stage, share| {
-            self.board.set(Event::Import(Import::Running { upload, name: name.to_owned(), stage, share }));
+            self.state_publisher.publish(Event::Import(Import::Running {
+                upload,
+                name: name.to_owned(),
+                stage,
+                share,
+            }));
             if self.is_over(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let imported = if progress(ImportStage::Reading, 0.0).is_break() {
@@ -135,17 +140,17 @@ impl ImportWorker {
             false => self.store.adopt_map(&made).map_err(|error| told(&error)),
         });
         // What is left has no use; at the next start it is removed in any case.
-        if matches!(of, Source::File { .. }) {
+        if matches!(of, ImportSource::File { .. }) {
             let _ = fs::remove_file(&file);
         }
         let _ = fs::remove_dir_all(&made);
-        let verb = if matches!(of, Source::File { .. }) { "imported" } else { "laid" };
+        let verb = if matches!(of, ImportSource::File { .. }) { "imported" } else { "laid" };
         self.tell(upload, name, verb, adopted.map(|summary| summary.id));
     }
 
     fn made_of(
         &self,
-        of: &Source,
+        of: &ImportSource,
         file: &Path,
         name: &str,
         made: &Path,
@@ -154,18 +159,18 @@ impl ImportWorker {
         let gone = |what: &str| Err(format!("The map {what} is not here any more."));
         let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
         match of {
-            Source::File { .. } if !file.exists() => {
+            ImportSource::File { .. } if !file.exists() => {
                 Err("That file is not here any more. Send it again.".to_owned())
             }
-            Source::File { frame: None } => self.importer.import(file, name, None, made, progress),
-            Source::File { frame: Some(frame) } => match folder(*frame) {
+            ImportSource::File { frame: None } => self.importer.import(file, name, None, made, progress),
+            ImportSource::File { frame: Some(frame) } => match folder(*frame) {
                 Some(frame) => self.importer.import(file, name, Some(&frame), made, progress),
                 None => gone("whose frame it was to have"),
             },
-            Source::Map { map, onto, .. } if map == onto => {
+            ImportSource::Map { map, onto, .. } if map == onto => {
                 Err("A map cannot be laid onto itself.".to_owned())
             }
-            Source::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
+            ImportSource::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
                 (Some(_), Some(_)) if !self.store.has_space_for_copy(*map).map_err(|error| told(&error))? => {
                     Err("There is too little room on the robot's disk for another map of this size. Delete maps or recordings first."
                         .to_owned())
@@ -190,11 +195,11 @@ impl ImportWorker {
         };
         if result.is_ok() {
             match self.store.maps() {
-                Ok(maps) => self.board.set(Event::Maps(maps)),
+                Ok(maps) => self.state_publisher.publish(Event::Maps(maps)),
                 Err(error) => tracing::error!("the saved maps cannot be listed: {error}"),
             }
         }
-        self.board.set(Event::Import(match result {
+        self.state_publisher.publish(Event::Import(match result {
             Ok(map) => Import::Done { upload, map },
             Err(reason) => Import::Failed { upload, name: name.to_owned(), reason },
         }));

@@ -3,10 +3,10 @@
 //! One thread because the order matters: a map is saved after the clouds of all its keyframes are on disk, and tiles
 //! are forgotten when nothing is being saved.
 
-use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use crate::recording::sentence;
+use crate::state_publisher::StatePublisher;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, PriorMap, Severity};
@@ -34,7 +34,7 @@ pub enum Work {
         /// The stack's number.
         job: u64,
         /// What it takes.
-        work: stack::Work,
+        work: stack::ComputeJob,
     },
     /// Read a saved map.
     Load {
@@ -96,7 +96,7 @@ impl Jobs {
             | Job::CompareVisit(_)
             | Job::SearchMap(_)
             | Job::Relocalise(_)
-            | Job::PlanDisambiguation(_) => match stack.take_work(job) {
+            | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {
                 Some(work) => self.start(Work::Look { job, work }),
                 None => self.answer(job, JobResult::LoopNotVerified),
             },
@@ -138,7 +138,7 @@ pub struct Worker {
     pub store: Arc<Store>,
     pub work: Receiver<Work>,
     pub finished: Sender<JobDone>,
-    pub board: Arc<Board>,
+    pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
 }
@@ -197,7 +197,7 @@ impl Worker {
 
     fn list_maps(&self) {
         match self.store.maps() {
-            Ok(maps) => self.board.set(api::Event::Maps(maps)),
+            Ok(maps) => self.state_publisher.publish(api::Event::Maps(maps)),
             Err(error) => tracing::error!("{}", sentence(&error)),
         }
     }

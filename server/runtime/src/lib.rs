@@ -13,7 +13,6 @@
 //! Nothing here makes the control loop wait for a disk, a client or a network. What may be lost, and how it is said,
 //! is written at each queue.
 
-mod board;
 mod clock;
 mod control_loop;
 mod convert;
@@ -27,6 +26,7 @@ mod place_keeper;
 mod platform;
 mod publisher;
 mod recording;
+mod state_publisher;
 
 pub use crate::core::{Core, CoreConfig, StartError};
 pub use jobs::known_map;

@@ -1,6 +1,5 @@
 //! What the stack says, made into what clients hear. Runs on its own thread, so that encoding never delays the robot.
 
-use crate::board::Board;
 use crate::clock::RobotClock;
 use crate::convert;
 use crate::jobs::{Jobs, Work};
@@ -9,6 +8,7 @@ use crate::mailbox::Mailbox;
 use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
+use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
 use messages::{CorrectedScan, Estimate, Keyframe, PlaceInMap, Publication, Severity};
 use std::sync::Arc;
@@ -23,9 +23,9 @@ const PLATFORM_EVERY: Duration = Duration::from_secs(1);
 const SCAN_RESOLUTION: f32 = 0.01;
 
 /// The publisher's parts.
-pub struct Publisher {
+pub struct PublisherWorker {
     pub mailbox: Arc<Mailbox>,
-    pub board: Arc<Board>,
+    pub state_publisher: Arc<StatePublisher>,
     pub clock: Arc<RobotClock>,
     pub jobs: Jobs,
     pub live_map: LiveMap,
@@ -36,10 +36,10 @@ pub struct Publisher {
     pub docks: Option<Arc<[PlaceInMap]>>,
 }
 
-impl Publisher {
+impl PublisherWorker {
     /// Publishes until the mailbox is closed.
     pub fn run(mut self) {
-        self.board.set(Event::Graph(Graph::default()));
+        self.state_publisher.publish(Event::Graph(Graph::default()));
         let mut estimate: Option<Estimate> = None;
         let mut estimate_at = Instant::now();
         let mut platform_at = Instant::now();
@@ -49,8 +49,8 @@ impl Publisher {
             for publication in mail.ordered {
                 self.publish(publication);
             }
-            if let Some(scan) = mail.scan.filter(|_| self.board.wants_scans()) {
-                self.board.push(encoded(&scan));
+            if let Some(scan) = mail.scan.filter(|_| self.state_publisher.wants_scans()) {
+                self.state_publisher.push(encoded(&scan));
             }
             estimate = mail.estimate.or(estimate);
             let now = Instant::now();
@@ -60,11 +60,11 @@ impl Publisher {
             if now >= estimate_at
                 && let Some(estimate) = estimate.take()
             {
-                self.board.set(Event::Estimate(convert::estimate(&estimate)));
+                self.state_publisher.publish(Event::Estimate(convert::estimate(&estimate)));
                 estimate_at = now + ESTIMATE_EVERY;
             }
             if now >= platform_at {
-                self.board.set(Event::Platform(self.platform.read(self.clock.now())));
+                self.state_publisher.publish(Event::Platform(self.platform.read(self.clock.now())));
                 platform_at = now + PLATFORM_EVERY;
             }
             if mail.closed {
@@ -77,16 +77,16 @@ impl Publisher {
         match publication {
             Publication::Keyframe(keyframe) => self.keyframe(&keyframe),
             Publication::Graph(graph) => {
-                self.board.set(Event::Graph(convert::graph(&graph, self.live_map.session())));
+                self.state_publisher.publish(Event::Graph(convert::graph(&graph, self.live_map.session())));
             }
             Publication::Mapping(state) => {
                 self.follow(&state);
-                self.board.set(Event::Mapping(convert::mapping(&state)));
+                self.state_publisher.publish(Event::Mapping(convert::mapping(&state)));
                 self.show_base(&state);
             }
             Publication::Localisation(state) => {
                 self.place.follow(&state);
-                self.board.set(Event::Localisation(convert::localisation(&state)));
+                self.state_publisher.publish(Event::Localisation(convert::localisation(&state)));
                 let shown = self.live_map.show_known(&state);
                 self.show(shown);
             }
@@ -94,13 +94,15 @@ impl Publisher {
                 if self.docks.as_ref().is_some_and(|before| *before != docks) {
                     self.place.save_docks(&docks);
                 }
-                self.board.set(Event::Docks(convert::docks(&docks)));
+                self.state_publisher.publish(Event::Docks(convert::docks(&docks)));
                 self.docks = Some(docks);
             }
-            Publication::Battery(state) => self.board.set(Event::Battery(self.battery.look(&state))),
+            Publication::Battery(state) => {
+                self.state_publisher.publish(Event::Battery(self.battery.look(&state)))
+            }
             other => {
                 if let Some(event) = convert::event(other) {
-                    self.board.set(event);
+                    self.state_publisher.publish(event);
                 }
             }
         }
@@ -113,10 +115,11 @@ impl Publisher {
             self.jobs.start(Work::Forget { session, tiles });
         }
         if self.live_map.session() != before {
-            self.board.set(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
-            self.board.set(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
-            self.board.set(Event::Quality(Quality::default()));
-            self.board.set(Event::Graph(Graph { session: self.live_map.session(), ..Graph::default() }));
+            self.state_publisher.publish(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
+            self.state_publisher.publish(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
+            self.state_publisher.publish(Event::Quality(Quality::default()));
+            self.state_publisher
+                .publish(Event::Graph(Graph { session: self.live_map.session(), ..Graph::default() }));
         }
     }
 
@@ -128,7 +131,7 @@ impl Publisher {
     /// Tells clients of a saved map.
     fn show(&mut self, shown: Result<Vec<Event>, StoreError>) {
         match shown {
-            Ok(events) => events.into_iter().for_each(|event| self.board.set(event)),
+            Ok(events) => events.into_iter().for_each(|event| self.state_publisher.publish(event)),
             Err(error) => {
                 let text = format!("The map in use cannot be shown: {}.", sentence(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
@@ -138,7 +141,7 @@ impl Publisher {
 
     fn keyframe(&mut self, keyframe: &Keyframe) {
         match self.live_map.add(keyframe) {
-            Ok(tiles) => self.board.set(tiles),
+            Ok(tiles) => self.state_publisher.publish(tiles),
             Err(error) => {
                 let text = format!("A part of the live map cannot be shown: {}.", sentence(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);

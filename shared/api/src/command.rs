@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
-/// An order from a person at a client.
+/// A command from a person or program at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Order {
+pub enum Command {
     /// Take the control lease, from whoever has it.
     TakeControl {
         /// Shown to the others.
@@ -74,7 +74,7 @@ pub enum Order {
     /// Walk about a little, to find the place in the saved map.
     LookAbout,
     /// Let something go wrong with a simulated robot. Needs no lease.
-    Cause(Mishap),
+    InjectFault(SimulatedFault),
     /// Make a map of a point cloud that was uploaded. Needs no lease.
     ImportMap {
         /// The file.
@@ -101,12 +101,12 @@ pub enum Order {
     CancelImport(UploadId),
 }
 
-/// Pairs of points of [`Order::AlignMap`] at most.
+/// Pairs of points of [`Command::AlignMap`] at most.
 pub const MAX_PAIRS: usize = 32;
 
 /// What can go wrong with a simulated robot, to see what it makes of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mishap {
+pub enum SimulatedFault {
     /// The LiDAR is covered for so long, and sees nothing.
     CoverLidar(Span),
     /// The LiDAR says nothing for so long.

@@ -1,6 +1,6 @@
 //! Messages between core and gateway. The gateway may crash or be flooded; it has no call that stops the core.
 
-use crate::{Event, Order};
+use crate::{Command, Event};
 use serde::{Deserialize, Serialize};
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
@@ -38,14 +38,14 @@ pub enum GatewayMessage {
         /// [`crate::VERSION`] of the gateway.
         version: u16,
     },
-    /// A client's order.
+    /// A client's command.
     Command {
         /// Made by the client.
         id: CommandId,
         /// Who asks.
         by: ClientId,
         /// What is asked.
-        order: Order,
+        command: Command,
     },
     /// How many clients listen, so that nothing is encoded for nobody.
     Listeners {

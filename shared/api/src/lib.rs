@@ -21,7 +21,7 @@ pub mod paths;
 mod socket;
 
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode};
-pub use command::{CommandOutcome, MAX_PAIRS, Mishap, Order};
+pub use command::{Command, CommandOutcome, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};

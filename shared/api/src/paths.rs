@@ -15,7 +15,7 @@ pub const TILE_PATH: &str = "/api/v1/tiles/{hash}";
 /// GET with a mapping session's id in place of `{session}` and a keyframe's number in place of `{keyframe}`: the whole scan of that
 /// keyframe in its own frame, encoded as a tile is, immutable; there while the session lasts.
 pub const CLOUD_PATH: &str = "/api/v1/sessions/{session}/clouds/{keyframe}";
-/// PUT with an upload's id in place of `{id}`: a file, to be made a map of with [`crate::Order::ImportMap`].
+/// PUT with an upload's id in place of `{id}`: a file, to be made a map of with [`crate::Command::ImportMap`].
 pub const UPLOAD_PATH: &str = "/api/v1/uploads/{id}";
 /// GET: 200 while core and gateway are connected, 503 otherwise.
 pub const HEALTH_PATH: &str = "/api/v1/health";

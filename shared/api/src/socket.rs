@@ -1,6 +1,6 @@
 //! Messages on the two WebSockets.
 
-use crate::{Event, Order};
+use crate::{Command, Event};
 use serde::{Deserialize, Serialize};
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
@@ -17,12 +17,12 @@ pub enum ClientMessage {
         /// Id that the client keeps over reconnections.
         client: ClientId,
     },
-    /// An order. Repeating an id does nothing.
+    /// A command. Repeating an id does nothing.
     Command {
         /// Made by the client.
         id: CommandId,
         /// What is asked.
-        order: Order,
+        command: Command,
     },
     /// Answered by [`ServerMessage::Pong`] at once; at least every 2 s, or the server closes after 10 s.
     Ping {

@@ -88,12 +88,12 @@ pub struct Command {
     /// Who asks.
     pub by: ClientId,
     /// What is asked.
-    pub order: Order,
+    pub kind: CommandKind,
 }
 
 /// What can be asked of the stack.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Order {
+pub enum CommandKind {
     /// Take the control lease (from whoever has it).
     TakeControl {
         /// Shown to the others.
@@ -116,9 +116,9 @@ pub enum Order {
     Teleoperate(Twist),
     /// Walk to a point in the map frame (metres), round obstacles seen on the way.
     WalkTo(Vec3),
-    /// Stop motion now and stay stopped until [`Order::AllowMotion`].
+    /// Stop motion now and stay stopped until [`CommandKind::AllowMotion`].
     StopMotion,
-    /// Allow motion again after [`Order::StopMotion`].
+    /// Allow motion again after [`CommandKind::StopMotion`].
     AllowMotion,
     /// Make an edge of a pair that was held or rejected, on a person's word.
     AcceptLoop {

@@ -14,7 +14,7 @@ pub enum LoopSource {
     Person,
 }
 
-/// A pair to be looked at. What the work needs besides lies with the stack, see `Stack::take_work`.
+/// A pair to be looked at. What the work needs besides lies with the stack, see `Stack::take_compute_job`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopTask {
     /// The mapping session.

@@ -10,7 +10,7 @@ use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId
 
 /// What the shell has to do after a step, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Effect {
+pub enum StackEffect {
     /// Tell the robot how to move. Links stop the robot by themselves when these cease for 0.5 s.
     Drive(Drive),
     /// Run a job and hand its result back as `Input::JobDone`.
@@ -40,13 +40,13 @@ pub struct Drive {
     pub velocity: Twist,
 }
 
-/// Work too long for a step.
+/// ComputeJob too long for a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Job {
     /// Write a finished map as an immutable version.
     SaveMap(Arc<FinishedMap>),
     /// Look whether two keyframes saw the same place. The stack keeps what that takes until it is fetched with
-    /// `Stack::take_work`; a replay never fetches it, because the result is in the log.
+    /// `Stack::take_compute_job`; a replay never fetches it, because the result is in the log.
     VerifyLoop(LoopTask),
     /// Compare what is seen now with an old keyframe; as for [`Self::VerifyLoop`].
     CompareVisit(VisitTask),

@@ -30,7 +30,7 @@ pub struct PriorKeyframe {
 }
 
 /// A question to a known map: where may this scan have been taken? What the work needs besides lies with the stack, see
-/// `Stack::take_work`.
+/// `Stack::take_compute_job`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RelocalisationTask {
     /// Where the robot is looked for.
@@ -77,7 +77,7 @@ pub struct DisambiguationPlan {
     pub path: Vec<Vec3>,
 }
 
-/// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_work`.
+/// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_compute_job`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapSearchTask {
     /// The mapping session.

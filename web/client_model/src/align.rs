@@ -1,7 +1,7 @@
 //! Points picked in two saved maps, so that one can be laid into the frame of the other.
 
 use crate::{ClientEffect, Model};
-use api::{MAX_PAIRS, Order};
+use api::{Command, MAX_PAIRS};
 use vocab::{MapId, UploadId, Vec3};
 
 /// How far laying one map into the frame of another has come.
@@ -121,7 +121,7 @@ impl Model {
         let name = format!("{} on {}", name(map), name(onto));
         let upload = UploadId(self.ids.map().0);
         self.align.iter_mut().for_each(|align| align.laying = Some(upload));
-        self.order(Order::AlignMap { upload, name, map, onto, pairs }, effects);
+        self.order(Command::AlignMap { upload, name, map, onto, pairs }, effects);
     }
 
     /// The work has ended: what was picked has served, or can be put right.

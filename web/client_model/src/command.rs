@@ -1,7 +1,7 @@
 //! What people ask for, as views emit it.
 
 use crate::{CameraMove, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, ViewSettings};
-use api::Mishap;
+use api::SimulatedFault;
 use vocab::{MapId, Pose, Twist, Vec3};
 
 /// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
@@ -54,7 +54,7 @@ pub enum ClientCommand {
     /// Give up sending it, or making a map of it.
     CancelImport,
     /// Let something go wrong with a simulated robot.
-    InjectFault(Mishap),
+    InjectFault(SimulatedFault),
     /// End mapping and save under this name.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.

@@ -1,7 +1,7 @@
 //! What happens to the client, and what it wants done.
 
 use crate::{Bookmark, ClientCommand, LoopPair, ViewSettings, Viewpoint};
-use api::{ClientMessage, Graph, Order, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
+use api::{ClientMessage, Command, Graph, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
 use vocab::{KeyframeId, MapId, SessionId, UploadId};
 
 /// One of the two sockets.
@@ -163,7 +163,7 @@ pub enum ClientEffect {
 
 impl ClientEffect {
     /// A command to the server.
-    pub(crate) fn command(id: vocab::CommandId, order: Order) -> Self {
-        Self::Send(ClientMessage::Command { id, order })
+    pub(crate) fn command(id: vocab::CommandId, order: Command) -> Self {
+        Self::Send(ClientMessage::Command { id, command: order })
     }
 }

@@ -13,8 +13,8 @@ use crate::{
     Throughput, Trajectory, Undo, Upload, ViewSettings, Viewpoint,
 };
 use api::{
-    Battery, ClientMessage, Control, Dock, Estimate, Health, Import, Localisation, MapSummary, Mapping,
-    Motion, Order, Platform, Quality, Severity, StreamRequest,
+    Battery, ClientMessage, Command, Control, Dock, Estimate, Health, Import, Localisation, MapSummary,
+    Mapping, Motion, Platform, Quality, Severity, StreamRequest,
 };
 use vocab::{ClientId, KeyframeId, MapId, Pose, Stamp, Twist, Vec3};
 
@@ -340,7 +340,7 @@ impl Model {
     }
 
     /// Whether an order of this kind is on its way.
-    pub fn is_pending(&self, matches: impl Fn(&Order) -> bool) -> bool {
+    pub fn is_pending(&self, matches: impl Fn(&Command) -> bool) -> bool {
         self.pending.iter().any(|pending| matches(&pending.order))
     }
 

@@ -1,7 +1,7 @@
 //! Commands that the server has not answered yet.
 
 use crate::ClientTime;
-use api::Order;
+use api::Command;
 use vocab::CommandId;
 
 /// One unanswered command.
@@ -10,7 +10,7 @@ pub struct PendingCommand {
     /// Its id; sending it twice does it once.
     pub id: CommandId,
     /// What was asked.
-    pub order: Order,
+    pub order: Command,
     /// When it was asked first.
     pub asked: ClientTime,
 }
@@ -22,8 +22,8 @@ impl PendingCommand {
     /// Whether it may be sent again on a new connection. A stop always may; driving by hand never.
     pub(crate) fn resend(&self, now: ClientTime) -> bool {
         match self.order {
-            Order::StopMotion => true,
-            Order::Teleoperate(_) => false,
+            Command::StopMotion => true,
+            Command::Teleoperate(_) => false,
             _ => now.since(self.asked) <= RESEND_S_MAX,
         }
     }
@@ -31,26 +31,26 @@ impl PendingCommand {
     /// What was asked, for a sentence such as "… was not done".
     pub(crate) fn name(&self) -> &'static str {
         match self.order {
-            Order::TakeControl { .. } => "Taking control",
-            Order::ReleaseControl => "Giving control back",
-            Order::StartMapping(_) => "Starting to map",
-            Order::ExtendMap { .. } => "Extending the map",
-            Order::FinishMapping { .. } => "Saving the map",
-            Order::DiscardMapping => "Discarding the map",
-            Order::Teleoperate(_) => "Driving",
-            Order::WalkTo(_) => "Walking there",
-            Order::StopMotion => "Stop motion",
-            Order::AllowMotion => "Allowing motion",
-            Order::AcceptLoop { .. } => "Accepting the loop",
-            Order::RejectLoop { .. } => "Rejecting the loop",
-            Order::ProposeLoop { .. } => "Looking for the loop",
-            Order::Localise { .. } => "Using the map",
-            Order::ImportMap { .. } => "Importing the map",
-            Order::AlignMap { .. } => "Laying the map",
-            Order::CancelImport(_) => "Ending the import",
-            Order::Cause(_) => "The simulated trouble",
-            Order::LookAbout => "Looking about",
-            Order::LeaveMap => "Leaving the map",
+            Command::TakeControl { .. } => "Taking control",
+            Command::ReleaseControl => "Giving control back",
+            Command::StartMapping(_) => "Starting to map",
+            Command::ExtendMap { .. } => "Extending the map",
+            Command::FinishMapping { .. } => "Saving the map",
+            Command::DiscardMapping => "Discarding the map",
+            Command::Teleoperate(_) => "Driving",
+            Command::WalkTo(_) => "Walking there",
+            Command::StopMotion => "Stop motion",
+            Command::AllowMotion => "Allowing motion",
+            Command::AcceptLoop { .. } => "Accepting the loop",
+            Command::RejectLoop { .. } => "Rejecting the loop",
+            Command::ProposeLoop { .. } => "Looking for the loop",
+            Command::Localise { .. } => "Using the map",
+            Command::ImportMap { .. } => "Importing the map",
+            Command::AlignMap { .. } => "Laying the map",
+            Command::CancelImport(_) => "Ending the import",
+            Command::InjectFault(_) => "The simulated trouble",
+            Command::LookAbout => "Looking about",
+            Command::LeaveMap => "Leaving the map",
         }
     }
 }

@@ -8,7 +8,7 @@ mod values;
 
 use crate::*;
 use api::{
-    Anchor, ClientMessage, CommandOutcome, Control, Estimate, Graph, GraphNode, Mapping, Motion, Order,
+    Anchor, ClientMessage, Command, CommandOutcome, Control, Estimate, Graph, GraphNode, Mapping, Motion,
     ServerMessage, TileEntry, TileHash, TileList, TilesChanged,
 };
 use proptest::prelude::*;
@@ -78,9 +78,9 @@ impl Bench {
         std::mem::take(&mut self.effects)
     }
 
-    fn orders(&mut self) -> Vec<Order> {
+    fn orders(&mut self) -> Vec<Command> {
         let order = |effect| match effect {
-            ClientEffect::Send(ClientMessage::Command { order, .. }) => Some(order),
+            ClientEffect::Send(ClientMessage::Command { command: order, .. }) => Some(order),
             _ => None,
         };
         self.take().into_iter().filter_map(order).collect()

@@ -1,7 +1,7 @@
 //! A point cloud of this client's on its way to being a map.
 
 use crate::{ClientEffect, Model};
-use api::{Import, Order, Severity};
+use api::{Command, Import, Severity};
 use vocab::{MapId, UploadId};
 
 /// A file that is being sent.
@@ -49,7 +49,7 @@ impl Model {
         match result {
             Ok(()) => {
                 let name = sent.map_name().to_owned();
-                self.order(Order::ImportMap { upload, name, frame: sent.frame }, effects);
+                self.order(Command::ImportMap { upload, name, frame: sent.frame }, effects);
             }
             Err(sentence) => {
                 self.notices.add(
@@ -65,7 +65,7 @@ impl Model {
         if let Some(sent) = self.upload.take() {
             effects.push(ClientEffect::CancelUpload(sent.upload));
         } else if let Import::Running { upload, .. } = self.import {
-            self.order(Order::CancelImport(upload), effects);
+            self.order(Command::CancelImport(upload), effects);
         }
     }
 }

@@ -99,7 +99,7 @@ fn decide(
     let pair = LoopPair::decided(decision);
     let locked = locked(model);
     let waiting = model.is_pending(|order| match order {
-        api::Order::AcceptLoop { from, to } | api::Order::RejectLoop { from, to } => {
+        api::Command::AcceptLoop { from, to } | api::Command::RejectLoop { from, to } => {
             LoopPair::of(*from, *to) == pair
         }
         _ => false,

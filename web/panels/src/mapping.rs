@@ -5,7 +5,7 @@ use crate::state::TextField;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
 use crate::{PanelState, align, icon, maps, quality, sensors, words};
-use api::{Mapping, Order};
+use api::{Command, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, StrokeKind, Ui, vec2};
 use vocab::{MapId, Stamp};
@@ -69,7 +69,7 @@ fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand
         "Let the robot stand still, start mapping, drive it through every room, and finish where you began."
     };
     widgets::remark(ui, tokens, sentence);
-    let waiting = model.is_pending(|order| matches!(order, Order::StartMapping(_)));
+    let waiting = model.is_pending(|order| matches!(order, Command::StartMapping(_)));
     let name = if waiting { "Starting…" } else { "Start mapping" };
     let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
@@ -183,7 +183,7 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
     };
     text_field(ui, tokens, state, "Map name", &hint);
-    let waiting = model.is_pending(|order| matches!(order, Order::FinishMapping { .. }));
+    let waiting = model.is_pending(|order| matches!(order, Command::FinishMapping { .. }));
     let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);
     if save.enabled(enabled && !waiting).wide(ui).show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut state.map_name);

@@ -4,7 +4,7 @@ use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{PanelState, align, icon, imports, words};
-use api::{Localisation, MapSummary, Mapping, Motion, Order};
+use api::{Command, Localisation, MapSummary, Mapping, Motion};
 use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, Ui};
 
@@ -95,7 +95,7 @@ fn entry(
 
 /// The robot walks by the map that is looked at, or no longer.
 fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
-    let waiting = model.is_pending(|order| matches!(order, Order::Localise { .. } | Order::LeaveMap));
+    let waiting = model.is_pending(|order| matches!(order, Command::Localise { .. } | Command::LeaveMap));
     let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     if model.localisation.map() == Some(map.id) {
         let name = format!("Leave {}", map.name);
@@ -142,7 +142,7 @@ fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &
 
 /// The map that is looked at grows.
 fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
-    let waiting = model.is_pending(|order| matches!(order, Order::ExtendMap { .. }));
+    let waiting = model.is_pending(|order| matches!(order, Command::ExtendMap { .. }));
     let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
     let name = format!("Extend {}", map.name);
     let button = Button::new(&name).text("Extend this map").icon(icon::PLUS).enabled(enabled).wide(ui);

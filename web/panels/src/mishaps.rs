@@ -3,7 +3,7 @@
 use crate::button::Button;
 use crate::theme::Tokens;
 use crate::widgets;
-use api::Mishap;
+use api::SimulatedFault;
 use client_model::{ClientCommand, Model};
 use egui::Ui;
 use vocab::Span;
@@ -13,13 +13,13 @@ const DARK: Span = Span::from_millis(20_000);
 const SLIP: Span = Span::from_millis(5_000);
 
 /// What the buttons say.
-const ALL: [(&str, Mishap); 6] = [
-    ("Cover the LiDAR for 20 s", Mishap::CoverLidar(DARK)),
-    ("Cut off the LiDAR for 20 s", Mishap::SilenceLidar(DARK)),
-    ("Cut off the IMU for 20 s", Mishap::SilenceImu(DARK)),
-    ("Let the feet slip for 5 s", Mishap::SlipFeet(SLIP)),
-    ("Carry the robot away", Mishap::CarryAway),
-    ("End all troubles", Mishap::End),
+const ALL: [(&str, SimulatedFault); 6] = [
+    ("Cover the LiDAR for 20 s", SimulatedFault::CoverLidar(DARK)),
+    ("Cut off the LiDAR for 20 s", SimulatedFault::SilenceLidar(DARK)),
+    ("Cut off the IMU for 20 s", SimulatedFault::SilenceImu(DARK)),
+    ("Let the feet slip for 5 s", SimulatedFault::SlipFeet(SLIP)),
+    ("Carry the robot away", SimulatedFault::CarryAway),
+    ("End all troubles", SimulatedFault::End),
 ];
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
@@ -30,7 +30,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
         "This robot is a simulated one. Let something go wrong and see what it makes of it.",
     );
     for (text, mishap) in ALL {
-        let waiting = model.is_pending(|order| *order == api::Order::Cause(mishap));
+        let waiting = model.is_pending(|order| *order == api::Command::InjectFault(mishap));
         let button = Button::new(text).text(text).enabled(model.link.connected() && !waiting).wide(ui);
         if button.show(ui, tokens).clicked() {
             out.push(ClientCommand::InjectFault(mishap));

@@ -406,7 +406,7 @@ fn troubles_are_offered_with_simulated_robots_only() {
     let mut harness = Desk::connected().event(platform(Some("b1"))).shown(1440.0, 1800.0);
     harness.get_by_label("Cover the LiDAR for 20 s").click();
     harness.run_steps(2);
-    let dark = api::Mishap::CoverLidar(vocab::Span::from_millis(20_000));
+    let dark = api::SimulatedFault::CoverLidar(vocab::Span::from_millis(20_000));
     assert!(harness.state().asked.contains(&ClientCommand::InjectFault(dark)));
 }
 

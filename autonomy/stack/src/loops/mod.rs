@@ -1,7 +1,7 @@
 //! Loop closure of one session: from keyframes to pairs worth a look, from what came of the look to edges and better poses; and on
 //! known ground, where the robot is among old keyframes.
 //!
-//! Looking is work for a job (see [`crate::Work`]); results are taken in the order in which they arrive, which the log
+//! Looking is work for a job (see [`crate::ComputeJob`]); results are taken in the order in which they arrive, which the log
 //! records, so that a replay repeats them.
 
 pub(crate) mod plain;
@@ -11,13 +11,13 @@ mod words;
 use crate::optimiser::{GraphError, Optimiser, Pair};
 use crate::prior_map::DecodedPriorMap;
 use crate::search::Found;
-use crate::work::{Asked, Work};
+use crate::work::{Asked, ComputeJob};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{
     Decision, Edge, Ground, LoopConfig, LoopFinder, Node, Session, Task, Tied, Verdict, Verified, Waypoint,
 };
 use messages::{
-    ComparedVisit, Effect, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, MapQuality, VerifiedLoop,
+    ComparedVisit, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, MapQuality, StackEffect, VerifiedLoop,
     VisitCounts,
 };
 use queue::Queue;
@@ -154,12 +154,12 @@ impl Loops {
     }
 
     /// Starts jobs, as many as may run. `jobs` counts all jobs of the stack.
-    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         self.queue.start(jobs, effects);
     }
 
     /// What a job takes; once.
-    pub fn take_work(&mut self, job: u64) -> Option<Work> {
+    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
         self.queue.take(job, &self.finder.config().gates)
     }
 

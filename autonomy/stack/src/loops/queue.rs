@@ -1,8 +1,8 @@
 //! Pairs waiting to be compared, and those being compared: both bounded, the least promising are left out first.
 
-use crate::work::{Asked, Work};
+use crate::work::{Asked, ComputeJob};
 use mapping::{Comparison, Gates, Source};
-use messages::{Effect, Job};
+use messages::{Job, StackEffect};
 use std::collections::BTreeMap;
 
 /// Pairs under verification at a time: they share a thread with the keeping of clouds.
@@ -10,7 +10,7 @@ const RUNNING: usize = 4;
 /// Pairs that may wait: what a walk through an old corridor proposes in half a minute.
 const WAITING: usize = 32;
 
-/// Work of one session.
+/// ComputeJob of one session.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
     /// In the order of arrival.
@@ -37,7 +37,7 @@ impl Queue {
     }
 
     /// Starts as many as may run, the most promising first and of equals the oldest. `jobs` counts all jobs of the stack.
-    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<Effect>) {
+    pub fn start(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         while self.running.len() < RUNNING {
             let best = (0..self.waiting.len()).max_by(|&a, &b| {
                 promise(&self.waiting[a]).total_cmp(&promise(&self.waiting[b])).then(b.cmp(&a))
@@ -48,16 +48,16 @@ impl Queue {
                 Asked::Loop(task) => Job::VerifyLoop(task),
                 Asked::Visit(task) => Job::CompareVisit(task),
             };
-            effects.push(Effect::StartJob { job: *jobs, work });
+            effects.push(StackEffect::StartJob { job: *jobs, work });
             self.running.insert(*jobs, (asked, Some(comparison)));
             *jobs += 1;
         }
     }
 
     /// What a job takes; once.
-    pub fn take(&mut self, job: u64, gates: &Gates) -> Option<Work> {
+    pub fn take(&mut self, job: u64, gates: &Gates) -> Option<ComputeJob> {
         let (asked, comparison) = self.running.get_mut(&job)?;
-        Some(Work::new(*asked, comparison.take()?, *gates))
+        Some(ComputeJob::new(*asked, comparison.take()?, *gates))
     }
 
     /// A job has ended. Says what had been asked of it, if it was one of these.
@@ -132,9 +132,9 @@ mod tests {
     fn started(queue: &mut Queue, jobs: &mut u64) -> Vec<u32> {
         let mut effects = Vec::new();
         queue.start(jobs, &mut effects);
-        let to = |effect: &Effect| match effect {
-            Effect::StartJob { work: Job::VerifyLoop(task), .. } => task.to.0,
-            Effect::StartJob { work: Job::CompareVisit(task), .. } => task.visit as u32,
+        let to = |effect: &StackEffect| match effect {
+            StackEffect::StartJob { work: Job::VerifyLoop(task), .. } => task.to.0,
+            StackEffect::StartJob { work: Job::CompareVisit(task), .. } => task.visit as u32,
             other => panic!("{other:?}"),
         };
         effects.iter().map(to).collect()

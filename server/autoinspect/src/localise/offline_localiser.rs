@@ -4,10 +4,10 @@ use crate::inputs::{Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
-    BootRecord, Command, CorrectedScan, Effect, Input, Job, JobDone, JobResult, LocalisationState, Order,
-    PriorMap, Publication, Sensor, Severity,
+    BootRecord, Command, CommandKind, CorrectedScan, Input, Job, JobDone, JobResult, LocalisationState,
+    PriorMap, Publication, Sensor, Severity, StackEffect,
 };
-use stack::{Stack, Work};
+use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,7 +21,7 @@ pub struct OfflineLocaliser<'a> {
     initial: Option<Pose>,
     now: Option<Stamp>,
     ticks: Ticks,
-    effects: Vec<Effect>,
+    effects: Vec<StackEffect>,
     jobs: VecDeque<(u64, bool)>,
     state: LocalisationState,
     first_scan: Option<Stamp>,
@@ -105,12 +105,12 @@ impl<'a> OfflineLocaliser<'a> {
         self.feed(at, Input::Boot(Box::new(boot)));
         let by = ClientId(Uuid::from_u128(1));
         let orders = [
-            Order::TakeControl { name: "autoinspect localise".to_owned() },
-            Order::Localise { map: self.known.map, at: self.initial },
+            CommandKind::TakeControl { name: "autoinspect localise".to_owned() },
+            CommandKind::Localise { map: self.known.map, at: self.initial },
         ];
         for (number, order) in (1..).zip(orders) {
             let id = CommandId(Uuid::from_u128(number));
-            self.feed(at, Input::Command(Command { id, by, order }));
+            self.feed(at, Input::Command(Command { id, by, kind: order }));
         }
     }
 
@@ -122,7 +122,7 @@ impl<'a> OfflineLocaliser<'a> {
             let result = if reads {
                 JobResult::MapLoaded(Arc::clone(&self.known))
             } else {
-                self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run)
+                self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run)
             };
             self.walked.search_time += thread_cpu_time() - start;
             self.step(at, Input::JobDone(JobDone { job, result }));
@@ -141,12 +141,12 @@ impl<'a> OfflineLocaliser<'a> {
         }
     }
 
-    fn handle_effect(&mut self, effect: Effect) {
+    fn handle_effect(&mut self, effect: StackEffect) {
         match effect {
-            Effect::StartJob { job, work: Job::ReadMap(_) } => self.jobs.push_back((job, true)),
-            Effect::StartJob { job, work: Job::Relocalise(_) } => self.jobs.push_back((job, false)),
-            Effect::Publish(Publication::Localisation(state)) => self.turn(state),
-            Effect::Publish(Publication::Scan(scan)) => {
+            StackEffect::StartJob { job, work: Job::ReadMap(_) } => self.jobs.push_back((job, true)),
+            StackEffect::StartJob { job, work: Job::Relocalise(_) } => self.jobs.push_back((job, false)),
+            StackEffect::Publish(Publication::Localisation(state)) => self.turn(state),
+            StackEffect::Publish(Publication::Scan(scan)) => {
                 self.walked.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
                 if let LocalisationState::Localised { degradation, .. } = self.state {
                     match degradation {
@@ -156,10 +156,10 @@ impl<'a> OfflineLocaliser<'a> {
                     self.walked.trajectory.push((scan.stamp, scan.map_from_base));
                 }
             }
-            Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
+            StackEffect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
                 output::print_note(&notice.text);
             }
-            Effect::Answer { refused: Some(reason), .. } => output::print_note(&reason),
+            StackEffect::Answer { refused: Some(reason), .. } => output::print_note(&reason),
             _ => {}
         }
     }

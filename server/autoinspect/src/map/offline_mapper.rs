@@ -7,11 +7,11 @@ use crate::output;
 use crate::process::thread_cpu_time;
 use lockstep::Digest;
 use messages::{
-    BootRecord, Command, Effect, FinishedMap, Input, Job, JobDone, JobResult, Order, Publication, Sensor,
-    Severity,
+    BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobDone, JobResult, Publication, Sensor,
+    Severity, StackEffect,
 };
 use ports::Journal;
-use stack::{Stack, Work};
+use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -52,7 +52,7 @@ pub struct OfflineMapper {
     digest: Digest,
     now: Option<Stamp>,
     ticks: Ticks,
-    effects: Vec<Effect>,
+    effects: Vec<StackEffect>,
     /// Started and not done.
     jobs: VecDeque<u64>,
     mapped: Tally,
@@ -177,11 +177,11 @@ impl OfflineMapper {
         let by = ClientId(Uuid::from_u128(1));
         let map = MapId(map_id(self.mapped.first.unwrap_or_default(), now, self.mapped.scans));
         for (number, order) in [
-            (1, Order::TakeControl { name: "autoinspect map".to_owned() }),
-            (2, Order::FinishMapping { map, name }),
+            (1, CommandKind::TakeControl { name: "autoinspect map".to_owned() }),
+            (2, CommandKind::FinishMapping { map, name }),
         ] {
             let id = CommandId(Uuid::from_u128(number));
-            self.feed(now, Input::Command(Command { id, by, order }))?;
+            self.feed(now, Input::Command(Command { id, by, kind: order }))?;
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ impl OfflineMapper {
         self.step(at, input)?;
         while let Some(job) = self.jobs.pop_front() {
             let start = thread_cpu_time();
-            let result = self.stack.take_work(job).map_or(JobResult::LoopNotVerified, Work::run);
+            let result = self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
             self.mapped.loop_time += thread_cpu_time() - start;
             self.step(at, Input::JobDone(JobDone { job, result }))?;
         }
@@ -218,10 +218,12 @@ impl OfflineMapper {
         std::mem::take(&mut self.effects).into_iter().try_for_each(|effect| self.handle_effect(effect))
     }
 
-    fn handle_effect(&mut self, effect: Effect) -> Result<(), Failure> {
+    fn handle_effect(&mut self, effect: StackEffect) -> Result<(), Failure> {
         match effect {
-            Effect::StartJob { work: Job::SaveMap(finished), .. } => self.mapped.finished = Some(finished),
-            Effect::StartJob {
+            StackEffect::StartJob { work: Job::SaveMap(finished), .. } => {
+                self.mapped.finished = Some(finished)
+            }
+            StackEffect::StartJob {
                 job,
                 work:
                     Job::VerifyLoop(_)
@@ -231,23 +233,23 @@ impl OfflineMapper {
                     | Job::PlanDisambiguation(_),
             } => self.jobs.push_back(job),
             // Nobody orders it here.
-            Effect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
-            Effect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
-            Effect::Publish(Publication::Scan(_)) => {
+            StackEffect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
+            StackEffect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
+            StackEffect::Publish(Publication::Scan(_)) => {
                 self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());
             }
-            Effect::Publish(Publication::Keyframe(keyframe)) if keyframe.session == SESSION => {
+            StackEffect::Publish(Publication::Keyframe(keyframe)) if keyframe.session == SESSION => {
                 let start = thread_cpu_time();
                 store::write_cloud(&self.clouds, &keyframe).map_err(Failure::failed)?;
                 self.mapped.cloud_time += thread_cpu_time() - start;
             }
-            Effect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
+            StackEffect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
                 if self.mapped.notices.len() < WARNINGS_SHOWN_MAX {
                     output::print_note(&notice.text);
                 }
                 self.mapped.notices.push(notice.text);
             }
-            Effect::Drive(_) | Effect::Answer { refused: None, .. } | Effect::Publish(_) => {}
+            StackEffect::Drive(_) | StackEffect::Answer { refused: None, .. } | StackEffect::Publish(_) => {}
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use crate::fake_gateway::{FakeGateway, until};
 use crate::program::{json, program, text};
-use api::{CoreMessage, Event, GatewayMessage, Mapping, Order};
+use api::{Command, CoreMessage, Event, GatewayMessage, Mapping};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
@@ -44,12 +44,12 @@ impl Drop for CoreProcess {
 
 /// Maps until there are some keyframes, walking slowly.
 fn map_a_little(gateway: &mut FakeGateway, session: u128) {
-    gateway.order(Order::TakeControl { name: "Test".to_owned() });
-    gateway.order(Order::StartMapping(SessionId(Uuid::from_u128(session))));
+    gateway.command(Command::TakeControl { name: "Test".to_owned() });
+    gateway.command(Command::StartMapping(SessionId(Uuid::from_u128(session))));
     let velocity = Twist { linear: Vec3::new(0.6, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, 0.3) };
     let mut keyframes = 0;
     while keyframes < 3 {
-        gateway.order(Order::Teleoperate(velocity));
+        gateway.command(Command::Teleoperate(velocity));
         keyframes = gateway.event(|event| match event {
             Event::Mapping(Mapping::Running { keyframes, .. }) => Some(*keyframes),
             Event::Estimate(_) => Some(keyframes),
@@ -58,8 +58,8 @@ fn map_a_little(gateway: &mut FakeGateway, session: u128) {
     }
 }
 
-fn finish(map: u128) -> Order {
-    Order::FinishMapping { map: MapId(Uuid::from_u128(map)), name: "Hall".to_owned() }
+fn finish(map: u128) -> Command {
+    Command::FinishMapping { map: MapId(Uuid::from_u128(map)), name: "Hall".to_owned() }
 }
 
 fn map_names(data: &Path) -> Vec<String> {
@@ -100,7 +100,7 @@ fn a_mapping_session_is_seen_live_saved_recorded_and_repeats_bit_for_bit() {
     }
     assert!(tiles.iter().map(|tile| tile.points).sum::<u32>() > 1000);
 
-    gateway.order(finish(9));
+    gateway.command(finish(9));
     let maps = gateway.event(|event| match event {
         Event::Maps(maps) if !maps.is_empty() => Some(maps.clone()),
         _ => None,
@@ -125,7 +125,7 @@ fn a_core_killed_while_it_saves_leaves_no_half_map() {
     let mut core = CoreProcess::start(dir.path());
     let mut gateway = FakeGateway::connect(&core.socket);
     map_a_little(&mut gateway, 1);
-    gateway.order(finish(7));
+    gateway.command(finish(7));
     // The moment at which files of the map are being written, or have just been.
     let hidden = format!(".{}", Uuid::from_u128(7));
     let whole = Uuid::from_u128(7).to_string();

@@ -1,6 +1,6 @@
 //! A gateway that the test plays.
 
-use api::{CoreMessage, Event, GatewayMessage, Order};
+use api::{Command, CoreMessage, Event, GatewayMessage};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::Path;
@@ -37,11 +37,11 @@ impl FakeGateway {
         self.stream.write_all(&body).expect("written");
     }
 
-    /// Sends an order and waits until it is accepted.
-    pub fn order(&mut self, order: Order) {
+    /// Sends a command and waits until it is accepted.
+    pub fn command(&mut self, command: Command) {
         let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
         let by = ClientId(Uuid::from_u128(1));
-        self.send(&GatewayMessage::Command { id, by, order });
+        self.send(&GatewayMessage::Command { id, by, command });
         let outcome = self.event(|event| match event {
             Event::CommandDone { id: done, outcome } if *done == id => Some(outcome.clone()),
             _ => None,

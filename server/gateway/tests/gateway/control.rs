@@ -1,7 +1,9 @@
 //! The control socket: greeting, snapshot, changes, commands.
 
 use crate::support::{Gateway, Socket, client_id, soon};
-use api::{Battery, ClientMessage, CommandOutcome, CoreMessage, Event, GatewayMessage, Order, ServerMessage};
+use api::{
+    Battery, ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, ServerMessage,
+};
 use gateway::Limits;
 use std::time::Duration;
 use tokio_tungstenite::tungstenite::Message;
@@ -11,8 +13,8 @@ fn battery(charge: f32) -> Event {
     Event::Battery(Battery { charge, ..Battery::default() })
 }
 
-fn command(number: u128, order: Order) -> ClientMessage {
-    ClientMessage::Command { id: command_id(number), order }
+fn command(number: u128, command: Command) -> ClientMessage {
+    ClientMessage::Command { id: command_id(number), command }
 }
 
 fn command_id(number: u128) -> CommandId {
@@ -136,9 +138,10 @@ async fn commands_carry_their_maker_and_answers_go_to_it_alone() {
     let mut maker = gateway.client(client_id(1)).await;
     let mut other = gateway.client(client_id(2)).await;
     maker.find(|event| matches!(event, Event::Platform(p) if p.core_connected).then_some(())).await;
-    maker.send(&command(7, Order::StopMotion)).await;
+    maker.send(&command(7, Command::StopMotion)).await;
     let forwarded = core.command().await;
-    let expected = GatewayMessage::Command { id: command_id(7), by: client_id(1), order: Order::StopMotion };
+    let expected =
+        GatewayMessage::Command { id: command_id(7), by: client_id(1), command: Command::StopMotion };
     assert_eq!(forwarded, expected);
     let done = Event::CommandDone { id: command_id(7), outcome: CommandOutcome::Accepted };
     core.send(&CoreMessage::Event { to: Some(client_id(1)), event: done }).await;
@@ -205,12 +208,12 @@ async fn floods_of_commands_are_refused_but_orders_to_stop_pass() {
     let mut socket = gateway.client(client_id(1)).await;
     socket.find(|event| matches!(event, Event::Platform(p) if p.core_connected).then_some(())).await;
     for number in 0..50 {
-        socket.send(&command(number, Order::ReleaseControl)).await;
+        socket.send(&command(number, Command::ReleaseControl)).await;
     }
-    socket.send(&command(99, Order::StopMotion)).await;
+    socket.send(&command(99, Command::StopMotion)).await;
     let mut forwarded = 0;
-    while let GatewayMessage::Command { order, .. } = core.command().await {
-        if order == Order::StopMotion {
+    while let GatewayMessage::Command { command, .. } = core.command().await {
+        if command == Command::StopMotion {
             break;
         }
         forwarded += 1;

@@ -2,7 +2,7 @@
 
 use crate::support::{Core, Gateway, Socket, client_id};
 use api::{
-    ClientMessage, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Order, Severity, TileEntry,
+    ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Severity, TileEntry,
     TileHash, TilesChanged,
 };
 use vocab::{Aabb, CommandId, Stamp};
@@ -113,22 +113,22 @@ async fn commands_without_a_core_are_refused_and_never_done_later() {
             _ => None,
         }
     };
-    client.send(&ClientMessage::Command { id: id(1), order: Order::AllowMotion }).await;
+    client.send(&ClientMessage::Command { id: id(1), command: Command::AllowMotion }).await;
     assert!(client.find(refused(1)).await.contains("core"));
 
     let mut core = gateway.core().await;
     core_is(&mut client, true).await;
-    client.send(&ClientMessage::Command { id: id(2), order: Order::AllowMotion }).await;
+    client.send(&ClientMessage::Command { id: id(2), command: Command::AllowMotion }).await;
     core.command().await;
     drop(core);
     assert!(client.find(refused(2)).await.contains("before it answered"), "no answer is owed for ever");
 
     let mut core = gateway.core().await;
     core_is(&mut client, true).await;
-    client.send(&ClientMessage::Command { id: id(3), order: Order::StopMotion }).await;
+    client.send(&ClientMessage::Command { id: id(3), command: Command::StopMotion }).await;
     let first = core.command().await;
     assert!(
-        matches!(first, GatewayMessage::Command { order: Order::StopMotion, .. }),
+        matches!(first, GatewayMessage::Command { command: Command::StopMotion, .. }),
         "nothing old: {first:?}"
     );
 }

@@ -3,7 +3,7 @@
 use super::{Model, Selection};
 use crate::history::{LoopEdit, Step};
 use crate::{ClientEffect, LoopPair, LoopPick, LoopProposal};
-use api::{LoopsChanged, Order, Severity};
+use api::{Command, LoopsChanged, Severity};
 
 /// A proposal that nothing was heard of for so long is given up.
 const PROPOSAL_S_MAX: f64 = 30.0;
@@ -36,7 +36,7 @@ impl Model {
         let Some(guess) = self.guess(pair, self.loop_guess) else { return };
         self.loop_pick = None;
         self.proposed = Some(LoopProposal { pair, asked: self.now });
-        self.order_in_control(Order::ProposeLoop { from: pair.from, to: pair.to, guess }, effects);
+        self.order_in_control(Command::ProposeLoop { from: pair.from, to: pair.to, guess }, effects);
     }
 
     pub(super) fn decide_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<ClientEffect>) {
@@ -78,7 +78,8 @@ impl Model {
 
     fn order_loop(&mut self, pair: LoopPair, accepted: bool, effects: &mut Vec<ClientEffect>) -> LoopEdit {
         let LoopPair { from, to } = pair;
-        let order = if accepted { Order::AcceptLoop { from, to } } else { Order::RejectLoop { from, to } };
+        let order =
+            if accepted { Command::AcceptLoop { from, to } } else { Command::RejectLoop { from, to } };
         self.take_free_control(effects);
         let command = self.ids.command();
         self.order_as(command, order, effects);

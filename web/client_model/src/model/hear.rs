@@ -3,7 +3,7 @@
 use super::Model;
 use crate::pending::PendingCommand;
 use crate::{Aged, CameraMove, ClientEffect, Loading, Socket};
-use api::{CommandOutcome, Localisation, Mapping, Motion, Order, ScanFrame, ServerMessage, Severity};
+use api::{Command, CommandOutcome, Localisation, Mapping, Motion, ScanFrame, ServerMessage, Severity};
 use vocab::MapId;
 
 /// A notice older than this is history, not news.
@@ -56,7 +56,7 @@ impl Model {
         for pending in &again {
             effects.push(ClientEffect::command(pending.id, pending.order.clone()));
         }
-        for pending in stale.iter().filter(|pending| !matches!(pending.order, Order::Teleoperate(_))) {
+        for pending in stale.iter().filter(|pending| !matches!(pending.order, Command::Teleoperate(_))) {
             let text =
                 format!("{} may not have reached the robot: the link was lost. Try again.", pending.name());
             self.notices.add(self.now, Severity::Warning, text);
@@ -162,11 +162,11 @@ impl Model {
     }
 
     fn done(&mut self, id: vocab::CommandId, outcome: CommandOutcome) {
-        let proposal = |pending: &PendingCommand| matches!(pending.order, Order::ProposeLoop { .. });
+        let proposal = |pending: &PendingCommand| matches!(pending.order, Command::ProposeLoop { .. });
         let proposed = self.pending.iter().any(|pending| pending.id == id && proposal(pending));
         let work =
             self.pending.iter().find(|pending| pending.id == id).and_then(|pending| match pending.order {
-                Order::AlignMap { upload, .. } => Some(upload),
+                Command::AlignMap { upload, .. } => Some(upload),
                 _ => None,
             });
         self.pending.retain(|pending| pending.id != id);

@@ -4,7 +4,7 @@ use super::Model;
 use crate::history::Step;
 use crate::pending::PendingCommand;
 use crate::{CameraMove, Changed, ClientCommand, ClientEffect, LinkState, Socket, ViewSettings};
-use api::{Order, Severity};
+use api::{Command, Severity};
 use vocab::{CommandId, Pose, Twist};
 
 impl Model {
@@ -12,18 +12,18 @@ impl Model {
         match command {
             ClientCommand::ShowScreen(screen) => self.screen = screen,
             ClientCommand::StopMotion => self.stop_motion(effects),
-            ClientCommand::AllowMotion => self.order_in_control(Order::AllowMotion, effects),
+            ClientCommand::AllowMotion => self.order_in_control(Command::AllowMotion, effects),
             ClientCommand::TakeControl => self.take_control(effects),
-            ClientCommand::ReleaseControl => self.order(Order::ReleaseControl, effects),
+            ClientCommand::ReleaseControl => self.order(Command::ReleaseControl, effects),
             ClientCommand::StartMapping => {
                 let session = self.ids.session();
-                self.order_in_control(Order::StartMapping(session), effects);
+                self.order_in_control(Command::StartMapping(session), effects);
             }
             ClientCommand::ExtendMap(map) => {
                 let session = self.ids.session();
-                self.order_in_control(Order::ExtendMap { session, map }, effects);
+                self.order_in_control(Command::ExtendMap { session, map }, effects);
             }
-            ClientCommand::UseMap(map) => self.order_in_control(Order::Localise { map, at: None }, effects),
+            ClientCommand::UseMap(map) => self.order_in_control(Command::Localise { map, at: None }, effects),
             ClientCommand::PickPose(armed) => {
                 self.place_armed = armed;
                 self.walk_armed = false;
@@ -41,14 +41,14 @@ impl Model {
             ClientCommand::StartAlignment => self.lay(effects),
             ClientCommand::CancelAlignment => self.align = None,
             ClientCommand::CancelImport => self.cancel_import(effects),
-            ClientCommand::InjectFault(mishap) => self.order(Order::Cause(mishap), effects),
-            ClientCommand::Relocalise => self.order_in_control(Order::LookAbout, effects),
-            ClientCommand::LeaveMap => self.order_in_control(Order::LeaveMap, effects),
+            ClientCommand::InjectFault(mishap) => self.order(Command::InjectFault(mishap), effects),
+            ClientCommand::Relocalise => self.order_in_control(Command::LookAbout, effects),
+            ClientCommand::LeaveMap => self.order_in_control(Command::LeaveMap, effects),
             ClientCommand::FinishMapping { name } => {
                 let map = self.ids.map();
-                self.order_in_control(Order::FinishMapping { map, name: name.trim().to_owned() }, effects);
+                self.order_in_control(Command::FinishMapping { map, name: name.trim().to_owned() }, effects);
             }
-            ClientCommand::DiscardMapping => self.order_in_control(Order::DiscardMapping, effects),
+            ClientCommand::DiscardMapping => self.order_in_control(Command::DiscardMapping, effects),
             ClientCommand::AcceptLoop(pair) => self.decide_loop(pair, true, effects),
             ClientCommand::RejectLoop(pair) => self.decide_loop(pair, false, effects),
             ClientCommand::UndoLoop => self.undo_loop(effects),
@@ -63,10 +63,12 @@ impl Model {
             }
             ClientCommand::WalkTo(goal) => {
                 self.walk_armed = false;
-                self.order_in_control(Order::WalkTo(goal), effects);
+                self.order_in_control(Command::WalkTo(goal), effects);
             }
             // A velocity by hand ends a walk; none means: stand.
-            ClientCommand::CancelWalk => self.order_in_control(Order::Teleoperate(Twist::default()), effects),
+            ClientCommand::CancelWalk => {
+                self.order_in_control(Command::Teleoperate(Twist::default()), effects)
+            }
             ClientCommand::PickGoal(armed) => {
                 self.walk_armed = armed;
                 self.place_armed = false;
@@ -87,7 +89,7 @@ impl Model {
     fn place_robot(&mut self, place: Pose, effects: &mut Vec<ClientEffect>) {
         self.place_armed = false;
         if let Some(map) = self.viewed_map().or(self.localisation.map()) {
-            self.order_in_control(Order::Localise { map, at: Some(place) }, effects);
+            self.order_in_control(Command::Localise { map, at: Some(place) }, effects);
             self.view_map(None, effects);
         }
     }
@@ -156,7 +158,7 @@ impl Model {
     fn stop_motion(&mut self, effects: &mut Vec<ClientEffect>) {
         self.drive.hold(self.now, None);
         self.walk_armed = false;
-        self.order(Order::StopMotion, effects);
+        self.order(Command::StopMotion, effects);
     }
 
     pub(super) fn teleoperate(&mut self, twist: Twist, effects: &mut Vec<ClientEffect>) {
@@ -166,36 +168,36 @@ impl Model {
         self.take_free_control(effects);
         // Ten a second, each of them soon out of date: they are not kept for a reconnection.
         let id = self.ids.command();
-        effects.push(ClientEffect::command(id, Order::Teleoperate(twist)));
+        effects.push(ClientEffect::command(id, Command::Teleoperate(twist)));
     }
 
     fn take_control(&mut self, effects: &mut Vec<ClientEffect>) {
-        self.order(Order::TakeControl { name: self.operator_name() }, effects);
+        self.order(Command::TakeControl { name: self.operator_name() }, effects);
     }
 
     /// Takes the lease if it lies about: nobody wants to press a button for that.
     pub(super) fn take_free_control(&mut self, effects: &mut Vec<ClientEffect>) {
-        let asked = self.is_pending(|order| matches!(order, Order::TakeControl { .. }));
+        let asked = self.is_pending(|order| matches!(order, Command::TakeControl { .. }));
         if self.control.owner.is_none() && !asked {
             self.take_control(effects);
         }
     }
 
-    pub(super) fn order_in_control(&mut self, order: Order, effects: &mut Vec<ClientEffect>) {
+    pub(super) fn order_in_control(&mut self, order: Command, effects: &mut Vec<ClientEffect>) {
         self.take_free_control(effects);
         self.order(order, effects);
     }
 
-    pub(crate) fn order(&mut self, order: Order, effects: &mut Vec<ClientEffect>) {
+    pub(crate) fn order(&mut self, order: Command, effects: &mut Vec<ClientEffect>) {
         let id = self.ids.command();
         self.order_as(id, order, effects);
     }
 
     /// Gives an order under an id of the caller's.
-    pub(super) fn order_as(&mut self, id: CommandId, order: Order, effects: &mut Vec<ClientEffect>) {
+    pub(super) fn order_as(&mut self, id: CommandId, order: Command, effects: &mut Vec<ClientEffect>) {
         if self.link.connected() {
             effects.push(ClientEffect::command(id, order.clone()));
-        } else if order == Order::StopMotion {
+        } else if order == Command::StopMotion {
             let text = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. \
                         Use the stop button on the robot.";
             self.notices.add(self.now, Severity::Error, text.to_owned());

@@ -39,20 +39,20 @@ fn fetched(bench: &mut Bench) -> Vec<u32> {
 }
 
 /// The ids of the orders sent, and what they say.
-fn sent(bench: &mut Bench) -> Vec<(vocab::CommandId, Order)> {
+fn sent(bench: &mut Bench) -> Vec<(vocab::CommandId, Command)> {
     let order = |effect| match effect {
-        ClientEffect::Send(ClientMessage::Command { id, order }) => Some((id, order)),
+        ClientEffect::Send(ClientMessage::Command { id, command: order }) => Some((id, order)),
         _ => None,
     };
     bench.take().into_iter().filter_map(order).collect()
 }
 
-fn accept(from: u32, to: u32) -> Order {
-    Order::AcceptLoop { from: KeyframeId(from), to: KeyframeId(to) }
+fn accept(from: u32, to: u32) -> Command {
+    Command::AcceptLoop { from: KeyframeId(from), to: KeyframeId(to) }
 }
 
-fn reject(from: u32, to: u32) -> Order {
-    Order::RejectLoop { from: KeyframeId(from), to: KeyframeId(to) }
+fn reject(from: u32, to: u32) -> Command {
+    Command::RejectLoop { from: KeyframeId(from), to: KeyframeId(to) }
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn two_keyframes_are_chosen_and_proposed_with_a_guess_from_the_graph() {
     assert_eq!(fetched(&mut bench), [3, 12], "they are laid over each other before they are proposed");
     bench.command(ClientCommand::ProposeLoop);
     let orders = bench.orders();
-    let [Order::ProposeLoop { from, to, guess }] = &orders[..] else { panic!("{orders:?}") };
+    let [Command::ProposeLoop { from, to, guess }] = &orders[..] else { panic!("{orders:?}") };
     assert_eq!((from.0, to.0, guess.position.x), (3, 12, 9.0));
     assert!(bench.model.proposed.is_some() && bench.model.loop_pick.is_none());
 
@@ -158,7 +158,7 @@ fn a_drifted_pair_can_be_guessed_at_the_same_place() {
     }
     bench.command(ClientCommand::ProposeLoop);
     let proposed =
-        |order: &Order| matches!(order, Order::ProposeLoop { guess, .. } if guess.position.x == 0.0);
+        |order: &Command| matches!(order, Command::ProposeLoop { guess, .. } if guess.position.x == 0.0);
     assert!(bench.orders().iter().any(proposed));
 }
 

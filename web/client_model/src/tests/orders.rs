@@ -15,7 +15,7 @@ fn an_unanswered_order_is_repeated_under_its_id_after_a_short_loss() {
     bench.connect();
     let again = bench.take();
     assert!(again.contains(&first[0]), "the same command under the same id");
-    assert!(bench.model.is_pending(|order| matches!(order, Order::StartMapping(_))));
+    assert!(bench.model.is_pending(|order| matches!(order, Command::StartMapping(_))));
 }
 
 #[test]
@@ -36,11 +36,11 @@ fn a_stop_is_sent_even_an_hour_later_and_needs_no_control() {
     let mut bench = Bench::connected();
     bench.event(api::Event::Control(Control { owner: Some(OTHER), name: "other".into() }));
     bench.command(ClientCommand::StopMotion);
-    assert_eq!(bench.orders(), [Order::StopMotion]);
+    assert_eq!(bench.orders(), [Command::StopMotion]);
     lose(&mut bench);
     bench.wait(3600.0);
     bench.connect();
-    assert_eq!(bench.orders(), [Order::StopMotion]);
+    assert_eq!(bench.orders(), [Command::StopMotion]);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn driving_repeats_ten_times_a_second_and_ends_with_one_zero() {
     bench.command(ClientCommand::SetVelocity(None));
     bench.command(ClientCommand::SetVelocity(None));
     bench.wait(1.0);
-    assert_eq!(bench.orders(), [Order::Teleoperate(Twist::default())]);
+    assert_eq!(bench.orders(), [Command::Teleoperate(Twist::default())]);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn walking_disarms_the_click_and_can_be_given_up() {
     }));
     bench.take();
     bench.command(ClientCommand::CancelWalk);
-    assert_eq!(bench.orders(), [Order::Teleoperate(Twist::default())]);
+    assert_eq!(bench.orders(), [Command::Teleoperate(Twist::default())]);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn who_shows_where_the_robot_stands_means_the_map_that_is_looked_at() {
     assert!(bench.model.place_armed && !bench.model.walk_armed);
     bench.take();
     bench.command(ClientCommand::SetPose(place));
-    assert_eq!(bench.orders(), [Order::Localise { map, at: Some(place) }]);
+    assert_eq!(bench.orders(), [Command::Localise { map, at: Some(place) }]);
     assert_eq!((bench.model.place_armed, bench.model.viewed_map()), (false, None));
     bench.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
     bench.command(ClientCommand::PickPose(true));
@@ -136,13 +136,13 @@ fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
     bench.apply(ClientEvent::UploadProgress { upload, share: 0.25 });
     assert_eq!(bench.model.upload.as_ref().map(|it| it.share), Some(0.25));
     bench.apply(ClientEvent::UploadFinished { upload, result: Ok(()) });
-    assert_eq!(bench.orders(), [Order::ImportMap { upload, name: "north.wing".into(), frame: None }]);
+    assert_eq!(bench.orders(), [Command::ImportMap { upload, name: "north.wing".into(), frame: None }]);
     assert_eq!(bench.model.upload, None);
 
     let (name, stage) = ("north.wing".to_owned(), api::ImportStage::Looking);
     bench.event(api::Event::Import(api::Import::Running { upload, name, stage, share: 0.5 }));
     bench.command(ClientCommand::CancelImport);
-    assert_eq!(bench.orders(), [Order::CancelImport(upload)]);
+    assert_eq!(bench.orders(), [Command::CancelImport(upload)]);
 
     let frame = Some(MapId(Uuid::from_u128(7)));
     bench.command(ClientCommand::ImportMap { frame });
@@ -185,7 +185,7 @@ fn points_are_picked_in_one_map_and_the_other_in_turn_and_may_be_taken_back() {
     bench.take();
     bench.command(ClientCommand::StartAlignment);
     let orders = bench.orders();
-    let [Order::AlignMap { map: laid, onto: frame, pairs, .. }] = orders.as_slice() else {
+    let [Command::AlignMap { map: laid, onto: frame, pairs, .. }] = orders.as_slice() else {
         panic!("{orders:?}")
     };
     assert_eq!((*laid, *frame), (map, onto));

@@ -24,9 +24,9 @@ fn tiles(reset: bool, first_byte: u8) -> Event {
 }
 
 /// Everything that waits for a connection.
-fn drain(board: &Board, connection: u64) -> Vec<Event> {
-    let waiting = board.lock().queue.len();
-    let messages = (0..waiting).filter_map(|_| board.next(connection));
+fn drain(state_publisher: &StatePublisher, connection: u64) -> Vec<Event> {
+    let waiting = state_publisher.lock().queue.len();
+    let messages = (0..waiting).filter_map(|_| state_publisher.next(connection));
     messages
         .filter_map(|message| match message {
             CoreMessage::Event { event, .. } => Some(event),
@@ -37,13 +37,13 @@ fn drain(board: &Board, connection: u64) -> Vec<Event> {
 
 #[test]
 fn a_gateway_that_connects_gets_the_latest_of_each_kind_and_every_tile() {
-    let board = Board::default();
+    let state_publisher = StatePublisher::default();
     for event in [battery(0.9), tiles(true, 1), notice(1), tiles(false, 2), battery(0.8), notice(2)] {
-        board.set(event);
+        state_publisher.publish(event);
     }
-    let connection = board.connect();
-    assert_eq!(board.next(connection), Some(CoreMessage::Hello { version: api::VERSION }));
-    let events = drain(&board, connection);
+    let connection = state_publisher.connect();
+    assert_eq!(state_publisher.next(connection), Some(CoreMessage::Hello { version: api::VERSION }));
+    let events = drain(&state_publisher, connection);
     let Some(Event::Tiles(changed)) = events.iter().find(|event| matches!(event, Event::Tiles(_))) else {
         panic!("no tiles in {events:?}");
     };
@@ -55,7 +55,7 @@ fn a_gateway_that_connects_gets_the_latest_of_each_kind_and_every_tile() {
 
 #[test]
 fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
-    let board = Board::default();
+    let state_publisher = StatePublisher::default();
     let decided = |to: u32| {
         let task = messages::LoopTask {
             session: vocab::SessionId(uuid::Uuid::nil()),
@@ -74,13 +74,13 @@ fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
         };
         crate::convert::event(messages::Publication::LoopDecided(decision)).expect("told to clients")
     };
-    board.set(decided(7));
-    board.set(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
+    state_publisher.publish(decided(7));
+    state_publisher.publish(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
     for to in 0..MAX_LOOP_DECISIONS as u32 + 20 {
-        board.set(decided(to));
+        state_publisher.publish(decided(to));
     }
-    let connection = board.connect();
-    let events = drain(&board, connection);
+    let connection = state_publisher.connect();
+    let events = drain(&state_publisher, connection);
     let Some(Event::Loops(changed)) = events.iter().find(|event| matches!(event, Event::Loops(_))) else {
         panic!("no loops in {events:?}");
     };
@@ -88,52 +88,52 @@ fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
     let first = &changed.added[0];
     assert_eq!((first.to.0, first.residual, first.source), (20, 0.25, api::LoopSource::Person));
     // Decisions add up while they wait.
-    board.set(decided(1));
-    board.set(decided(2));
-    assert_eq!(drain(&board, connection), [decided(1), decided(2)]);
+    state_publisher.publish(decided(1));
+    state_publisher.publish(decided(2));
+    assert_eq!(drain(&state_publisher, connection), [decided(1), decided(2)]);
 }
 
 #[test]
 fn a_slow_gateway_gets_only_the_newest_of_what_goes_out_of_date() {
-    let board = Board::default();
-    let connection = board.connect();
-    drain(&board, connection);
+    let state_publisher = StatePublisher::default();
+    let connection = state_publisher.connect();
+    drain(&state_publisher, connection);
     for number in 0..10_000_i64 {
-        board.set(battery(number as f32));
-        board.push(CoreMessage::Scan {
+        state_publisher.publish(battery(number as f32));
+        state_publisher.push(CoreMessage::Scan {
             stamp: Stamp::from_nanos(number),
             map_from_base: vocab::Pose::IDENTITY,
             points: vec![0; 1000],
         });
     }
-    board.set(notice(7));
-    assert_eq!(board.lock().queue.len(), 3);
-    assert_eq!(drain(&board, connection), [battery(9999.0), notice(7)]);
+    state_publisher.publish(notice(7));
+    assert_eq!(state_publisher.lock().queue.len(), 3);
+    assert_eq!(drain(&state_publisher, connection), [battery(9999.0), notice(7)]);
 }
 
 #[test]
 fn a_gateway_that_does_not_read_loses_its_connection_and_finds_all_again() {
-    let board = Board::default();
-    let connection = board.connect();
-    board.set(battery(0.5));
+    let state_publisher = StatePublisher::default();
+    let connection = state_publisher.connect();
+    state_publisher.publish(battery(0.5));
     for number in 0..=QUEUE_MAX as i64 {
-        board.set(notice(number));
+        state_publisher.publish(notice(number));
     }
-    assert_eq!(board.next(connection), None);
-    let again = board.connect();
-    assert!(drain(&board, again).contains(&battery(0.5)));
+    assert_eq!(state_publisher.next(connection), None);
+    let again = state_publisher.connect();
+    assert!(drain(&state_publisher, again).contains(&battery(0.5)));
 }
 
 #[test]
 fn answers_go_to_whoever_asked_and_are_not_kept() {
-    let board = Board::default();
+    let state_publisher = StatePublisher::default();
     let (id, to) = (CommandId(uuid::Uuid::from_u128(1)), ClientId(uuid::Uuid::from_u128(2)));
-    let connection = board.connect();
-    drain(&board, connection);
-    board.answer(id, to, Some("no".to_owned()));
+    let connection = state_publisher.connect();
+    drain(&state_publisher, connection);
+    state_publisher.answer(id, to, Some("no".to_owned()));
     let outcome = CommandOutcome::Refused("no".to_owned());
     let expected = CoreMessage::Event { to: Some(to), event: Event::CommandDone { id, outcome } };
-    assert_eq!(board.next(connection), Some(expected));
-    let again = board.connect();
-    assert!(!drain(&board, again).iter().any(|event| matches!(event, Event::CommandDone { .. })));
+    assert_eq!(state_publisher.next(connection), Some(expected));
+    let again = state_publisher.connect();
+    assert!(!drain(&state_publisher, again).iter().any(|event| matches!(event, Event::CommandDone { .. })));
 }

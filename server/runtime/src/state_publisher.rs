@@ -17,9 +17,9 @@ const QUEUE_MAX: usize = 2_000;
 /// Notices that a new gateway is told.
 const NOTICES_KEPT: usize = 50;
 
-/// Shared by those who have news and the thread that writes to the gateway.
+/// Shared by the threads that publish state and the thread that writes to the gateway.
 #[derive(Default)]
-pub struct Board {
+pub struct StatePublisher {
     state: Mutex<State>,
     changed: Condvar,
     streams: AtomicU32,
@@ -44,9 +44,9 @@ struct Snapshot {
     loops: VecDeque<LoopDecision>,
 }
 
-impl Board {
-    /// Puts up state for all clients.
-    pub fn set(&self, event: Event) {
+impl StatePublisher {
+    /// Publishes state to all clients.
+    pub fn publish(&self, event: Event) {
         let mut state = self.lock();
         state.snapshot.keep(&event);
         if state.connection.is_some() {
@@ -199,5 +199,5 @@ impl Snapshot {
 }
 
 #[cfg(test)]
-#[path = "board_tests.rs"]
+#[path = "state_publisher_tests.rs"]
 mod tests;
