@@ -71,7 +71,7 @@ pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similar
 /// fewer than two points, or points above each other, which leave the heading open.
 ///
 /// - `pairs`: (truth, estimate), metres.
-pub fn level_alignment(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
+pub fn align_yaw_only(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
     let count = pairs.len() as f64;
     let mean = |pick: fn(&(Vector3, Vector3)) -> Vector3| pairs.iter().map(pick).sum::<Vector3>() / count;
     let (truth_mean, estimate_mean) = (mean(|pair| pair.0), mean(|pair| pair.1));
@@ -93,11 +93,11 @@ pub fn level_alignment(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn aligned_rmse(pairs: &[(Vector3, Vector3)]) -> Option<f64> {
-    Some(rms_apart(pairs, &umeyama(pairs, false)?.truth_from_estimate))
+    Some(rms_distance(pairs, &umeyama(pairs, false)?.truth_from_estimate))
 }
 
 /// Root mean square distance of pairs (truth, estimate) under a motion, metres; not a number where there are none.
-pub fn rms_apart(pairs: &[(Vector3, Vector3)], truth_from_estimate: &Isometry) -> f64 {
+pub fn rms_distance(pairs: &[(Vector3, Vector3)], truth_from_estimate: &Isometry) -> f64 {
     let square = |(truth, estimate): &(Vector3, Vector3)| {
         (truth_from_estimate.transform_point(&Point3::from(*estimate)).coords - truth).norm_squared()
     };
@@ -139,12 +139,12 @@ mod tests {
             [Vector3::new(1.0, 2.0, 3.0), Vector3::new(-4.0, 1.0, 2.0), Vector3::new(2.0, 2.5, -1.0)];
         let pairs = points.map(|p| ((motion * Point3::from(p)).coords, p));
         for count in [2, 3] {
-            let Some(found) = level_alignment(&pairs[..count]) else { panic!("enough points") };
+            let Some(found) = align_yaw_only(&pairs[..count]) else { panic!("enough points") };
             assert!((found.to_homogeneous() - motion.to_homogeneous()).norm() < 1e-9);
         }
         let above = [0.0, 1.0].map(|z| Vector3::new(1.0, 1.0, z)).map(|p| (p, p));
-        assert_eq!((level_alignment(&pairs[..1]), level_alignment(&above)), (None, None));
-        assert_eq!(level_alignment(&[]), None);
+        assert_eq!((align_yaw_only(&pairs[..1]), align_yaw_only(&above)), (None, None));
+        assert_eq!(align_yaw_only(&[]), None);
     }
 
     #[test]

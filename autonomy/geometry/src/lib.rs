@@ -10,7 +10,7 @@ mod random;
 pub mod se3;
 pub mod so3;
 
-pub use alignment::{Similarity, aligned_rmse, level_alignment, rms_apart, umeyama};
+pub use alignment::{Similarity, align_yaw_only, aligned_rmse, rms_distance, umeyama};
 pub use frames::{Base, Imu, Lidar, Map, Odom, Transform};
 pub use plain::{isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 pub use random::{Rng, RngTree};

@@ -28,7 +28,7 @@ impl AdaptiveVoxelFilter {
     /// Means of voxels, which are larger or smaller the next time. Linear in the points.
     pub fn thin(&mut self, xyz: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.centroids.clear();
-        self.downsampler.centroids(xyz, &[], self.voxel, &mut self.centroids);
+        self.downsampler.downsample(xyz, &[], self.voxel, &mut self.centroids);
         let thinned: Vec<[f32; 3]> = self.centroids.iter().map(|centroid| centroid.xyz).collect();
         let ratio = thinned.len().max(1) as f32 / WANTED as f32;
         self.voxel = (self.voxel * ratio.powf(FOLLOWS)).clamp(BOUNDS.0, BOUNDS.1);

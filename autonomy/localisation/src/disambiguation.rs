@@ -8,8 +8,8 @@
 use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Vector3};
 use mapping::Place;
-use mapping::view::Sight;
-use registration::{MatchOptions, score};
+use mapping::range_image::Occupancy;
+use registration::{MatchingConfig, score};
 
 /// One walks from keyframe to keyframe, where nothing stands between them, in steps of so many metres at most that rise by so much a metre.
 const STEP: f64 = 2.5;
@@ -19,8 +19,13 @@ const FARTHEST: f64 = 25.0;
 const APART: f64 = 1.0;
 /// Points of each look, matched nearly as scans are.
 const POINTS: usize = 500;
-const MATCHING: MatchOptions =
-    MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.02, spread: true, facing: true };
+const MATCHING: MatchingConfig = MatchingConfig {
+    gate_m: 0.1,
+    kernel_width: 3.0,
+    noise_m: 0.02,
+    use_distributions: true,
+    front_facing_only: true,
+};
 /// A place is told apart that fits so much worse over so many metres, nearly twice what it takes: scans differ less than keyframes do. What
 /// fits less worse than the second is alike; all places together told apart by less than the third are not.
 const TELLS: (f64, f64) = (0.2, 0.7);
@@ -182,7 +187,7 @@ impl LocalisationMap {
         let sensor = seen.sensor();
         let at = (pose.inverse() * nalgebra::Point3::from(*base)).coords.cast::<f32>()
             + Vector3::from(sensor.map(f64::from)).cast::<f32>();
-        (seen.view().look(&at.into()) != Sight::Hidden).then_some(metres)
+        (seen.view().classify(&at.into()) != Occupancy::Occluded).then_some(metres)
     }
 }
 

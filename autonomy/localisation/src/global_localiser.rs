@@ -11,7 +11,7 @@ use mapping::places::Places;
 use mapping::scan_context::{first_from_second, level_from_base};
 use mapping::{ORIGINS, Place};
 use nalgebra::Translation3;
-use registration::{Fit, MatchOptions, refine, score};
+use registration::{Fit, MatchingConfig, refine, score};
 use std::sync::Arc;
 
 /// Places looked at that look alike, and their greatest distance of descriptors.
@@ -26,12 +26,23 @@ const ABOUT: ([f64; 5], [f64; 5]) = ([-1.0, -0.5, 0.0, 0.5, 1.0], [-0.35, -0.17,
 /// Points that try starts out, and steps.
 const COARSE_POINTS: usize = 300;
 const COARSE_STEPS: usize = 8;
-const COARSE: MatchOptions =
-    MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true, facing: true };
+const COARSE: MatchingConfig = MatchingConfig {
+    gate_m: 0.25,
+    kernel_width: 3.0,
+    noise_m: 0.05,
+    use_distributions: true,
+    front_facing_only: true,
+};
 /// The best are settled with all points.
 const SETTLED: usize = 10;
 const FINE_STEPS: usize = 12;
-const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true, facing: true };
+const FINE: MatchingConfig = MatchingConfig {
+    gate_m: 0.15,
+    kernel_width: 3.0,
+    noise_m: 0.02,
+    use_distributions: true,
+    front_facing_only: true,
+};
 /// Two places are different beyond this: metres and radians.
 const APART: (f64, f64) = (0.5, 0.15);
 

@@ -3,7 +3,7 @@
 use crate::tiled_surfaces::{Keyframes, TiledSurfaces};
 use geometry::Isometry;
 use mapping::Place;
-use mapping::view::Sight;
+use mapping::range_image::Occupancy;
 use nalgebra::Point3;
 use points::GaussianMapConfig;
 
@@ -17,7 +17,7 @@ const POINTS: usize = 400;
 /// Fewer points of which the keyframes can speak than this say nothing: dense scans hide most of what is behind their nearest points.
 const SPOKEN_OF: usize = 20;
 
-/// Surfaces and sight of a known map.
+/// SurfaceMap and sight of a known map.
 #[derive(Debug)]
 pub struct LocalisationMap {
     surfaces: TiledSurfaces,
@@ -78,10 +78,10 @@ impl LocalisationMap {
         let mut sightings = FreeSpaceCheck::default();
         for point in points.iter().step_by(points.len().div_ceil(POINTS).max(1)) {
             let at = Point3::from(*point);
-            let looks = || views.iter().map(|(turn, view)| view.look(&(turn * at).into()));
-            if looks().any(|sight| sight == Sight::Agrees) {
+            let looks = || views.iter().map(|(turn, view)| view.classify(&(turn * at).into()));
+            if looks().any(|sight| sight == Occupancy::Occupied) {
                 sightings.agreed += 1;
-            } else if looks().any(|sight| sight == Sight::Through) {
+            } else if looks().any(|sight| sight == Occupancy::Free) {
                 sightings.through += 1;
             }
         }

@@ -4,15 +4,20 @@ use crate::localisation_map::LocalisationMap;
 use crate::localisation_monitor::{LocalisationMonitor, LocalisationStatus, PoseEvidence};
 use geometry::{Isometry, Matrix6, Vector6, se3};
 use mapping::Uncertain;
-use registration::{MatchOptions, condition, linearise};
+use registration::{MatchingConfig, linearise, shrink_eigenvalues};
 use std::sync::Arc;
 use vocab::Stamp;
 
 /// Fewer points than this say nothing.
 const MIN_POINTS: usize = 60;
 /// How points are matched once the pose is nearly right: the map is made of thinned clouds.
-const MATCHING: MatchOptions =
-    MatchOptions { gate: 0.1, kernel: 3.0, noise: 0.015, spread: true, facing: true };
+const MATCHING: MatchingConfig = MatchingConfig {
+    gate_m: 0.1,
+    kernel_width: 3.0,
+    noise_m: 0.015,
+    use_distributions: true,
+    front_facing_only: true,
+};
 /// Gauss-Newton steps at most, and the length of one that ends them: radians and metres.
 const ITERATIONS: usize = 8;
 const RESTING: f64 = 1e-4;
@@ -145,10 +150,13 @@ fn fit(guide: &LocalisationMap, predicted: &Uncertain, points: &[[f32; 3]]) -> F
     let mut pose = predicted.pose;
     let (mut information, mut matched, mut mapped) = (Matrix6::zeros(), 0.0, 0.0);
     for _ in 0..ITERATIONS {
-        let options =
-            MatchOptions { gate: MATCHING.gate * widen, kernel: MATCHING.kernel * widen, ..MATCHING };
+        let options = MatchingConfig {
+            gate_m: MATCHING.gate_m * widen,
+            kernel_width: MATCHING.kernel_width * widen,
+            ..MATCHING
+        };
         let at = linearise(guide.surfaces(), points, &pose, &options);
-        let seen = condition(&at.information, &at.gradient, arm, FEIGNED);
+        let seen = shrink_eigenvalues(&at.information, &at.gradient, arm, FEIGNED);
         information = seen.information / CORRELATED;
         [matched, mapped] = [at.inliers, at.matched].map(|count| count as f64 / points.len().max(1) as f64);
         let off = se3::local(&predicted.pose, &pose);

@@ -6,7 +6,7 @@
 use geometry::{Isometry, Vector3};
 use mapping::Place;
 use points::hash::{CellKey, CellTable};
-use points::{GaussianMap, GaussianMapConfig, Surface, Surfaces};
+use points::{GaussianMap, GaussianMapConfig, Surface, SurfaceMap};
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -16,7 +16,7 @@ const TILE: i64 = 16;
 /// What the surfaces are made of: keyframes, each with its pose in the map.
 pub(crate) type Keyframes = Arc<[(Isometry, Place)]>;
 
-/// Surfaces by tile.
+/// SurfaceMap by tile.
 #[derive(Debug)]
 pub struct TiledSurfaces {
     config: GaussianMapConfig,
@@ -62,7 +62,7 @@ impl TiledSurfaces {
         Self { config, keyframes, table, tiles }
     }
 
-    /// Surfaces of all that lies about a point; the first call makes them. None where nothing was seen.
+    /// SurfaceMap of all that lies about a point; the first call makes them. None where nothing was seen.
     #[inline]
     fn about(&self, point: &[f64; 3]) -> Option<&GaussianMap> {
         let cell = self.config.root_cell(point);
@@ -85,7 +85,7 @@ impl TiledSurfaces {
                 let at = (turn * Vector3::from(point.map(f64::from)) + from).into();
                 let cell = self.config.root_cell(&at);
                 if within(cell[0], tile.at[0]) && within(cell[1], tile.at[1]) {
-                    surfaces.insert_seen(&at, from.as_ref());
+                    surfaces.insert_from_viewpoint(&at, from.as_ref());
                 }
             }
         }
@@ -95,7 +95,7 @@ impl TiledSurfaces {
     /// Makes all tiles within so many metres of a place, so that nobody who walks there has to wait for one.
     pub fn make_about(&self, place: &Vector3, metres: f64) {
         for tile in &self.tiles {
-            let edge = TILE as f64 * self.config.root_size;
+            let edge = TILE as f64 * self.config.root_size_m;
             let middle = tile.at.map(|index| (index as f64 + 0.5) * edge);
             if (middle[0] - place.x).abs().max((middle[1] - place.y).abs()) <= metres + edge / 2.0 {
                 tile.surfaces.get_or_init(|| self.make(tile));
@@ -109,15 +109,15 @@ impl TiledSurfaces {
     }
 }
 
-impl Surfaces for TiledSurfaces {
+impl SurfaceMap for TiledSurfaces {
     #[inline]
-    fn surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.about(point)?.surface(point, gate)
+    fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
+        self.about(point)?.find_surface(point, gate)
     }
 
     #[inline]
-    fn surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.about(point)?.surface_facing(point, from, gate)
+    fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
+        self.about(point)?.find_surface_facing(point, from, gate)
     }
 }
 
@@ -175,7 +175,7 @@ mod tests {
         for (pose, place) in keyframes.iter() {
             for point in place.points() {
                 let at = pose.rotation * Vector3::from(point.map(f64::from)) + pose.translation.vector;
-                whole.insert_seen(&at.into(), pose.translation.vector.as_ref());
+                whole.insert_from_viewpoint(&at.into(), pose.translation.vector.as_ref());
             }
         }
         let tiled = TiledSurfaces::new(config, keyframes.clone());
@@ -186,28 +186,28 @@ mod tests {
             for point in place.points() {
                 // Beside the surface, and some of them on the border of two tiles.
                 let at = pose.rotation * Vector3::from(point.map(|c| f64::from(c) + 0.02)) + from;
-                let one = whole.surface_facing(at.as_ref(), from.as_ref(), 0.1);
+                let one = whole.find_surface_facing(at.as_ref(), from.as_ref(), 0.1);
                 known += usize::from(one.is_some());
-                unlike += usize::from(one != tiled.surface_facing(at.as_ref(), from.as_ref(), 0.1));
+                unlike += usize::from(one != tiled.find_surface_facing(at.as_ref(), from.as_ref(), 0.1));
             }
         }
         assert!(known > 10_000, "{known}");
         assert_eq!(unlike, 0, "of {known}");
         assert!(tiled.made().0 > 4, "{:?}", tiled.made());
-        assert_eq!(tiled.surface(&[500.0, 500.0, 0.0], 0.1), None);
+        assert_eq!(tiled.find_surface(&[500.0, 500.0, 0.0], 0.1), None);
     }
 
     #[test]
     fn only_what_is_looked_at_is_made() {
         let tiled = TiledSurfaces::new(GaussianMapConfig::default(), street());
-        assert!(tiled.surface(&[0.0, 0.0, -0.5], 0.1).is_some());
+        assert!(tiled.find_surface(&[0.0, 0.0, -0.5], 0.1).is_some());
         let (made, all) = tiled.made();
         assert!(made == 1 && all > 8, "{made} of {all}");
         tiled.make_about(&Vector3::zeros(), 20.0);
         let about = tiled.made().0;
         assert!(about > made && about < all, "{about} of {all}");
         for at in [[15.0, 15.0, -0.5], [-15.0, 0.0, -0.5], [19.0, -19.0, 0.0]] {
-            tiled.surface(&at, 0.1);
+            tiled.find_surface(&at, 0.1);
         }
         assert_eq!(tiled.made().0, about);
     }

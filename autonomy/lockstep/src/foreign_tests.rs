@@ -26,7 +26,7 @@ fn cloud() -> Vec<[f32; 3]> {
         }));
     }
     let mut thinned = Vec::new();
-    Downsampler::default().centroids(&all, &[], 0.1, &mut thinned);
+    Downsampler::default().downsample(&all, &[], 0.1, &mut thinned);
     thinned.into_iter().map(|centroid| centroid.xyz).collect()
 }
 

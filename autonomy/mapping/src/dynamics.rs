@@ -5,7 +5,7 @@
 //! about each point. Source of the idea: Kim and Kim, *Remove, then Revert*, IROS 2020 (images of ranges against each
 //! other); Schmid et al., *Dynablox*, RA-L 2023 (voxels that were free are never static).
 
-use crate::view::{RangeImage, Sight};
+use crate::range_image::{Occupancy, RangeImage};
 use geometry::Isometry;
 use points::hash::{CellKey, CellTable};
 
@@ -47,7 +47,7 @@ fn points_whose(
         let shift = other_from_base.translation.vector.map(|v| v as f32);
         for (point, &voxel) in xyz.iter().zip(&voxels) {
             let moved = turn * nalgebra::Vector3::from(*point) + shift;
-            votes[voxel].note(view.look(&[moved.x, moved.y, moved.z]));
+            votes[voxel].note(view.classify(&[moved.x, moved.y, moved.z]));
         }
         votes.iter_mut().for_each(Votes::count);
     }
@@ -67,11 +67,11 @@ struct Votes {
 }
 
 impl Votes {
-    fn note(&mut self, sight: Sight) {
+    fn note(&mut self, sight: Occupancy) {
         match sight {
-            Sight::Through => self.through_now += 1,
-            Sight::Agrees => self.agrees_now += 1,
-            Sight::Hidden | Sight::Unseen => {}
+            Occupancy::Free => self.through_now += 1,
+            Occupancy::Occupied => self.agrees_now += 1,
+            Occupancy::Occluded | Occupancy::Unobserved => {}
         }
     }
 

@@ -36,7 +36,7 @@ pub use consistency::{Decision, Jury, Trust, Verdict};
 pub use loops::{LoopConfig, LoopFinder, NewKeyframe, OldKeyframe};
 pub use odometer::Odometer;
 pub use place::{ORIGINS, PLACE_VERSION, Place, PlaceParts};
-pub use points::view;
+pub use points::range_image;
 pub use quality::{PlaceToWalk, Quality, WhyWalk};
 pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Step, Stretch, Waypoint, unit};
 pub use uncertain::Uncertain;

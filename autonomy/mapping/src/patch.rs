@@ -5,7 +5,7 @@
 //! were met from too few places, or looked through from others.
 
 use crate::dynamics::{VOTERS, moving_points, standing_points};
-use crate::view::{RangeImage, Sight};
+use crate::range_image::{Occupancy, RangeImage};
 use geometry::{Isometry, Vector3};
 use points::Downsampler;
 use points::hash::{CellKey, CellTable};
@@ -47,12 +47,12 @@ impl Look {
         downsampler: &mut Downsampler,
     ) -> Self {
         let mut centroids = Vec::new();
-        downsampler.centroids(xyz, intensity, TAKEN, &mut centroids);
+        downsampler.downsample(xyz, intensity, TAKEN, &mut centroids);
         centroids.retain(|one| one.xyz.iter().map(|c| c * c).sum::<f32>() <= NEAR * NEAR);
         Self {
             map_from_base,
             xyz: centroids.iter().map(|one| one.xyz).collect(),
-            intensity: centroids.iter().map(|one| one.time).collect(),
+            intensity: centroids.iter().map(|one| one.attribute).collect(),
             view: RangeImage::new(xyz, sensor),
         }
     }
@@ -91,7 +91,7 @@ pub fn come(looks: &[Look], one: usize, shown: &mut Shown) -> Vec<u32> {
 
 /// Whether what stands at a point (keyframe's frame, metres) belongs in a keyframe that saw so: it looked through there.
 pub fn belongs(view: &RangeImage, point: &[f32; 3]) -> bool {
-    point.iter().map(|c| c * c).sum::<f32>() <= NEAR * NEAR && view.look(point) == Sight::Through
+    point.iter().map(|c| c * c).sum::<f32>() <= NEAR * NEAR && view.classify(point) == Occupancy::Free
 }
 
 /// Number of the keyframe in which what was seen from a place belongs: the nearest that is near enough. Linear in the keyframes.

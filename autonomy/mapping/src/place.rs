@@ -1,9 +1,9 @@
 //! What a keyframe leaves behind for being found again: kept with a saved map, so that it need not be made anew from the full cloud
 //! wherever that map is used.
 
+use crate::range_image::RangeImage;
 use crate::scan_context::{Descriptor, level_from_base};
 use crate::submap::KeyframeCloud;
-use crate::view::RangeImage;
 use geometry::Rotation;
 use points::Downsampler;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct Place {
 pub struct PlaceParts {
     /// As [`KeyframeCloud::lattice`].
     pub points: Arc<[[i16; 3]]>,
-    /// As [`crate::view::RangeImage::cells`].
+    /// As [`crate::range_image::RangeImage::cells`].
     pub ranges: Arc<[u16]>,
     /// As [`Descriptor::pictures`], of each view.
     pub views: [[Vec<u8>; 2]; 3],

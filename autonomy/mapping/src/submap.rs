@@ -1,7 +1,7 @@
 //! What a keyframe leaves behind for loop closure, and the small map made of it and its neighbours.
 
 use crate::Uncertain;
-use crate::view::RangeImage;
+use crate::range_image::RangeImage;
 use geometry::{Isometry, Matrix6};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use std::sync::{Arc, OnceLock};
@@ -30,7 +30,7 @@ impl KeyframeCloud {
         let (mut voxel, mut centroids) = (VOXEL, Vec::<Centroid>::new());
         loop {
             centroids.clear();
-            downsampler.centroids(&kept, &[], voxel, &mut centroids);
+            downsampler.downsample(&kept, &[], voxel, &mut centroids);
             kept.clear();
             kept.extend(centroids.iter().map(|centroid| centroid.xyz));
             if kept.len() <= POINTS {

@@ -4,23 +4,34 @@
 //! registered to the first submap from several starts; what comes out has to pass gates on fit, overlap, sight and rivals.
 //! A gate passed proves nothing about places built alike: that is for `consistency`.
 
+use crate::range_image::Occupancy;
 use crate::submap::{LazySubmap, Submap};
-use crate::view::Sight;
 use crate::{Edge, Uncertain};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::{GaussianMap, Surface};
-use registration::{Fit, MatchOptions, blind_directions, linearise, refine};
+use registration::{Fit, MatchingConfig, degenerate_directions, linearise, refine};
 use std::sync::Arc;
 use vocab::KeyframeId;
 
 /// Points that try starts out.
 const COARSE_POINTS: usize = 400;
 const COARSE_STEPS: usize = 8;
-const COARSE: MatchOptions =
-    MatchOptions { gate: 0.25, kernel: 3.0, noise: 0.05, spread: true, facing: false };
+const COARSE: MatchingConfig = MatchingConfig {
+    gate_m: 0.25,
+    kernel_width: 3.0,
+    noise_m: 0.05,
+    use_distributions: true,
+    front_facing_only: false,
+};
 const FINE_STEPS: usize = 15;
-const FINE: MatchOptions = MatchOptions { gate: 0.15, kernel: 3.0, noise: 0.02, spread: true, facing: false };
+const FINE: MatchingConfig = MatchingConfig {
+    gate_m: 0.15,
+    kernel_width: 3.0,
+    noise_m: 0.02,
+    use_distributions: true,
+    front_facing_only: false,
+};
 /// Besides every guess, starts this far from it to all four sides, metres.
 const ASIDE: f64 = 1.2;
 /// Share of the strongest direction's information that noise and bent submaps can feign. Walls of a bare corridor, walked with
@@ -190,7 +201,7 @@ pub fn compare(comparison: &Comparison, gates: &Gates) -> Compared {
     let Some((best, rivals)) = choose(&fits, expected.as_ref(), gates) else { return no_fit(comparison) };
     let (pose, information, grip) = settle(&older.map, &newer.points, &best.map_from_body);
     let blind: Vec<Vector3> =
-        blind_directions(&(information / CORRELATED), BLIND).into_iter().flatten().collect();
+        degenerate_directions(&(information / CORRELATED), BLIND).into_iter().flatten().collect();
     let information = with_floor(&pose, &(information / CORRELATED), older.slack + newer.slack);
 
     let back = pose.inverse();
@@ -364,13 +375,13 @@ fn overlap(map: &GaussianMap, points: &[[f32; 3]], map_from_body: &Isometry) -> 
     let (mut on, mut sum, mut flat) = (0_usize, 0.0, 0_usize);
     for point in points {
         let p = rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector;
-        match map.surface(&[p.x, p.y, p.z], ON_SURFACE) {
+        match map.find_surface(&[p.x, p.y, p.z], ON_SURFACE) {
             Some(Surface::Plane { distance, .. }) if distance.abs() <= ON_SURFACE => {
                 on += 1;
                 flat += 1;
                 sum += f64::from(distance * distance);
             }
-            Some(Surface::Spread { offset, .. }) => {
+            Some(Surface::Distribution { offset, .. }) => {
                 // Cells that are not flat are 25 cm wide: a point in one is on it.
                 on += usize::from(offset.iter().map(|c| c * c).sum::<f32>() <= 4.0 * ON_SURFACE * ON_SURFACE);
             }
@@ -397,10 +408,10 @@ fn seen_through(submap: &Submap, points: &[[f32; 3]], submap_from_body: &Isometr
         let (mut against, mut agreeing) = (0, 0);
         for (turn, shift, view) in &views {
             let moved = turn * nalgebra::Vector3::from(*point) + shift;
-            match view.look(&[moved.x, moved.y, moved.z]) {
-                Sight::Through => against += 1,
-                Sight::Agrees => agreeing += 1,
-                Sight::Hidden | Sight::Unseen => {}
+            match view.classify(&[moved.x, moved.y, moved.z]) {
+                Occupancy::Free => against += 1,
+                Occupancy::Occupied => agreeing += 1,
+                Occupancy::Occluded | Occupancy::Unobserved => {}
             }
         }
         judged += usize::from(against + agreeing > 0);

@@ -348,7 +348,7 @@ fn covered(old: &KeyframeCloud, now: &KeyframeCloud, now_from_old: &Isometry) ->
     for point in now.points().step_by(stride) {
         let moved = turn * nalgebra::Vector3::from(point) + shift;
         asked += 1;
-        seen += usize::from(old.view().saw(&[moved.x, moved.y, moved.z]));
+        seen += usize::from(old.view().observes(&[moved.x, moved.y, moved.z]));
     }
     seen as f64 / asked.max(1) as f64
 }

@@ -8,7 +8,7 @@
 
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
-use points::view::{RangeImage, Sight};
+use points::range_image::{Occupancy, RangeImage};
 use std::collections::BTreeMap;
 
 /// Cells along a block's side; blocks are allocated whole.
@@ -101,7 +101,7 @@ impl Cell {
         let look = |edge: u32| {
             let height = (lowest + i64::from(edge)) as f64 * SLICE;
             let point = seen.base_from_map * Point3::new(at[0], at[1], height);
-            seen.view.look_inside(&point.coords.map(|c| c as f32).into())
+            seen.view.classify_interior(&point.coords.map(|c| c as f32).into())
         };
         let thin = if self.obstacle < TRACE.0 { TRACE.1 } else { THIN };
         let mut gone = 0;
@@ -115,13 +115,13 @@ impl Cell {
             if count == 1 {
                 // Somewhere in it.
                 let sights = [look(first), look(first + 1)];
-                through = sights == [Sight::Through; 2];
+                through = sights == [Occupancy::Free; 2];
             }
             for edge in first + 1..first + count {
                 match look(edge) {
-                    Sight::Through => through = true,
-                    Sight::Agrees | Sight::Hidden => stands = true,
-                    Sight::Unseen => {}
+                    Occupancy::Free => through = true,
+                    Occupancy::Occupied | Occupancy::Occluded => stands = true,
+                    Occupancy::Unobserved => {}
                 }
                 if stands {
                     break;

@@ -4,9 +4,9 @@
 use divan::{Bencher, black_box};
 use geometry::{Isometry, vec_from_plain};
 use messages::Sensor;
-use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, ScanView, correct};
+use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, ScanView, deskew};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
-use registration::{MatchOptions, linearise};
+use registration::{MatchingConfig, linearise};
 use sim::{RouteWalker, SimConfig, Simulator, Site, SiteName};
 use std::sync::{Arc, OnceLock};
 use vocab::Span;
@@ -50,9 +50,9 @@ fn last_scan() -> Arc<messages::Scan> {
     walk().messages.iter().rev().find_map(scan).unwrap_or_default()
 }
 
-fn thinned(voxel: f32) -> Vec<[f32; 3]> {
+fn downsampled(voxel: f32) -> Vec<[f32; 3]> {
     let mut out: Vec<Centroid> = Vec::new();
-    Downsampler::default().centroids(&last_scan().xyz, &[], voxel, &mut out);
+    Downsampler::default().downsample(&last_scan().xyz, &[], voxel, &mut out);
     out.iter().map(|centroid| centroid.xyz).collect()
 }
 
@@ -74,7 +74,7 @@ fn copy_and_correct(bencher: Bencher) {
     let pose = |step: i64| Isometry::translation(step as f64 * 0.003, 0.0, 0.0);
     let poses: Vec<_> =
         (-1..42).map(|step| (scan.stamp + Span::from_nanos(2_500_000 * step), pose(step))).collect();
-    bencher.bench_local(|| correct(black_box(&view), &poses, &Isometry::identity()));
+    bencher.bench_local(|| deskew(black_box(&view), &poses, &Isometry::identity()));
 }
 
 #[divan::bench]
@@ -84,11 +84,11 @@ fn thin_to_13_cm_and_again_to_26_cm(bencher: Bencher) {
     let (mut fine, mut coarse, mut xyz) = (Vec::new(), Vec::new(), Vec::new());
     bencher.bench_local(|| {
         fine.clear();
-        downsampler.centroids(black_box(&scan.xyz), &[], 0.13, &mut fine);
+        downsampler.downsample(black_box(&scan.xyz), &[], 0.13, &mut fine);
         xyz.clear();
         xyz.extend(fine.iter().map(|centroid: &Centroid| centroid.xyz));
         coarse.clear();
-        downsampler.centroids(&xyz, &[], 0.26, &mut coarse);
+        downsampler.downsample(&xyz, &[], 0.26, &mut coarse);
         coarse.len()
     });
 }
@@ -96,16 +96,16 @@ fn thin_to_13_cm_and_again_to_26_cm(bencher: Bencher) {
 #[divan::bench]
 fn one_gauss_newton_pass(bencher: Bencher) {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
-    insert(&mut map, &thinned(0.1));
-    insert(&mut map, &thinned(0.12));
-    let coarse = thinned(0.26);
+    insert(&mut map, &downsampled(0.1));
+    insert(&mut map, &downsampled(0.12));
+    let coarse = downsampled(0.26);
     let pose = Isometry::translation(0.002, 0.001, 0.0);
-    bencher.bench_local(|| linearise(&map, black_box(&coarse), &pose, &MatchOptions::default()));
+    bencher.bench_local(|| linearise(&map, black_box(&coarse), &pose, &MatchingConfig::default()));
 }
 
 #[divan::bench]
 fn insert_a_scan(bencher: Bencher) {
-    let fine = thinned(0.13);
+    let fine = downsampled(0.13);
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     for _ in 0..5 {
         insert(&mut map, &fine);
@@ -125,14 +125,14 @@ fn fifty_scans_with_imu_and_legs() -> usize {
             Sensor::Scan(scan) => {
                 let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
                 let view = ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns };
-                odometry.scan(view, &mut out);
+                odometry.insert_scan(view, &mut out);
             }
             Sensor::Imu(imu) => {
                 let (gyro, force) =
                     (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
-                odometry.imu(imu.stamp, gyro, force, &mut out);
+                odometry.insert_imu(imu.stamp, gyro, force, &mut out);
             }
-            Sensor::Legs(legs) => odometry.legs(
+            Sensor::Legs(legs) => odometry.insert_leg_velocity(
                 legs.stamp,
                 [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
                 &mut out,

@@ -56,7 +56,7 @@ impl Mounting {
 
 /// How far each source can be trusted. Densities are per square root of a second (or hertz).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
+pub struct NoiseConfig {
     /// Gyroscope, rad/s/√Hz. Larger than a datasheet's: timing and vibration come on top.
     pub gyro: f64,
     /// Accelerometer, m/s²/√Hz.
@@ -79,7 +79,7 @@ pub struct Noise {
     pub lidar_correlation: f64,
 }
 
-impl Default for Noise {
+impl Default for NoiseConfig {
     fn default() -> Self {
         Self {
             gyro: 1e-3,
@@ -110,13 +110,13 @@ pub struct OdometryConfig {
     /// The robot's own body in the base frame; points inside are dropped.
     pub hidden: Option<Aabb>,
     /// About so many points of a scan enter registration; the voxel size adapts.
-    pub points_wanted: usize,
+    pub target_points: usize,
     /// How the local map divides space.
     pub map: GaussianMapConfig,
     /// Parts of the local map farther than this are forgotten, metres.
     pub map_radius: f64,
     /// How far each source can be trusted.
-    pub noise: Noise,
+    pub noise: NoiseConfig,
 }
 
 impl Default for OdometryConfig {
@@ -127,10 +127,10 @@ impl Default for OdometryConfig {
             range_min: 0.4,
             range_max: 120.0,
             hidden: None,
-            points_wanted: 4_000,
+            target_points: 4_000,
             map: GaussianMapConfig::default(),
             map_radius: 100.0,
-            noise: Noise::default(),
+            noise: NoiseConfig::default(),
         }
     }
 }

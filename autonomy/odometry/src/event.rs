@@ -12,7 +12,7 @@ pub enum OdometryEvent {
     /// Where the base was at the end of a sweep.
     Pose(Box<PoseEvent>),
     /// The sweep of the pose before it, with the motion taken out.
-    Scan(CorrectedScan),
+    Scan(DeskewedScan),
     /// Something is wrong with a sensor or its setup; each kind is told once, but for a lost way.
     Finding(Finding),
 }
@@ -45,7 +45,7 @@ pub struct Estimate {
     pub covariance: Matrix6,
     /// What of it stretches left on which nothing was followed: the same for every pose after them, so no part of what the way
     /// between two such poses is worth.
-    pub guessed: Matrix6,
+    pub covariance_inflation: Matrix6,
 }
 
 /// The estimate after one scan.
@@ -59,11 +59,11 @@ pub struct PoseEvent {
     pub odom_from_base_at_scan: Isometry,
     /// Directions of translation that the LiDAR did not see, unit vectors in the base frame, weakest first; other
     /// sources carry them.
-    pub degenerate: [Option<Vector3>; 3],
+    pub degenerate_directions: [Option<Vector3>; 3],
     /// How registration went.
     pub registration: RegistrationReport,
     /// Whether the LiDAR saw nothing, or nothing that fits what was seen before: other sources carry the whole pose.
-    pub blind: bool,
+    pub is_dead_reckoned: bool,
     /// Bias of the gyroscope, rad/s, IMU frame.
     pub gyro_bias: Vector3,
     /// Bias of the accelerometer, m/s², IMU frame.
@@ -93,7 +93,7 @@ pub struct RegistrationReport {
 
 /// A scan with the robot's motion during the sweep taken out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CorrectedScan {
+pub struct DeskewedScan {
     /// The instant to which all points were moved: the end of the sweep.
     pub stamp: Stamp,
     /// Base at that instant.
@@ -137,7 +137,7 @@ pub enum FindingKind {
     /// Stamps of a source went backwards; such messages are ignored.
     StampsBackwards,
     /// Scans did not fit what was seen before for so long that the odometry began anew.
-    LostWay,
+    TrackingLost,
 }
 
 /// Something wrong with a sensor or its setup, with what to do about it.

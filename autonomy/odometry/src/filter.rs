@@ -1,7 +1,7 @@
 //! An iterated error-state Kalman filter over [`State`].
 
-use crate::config::Noise;
-use crate::motion::Motion;
+use crate::config::NoiseConfig;
+use crate::motion_model::MotionModel;
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorMatrix, ErrorVector, GYRO_BIAS, POSITION, ROTATION, State, VELOCITY,
 };
@@ -13,42 +13,42 @@ const SPARE: (f64, f64) = (0.005, 0.03);
 
 /// A state and how sure of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filter {
+pub struct ErrorStateFilter {
     /// The mean.
     pub state: State,
     /// Of the error.
     pub covariance: ErrorMatrix,
 }
 
-impl Filter {
+impl ErrorStateFilter {
     /// Starts with independent errors of these standard deviations.
     pub fn new(state: State, deviations: &ErrorVector) -> Self {
         Self { state, covariance: ErrorMatrix::from_diagonal(&deviations.component_mul(deviations)) }
     }
 
     /// Moves on by `dt` seconds.
-    pub fn propagate(&mut self, motion: &Motion, dt: f64, noise: &Noise) {
-        let next = motion.mean(&self.state, dt);
-        let f = motion.derivative(&self.state, &next, dt);
+    pub fn propagate(&mut self, motion: &MotionModel, dt: f64, noise: &NoiseConfig) {
+        let next = motion.propagate_mean(&self.state, dt);
+        let f = motion.compute_jacobian(&self.state, &next, dt);
         self.covariance = f * self.covariance * f.transpose();
         self.add_noise(motion, dt, noise);
         self.state = next;
     }
 
-    fn add_noise(&mut self, motion: &Motion, dt: f64, noise: &Noise) {
+    fn add_noise(&mut self, motion: &MotionModel, dt: f64, noise: &NoiseConfig) {
         let mut add = |first: usize, variance: f64| {
             for index in first..first + 3 {
                 self.covariance[(index, index)] += variance;
             }
         };
         match *motion {
-            Motion::Inertial { .. } => {
+            MotionModel::Inertial { .. } => {
                 add(ROTATION, noise.gyro * noise.gyro * dt);
                 add(VELOCITY, noise.accel * noise.accel * dt);
                 add(GYRO_BIAS, noise.gyro_walk * noise.gyro_walk * dt);
                 add(ACCEL_BIAS, noise.accel_walk * noise.accel_walk * dt);
             }
-            Motion::Twist { turn_rate, velocity } => {
+            MotionModel::Twist { turn_rate, velocity } => {
                 // A share of the motion, and a little for standing still.
                 let share = noise.external * noise.external;
                 let (turning, moving) = (turn_rate.norm_squared() + 0.05, velocity.norm_squared() + 0.05);
@@ -57,7 +57,7 @@ impl Filter {
                 add(VELOCITY, share * moving);
                 add(GYRO_BIAS, share * turning);
             }
-            Motion::Coast => {
+            MotionModel::DecayingVelocity => {
                 add(VELOCITY, noise.velocity_walk * noise.velocity_walk * dt);
                 add(GYRO_BIAS, noise.rate_walk * noise.rate_walk * dt);
             }
@@ -69,7 +69,12 @@ impl Filter {
     ///
     /// With prior covariance P, its pose columns Pp and pose block Ppp, and `e` the pose deviation of `at`, the minimum
     /// of `d' P^-1 d + (d-e)' H (d-e) + 2 g' (d-e)` is `d = Pp (I + H Ppp)^-1 (H e - g)`: one 6x6 solve.
-    pub fn pose_step(&self, at: &State, information: &Matrix6, gradient: &Vector6) -> Option<ErrorVector> {
+    pub fn compute_pose_step(
+        &self,
+        at: &State,
+        information: &Matrix6,
+        gradient: &Vector6,
+    ) -> Option<ErrorVector> {
         let deviation = se3::local(&self.state.odom_from_body, &at.odom_from_body);
         let inner = self.information_and_identity(information).try_inverse()?;
         let pull = inner * (information * deviation - gradient);
@@ -77,7 +82,7 @@ impl Filter {
     }
 
     /// Moves to `posterior` and shrinks the covariance by a scan's information.
-    pub fn absorb_pose(&mut self, posterior: State, information: &Matrix6) {
+    pub fn correct_pose(&mut self, posterior: State, information: &Matrix6) {
         if let Some(inner) = self.information_and_identity(information).try_inverse() {
             let columns: SMatrix<f64, DIMENSION, 6> = self.covariance.fixed_view::<DIMENSION, 6>(0, 0).into();
             self.covariance -= columns * (inner * information) * columns.transpose();
@@ -109,7 +114,7 @@ impl Filter {
     }
 
     /// Whether a pose is within so many standard deviations, with some centimetres to spare, of the one that is expected.
-    pub fn expects(&self, odom_from_body: &Isometry, deviations: f64) -> bool {
+    pub fn is_within_gate(&self, odom_from_body: &Isometry, deviations: f64) -> bool {
         let off = se3::local(&self.state.odom_from_body, odom_from_body);
         let mut covariance: Matrix6 = self.covariance.fixed_view::<6, 6>(0, 0).into();
         for index in 0..3 {
@@ -149,7 +154,7 @@ mod tests {
     fn absorbing_a_scan_agrees_with_the_information_form() {
         let mut rng = RngTree::new(21).child("filter").rng();
         let root = ErrorMatrix::from_fn(|_, _| rng.normal() * 0.1);
-        let mut filter = Filter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.1));
+        let mut filter = ErrorStateFilter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.1));
         filter.covariance += root * root.transpose();
         let columns = SMatrix::<f64, 6, 9>::from_fn(|_, _| rng.normal());
         let information = columns * columns.transpose() * 30.0;
@@ -161,16 +166,16 @@ mod tests {
         let Some(posterior) = (prior + full).try_inverse() else { panic!("singular") };
         let mut pull = ErrorVector::zeros();
         pull.fixed_rows_mut::<6>(0).copy_from(&-gradient);
-        let step = filter.pose_step(&filter.state, &information, &gradient);
+        let step = filter.compute_pose_step(&filter.state, &information, &gradient);
         assert!(step.is_some_and(|step| (step - posterior * pull).norm() < 1e-9));
         let state = filter.state;
-        filter.absorb_pose(state, &information);
+        filter.correct_pose(state, &information);
         assert!((filter.covariance - posterior).norm() < 1e-9);
     }
 
     #[test]
     fn a_wild_measurement_moves_the_state_little() {
-        let mut filter = Filter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.05));
+        let mut filter = ErrorStateFilter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.05));
         let mut h = SMatrix::<f64, 3, DIMENSION>::zeros();
         h.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&Matrix3::identity());
         let noise = Matrix3::identity() * 0.01;

@@ -72,7 +72,7 @@ impl ImuQueue {
     }
 
     /// Forgets readings that nothing after `time` needs.
-    pub fn forget_before(&mut self, time: Stamp) {
+    pub fn discard_before(&mut self, time: Stamp) {
         while self.readings.get(1).is_some_and(|reading| reading.stamp <= time) {
             self.readings.pop_front();
         }
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(gyro(200, 230), Some(200.0));
         assert_eq!(gyro(250, 300), None);
         assert_eq!(queue.next_after(at(10)), Some(at(20)));
-        queue.forget_before(at(15));
+        queue.discard_before(at(15));
         assert_eq!(queue.oldest(), Some(at(10)));
     }
 

@@ -9,29 +9,29 @@
 //! Read [`Odometry`] (waiting and ordering), then `carrier` (from scan to scan), `tracker` (taking a scan in) and
 //! `local_map` (its fit).
 
-mod agreement;
-mod carrier;
-mod checks;
 mod config;
 mod event;
 mod filter;
+mod findings;
+mod imu_lidar_consistency;
 mod imu_queue;
+mod initial_alignment;
 mod local_map;
-mod motion;
+mod motion_model;
 mod odometry;
+mod pickup_detector;
 mod pose_table;
-mod recovery;
-mod rest;
-mod startup;
+mod reinitialiser;
+mod scan_tracker;
 mod state;
+mod state_propagator;
 mod sweep;
-mod tracker;
-mod velocity;
+mod velocity_measurement;
 
-pub use config::{Mounting, Noise, OdometryConfig, Sources};
+pub use config::{Mounting, NoiseConfig, OdometryConfig, Sources};
 pub use event::{
-    CorrectedScan, Estimate, Finding, FindingKind, OdometryEvent, PoseEvent, RegistrationReport, Severity,
+    DeskewedScan, Estimate, Finding, FindingKind, OdometryEvent, PoseEvent, RegistrationReport, Severity,
     Started,
 };
 pub use odometry::Odometry;
-pub use sweep::{ScanView, correct};
+pub use sweep::{ScanView, deskew};

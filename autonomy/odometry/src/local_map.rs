@@ -2,11 +2,11 @@
 
 use crate::config::OdometryConfig;
 use crate::event::RegistrationReport;
-use crate::filter::Filter;
+use crate::filter::ErrorStateFilter;
 use crate::state::State;
 use geometry::{Isometry, Matrix6, Vector3, Vector6};
 use points::{Centroid, Downsampler, GaussianMap};
-use registration::{MatchOptions, NormalEquations, condition, linearise};
+use registration::{MatchingConfig, NormalEquations, linearise, shrink_eigenvalues};
 
 /// Fewer points than this say nothing.
 pub const MIN_POINTS: usize = 60;
@@ -23,7 +23,7 @@ const KERNEL: f32 = 3.0;
 
 /// How good the predicted pose is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Prediction {
+pub enum PriorQuality {
     /// To centimetres.
     Close,
     /// To decimetres.
@@ -32,7 +32,7 @@ pub enum Prediction {
 
 /// Result of fitting a scan.
 #[derive(Clone, Copy, Debug)]
-pub struct Fitted {
+pub struct ScanFit {
     /// Best state.
     pub state: State,
     /// What the scan says about the pose there.
@@ -43,7 +43,7 @@ pub struct Fitted {
 
 /// A thinned scan: for registration, and finer for the map.
 #[derive(Clone, Debug, Default)]
-pub struct Thinned {
+pub struct DownsampledScan {
     /// Body frame, metres.
     pub coarse: Vec<[f32; 3]>,
     /// Body frame, metres.
@@ -86,16 +86,28 @@ impl LocalMap {
     }
 
     /// How points are matched once the pose is nearly right.
-    pub fn matching(&self) -> MatchOptions {
-        MatchOptions { gate: GATE, kernel: KERNEL, noise: self.noise, spread: true, facing: false }
+    pub fn matching(&self) -> MatchingConfig {
+        MatchingConfig {
+            gate_m: GATE,
+            kernel_width: KERNEL,
+            noise_m: self.noise,
+            use_distributions: true,
+            front_facing_only: false,
+        }
     }
 
     /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size
     /// so that about `wanted` points remain next time.
-    pub fn thin(&mut self, xyz: &[[f32; 3]], wanted: usize, body_from_base: &Isometry, out: &mut Thinned) {
+    pub fn downsample(
+        &mut self,
+        xyz: &[[f32; 3]],
+        wanted: usize,
+        body_from_base: &Isometry,
+        out: &mut DownsampledScan,
+    ) {
         let first = self.map.is_empty();
         for _ in 0..if first { 6 } else { 1 } {
-            self.thin_once(xyz, out);
+            self.downsample_once(xyz, out);
             // A blind scan says nothing about the next one.
             if xyz.len() < MIN_POINTS {
                 break;
@@ -113,43 +125,50 @@ impl LocalMap {
         }
     }
 
-    fn thin_once(&mut self, xyz: &[[f32; 3]], out: &mut Thinned) {
+    fn downsample_once(&mut self, xyz: &[[f32; 3]], out: &mut DownsampledScan) {
         self.centroids.clear();
-        self.downsampler.centroids(xyz, &[], self.voxel * 0.5, &mut self.centroids);
+        self.downsampler.downsample(xyz, &[], self.voxel * 0.5, &mut self.centroids);
         out.fine.clear();
         out.fine.extend(self.centroids.iter().map(|centroid| centroid.xyz));
         self.centroids.clear();
-        self.downsampler.centroids(&out.fine, &[], self.voxel, &mut self.centroids);
+        self.downsampler.downsample(&out.fine, &[], self.voxel, &mut self.centroids);
         out.coarse.clear();
         out.coarse.extend(self.centroids.iter().map(|centroid| centroid.xyz));
     }
 
     /// Finds the state that a scan and the prior agree on. `start` is where to begin.
-    pub fn fit(&self, filter: &Filter, start: State, thinned: &Thinned, prediction: Prediction) -> Fitted {
+    pub fn fit(
+        &self,
+        filter: &ErrorStateFilter,
+        start: State,
+        downsampled: &DownsampledScan,
+        prior_quality: PriorQuality,
+    ) -> ScanFit {
         let mut state = start;
         let mut report = RegistrationReport {
-            points_used: thinned.coarse.len(),
+            points_used: downsampled.coarse.len(),
             voxel: self.voxel,
             ..RegistrationReport::default()
         };
         let mut information = Matrix6::zeros();
-        let mut widen: f32 = match prediction {
-            Prediction::Close => 2.0,
-            Prediction::Loose => 8.0,
+        let mut widen: f32 = match prior_quality {
+            PriorQuality::Close => 2.0,
+            PriorQuality::Loose => 8.0,
         };
-        let iterations = match prediction {
-            Prediction::Close => MAX_ITERATIONS,
-            Prediction::Loose => 2 * MAX_ITERATIONS,
+        let iterations = match prior_quality {
+            PriorQuality::Close => MAX_ITERATIONS,
+            PriorQuality::Loose => 2 * MAX_ITERATIONS,
         };
         for _ in 0..iterations {
-            let options = MatchOptions { gate: GATE * widen, kernel: KERNEL * widen, ..self.matching() };
-            let at = linearise(&self.map, &thinned.coarse, &state.odom_from_body, &options);
+            let options =
+                MatchingConfig { gate_m: GATE * widen, kernel_width: KERNEL * widen, ..self.matching() };
+            let at = linearise(&self.map, &downsampled.coarse, &state.odom_from_body, &options);
             let (share, gradient);
-            (share, information, gradient) = self.trusted(&at, thinned);
+            (share, information, gradient) = self.regularise(&at, downsampled);
             report.matched = at.matched;
             report.inlier_share = share;
             report.iterations += 1;
-            let Some(deviation) = filter.pose_step(&state, &information, &gradient) else { break };
+            let Some(deviation) = filter.compute_pose_step(&state, &information, &gradient) else { break };
             let next = filter.state.retract(&deviation);
             let moved = geometry::se3::local(&state.odom_from_body, &next.odom_from_body).norm();
             state = next;
@@ -159,37 +178,38 @@ impl LocalMap {
                 break;
             }
         }
-        Fitted { state, information, report }
+        ScanFit { state, information, report }
     }
 
     /// Share of inliers, and normal equations with the noise's grip taken off and neighbours' common errors counted.
-    fn trusted(&self, at: &NormalEquations, thinned: &Thinned) -> (f64, Matrix6, Vector6) {
-        let squares: f64 = thinned.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
-        let arm = (squares / thinned.coarse.len().max(1) as f64).sqrt().max(0.5);
-        let conditioned = condition(&at.information, &at.gradient, arm, APPARENT_GRIP);
+    fn regularise(&self, at: &NormalEquations, downsampled: &DownsampledScan) -> (f64, Matrix6, Vector6) {
+        let squares: f64 =
+            downsampled.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
+        let arm = (squares / downsampled.coarse.len().max(1) as f64).sqrt().max(0.5);
+        let conditioned = shrink_eigenvalues(&at.information, &at.gradient, arm, APPARENT_GRIP);
         let scale = 1.0 / self.correlation;
         let share = at.inliers as f64 / at.matched.max(1) as f64;
         (share, conditioned.information * scale, conditioned.gradient * scale)
     }
 
     /// Adds a thinned scan at a pose.
-    pub fn insert(&mut self, thinned: &Thinned, odom_from_body: &Isometry) {
+    pub fn insert(&mut self, downsampled: &DownsampledScan, odom_from_body: &Isometry) {
         let rotation = odom_from_body.rotation.to_rotation_matrix();
         let translation = odom_from_body.translation.vector;
-        for point in &thinned.fine {
+        for point in &downsampled.fine {
             let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
             let in_odom = rotation * in_body + translation;
             self.map.insert(&[in_odom.x, in_odom.y, in_odom.z]);
         }
-        self.forget_far(&translation);
+        self.discard_far(&translation);
     }
 
     /// Every 10 m, forgets what is out of reach.
-    fn forget_far(&mut self, position: &Vector3) {
+    fn discard_far(&mut self, position: &Vector3) {
         let due = self.forgotten_at.is_none_or(|last| (position - last).norm() > 10.0);
         if due {
             self.forgotten_at = Some(*position);
-            self.map.keep_within(&[position.x, position.y, position.z], self.radius);
+            self.map.retain_within(&[position.x, position.y, position.z], self.radius);
         }
     }
 }

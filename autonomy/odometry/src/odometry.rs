@@ -1,12 +1,12 @@
 //! The estimator as its callers see it: sensors in, events out.
 
-use crate::carrier::{Carrier, Origin, Queues, Timed};
-use crate::checks;
 use crate::config::OdometryConfig;
 use crate::event::{Estimate, Finding, FindingKind, OdometryEvent};
+use crate::findings;
 use crate::imu_queue::ImuReading;
+use crate::scan_tracker::ScanTracker;
+use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
 use crate::sweep::{ScanView, Sweep};
-use crate::tracker::Tracker;
 use geometry::{Isometry, Vector3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
@@ -40,9 +40,9 @@ pub struct Odometry {
     /// Stamp of the first message of any source.
     oldest: Option<Stamp>,
     /// `None` until started, and while it begins anew.
-    tracker: Option<Tracker>,
+    tracker: Option<ScanTracker>,
     /// Where the estimate begins, and whether it does for a second time or more.
-    origin: Origin,
+    origin: InitialPose,
     anew: bool,
     findings: Vec<FindingKind>,
     /// Consecutive scans whose clock has nothing to do with the IMU's.
@@ -63,7 +63,7 @@ impl Odometry {
             newest: None,
             oldest: None,
             tracker: None,
-            origin: Origin::default(),
+            origin: InitialPose::default(),
             anew: false,
             findings: Vec::new(),
             apart: 0,
@@ -74,7 +74,7 @@ impl Odometry {
     }
 
     /// An IMU reads: turn rate (rad/s) and specific force (m/s²), IMU frame.
-    pub fn imu(
+    pub fn insert_imu(
         &mut self,
         stamp: Stamp,
         gyro: Vector3,
@@ -88,44 +88,54 @@ impl Odometry {
         if self.queues.imu.push(ImuReading { stamp, gyro, specific_force, saturated: false }) {
             self.imu_spoke = true;
             if self.queues.imu.saturated() {
-                self.find(checks::saturated(), out);
+                self.find(findings::saturated(), out);
             }
-            self.heard(stamp, out);
+            self.on_message(stamp, out);
         } else {
-            self.find(checks::backwards("IMU"), out);
+            self.find(findings::backwards("IMU"), out);
         }
     }
 
     /// The legs say how fast the base moves, m/s, base frame.
-    pub fn legs(&mut self, stamp: Stamp, [velocity, turn_rate]: [Vector3; 2], out: &mut Vec<OdometryEvent>) {
+    pub fn insert_leg_velocity(
+        &mut self,
+        stamp: Stamp,
+        [velocity, turn_rate]: [Vector3; 2],
+        out: &mut Vec<OdometryEvent>,
+    ) {
         let is_finite = |v: &Vector3| v.iter().all(|c| c.is_finite());
         if !self.config.sources.legs || !is_finite(&velocity) {
             return;
         }
         // Some legs say nothing of it.
         let turn_rate = if is_finite(&turn_rate) { turn_rate } else { Vector3::zeros() };
-        if push_newer(&mut self.queues.legs, Timed { stamp, value: [velocity, turn_rate] }) {
-            self.heard(stamp, out);
+        if push_newer(&mut self.queues.legs, Stamped { stamp, value: [velocity, turn_rate] }) {
+            self.on_message(stamp, out);
         } else {
-            self.find(checks::backwards("leg odometry"), out);
+            self.find(findings::backwards("leg odometry"), out);
         }
     }
 
     /// Another odometry says where its frame is in its own, drifting origin.
-    pub fn external(&mut self, stamp: Stamp, odom_from_external: Isometry, out: &mut Vec<OdometryEvent>) {
+    pub fn insert_external_pose(
+        &mut self,
+        stamp: Stamp,
+        odom_from_external: Isometry,
+        out: &mut Vec<OdometryEvent>,
+    ) {
         let finite = odom_from_external.to_homogeneous().iter().all(|c| c.is_finite());
         if !self.config.sources.external || !finite {
             return;
         }
-        if push_newer(&mut self.queues.external, Timed { stamp, value: odom_from_external }) {
-            self.heard(stamp, out);
+        if push_newer(&mut self.queues.external, Stamped { stamp, value: odom_from_external }) {
+            self.on_message(stamp, out);
         } else {
-            self.find(checks::backwards("external odometry"), out);
+            self.find(findings::backwards("external odometry"), out);
         }
     }
 
     /// A LiDAR sweep. It is copied and waits until the other sources cover its end.
-    pub fn scan(&mut self, scan: ScanView<'_>, out: &mut Vec<OdometryEvent>) {
+    pub fn insert_scan(&mut self, scan: ScanView<'_>, out: &mut Vec<OdometryEvent>) {
         if !self.config.sources.lidar {
             return;
         }
@@ -137,19 +147,19 @@ impl Odometry {
             &mut self.kept,
         );
         let last = self.scans.back().map(|waiting| waiting.end);
-        let done = self.tracker.as_ref().and_then(Tracker::last_scan_end);
+        let done = self.tracker.as_ref().and_then(ScanTracker::last_scan_end);
         if last.max(done).is_some_and(|before| sweep.end <= before) {
-            self.find(checks::backwards("LiDAR"), out);
+            self.find(findings::backwards("LiDAR"), out);
             return;
         }
         if !sweep.timed && !scan.xyz.is_empty() {
-            self.find(checks::missing_times(), out);
+            self.find(findings::missing_times(), out);
         }
         self.quiet = if self.imu_spoke { 0 } else { self.quiet + 1 };
         self.compare_clocks(&sweep, out);
         let end = sweep.end;
         self.scans.push_back(sweep);
-        self.heard(end, out);
+        self.on_message(end, out);
     }
 
     /// No more messages will come: works through everything that waits.
@@ -158,7 +168,7 @@ impl Odometry {
     }
 
     /// Whether it follows the motion now: not before the start, nor while it begins anew.
-    pub fn is_underway(&self) -> bool {
+    pub fn is_tracking(&self) -> bool {
         self.tracker.is_some()
     }
 
@@ -173,22 +183,22 @@ impl Odometry {
                 velocity: Vector3::zeros(),
                 turn_rate: Vector3::zeros(),
                 covariance: geometry::Matrix6::identity() * 1e6,
-                guessed: self.origin.guessed,
+                covariance_inflation: self.origin.covariance_inflation,
             },
         }
     }
 
     /// Bytes held by the local map.
     pub fn map_bytes(&self) -> usize {
-        self.tracker.as_ref().map_or(0, Tracker::map_bytes)
+        self.tracker.as_ref().map_or(0, ScanTracker::map_bytes)
     }
 
     /// Surface elements of the local map: position (odom frame) and unit normal, zero where not flat.
     pub fn surfels(&self) -> Vec<([f64; 3], [f32; 3])> {
-        self.tracker.as_ref().map(Tracker::surfels).unwrap_or_default()
+        self.tracker.as_ref().map(ScanTracker::surfels).unwrap_or_default()
     }
 
-    fn heard(&mut self, stamp: Stamp, out: &mut Vec<OdometryEvent>) {
+    fn on_message(&mut self, stamp: Stamp, out: &mut Vec<OdometryEvent>) {
         self.newest = self.newest.max(Some(stamp));
         self.oldest = Some(self.oldest.map_or(stamp, |oldest| oldest.min(stamp)));
         self.work(false, out);
@@ -205,12 +215,12 @@ impl Odometry {
         while self.scans.front().is_some_and(|sweep| last_call || self.is_covered(sweep)) {
             let (Some(sweep), Some(tracker)) = (self.scans.pop_front(), &mut self.tracker) else { return };
             let mut found = Vec::new();
-            tracker.take_scan(sweep, &mut self.queues, out, &mut found);
-            let astray = tracker.astray();
+            tracker.insert_scan(sweep, &mut self.queues, out, &mut found);
+            let tracking_lost = tracker.tracking_lost();
             for finding in found {
                 self.find(finding, out);
             }
-            if let Some(origin) = astray {
+            if let Some(origin) = tracking_lost {
                 (self.origin, self.tracker, self.anew) = (origin, None, true);
                 self.oldest = self.newest;
                 if !self.start(last_call, out) {
@@ -218,10 +228,10 @@ impl Odometry {
                 }
             }
         }
-        self.notice_silence(out);
+        self.report_silent_sources(out);
         if let (None, Some(newest), Some(tracker)) = (self.scans.front(), self.newest, &mut self.tracker) {
             // Keeps the queues short when no scan comes for long.
-            if newest - tracker.carrier().time() > BACKLOG {
+            if newest - tracker.propagator().time() > BACKLOG {
                 let until = newest - Span::from_millis(BACKLOG.nanos() / 2_000_000);
                 tracker.advance(until, &mut self.queues);
             }
@@ -236,10 +246,19 @@ impl Odometry {
         }
         let covers =
             |last: Option<Stamp>| last.is_none_or(|last| last >= sweep.end || newest - last > SILENT);
-        let carrier = self.tracker.as_ref().map(Tracker::carrier);
-        let legs = self.queues.legs.back().map(|legs| legs.stamp).or(carrier.and_then(Carrier::last_legs));
-        let external =
-            self.queues.external.back().map(|pose| pose.stamp).or(carrier.and_then(Carrier::last_external));
+        let propagator = self.tracker.as_ref().map(ScanTracker::propagator);
+        let legs = self
+            .queues
+            .legs
+            .back()
+            .map(|legs| legs.stamp)
+            .or(propagator.and_then(StatePropagator::last_legs));
+        let external = self
+            .queues
+            .external
+            .back()
+            .map(|pose| pose.stamp)
+            .or(propagator.and_then(StatePropagator::last_external));
         covers(self.queues.imu.newest()) && covers(legs) && covers(external)
     }
 
@@ -260,7 +279,7 @@ impl Odometry {
         let Some(imu_newest) = self.queues.imu.newest() else { return false };
         // One that has stopped speaking is not waited for; one whose clock is another is another matter.
         if self.quiet > QUIET && newest - imu_newest > CLOCKS_APART {
-            self.find(checks::silent("IMU", "Check its cable, power and driver."), out);
+            self.find(findings::silent("IMU", "Check its cable, power and driver."), out);
             self.start_without_imu(first_scan.map_or(oldest, |(start, _)| start), out);
             return true;
         }
@@ -271,32 +290,34 @@ impl Odometry {
         }
         let since = imu_newest - STILL_WINDOW;
         let recent = self.queues.imu.iter().filter(move |reading| reading.stamp >= since);
-        let bearing = crate::startup::bearing(recent).filter(|bearing| bearing.still);
-        let bearing = match bearing {
-            Some(bearing) => bearing,
+        let initial_alignment = crate::initial_alignment::initial_alignment(recent)
+            .filter(|initial_alignment| initial_alignment.still);
+        let initial_alignment = match initial_alignment {
+            Some(initial_alignment) => initial_alignment,
             None if seen < START_WINDOW && !last_call => return false,
-            None => match crate::startup::bearing(self.queues.imu.iter()) {
-                Some(bearing) => bearing,
+            None => match crate::initial_alignment::initial_alignment(self.queues.imu.iter()) {
+                Some(initial_alignment) => initial_alignment,
                 None => {
                     self.start_without_imu(begin, out);
                     return true;
                 }
             },
         };
-        for finding in checks::at_start(&bearing, &self.config.mounting) {
+        for finding in findings::at_start(&initial_alignment, &self.config.mounting) {
             self.find(finding, out);
         }
-        let begin = if self.anew && bearing.still { begin.max(since) } else { begin };
+        let begin = if self.anew && initial_alignment.still { begin.max(since) } else { begin };
         if self.anew {
-            self.forget_before(begin);
+            self.discard_before(begin);
         }
-        self.tracker = Some(Tracker::with_imu(&self.config, begin, &bearing, &self.origin, out));
+        self.tracker =
+            Some(ScanTracker::with_imu(&self.config, begin, &initial_alignment, &self.origin, out));
         true
     }
 
     /// Drops what was said before the robot stood still: the estimate begins there, at rest.
-    fn forget_before(&mut self, begin: Stamp) {
-        self.queues.imu.forget_before(begin);
+    fn discard_before(&mut self, begin: Stamp) {
+        self.queues.imu.discard_before(begin);
         self.queues.legs.retain(|legs| legs.stamp >= begin);
         self.queues.external.retain(|external| external.stamp >= begin);
         self.scans.retain(|sweep| sweep.start >= begin);
@@ -306,18 +327,18 @@ impl Odometry {
     fn start_without_imu(&mut self, begin: Stamp, out: &mut Vec<OdometryEvent>) {
         self.config.sources.imu = false;
         self.queues.imu.clear();
-        self.tracker = Some(Tracker::without_imu(&self.config, begin, &self.origin, out));
+        self.tracker = Some(ScanTracker::without_imu(&self.config, begin, &self.origin, out));
     }
 
     /// Says once when a source that spoke has been silent for long.
-    fn notice_silence(&mut self, out: &mut Vec<OdometryEvent>) {
+    fn report_silent_sources(&mut self, out: &mut Vec<OdometryEvent>) {
         let Some(newest) = self.newest else { return };
         let long = |last: Option<Stamp>| last.is_some_and(|last| newest - last > SILENT * 4);
         if long(self.queues.imu.newest()) {
-            self.find(checks::silent("IMU", "Check its cable, power and driver."), out);
+            self.find(findings::silent("IMU", "Check its cable, power and driver."), out);
         }
-        if long(self.tracker.as_ref().and_then(Tracker::last_scan_end)) && self.scans.is_empty() {
-            self.find(checks::silent("LiDAR", "Check its cable, power, address and driver."), out);
+        if long(self.tracker.as_ref().and_then(ScanTracker::last_scan_end)) && self.scans.is_empty() {
+            self.find(findings::silent("LiDAR", "Check its cable, power, address and driver."), out);
         }
     }
 
@@ -331,7 +352,7 @@ impl Odometry {
         let apart = if imu > sweep.end { imu - sweep.end } else { sweep.end - imu };
         self.apart = if apart > CLOCKS_APART { self.apart + 1 } else { 0 };
         if self.apart == 3 {
-            self.find(checks::clocks_apart(imu - sweep.end), out);
+            self.find(findings::clocks_apart(imu - sweep.end), out);
             self.config.sources.imu = false;
             self.queues.imu.clear();
             self.newest = Some(sweep.end);
@@ -342,14 +363,14 @@ impl Odometry {
 
     /// Tells a finding, once for each kind; that the way was lost, every time.
     fn find(&mut self, finding: Finding, out: &mut Vec<OdometryEvent>) {
-        if finding.kind == FindingKind::LostWay || !self.findings.contains(&finding.kind) {
+        if finding.kind == FindingKind::TrackingLost || !self.findings.contains(&finding.kind) {
             self.findings.push(finding.kind);
             out.push(OdometryEvent::Finding(finding));
         }
     }
 }
 
-fn push_newer<T>(queue: &mut VecDeque<Timed<T>>, item: Timed<T>) -> bool {
+fn push_newer<T>(queue: &mut VecDeque<Stamped<T>>, item: Stamped<T>) -> bool {
     let newer = queue.back().is_none_or(|last| item.stamp > last.stamp);
     if newer {
         queue.push_back(item);

@@ -27,7 +27,7 @@ impl PoseTable {
     }
 
     /// Forgets what is older than a stamp, but keeps one entry before it to interpolate from.
-    pub fn forget_before(&mut self, stamp: Stamp) {
+    pub fn discard_before(&mut self, stamp: Stamp) {
         while self.entries.get(1).is_some_and(|entry| entry.0 <= stamp) {
             self.entries.pop_front();
         }
@@ -96,7 +96,7 @@ mod tests {
             assert!(x(nanos).is_some_and(|x| (x - expected).abs() < 1e-12), "{nanos}");
         }
         let mut trimmed = table.clone();
-        trimmed.forget_before(Stamp::from_nanos(250));
+        trimmed.discard_before(Stamp::from_nanos(250));
         assert_eq!(trimmed.at(Stamp::from_nanos(250)), table.at(Stamp::from_nanos(250)));
         trimmed.make_uniform(Stamp::from_nanos(200), Stamp::from_nanos(900));
         assert!(trimmed.at(Stamp::from_nanos(550)).is_some_and(|p| (p.translation.x - 0.55).abs() < 1e-12));

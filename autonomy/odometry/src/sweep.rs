@@ -118,7 +118,7 @@ impl Sweep {
     }
 
     /// Moves every point to the base frame at the end of the sweep.
-    pub fn correct(
+    pub fn deskew(
         &self,
         table: &PoseTable,
         base_from_lidar: &Isometry,
@@ -169,7 +169,7 @@ impl Sweep {
 
 /// Takes known motion out of a scan: moves every finite point to the body frame at the end of the sweep. `poses` are the
 /// body's, in any fixed frame, ascending; between them it moves uniformly. Also returns the body's pose at the end.
-pub fn correct(
+pub fn deskew(
     scan: &ScanView<'_>,
     poses: &[(Stamp, Isometry)],
     body_from_lidar: &Isometry,
@@ -180,7 +180,7 @@ pub fn correct(
     }
     let sweep = Sweep::take(scan, (0.0, f32::INFINITY), None, body_from_lidar, &mut Vec::new());
     let mut xyz = Vec::new();
-    sweep.correct(&table, body_from_lidar, &Isometry::identity(), &mut xyz);
+    sweep.deskew(&table, body_from_lidar, &Isometry::identity(), &mut xyz);
     (xyz, table.at(sweep.end).unwrap_or_default())
 }
 
@@ -234,10 +234,10 @@ mod tests {
         }
         let view = ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &offset_ns };
         let sweep = Sweep::take(&view, (0.1, 100.0), None, &base_from_lidar, &mut Vec::new());
-        let mut corrected = Vec::new();
-        sweep.correct(&table, &base_from_lidar, &body_from_base, &mut corrected);
+        let mut deskewed = Vec::new();
+        sweep.deskew(&table, &base_from_lidar, &body_from_base, &mut deskewed);
         let expected = (end * body_from_base).inverse_transform_point(&fixed.into());
-        for point in &corrected {
+        for point in &deskewed {
             let error =
                 Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2])) - expected.coords;
             assert!(error.norm() < 2e-3, "{error}");

@@ -7,8 +7,8 @@ use crate::hash::{CellKey, CellTable};
 pub struct Centroid {
     /// Mean position, metres, in the frame of the input.
     pub xyz: [f32; 3],
-    /// Mean of the times given with the points.
-    pub time: f32,
+    /// Mean of the attributes given with the points.
+    pub attribute: f32,
     /// How many points were averaged.
     pub count: u32,
 }
@@ -25,14 +25,14 @@ pub struct Downsampler {
 struct Accumulator {
     first: [f32; 3],
     sum: [f32; 3],
-    time_sum: f32,
+    attribute_sum: f32,
     count: u32,
 }
 
 impl Downsampler {
     /// Appends to `out` one centroid for each voxel of edge `voxel` (metres) that holds a point, in the order in which
-    /// the voxels were first met. `times` is a value for each point to average as well, or empty.
-    pub fn centroids(&mut self, xyz: &[[f32; 3]], times: &[f32], voxel: f32, out: &mut Vec<Centroid>) {
+    /// the voxels were first met. `attributes` is a value for each point to average as well, or empty.
+    pub fn downsample(&mut self, xyz: &[[f32; 3]], attributes: &[f32], voxel: f32, out: &mut Vec<Centroid>) {
         self.table.clear();
         self.cells.clear();
         let per_metre = 1.0 / voxel;
@@ -45,7 +45,12 @@ impl Downsampler {
             } else {
                 let (cell, fresh) = self.table.get_or_insert(key, self.cells.len() as u32);
                 if fresh {
-                    self.cells.push(Accumulator { first: point, sum: [0.0; 3], time_sum: 0.0, count: 0 });
+                    self.cells.push(Accumulator {
+                        first: point,
+                        sum: [0.0; 3],
+                        attribute_sum: 0.0,
+                        count: 0,
+                    });
                 }
                 cell as usize
             };
@@ -54,7 +59,7 @@ impl Downsampler {
             for axis in 0..3 {
                 accumulator.sum[axis] += point[axis] - accumulator.first[axis];
             }
-            accumulator.time_sum += times.get(index).copied().unwrap_or(0.0);
+            accumulator.attribute_sum += attributes.get(index).copied().unwrap_or(0.0);
             accumulator.count += 1;
         }
         out.extend(self.cells.iter().map(Accumulator::centroid));
@@ -66,7 +71,7 @@ impl Accumulator {
         let scale = 1.0 / self.count as f32;
         Centroid {
             xyz: std::array::from_fn(|axis| self.first[axis] + self.sum[axis] * scale),
-            time: self.time_sum * scale,
+            attribute: self.attribute_sum * scale,
             count: self.count,
         }
     }
@@ -90,10 +95,10 @@ mod tests {
         let mut rng = RngTree::new(5).child("downsample").rng();
         let points: Vec<[f32; 3]> =
             (0..20_000).map(|_| std::array::from_fn(|_| (rng.normal() * 8.0) as f32)).collect();
-        let times: Vec<f32> = (0..points.len()).map(|i| i as f32 * 1e-5).collect();
+        let attributes: Vec<f32> = (0..points.len()).map(|i| i as f32 * 1e-5).collect();
         let voxel = 0.4_f32;
         let mut out = Vec::new();
-        Downsampler::default().centroids(&points, &times, voxel, &mut out);
+        Downsampler::default().downsample(&points, &attributes, voxel, &mut out);
 
         let mut twin: BTreeMap<[i64; 3], (Vec<usize>, f64)> = BTreeMap::new();
         for (i, p) in points.iter().enumerate() {
@@ -109,8 +114,9 @@ mod tests {
             let Some((members, sum)) = twin.get(&cell) else { continue };
             assert_eq!(members.len(), centroid.count as usize);
             assert!((sum / members.len() as f64 - f64::from(centroid.xyz[0])).abs() < 1e-5);
-            let time = members.iter().map(|&i| f64::from(times[i])).sum::<f64>() / members.len() as f64;
-            assert!((time - f64::from(centroid.time)).abs() < 1e-5);
+            let attribute =
+                members.iter().map(|&i| f64::from(attributes[i])).sum::<f64>() / members.len() as f64;
+            assert!((attribute - f64::from(centroid.attribute)).abs() < 1e-5);
         }
     }
 
@@ -118,9 +124,9 @@ mod tests {
     fn an_empty_cloud_has_no_centroids_and_memory_is_reused() {
         let mut downsampler = Downsampler::default();
         let mut out = Vec::new();
-        downsampler.centroids(&[], &[], 1.0, &mut out);
+        downsampler.downsample(&[], &[], 1.0, &mut out);
         assert!(out.is_empty());
-        downsampler.centroids(&[[0.1; 3], [0.2; 3], [-0.1; 3]], &[], 1.0, &mut out);
+        downsampler.downsample(&[[0.1; 3], [0.2; 3], [-0.1; 3]], &[], 1.0, &mut out);
         assert_eq!(out.iter().map(|c| c.count).collect::<Vec<_>>(), [2, 1]);
     }
 }

@@ -10,17 +10,17 @@
 //! hash table from Koide et al., *Voxelized GICP*, ICRA 2021.
 
 use crate::hash::{CellKey, CellTable};
-use crate::symmetric::{Symmetric3, shape};
+use crate::symmetric::{Symmetric3, principal_axes};
 
 /// How a map divides space and what it calls flat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianMapConfig {
     /// Edge of a root cube, metres.
-    pub root_size: f64,
+    pub root_size_m: f64,
     /// How often a cube may be halved: 3 means leaves of an eighth of the root.
-    pub depth: u8,
+    pub max_depth: u8,
     /// Standard deviation of points about a plane above which a cube is not flat, metres.
-    pub plane_thickness: f32,
+    pub plane_thickness_m: f32,
     /// Points that a cube needs before its shape is judged.
     pub min_points: u16,
     /// Weight of the past: a running mean never counts more points than this, so that it can still follow.
@@ -31,14 +31,14 @@ impl GaussianMapConfig {
     /// The root cube that holds a point (map frame, metres), counted along each axis.
     #[inline]
     pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {
-        let per_metre = 1.0 / self.root_size;
+        let per_metre = 1.0 / self.root_size_m;
         std::array::from_fn(|axis| floor((point[axis] + GRID_SHIFT[axis]) * per_metre))
     }
 }
 
 impl Default for GaussianMapConfig {
     fn default() -> Self {
-        Self { root_size: 2.0, depth: 3, plane_thickness: 0.03, min_points: 8, max_points: 1_000 }
+        Self { root_size_m: 2.0, max_depth: 3, plane_thickness_m: 0.03, min_points: 8, max_points: 1_000 }
     }
 }
 
@@ -55,7 +55,7 @@ pub enum Surface {
         variance: f32,
     },
     /// A cell whose points fill space, lie on an edge, or are few.
-    Spread {
+    Distribution {
         /// Query point minus the cell's mean, metres.
         offset: [f32; 3],
         /// Covariance of the map's points in the cell, square metres.
@@ -69,7 +69,7 @@ enum Kind {
     /// Too few points, or points on a line.
     Unknown,
     Plane,
-    Spread,
+    Distribution,
 }
 
 /// One cube; fills one cache line.
@@ -85,7 +85,7 @@ struct Node {
     children: u32,
     count: u16,
     /// Count at which the shape is judged again.
-    judge_at: u16,
+    classify_at_count: u16,
     kind: Kind,
 }
 
@@ -97,7 +97,7 @@ impl Node {
         thickness: 0.0,
         children: 0,
         count: 0,
-        judge_at: 0,
+        classify_at_count: 0,
         kind: Kind::Unknown,
     };
 
@@ -108,7 +108,7 @@ impl Node {
 
     /// Whether the plane shows its other side in a direction.
     #[inline]
-    fn turns_away(&self, facing: Option<[f32; 3]>) -> bool {
+    fn faces_away(&self, facing: Option<[f32; 3]>) -> bool {
         facing.is_some_and(|facing| (0..3).map(|axis| self.normal[axis] * facing[axis]).sum::<f32>() < 0.0)
     }
 
@@ -133,23 +133,24 @@ impl Node {
     }
 
     /// Decides the kind anew. `size` is the cube's edge.
-    fn judge(&mut self, size: f32, config: &GaussianMapConfig) {
+    fn classify(&mut self, size: f32, config: &GaussianMapConfig) {
         let grown = self.count + (self.count / 4).max(2);
-        self.judge_at = if grown >= config.max_points { config.max_points } else { grown };
-        let Some(shape) = shape(&self.covariance) else {
+        self.classify_at_count = if grown >= config.max_points { config.max_points } else { grown };
+        let Some(principal_axes) = principal_axes(&self.covariance) else {
             self.kind = Kind::Unknown;
             return;
         };
-        self.normal = shape.normal;
-        self.thickness = shape.variances[0];
+        self.normal = principal_axes.normal;
+        self.thickness = principal_axes.variances[0];
         // A plane already held is given up only when clearly thicker, so that cells do not flicker.
-        let limit = config.plane_thickness * if self.kind == Kind::Plane { 1.5 } else { 1.0 };
+        let limit = config.plane_thickness_m * if self.kind == Kind::Plane { 1.5 } else { 1.0 };
         // Points of a single ring lie on a line, whose normal is whatever noise says.
-        let wide = shape.variances[1] > (0.08 * size).powi(2) && shape.variances[1] > 9.0 * self.thickness;
+        let wide = principal_axes.variances[1] > (0.08 * size).powi(2)
+            && principal_axes.variances[1] > 9.0 * self.thickness;
         self.kind = if wide && self.thickness < limit * limit {
             Kind::Plane
-        } else if shape.variances[1] > (0.04 * size).powi(2) {
-            Kind::Spread
+        } else if principal_axes.variances[1] > (0.04 * size).powi(2) {
+            Kind::Distribution
         } else {
             Kind::Unknown
         };
@@ -226,9 +227,9 @@ impl GaussianMap {
     }
 
     /// Adds a point that was seen from a place (map frame, metres): both sides of a thin wall become surfaces of their own, of which
-    /// [`Self::surface_facing`] finds the right one.
-    pub fn insert_seen(&mut self, point: &[f64; 3], from: &[f64; 3]) {
-        self.insert_facing(point, Some(toward(point, from)));
+    /// [`Self::find_surface_facing`] finds the right one.
+    pub fn insert_from_viewpoint(&mut self, point: &[f64; 3], from: &[f64; 3]) {
+        self.insert_facing(point, Some(viewing_direction(point, from)));
     }
 
     fn insert_facing(&mut self, point: &[f64; 3], facing: Option<[f32; 3]>) {
@@ -238,23 +239,23 @@ impl GaussianMap {
             self.roots.push(Root { key, node: Node::EMPTY });
         }
         self.turn = self.turn.wrapping_add(1);
-        let mut place = Place::Root(root);
-        let mut size = self.config.root_size as f32;
-        for level in 0..=self.config.depth {
+        let mut place = NodeRef::Root(root);
+        let mut size = self.config.root_size_m as f32;
+        for level in 0..=self.config.max_depth {
             let (turn, config) = (self.turn, self.config);
             let node = self.node_mut(place);
-            if node.kind == Kind::Plane && (outlier(node, &local) || node.turns_away(facing)) {
+            if node.kind == Kind::Plane && (is_outlier(node, &local) || node.faces_away(facing)) {
                 // Something else in front of or behind a known plane, or its other side.
             } else {
                 node.add(&local, &config);
                 let due = if node.count >= config.max_points {
                     node.kind != Kind::Plane || turn % 32 == 0
                 } else {
-                    node.count >= node.judge_at
+                    node.count >= node.classify_at_count
                 };
                 if node.count >= config.min_points && due {
-                    node.judge(size, &config);
-                    if node.turns_away(facing) {
+                    node.classify(size, &config);
+                    if node.faces_away(facing) {
                         node.normal = node.normal.map(|axis| -axis);
                     }
                 }
@@ -262,36 +263,36 @@ impl GaussianMap {
                     return;
                 }
             }
-            if level == self.config.depth {
+            if level == self.config.max_depth {
                 return;
             }
-            place = self.child_or_new(place, descend(&mut local, &mut size));
+            place = self.child_or_new(place, descend_to_child(&mut local, &mut size));
         }
     }
 
     /// What the map knows at a point: the first plane on the way down that the point is `gate` metres or less away
     /// from, else the nearest plane met, else the finest cell with enough points.
-    pub fn surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
+    pub fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
         self.surface_of(point, gate, None)
     }
 
     /// As [`Self::surface`], but for planes that turn their other side to whoever looks from there (map frame, metres). Of maps whose
-    /// points were added with [`Self::insert_seen`].
-    pub fn surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.surface_of(point, gate, Some(toward(point, from)))
+    /// points were added with [`Self::insert_from_viewpoint`].
+    pub fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
+        self.surface_of(point, gate, Some(viewing_direction(point, from)))
     }
 
     fn surface_of(&self, point: &[f64; 3], gate: f32, facing: Option<[f32; 3]>) -> Option<Surface> {
         let (key, local) = self.locate(point);
-        let mut best = Candidate::default();
+        let mut best = BestSurface::default();
         if let Some(root) = self.table.get(key) {
-            self.descend_for(root, local, gate, facing, &mut best);
+            self.search_root(root, local, gate, facing, &mut best);
             if best.within {
                 return best.surface;
             }
         }
         // A surface near the border may have been filed next door.
-        let half = self.config.root_size as f32 / 2.0;
+        let half = self.config.root_size_m as f32 / 2.0;
         for axis in 0..3 {
             if half - local[axis].abs() > gate {
                 continue;
@@ -301,8 +302,8 @@ impl GaussianMap {
             cell[axis] += side;
             if let Some(root) = self.table.get(CellKey::new(cell)) {
                 let mut there = local;
-                there[axis] -= side as f32 * self.config.root_size as f32;
-                self.descend_for(root, there, gate, facing, &mut best);
+                there[axis] -= side as f32 * self.config.root_size_m as f32;
+                self.search_root(root, there, gate, facing, &mut best);
                 if best.within {
                     break;
                 }
@@ -312,7 +313,7 @@ impl GaussianMap {
     }
 
     /// Forgets every root cube whose centre is farther than `radius` from `centre`, horizontally or vertically.
-    pub fn keep_within(&mut self, centre: &[f64; 3], radius: f64) {
+    pub fn retain_within(&mut self, centre: &[f64; 3], radius: f64) {
         let mut index = 0;
         while index < self.roots.len() {
             let key = self.roots[index].key;
@@ -322,7 +323,7 @@ impl GaussianMap {
                 index += 1;
                 continue;
             }
-            self.release(self.roots[index].node.children);
+            self.free_octet(self.roots[index].node.children);
             self.table.remove(key);
             self.roots.swap_remove(index);
             if let Some(moved) = self.roots.get(index) {
@@ -336,7 +337,7 @@ impl GaussianMap {
     pub fn surfels(&self) -> Vec<([f64; 3], [f32; 3])> {
         let mut out = Vec::new();
         for root in &self.roots {
-            self.collect(&root.node, self.centre(root.key), self.config.root_size, &mut out);
+            self.collect(&root.node, self.centre(root.key), self.config.root_size_m, &mut out);
         }
         out
     }
@@ -345,8 +346,8 @@ impl GaussianMap {
         let mean = || std::array::from_fn(|axis| centre[axis] + f64::from(node.mean[axis]));
         match node.kind {
             Kind::Plane => out.push((mean(), node.normal)),
-            Kind::Spread if node.children == 0 => out.push((mean(), [0.0; 3])),
-            Kind::Spread | Kind::Unknown => {}
+            Kind::Distribution if node.children == 0 => out.push((mean(), [0.0; 3])),
+            Kind::Distribution | Kind::Unknown => {}
         }
         if let Some(octet) = node.children.checked_sub(1) {
             for (index, child) in self.octets[octet as usize].iter().enumerate() {
@@ -356,31 +357,31 @@ impl GaussianMap {
         }
     }
 
-    fn descend_for(
+    fn search_root(
         &self,
         root: u32,
         mut local: [f32; 3],
         gate: f32,
         facing: Option<[f32; 3]>,
-        best: &mut Candidate,
+        best: &mut BestSurface,
     ) {
         let mut node = &self.roots[root as usize].node;
-        let mut size = self.config.root_size as f32;
+        let mut size = self.config.root_size_m as f32;
         loop {
             match node.kind {
-                Kind::Plane if node.turns_away(facing) => {}
+                Kind::Plane if node.faces_away(facing) => {}
                 Kind::Plane => {
                     let distance = node.distance(&local);
-                    best.offer_plane(node, distance, gate);
+                    best.consider_plane(node, distance, gate);
                     if best.within {
                         return;
                     }
                 }
-                Kind::Spread => best.offer_spread(node, &local),
+                Kind::Distribution => best.consider_distribution(node, &local),
                 Kind::Unknown => {}
             }
             let Some(octet) = node.children.checked_sub(1) else { return };
-            node = &self.octets[octet as usize][descend(&mut local, &mut size)];
+            node = &self.octets[octet as usize][descend_to_child(&mut local, &mut size)];
         }
     }
 
@@ -389,7 +390,7 @@ impl GaussianMap {
     fn locate(&self, point: &[f64; 3]) -> (CellKey, [f32; 3]) {
         let cell = self.config.root_cell(point);
         let local = std::array::from_fn(|axis| {
-            let middle = (cell[axis] as f64 + 0.5) * self.config.root_size;
+            let middle = (cell[axis] as f64 + 0.5) * self.config.root_size_m;
             (point[axis] + GRID_SHIFT[axis] - middle) as f32
         });
         (CellKey::new(cell), local)
@@ -397,60 +398,60 @@ impl GaussianMap {
 
     fn centre(&self, key: CellKey) -> [f64; 3] {
         let cell = key.cell();
-        std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * self.config.root_size - GRID_SHIFT[axis])
+        std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * self.config.root_size_m - GRID_SHIFT[axis])
     }
 
     #[inline]
-    fn node_mut(&mut self, place: Place) -> &mut Node {
+    fn node_mut(&mut self, place: NodeRef) -> &mut Node {
         match place {
-            Place::Root(root) => &mut self.roots[root as usize].node,
-            Place::Half(octet, child) => &mut self.octets[octet as usize][child],
+            NodeRef::Root(root) => &mut self.roots[root as usize].node,
+            NodeRef::Half(octet, child) => &mut self.octets[octet as usize][child],
         }
     }
 
-    fn child_or_new(&mut self, parent: Place, child: usize) -> Place {
+    fn child_or_new(&mut self, parent: NodeRef, child: usize) -> NodeRef {
         if let Some(octet) = self.node_mut(parent).children.checked_sub(1) {
-            return Place::Half(octet, child);
+            return NodeRef::Half(octet, child);
         }
         let octet = self.free.pop().unwrap_or(self.octets.len() as u32);
         if octet as usize == self.octets.len() {
             self.octets.push([Node::EMPTY; 8]);
         }
         self.node_mut(parent).children = octet + 1;
-        Place::Half(octet, child)
+        NodeRef::Half(octet, child)
     }
 
     /// Gives an octet and all below it back.
-    fn release(&mut self, children: u32) {
+    fn free_octet(&mut self, children: u32) {
         let Some(octet) = children.checked_sub(1) else { return };
         let nodes = std::mem::replace(&mut self.octets[octet as usize], [Node::EMPTY; 8]);
         self.free.push(octet);
         for node in nodes {
-            self.release(node.children);
+            self.free_octet(node.children);
         }
     }
 }
 
 /// Where a node is stored.
 #[derive(Clone, Copy)]
-enum Place {
+enum NodeRef {
     Root(u32),
     Half(u32, usize),
 }
 
 /// The best answer to a query so far.
 #[derive(Default)]
-struct Candidate {
+struct BestSurface {
     surface: Option<Surface>,
     /// Whether it is a plane inside the gate.
     within: bool,
 }
 
-impl Candidate {
-    fn offer_plane(&mut self, node: &Node, distance: f32, gate: f32) {
+impl BestSurface {
+    fn consider_plane(&mut self, node: &Node, distance: f32, gate: f32) {
         let nearer = match self.surface {
             Some(Surface::Plane { distance: held, .. }) => distance.abs() < held.abs(),
-            Some(Surface::Spread { .. }) | None => true,
+            Some(Surface::Distribution { .. }) | None => true,
         };
         if nearer {
             self.surface = Some(Surface::Plane { normal: node.normal, distance, variance: node.thickness });
@@ -459,23 +460,23 @@ impl Candidate {
     }
 
     /// Finer cells come later and replace coarser ones; planes stay.
-    fn offer_spread(&mut self, node: &Node, local: &[f32; 3]) {
+    fn consider_distribution(&mut self, node: &Node, local: &[f32; 3]) {
         if !matches!(self.surface, Some(Surface::Plane { .. })) {
             let offset = std::array::from_fn(|axis| local[axis] - node.mean[axis]);
-            self.surface = Some(Surface::Spread { offset, covariance: node.covariance });
+            self.surface = Some(Surface::Distribution { offset, covariance: node.covariance });
         }
     }
 }
 
 /// From a point to where it was seen from.
 #[inline]
-fn toward(point: &[f64; 3], from: &[f64; 3]) -> [f32; 3] {
+fn viewing_direction(point: &[f64; 3], from: &[f64; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| (from[axis] - point[axis]) as f32)
 }
 
 /// Moves from a cube to the half that holds `local`; says which of the eight.
 #[inline]
-fn descend(local: &mut [f32; 3], size: &mut f32) -> usize {
+fn descend_to_child(local: &mut [f32; 3], size: &mut f32) -> usize {
     let quarter = *size / 4.0;
     let mut child = 0;
     for axis in 0..3 {
@@ -489,7 +490,7 @@ fn descend(local: &mut [f32; 3], size: &mut f32) -> usize {
 
 /// Whether a point does not belong to an established plane: four standard deviations, at least 3 cm.
 #[inline]
-fn outlier(node: &Node, local: &[f32; 3]) -> bool {
+fn is_outlier(node: &Node, local: &[f32; 3]) -> bool {
     node.distance(local).powi(2) > (16.0 * node.thickness).max(9e-4)
 }
 

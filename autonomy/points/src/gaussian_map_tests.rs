@@ -16,7 +16,8 @@ fn a_wall_is_found_where_it_is() {
     }
     for y in [-3.1, -0.4, 2.2] {
         for off in [-0.2, 0.0, 0.15] {
-            let Some(Surface::Plane { normal, distance, variance }) = map.surface(&[3.0 + off, y, 1.7], 0.1)
+            let Some(Surface::Plane { normal, distance, variance }) =
+                map.find_surface(&[3.0 + off, y, 1.7], 0.1)
             else {
                 panic!("no plane at {y}")
             };
@@ -43,7 +44,7 @@ fn both_sides_of_a_thin_partition_are_kept_apart() {
     let mut found = 0;
     for y in [-3.1, -2.2, -0.4, 0.9, 2.2, 3.3] {
         for (x, z) in [(3.0, 1.2), (3.15, 1.2), (3.0, 2.2), (3.15, 2.2)] {
-            if let Some(Surface::Plane { distance, .. }) = map.surface(&[x, y, z], 0.05) {
+            if let Some(Surface::Plane { distance, .. }) = map.find_surface(&[x, y, z], 0.05) {
                 found += usize::from(distance.abs() < 0.005);
             }
         }
@@ -61,7 +62,7 @@ fn a_passer_by_does_not_move_the_wall() {
     for _ in 0..20_000 {
         map.insert(&[2.6 + 0.1 * rng.normal(), 0.3 * rng.normal(), rng.range(0.0, 1.8)]);
     }
-    let Some(Surface::Plane { distance, .. }) = map.surface(&[3.0, 0.0, 1.0], 0.1) else {
+    let Some(Surface::Plane { distance, .. }) = map.find_surface(&[3.0, 0.0, 1.0], 0.1) else {
         panic!("wall gone")
     };
     assert!(distance.abs() < 0.005, "{distance}");
@@ -71,7 +72,7 @@ fn a_passer_by_does_not_move_the_wall() {
 #[test]
 fn a_filled_cell_has_the_batch_mean_and_covariance() {
     let mut rng = RngTree::new(6).child("bush").rng();
-    let config = GaussianMapConfig { depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
+    let config = GaussianMapConfig { max_depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
     let mut map = GaussianMap::new(config);
     // Inside one root cube: the grid is shifted by GRID_SHIFT.
     let centre = Vector3::new(1.0 - GRID_SHIFT[0], 1.0 - GRID_SHIFT[1], 1.0 - GRID_SHIFT[2]);
@@ -83,7 +84,9 @@ fn a_filled_cell_has_the_batch_mean_and_covariance() {
     }
     let mean = points.iter().sum::<Vector3>() / points.len() as f64;
     let query = centre + Vector3::new(0.1, -0.2, 0.3);
-    let Some(Surface::Spread { offset, covariance }) = map.surface(&[query.x, query.y, query.z], 0.1) else {
+    let Some(Surface::Distribution { offset, covariance }) =
+        map.find_surface(&[query.x, query.y, query.z], 0.1)
+    else {
         panic!("no cell")
     };
     assert!((Vector3::from(offset.map(f64::from)) - (query - mean)).norm() < 1e-5);
@@ -108,9 +111,9 @@ fn forgetting_is_complete_and_memory_is_used_again() {
             point[0] += at;
             map.insert(&point);
         }
-        map.keep_within(&[at, 0.0, 0.0], 50.0);
-        assert!(map.surface(&[at - 197.0, 0.0, 1.0], 0.1).is_none());
-        assert!(map.surface(&[at + 3.0, 0.0, 1.0], 0.1).is_some());
+        map.retain_within(&[at, 0.0, 0.0], 50.0);
+        assert!(map.find_surface(&[at - 197.0, 0.0, 1.0], 0.1).is_none());
+        assert!(map.find_surface(&[at + 3.0, 0.0, 1.0], 0.1).is_some());
         if lap == 1 {
             bytes = map.bytes();
         }
@@ -137,14 +140,14 @@ fn the_two_sides_of_a_thin_wall_are_told_apart_by_who_looks() {
     for (from, wall) in [(inside, 0.0), (outside, 0.2)] {
         for y in -10..=10_i8 {
             for z in 0..=20_u8 {
-                map.insert_seen(&[wall, 0.1 * f64::from(y), 0.1 * f64::from(z)], &from);
+                map.insert_from_viewpoint(&[wall, 0.1 * f64::from(y), 0.1 * f64::from(z)], &from);
             }
         }
     }
     for (from, wall, other) in [(inside, 0.0, 0.2), (outside, 0.2, 0.0)] {
         for y in -8..=8_i8 {
             let at = |x: f64| [x, 0.1 * f64::from(y) + 0.03, 1.04];
-            let distance = |x: f64| match map.surface_facing(&at(x), &from, 0.1) {
+            let distance = |x: f64| match map.find_surface_facing(&at(x), &from, 0.1) {
                 Some(Surface::Plane { distance, .. }) => distance.abs(),
                 _ => f32::INFINITY,
             };

@@ -6,10 +6,10 @@ pub mod downsample;
 pub mod filter;
 pub mod gaussian_map;
 pub mod hash;
-pub mod surfaces;
+pub mod range_image;
+pub mod surface_map;
 pub mod symmetric;
-pub mod view;
 
 pub use downsample::{Centroid, Downsampler};
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};
-pub use surfaces::Surfaces;
+pub use surface_map::SurfaceMap;

@@ -5,7 +5,7 @@ pub type Symmetric3 = [f32; 6];
 
 /// Spread of a cloud along its own axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shape {
+pub struct PrincipalAxes {
     /// Variances, least first.
     pub variances: [f32; 3],
     /// Unit direction of the least variance.
@@ -17,7 +17,7 @@ pub struct Shape {
 ///
 /// Source: Smith, *Eigenvalues of a symmetric 3x3 matrix*, CACM 4 (4), 1961; the vector is the longest cross product
 /// of two rows of `matrix - least * identity`.
-pub fn shape(matrix: &Symmetric3) -> Option<Shape> {
+pub fn principal_axes(matrix: &Symmetric3) -> Option<PrincipalAxes> {
     let [xx, xy, xz, yy, yz, zz] = matrix.map(f64::from);
     let mean = (xx + yy + zz) / 3.0;
     let (dx, dy, dz) = (xx - mean, yy - mean, zz - mean);
@@ -47,7 +47,7 @@ pub fn shape(matrix: &Symmetric3) -> Option<Shape> {
         return None;
     }
     let inverse = 1.0 / longest.1.sqrt();
-    Some(Shape {
+    Some(PrincipalAxes {
         variances: [least.max(0.0) as f32, middle as f32, greatest as f32],
         normal: longest.0.map(|c| (c * inverse) as f32),
     })
@@ -75,21 +75,21 @@ mod tests {
                 * Matrix3::from_diagonal(&Vector3::new(least, middle, greatest))
                 * rotation.transpose();
             let packed = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|(i, j)| matrix[(i, j)] as f32);
-            let Some(shape) = shape(&packed) else { panic!("{matrix}") };
-            for (found, truth) in shape.variances.iter().zip([least, middle, greatest]) {
+            let Some(principal_axes) = principal_axes(&packed) else { panic!("{matrix}") };
+            for (found, truth) in principal_axes.variances.iter().zip([least, middle, greatest]) {
                 assert!((f64::from(*found) - truth).abs() < 1e-6, "{found} {truth}");
             }
-            let normal = Vector3::from(shape.normal.map(f64::from));
+            let normal = Vector3::from(principal_axes.normal.map(f64::from));
             assert!(normal.dot(&rotation.column(0).into_owned()).abs() > 1.0 - 1e-4);
         }
     }
 
     #[test]
     fn a_ball_a_point_and_garbage_have_no_normal() {
-        assert_eq!(shape(&[1.0, 0.0, 0.0, 1.0, 0.0, 1.0]), None);
-        assert_eq!(shape(&[0.0; 6]), None);
-        assert_eq!(shape(&[f32::NAN; 6]), None);
+        assert_eq!(principal_axes(&[1.0, 0.0, 0.0, 1.0, 0.0, 1.0]), None);
+        assert_eq!(principal_axes(&[0.0; 6]), None);
+        assert_eq!(principal_axes(&[f32::NAN; 6]), None);
         // A line: its two least variances are equal.
-        assert_eq!(shape(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(principal_axes(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), None);
     }
 }

@@ -10,7 +10,7 @@ use nalgebra::SymmetricEigen;
 
 /// Normal equations with the apparent grip removed, and what remains blind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditioned {
+pub struct ShrunkEquations {
     /// Information, order `[rotation; translation]`.
     pub information: Matrix6,
     /// Gradient, reduced in the same directions.
@@ -19,7 +19,12 @@ pub struct Conditioned {
 
 /// Takes `share` of the greatest eigenvalue off all eigenvalues, and as much of the gradient. Rotations are
 /// compared with translations at `arm` metres, the typical range of the points.
-pub fn condition(information: &Matrix6, gradient: &Vector6, arm: f64, share: f64) -> Conditioned {
+pub fn shrink_eigenvalues(
+    information: &Matrix6,
+    gradient: &Vector6,
+    arm: f64,
+    share: f64,
+) -> ShrunkEquations {
     let scale = Vector6::new(1.0 / arm, 1.0 / arm, 1.0 / arm, 1.0, 1.0, 1.0);
     let scaled = Matrix6::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
@@ -39,12 +44,12 @@ pub fn condition(information: &Matrix6, gradient: &Vector6, arm: f64, share: f64
     let unscale = scale.map(|s| 1.0 / s);
     let gradient = (kept * gradient.component_mul(&scale)).component_mul(&unscale);
     let information = Matrix6::from_fn(|i, j| kept_information[(i, j)] * unscale[i] * unscale[j]);
-    Conditioned { information, gradient }
+    ShrunkEquations { information, gradient }
 }
 
 /// Directions of translation, as unit vectors in the frame of the information, whose standard deviation with the
 /// rotation unknown exceeds `limit` metres; weakest first.
-pub fn blind_directions(information: &Matrix6, limit: f64) -> [Option<Vector3>; 3] {
+pub fn degenerate_directions(information: &Matrix6, limit: f64) -> [Option<Vector3>; 3] {
     let rotation: Matrix3 = information.fixed_view::<3, 3>(0, 0).into();
     let coupling: Matrix3 = information.fixed_view::<3, 3>(0, 3).into();
     let translation: Matrix3 = information.fixed_view::<3, 3>(3, 3).into();
@@ -98,15 +103,15 @@ mod tests {
     #[test]
     fn a_corridor_without_ends_is_blind_along_its_axis_and_with_an_end_it_is_not() {
         let (information, gradient) = corridor(0);
-        let open = condition(&information, &gradient, 8.0, 1e-3);
-        let [Some(axis), None, None] = blind_directions(&open.information, 0.01) else {
+        let open = shrink_eigenvalues(&information, &gradient, 8.0, 1e-3);
+        let [Some(axis), None, None] = degenerate_directions(&open.information, 0.01) else {
             panic!("not one direction")
         };
         assert!(axis.x.abs() > 0.99, "{axis}");
         assert!(open.gradient[3].abs() < 0.05 * gradient.norm());
 
         let (information, gradient) = corridor(60);
-        let closed = condition(&information, &gradient, 8.0, 1e-3);
-        assert_eq!(blind_directions(&closed.information, 0.01), [None; 3]);
+        let closed = shrink_eigenvalues(&information, &gradient, 8.0, 1e-3);
+        assert_eq!(degenerate_directions(&closed.information, 0.01), [None; 3]);
     }
 }

@@ -4,8 +4,8 @@
 
 pub mod degeneracy;
 pub mod linearise;
-pub mod search;
+pub mod multi_start;
 
-pub use degeneracy::{Conditioned, blind_directions, condition};
-pub use linearise::{MatchOptions, NormalEquations, linearise};
-pub use search::{Fit, SearchOptions, refine, score, search};
+pub use degeneracy::{ShrunkEquations, degenerate_directions, shrink_eigenvalues};
+pub use linearise::{MatchingConfig, NormalEquations, linearise};
+pub use multi_start::{Fit, MultiStartConfig, multi_start, refine, score};

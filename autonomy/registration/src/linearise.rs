@@ -5,26 +5,32 @@
 //! of the kernel's use as weights: Chebrolu et al., *Adaptive Robust Kernels*, RA-L 2021.
 
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
-use points::{Surface, Surfaces};
+use points::{Surface, SurfaceMap};
 
 /// How points are matched and weighted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MatchOptions {
+pub struct MatchingConfig {
     /// A plane within this distance is taken without looking for a better one, metres.
-    pub gate: f32,
+    pub gate_m: f32,
     /// Residuals of this many standard deviations get a quarter of their weight.
-    pub kernel: f32,
+    pub kernel_width: f32,
     /// Standard deviation of a point about its surface that the map cannot know, metres: range noise, motion.
-    pub noise: f32,
+    pub noise_m: f32,
     /// Whether cells that are not flat take part.
-    pub spread: bool,
+    pub use_distributions: bool,
     /// Whether planes that turn their other side to the body are left out: only maps that know from where their points were seen tell.
-    pub facing: bool,
+    pub front_facing_only: bool,
 }
 
-impl Default for MatchOptions {
+impl Default for MatchingConfig {
     fn default() -> Self {
-        Self { gate: 0.1, kernel: 3.0, noise: 0.01, spread: true, facing: false }
+        Self {
+            gate_m: 0.1,
+            kernel_width: 3.0,
+            noise_m: 0.01,
+            use_distributions: true,
+            front_facing_only: false,
+        }
     }
 }
 
@@ -63,14 +69,14 @@ pub fn plane_jacobian(point: &Vector3, normal_body: &Vector3) -> Vector6 {
 
 /// Matches every point (body frame, metres) at a pose and sums the normal equations, in the points' order.
 pub fn linearise<'a>(
-    map: &impl Surfaces,
+    map: &impl SurfaceMap,
     points: impl IntoIterator<Item = &'a [f32; 3]>,
     map_from_body: &Isometry,
-    options: &MatchOptions,
+    options: &MatchingConfig,
 ) -> NormalEquations {
     let rotation = map_from_body.rotation.to_rotation_matrix().into_inner();
     let translation = map_from_body.translation.vector;
-    let noise = options.noise * options.noise;
+    let noise = options.noise_m * options.noise_m;
     let mut sum = NormalEquations::default();
     // Upper triangle of the planes' information; the matrix is filled at the end.
     let mut upper = [0.0_f64; 21];
@@ -78,23 +84,23 @@ pub fn linearise<'a>(
         let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
         let in_map = rotation * in_body + translation;
         let at = [in_map.x, in_map.y, in_map.z];
-        let surface = match options.facing {
-            true => map.surface_facing(&at, translation.as_ref(), options.gate),
-            false => map.surface(&at, options.gate),
+        let surface = match options.front_facing_only {
+            true => map.find_surface_facing(&at, translation.as_ref(), options.gate_m),
+            false => map.find_surface(&at, options.gate_m),
         };
         match surface {
             Some(Surface::Plane { normal, distance, variance }) => {
                 let variance = f64::from(variance + noise);
                 let distance = f64::from(distance);
-                let weight = sum.count(distance * distance / variance, options.kernel) / variance;
+                let weight = sum.count(distance * distance / variance, options.kernel_width) / variance;
                 let normal = Vector3::new(f64::from(normal[0]), f64::from(normal[1]), f64::from(normal[2]));
                 let jacobian = plane_jacobian(&in_body, &rotation.tr_mul(&normal));
                 add_outer(&mut upper, &jacobian, weight);
                 sum.gradient += jacobian * (weight * distance);
             }
-            Some(Surface::Spread { offset, covariance }) if options.spread => {
+            Some(Surface::Distribution { offset, covariance }) if options.use_distributions => {
                 let offset = Vector3::new(f64::from(offset[0]), f64::from(offset[1]), f64::from(offset[2]));
-                sum.add_spread(
+                sum.add_distribution_residual(
                     &in_body,
                     &rotation,
                     &offset,
@@ -103,7 +109,7 @@ pub fn linearise<'a>(
                     options,
                 );
             }
-            Some(Surface::Spread { .. }) | None => {}
+            Some(Surface::Distribution { .. }) | None => {}
         }
     }
     let mut index = 0;
@@ -132,20 +138,20 @@ impl NormalEquations {
     }
 
     /// A point against a cell that is not flat: `r = p - mean`, weighted by the inverse covariance.
-    fn add_spread(
+    fn add_distribution_residual(
         &mut self,
         in_body: &Vector3,
         rotation: &Matrix3,
         offset: &Vector3,
         covariance: &[f64; 6],
         noise: f64,
-        options: &MatchOptions,
+        options: &MatchingConfig,
     ) {
         let [xx, xy, xz, yy, yz, zz] = *covariance;
         let covariance = Matrix3::new(xx + noise, xy, xz, xy, yy + noise, yz, xz, yz, zz + noise);
         let Some(inverse) = covariance.try_inverse() else { return };
         let squared = offset.dot(&(inverse * offset));
-        let weight = self.count(squared, options.kernel);
+        let weight = self.count(squared, options.kernel_width);
         // In the body frame: J = [-hat(p), I].
         let inverse_body = rotation.tr_mul(&inverse) * rotation * weight;
         let offset_body = rotation.tr_mul(offset);
@@ -211,7 +217,7 @@ mod tests {
             map.insert(&[2.0 + 0.01 * rng.normal(), rng.range(-3.0, 3.0), rng.range(-3.0, 3.0)]);
             map.insert(&[-1.0 + 0.15 * rng.normal(), -1.0 + 0.15 * rng.normal(), 0.4 + 0.15 * rng.normal()]);
         }
-        let options = MatchOptions { kernel: 1e4, gate: 0.3, ..MatchOptions::default() };
+        let options = MatchingConfig { kernel_width: 1e4, gate_m: 0.3, ..MatchingConfig::default() };
         let points: Vec<[f32; 3]> =
             vec![[1.98, 0.2, 0.3], [2.03, -1.4, 0.6], [-1.03, -1.02, 0.42], [-1.1, -0.93, 0.35]];
         let pose = Isometry::identity();

@@ -548,13 +548,13 @@ impl Left {
 fn thinned(downsampler: &mut Downsampler, cloud: &Cloud) -> Cloud {
     let mut centroids = Vec::new();
     // The mean that the downsampler takes beside the position serves for the intensity here.
-    downsampler.centroids(&cloud.xyz, &cloud.intensity, KEYFRAME_VOXEL, &mut centroids);
+    downsampler.downsample(&cloud.xyz, &cloud.intensity, KEYFRAME_VOXEL, &mut centroids);
     Cloud {
         xyz: centroids.iter().map(|c| c.xyz).collect(),
         intensity: if cloud.intensity.is_empty() {
             Vec::new()
         } else {
-            centroids.iter().map(|c| c.time).collect()
+            centroids.iter().map(|c| c.attribute).collect()
         },
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct LocatedScan {
     pub velocity: Twist,
     /// Of `odom_from_base`.
     pub covariance: Matrix6,
-    /// What of it is a guess, see [`odometry::Estimate::guessed`].
+    /// What of it is a guess, see [`odometry::Estimate::covariance_inflation`].
     pub guessed: Matrix6,
     pub degenerate: [Option<Vector3>; 3],
     pub points_used: u32,
@@ -88,10 +88,10 @@ impl OdometryAdapter {
             Sensor::Imu(imu) => {
                 let (gyro, force) =
                     (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
-                self.odometry.imu(imu.stamp, gyro, force, &mut events);
+                self.odometry.insert_imu(imu.stamp, gyro, force, &mut events);
             }
             Sensor::Legs(legs) => {
-                self.odometry.legs(
+                self.odometry.insert_leg_velocity(
                     legs.stamp,
                     [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
                     &mut events,
@@ -99,7 +99,7 @@ impl OdometryAdapter {
             }
             Sensor::Odometry(external) => {
                 if let Some(pose) = isometry_from_pose(&external.odom_from_external) {
-                    self.odometry.external(external.stamp, pose, &mut events);
+                    self.odometry.insert_external_pose(external.stamp, pose, &mut events);
                 }
             }
             Sensor::Scan(scan) => {
@@ -109,7 +109,7 @@ impl OdometryAdapter {
                     intensity: &scan.intensity,
                     offset_ns: &scan.offset_ns,
                 };
-                self.odometry.scan(view, &mut events);
+                self.odometry.insert_scan(view, &mut events);
             }
             Sensor::Battery(_) => {}
         }
@@ -127,7 +127,7 @@ impl OdometryAdapter {
 
     /// Whether odometry follows the robot now: not before it has begun, nor while it begins anew.
     pub fn is_underway(&self) -> bool {
-        self.odometry.is_underway()
+        self.odometry.is_tracking()
     }
 
     /// The last located scan moved on to `at`.
@@ -138,7 +138,7 @@ impl OdometryAdapter {
             odom_from_base: estimate.odom_from_base,
             velocity: twist(&estimate.velocity, &estimate.turn_rate),
             covariance: estimate.covariance,
-            guessed: estimate.guessed,
+            guessed: estimate.covariance_inflation,
             ..last.clone()
         })
     }
@@ -161,10 +161,10 @@ impl OdometryAdapter {
                         odom_from_base_at_scan: pose.odom_from_base_at_scan,
                         velocity: twist(&pose.estimate.velocity, &pose.estimate.turn_rate),
                         covariance: pose.estimate.covariance,
-                        guessed: pose.estimate.guessed,
-                        degenerate: pose.degenerate,
+                        guessed: pose.estimate.covariance_inflation,
+                        degenerate: pose.degenerate_directions,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
-                        blind: pose.blind,
+                        blind: pose.is_dead_reckoned,
                         cloud: Arc::new(cloud),
                     })));
                 }

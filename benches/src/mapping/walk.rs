@@ -102,14 +102,14 @@ impl Recorder {
     fn hear(&mut self, sensor: &Sensor) {
         let mut out = std::mem::take(&mut self.out);
         match sensor {
-            Sensor::Imu(imu) => self.odometry.imu(
+            Sensor::Imu(imu) => self.odometry.insert_imu(
                 imu.stamp,
                 vec_from_plain(imu.angular_velocity),
                 vec_from_plain(imu.specific_force),
                 &mut out,
             ),
             Sensor::Legs(legs) => {
-                self.odometry.legs(
+                self.odometry.insert_leg_velocity(
                     legs.stamp,
                     [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
                     &mut out,
@@ -118,7 +118,7 @@ impl Recorder {
             Sensor::Scan(scan) => {
                 let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
                 let view = ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns };
-                self.odometry.scan(view, &mut out);
+                self.odometry.insert_scan(view, &mut out);
             }
             Sensor::Odometry(_) | Sensor::Battery(_) => {}
         }
@@ -141,22 +141,22 @@ impl Recorder {
         let session = self
             .session
             .get_or_insert_with(|| Session::begin(&estimate.odom_from_base, KeyframePolicy::default()));
-        let degenerate = pose.degenerate.iter().any(Option::is_some);
+        let degenerate = pose.degenerate_directions.iter().any(Option::is_some);
         let added = session.add_scan(&ScanPose {
             stamp: estimate.stamp,
             odom_from_base: estimate.odom_from_base,
             scan_stamp: pose.scan_stamp,
             odom_from_base_at_scan: pose.odom_from_base_at_scan,
             covariance: estimate.covariance,
-            guessed: estimate.guessed,
+            guessed: estimate.covariance_inflation,
             degenerate,
-            blind: pose.blind,
+            blind: pose.is_dead_reckoned,
         });
         if added.is_none() {
             return;
         }
         let mut centroids = Vec::new();
-        self.downsampler.centroids(xyz, &[], VOXEL, &mut centroids);
+        self.downsampler.downsample(xyz, &[], VOXEL, &mut centroids);
         self.keyframes.push(Recorded {
             stamp: estimate.stamp,
             odom_from_base: estimate.odom_from_base,

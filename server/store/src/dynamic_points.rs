@@ -6,7 +6,7 @@
 use crate::MapCloud;
 use geometry::Isometry;
 use mapping::dynamics::{VOTERS, moving_points};
-use mapping::view::RangeImage;
+use mapping::range_image::RangeImage;
 use std::collections::VecDeque;
 
 /// Parameters of [`DynamicPointFilter`].

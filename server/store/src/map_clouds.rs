@@ -5,7 +5,7 @@ use crate::dynamic_points::DynamicPointFilter;
 use crate::sessions::cloud_name;
 use crate::{StoreError, files};
 use map_codec::{LevelSplitter, SplitOptions};
-use mapping::view::RangeImage;
+use mapping::range_image::RangeImage;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

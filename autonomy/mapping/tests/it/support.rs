@@ -52,16 +52,17 @@ fn feed(odometry: &mut Odometry, sensor: &Sensor, out: &mut Vec<OdometryEvent>) 
     match sensor {
         Sensor::Imu(imu) => {
             let (gyro, force) = (vec_from_plain(imu.angular_velocity), vec_from_plain(imu.specific_force));
-            odometry.imu(imu.stamp, gyro, force, out);
+            odometry.insert_imu(imu.stamp, gyro, force, out);
         }
-        Sensor::Legs(legs) => odometry.legs(
+        Sensor::Legs(legs) => odometry.insert_leg_velocity(
             legs.stamp,
             [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
             out,
         ),
         Sensor::Scan(scan) => {
             let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
-            odometry.scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
+            odometry
+                .insert_scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
         }
         Sensor::Odometry(_) | Sensor::Battery(_) => {}
     }
@@ -88,9 +89,9 @@ impl Recorder {
                     scan_stamp: pose.scan_stamp,
                     odom_from_base_at_scan: pose.odom_from_base_at_scan,
                     covariance: estimate.covariance,
-                    guessed: estimate.guessed,
-                    degenerate: pose.degenerate.iter().any(Option::is_some),
-                    blind: pose.blind,
+                    guessed: estimate.covariance_inflation,
+                    degenerate: pose.degenerate_directions.iter().any(Option::is_some),
+                    blind: pose.is_dead_reckoned,
                 });
                 if added.is_some() {
                     self.keyframes.push(Keyframe {

@@ -125,17 +125,17 @@ fn nonsense_neither_panics_nor_moves_the_robot() {
     ];
     for (index, (xyz, offset_ns)) in scans.into_iter().enumerate() {
         let stamp = Stamp::from_nanos(1_000_000_000 + index as i64 * 5_000_000_000);
-        odometry.scan(ScanView { stamp, xyz, intensity: &[1.0], offset_ns }, &mut out);
-        odometry.imu(stamp, Vector3::repeat(f64::NAN), Vector3::zeros(), &mut out);
-        odometry.legs(stamp, [Vector3::repeat(f64::INFINITY), Vector3::zeros()], &mut out);
-        odometry.legs(stamp, [Vector3::zeros(), Vector3::repeat(f64::NAN)], &mut out);
-        odometry.external(stamp, Isometry::translation(f64::NAN, 0.0, 0.0), &mut out);
+        odometry.insert_scan(ScanView { stamp, xyz, intensity: &[1.0], offset_ns }, &mut out);
+        odometry.insert_imu(stamp, Vector3::repeat(f64::NAN), Vector3::zeros(), &mut out);
+        odometry.insert_leg_velocity(stamp, [Vector3::repeat(f64::INFINITY), Vector3::zeros()], &mut out);
+        odometry.insert_leg_velocity(stamp, [Vector3::zeros(), Vector3::repeat(f64::NAN)], &mut out);
+        odometry.insert_external_pose(stamp, Isometry::translation(f64::NAN, 0.0, 0.0), &mut out);
     }
-    odometry.scan(
+    odometry.insert_scan(
         ScanView { stamp: Stamp::from_nanos(i64::MAX), xyz: &[], intensity: &[], offset_ns: &[] },
         &mut out,
     );
-    odometry.scan(
+    odometry.insert_scan(
         ScanView { stamp: Stamp::from_nanos(i64::MIN), xyz: &[], intensity: &[], offset_ns: &[] },
         &mut out,
     );

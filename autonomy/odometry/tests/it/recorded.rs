@@ -50,7 +50,7 @@ fn keyframes_of_a_car_one_metre_apart_are_tracked_by_the_lidar_alone() {
     for index in 0..21 {
         let xyz = pcd(folder.join(format!("Scans/{index:06}.pcd")));
         let stamp = Stamp::from_secs_f64(times[index][0]);
-        odometry.scan(ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &[] }, &mut out);
+        odometry.insert_scan(ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &[] }, &mut out);
     }
     odometry.flush(&mut out);
     let found: Vec<Vector3> =
@@ -82,7 +82,7 @@ fn a_hand_held_imu_predicts_the_turns_of_its_trajectory() {
         while imu[fed][0] <= row[0] + 0.005 {
             let r = &imu[fed];
             let (force, gyro) = (Vector3::new(r[1], r[2], r[3]), Vector3::new(r[4], r[5], r[6]));
-            odometry.imu(Stamp::from_secs_f64(r[0]), gyro, force, &mut out);
+            odometry.insert_imu(Stamp::from_secs_f64(r[0]), gyro, force, &mut out);
             fed += 1;
         }
         let felt = odometry.predict(Stamp::from_secs_f64(row[0])).odom_from_base.rotation;
@@ -114,9 +114,9 @@ fn a_fast_turning_sweep_is_corrected() {
         let times = floats(&std::fs::read(folder.join(format!("times_{scan:02}.bin"))).unwrap());
         let imu_from_lidar =
             Isometry::new(Vector3::new(-0.006, 0.012, -0.029), Vector3::z() * std::f64::consts::PI);
-        let (raw, corrected) = (points("raw"), points("deskewed"));
-        let knots = fit_knots(&raw, &corrected, &times, &imu_from_lidar);
-        let error = median_error(&raw, &corrected, &times, &imu_from_lidar, &knots);
+        let (raw, deskewed) = (points("raw"), points("deskewed"));
+        let knots = fit_knots(&raw, &deskewed, &times, &imu_from_lidar);
+        let error = median_error(&raw, &deskewed, &times, &imu_from_lidar, &knots);
         println!("deskew-newer06 scan {scan}: median {:.1} mm", error * 1e3);
         assert!(error < 0.015, "{error}");
     }
@@ -126,7 +126,7 @@ fn a_fast_turning_sweep_is_corrected() {
 /// one: the best rigid motion of the points nearest in time.
 fn fit_knots(
     raw: &[Vector3],
-    corrected: &[Vector3],
+    deskewed: &[Vector3],
     times: &[f32],
     imu_from_lidar: &Isometry,
 ) -> Vec<(Stamp, Isometry)> {
@@ -138,7 +138,7 @@ fn fit_knots(
                 (0..raw.len()).filter(|&i| (f64::from(times[i]) - at).abs() < 0.003).collect();
             let pairs: Vec<(Vector3, Vector3)> = near
                 .iter()
-                .map(|&i| (corrected[i], imu_from_lidar.transform_point(&raw[i].into()).coords))
+                .map(|&i| (deskewed[i], imu_from_lidar.transform_point(&raw[i].into()).coords))
                 .collect();
             (Stamp::from_secs_f64(at), geometry::umeyama(&pairs, false).unwrap().truth_from_estimate)
         })
@@ -147,7 +147,7 @@ fn fit_knots(
 
 fn median_error(
     raw: &[Vector3],
-    corrected: &[Vector3],
+    deskewed: &[Vector3],
     times: &[f32],
     imu_from_lidar: &Isometry,
     knots: &[(Stamp, Isometry)],
@@ -155,10 +155,10 @@ fn median_error(
     let xyz: Vec<[f32; 3]> = raw.iter().map(|p| [p.x as f32, p.y as f32, p.z as f32]).collect();
     let offset_ns: Vec<i32> = times.iter().map(|t| (f64::from(*t) * 1e9) as i32).collect();
     let view = ScanView { stamp: Stamp::EPOCH, xyz: &xyz, intensity: &[], offset_ns: &offset_ns };
-    let (moved, end) = odometry::correct(&view, knots, imu_from_lidar);
+    let (moved, end) = odometry::deskew(&view, knots, imu_from_lidar);
     let mut errors: Vec<f64> = moved
         .iter()
-        .zip(corrected)
+        .zip(deskewed)
         .map(|(p, truth)| {
             let point = Vector3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
             (end.transform_point(&point.into()).coords - truth).norm()

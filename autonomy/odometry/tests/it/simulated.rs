@@ -78,8 +78,7 @@ fn lost_for_good_it_begins_anew_and_says_so() {
         _ => None,
     });
     let events = run(config(here, &["lidar"]), before.cloned().chain(after.take(300)));
-    let lost =
-        |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::LostWay);
+    let lost = |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::TrackingLost);
     assert!(events.iter().any(lost));
     let found = poses(&events);
     // From well after the beginning on, the way is followed again.
@@ -107,7 +106,7 @@ fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_p
         })
         .collect();
     let found = poses(&events);
-    assert_eq!(lost, [FindingKind::LostWay]);
+    assert_eq!(lost, [FindingKind::TrackingLost]);
     let after = |seconds: f64| {
         let at = *put_down + Span::from_secs_f64(seconds);
         found.iter().find(|pose| pose.estimate.stamp >= at).unwrap().estimate
@@ -139,7 +138,7 @@ fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
     let error = (moved.translation.vector - truth.translation.vector).norm();
     let distance = truth.translation.vector.norm();
     assert!(distance > 5.0 && error < 0.04 * distance, "{error} of {distance}");
-    assert!(last.registration.rejected && last.degenerate[2].is_some());
+    assert!(last.registration.rejected && last.degenerate_directions[2].is_some());
     let deviation =
         |pose: &odometry::PoseEvent| pose.estimate.covariance.fixed_view::<3, 3>(3, 3).trace().sqrt();
     assert!(deviation(last) > 10.0 * deviation(before), "{} {}", deviation(last), deviation(before));
@@ -190,8 +189,7 @@ fn far_faster_than_its_legs_it_does_not_know_how_it_moves() {
         other => other,
     });
     let events = run(config(walk, &[]), pushed);
-    let lost =
-        |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::LostWay);
+    let lost = |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::TrackingLost);
     // As soon as it sees, and not only after it has been lost for long.
     let before = events.iter().take_while(|event| !lost(event)).cloned().collect::<Vec<_>>();
     assert!(before.len() < events.len());
@@ -210,8 +208,8 @@ fn starting_in_full_walk_is_possible() {
     assert!(error < 0.02, "{error}");
     // The frame is level within a few degrees, though gravity was seen only while moving.
     let up = walk.truth_at(found[0].estimate.stamp).rotation.inverse() * Vector3::z();
-    let guessed = found[0].estimate.odom_from_base.rotation.inverse() * Vector3::z();
-    assert!(up.angle(&guessed) < 0.1, "{}", up.angle(&guessed));
+    let covariance_inflation = found[0].estimate.odom_from_base.rotation.inverse() * Vector3::z();
+    assert!(up.angle(&covariance_inflation) < 0.1, "{}", up.angle(&covariance_inflation));
 }
 
 #[test]

@@ -115,20 +115,21 @@ pub fn config(walk: &Walk, sources: &[&str]) -> OdometryConfig {
 /// Hands one message over.
 pub fn feed(odometry: &mut Odometry, message: &Sensor, out: &mut Vec<OdometryEvent>) {
     match message {
-        Sensor::Imu(imu) => odometry.imu(
+        Sensor::Imu(imu) => odometry.insert_imu(
             imu.stamp,
             vec_from_plain(imu.angular_velocity),
             vec_from_plain(imu.specific_force),
             out,
         ),
-        Sensor::Legs(legs) => odometry.legs(
+        Sensor::Legs(legs) => odometry.insert_leg_velocity(
             legs.stamp,
             [legs.base_velocity.linear, legs.base_velocity.angular].map(vec_from_plain),
             out,
         ),
         Sensor::Scan(scan) => {
             let (xyz, intensity) = (scan.xyz.as_slice(), scan.intensity.as_slice());
-            odometry.scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
+            odometry
+                .insert_scan(ScanView { stamp: scan.stamp, xyz, intensity, offset_ns: &scan.offset_ns }, out);
         }
         Sensor::Odometry(_) | Sensor::Battery(_) => {}
     }

@@ -4,7 +4,7 @@
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
-use geometry::{Isometry, Vector3, level_alignment, pose_from_isometry, rms_apart};
+use geometry::{Isometry, Vector3, align_yaw_only, pose_from_isometry, rms_distance};
 use localisation::{GlobalLocaliser, LocalisationMap, RelocalisationResult, classify_hypotheses};
 use mapping::Place;
 use nalgebra::Point3;
@@ -195,8 +195,8 @@ impl FrameAlignment {
 }
 
 fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<FrameAlignment> {
-    let map_from_cloud = level_alignment(pairs)?;
-    let apart = rms_apart(pairs, &map_from_cloud);
+    let map_from_cloud = align_yaw_only(pairs)?;
+    let apart = rms_distance(pairs, &map_from_cloud);
     Some(FrameAlignment { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
 }
 

@@ -277,11 +277,11 @@ fn gather(stations: Vec<Station>) -> MapPoints {
 
 fn thin(points: &MapPoints) -> MapPoints {
     let mut centroids = Vec::new();
-    Downsampler::default().centroids(&points.xyz, &points.intensity, THINNED, &mut centroids);
+    Downsampler::default().downsample(&points.xyz, &points.intensity, THINNED, &mut centroids);
     MapPoints {
         xyz: centroids.iter().map(|centroid| centroid.xyz).collect(),
         // What is averaged along with the places.
-        intensity: centroids.iter().map(|centroid| centroid.time).collect(),
+        intensity: centroids.iter().map(|centroid| centroid.attribute).collect(),
     }
 }
 

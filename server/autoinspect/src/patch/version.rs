@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use api::MapSummary;
 use geometry::{Isometry, Vector3};
 use mapping::patch::{Look, Shown, belongs, come, gone, in_map, nearest};
-use mapping::view::RangeImage;
+use mapping::range_image::RangeImage;
 use messages::{Cloud, FinishedMap, Keyframe, VisitCounts};
 use serde::Serialize;
 use std::path::Path;

@@ -1,15 +1,15 @@
 //! Carries the filter through time: IMU, legs and another odometry between the scans.
 
-use crate::agreement::Agreement;
-use crate::config::{Mounting, Noise, OdometryConfig};
+use crate::config::{Mounting, NoiseConfig, OdometryConfig};
 use crate::event::Estimate;
-use crate::filter::Filter;
+use crate::filter::ErrorStateFilter;
+use crate::imu_lidar_consistency::ImuLidarConsistency;
 use crate::imu_queue::ImuQueue;
-use crate::motion::Motion;
+use crate::motion_model::MotionModel;
+use crate::pickup_detector::PickupDetector;
 use crate::pose_table::PoseTable;
-use crate::rest::Rest;
 use crate::state::{ErrorVector, State};
-use crate::velocity::VelocityMeasurement;
+use crate::velocity_measurement::VelocityMeasurement;
 use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, se3, so3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
@@ -26,7 +26,7 @@ const LATELY: Span = Span::from_millis(300);
 
 /// Something with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timed<T> {
+pub struct Stamped<T> {
     /// When.
     pub stamp: Stamp,
     /// What.
@@ -39,66 +39,66 @@ pub struct Queues {
     /// Inertial readings.
     pub imu: ImuQueue,
     /// Velocities and turn rates of the base in its own frame, m/s and rad/s.
-    pub legs: VecDeque<Timed<[Vector3; 2]>>,
+    pub legs: VecDeque<Stamped<[Vector3; 2]>>,
     /// Poses of the external frame in its own origin.
-    pub external: VecDeque<Timed<Isometry>>,
+    pub external: VecDeque<Stamped<Isometry>>,
 }
 
 /// Where an estimate begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Origin {
+pub struct InitialPose {
     /// The base: its place and heading count.
     pub odom_from_base: Isometry,
     /// How far that is a guess, `[rotation; translation]`, base frame.
-    pub guessed: Matrix6,
+    pub covariance_inflation: Matrix6,
 }
 
-impl Default for Origin {
+impl Default for InitialPose {
     /// The origin by definition.
     fn default() -> Self {
-        Self { odom_from_base: Isometry::identity(), guessed: Matrix6::zeros() }
+        Self { odom_from_base: Isometry::identity(), covariance_inflation: Matrix6::zeros() }
     }
 }
 
 /// The filter and what carries it.
 #[derive(Clone, Debug)]
-pub struct Carrier {
-    noise: Noise,
+pub struct StatePropagator {
+    noise: NoiseConfig,
     mounting: Mounting,
     /// The estimate.
-    pub filter: Filter,
+    pub filter: ErrorStateFilter,
     /// Poses over the last moments.
     pub table: PoseTable,
     /// Whether an IMU carries the motion now.
-    pub inertial: bool,
+    pub has_imu: bool,
     /// Whether the present is less sure than an IMU makes it: readings were missing or at the end of their range.
-    pub rough: bool,
+    pub is_imprecise: bool,
     /// Compares the turns of gyroscope and LiDAR.
-    pub agreement: Agreement,
+    pub imu_lidar_consistency: ImuLidarConsistency,
     /// Base in the body, which is the IMU; the base itself where there is none.
     pub body_from_base: Isometry,
     /// What stretches on which nothing was followed add to the covariance of every later pose, base frame.
-    guessed: Matrix6,
+    covariance_inflation: Matrix6,
     time: Stamp,
     /// The gyroscope's bias while the IMU is silent.
-    bias_kept: Option<Vector3>,
+    saved_gyro_bias: Option<Vector3>,
     /// Latest turn rate as the gyroscope read it, rad/s.
     gyro: Vector3,
     last_legs: Option<Stamp>,
     /// How fast they were, m/s.
     legs_speed: f64,
-    rest: Rest,
-    last_external: Option<Timed<Isometry>>,
+    pickup_detector: PickupDetector,
+    last_external: Option<Stamped<Isometry>>,
 }
 
-impl Carrier {
+impl StatePropagator {
     /// At rest with the base at the origin. `level_from_body` is the body's rotation for a base that heads along x; `deviations` those
     /// of the error.
     pub fn new(
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Isometry,
-        origin: &Origin,
+        origin: &InitialPose,
         level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
@@ -114,19 +114,19 @@ impl Carrier {
         Self {
             noise: config.noise,
             mounting: config.mounting,
-            filter: Filter::new(State::at(odom_from_body), deviations),
+            filter: ErrorStateFilter::new(State::at(odom_from_body), deviations),
             table,
-            inertial: false,
-            rough: false,
-            agreement: Agreement::default(),
+            has_imu: false,
+            is_imprecise: false,
+            imu_lidar_consistency: ImuLidarConsistency::default(),
             body_from_base,
-            guessed: origin.guessed,
+            covariance_inflation: origin.covariance_inflation,
             time: begin,
-            bias_kept: None,
+            saved_gyro_bias: None,
             gyro: Vector3::zeros(),
             last_legs: None,
             legs_speed: 0.0,
-            rest: Rest::default(),
+            pickup_detector: PickupDetector::default(),
             last_external: None,
         }
     }
@@ -142,7 +142,7 @@ impl Carrier {
         self.widened(ASTRAY)
     }
 
-    /// The same, of one whose present pose has been [booked](Self::book_guess) as a guess since.
+    /// The same, of one whose present pose has been [booked](Self::inflate_covariance) as a guess since.
     pub fn guess_since(&self) -> Matrix6 {
         self.widened((0.0, 0.0))
     }
@@ -156,22 +156,22 @@ impl Carrier {
 
     /// Books the present pose as a [guess](Self::guess): scans that fit each other from here on take its uncertainty off the filter, and
     /// say nothing of the way before.
-    pub fn book_guess(&mut self) {
-        self.guessed = self.guess();
+    pub fn inflate_covariance(&mut self) {
+        self.covariance_inflation = self.guess();
     }
 
     /// Whether the IMU feels motion of which the legs know nothing: somebody carries the robot, or pushes it about.
     pub fn is_carried(&self) -> bool {
-        self.inertial && self.rest.is_carried(self.time)
+        self.has_imu && self.pickup_detector.is_carried(self.time)
     }
 
     /// Whether legs and IMU know the way, and agree on it.
-    pub fn has_legs(&self) -> bool {
-        self.inertial && self.last_legs.is_some_and(|last| self.time - last <= LATELY) && !self.is_carried()
+    pub fn has_consistent_legs(&self) -> bool {
+        self.has_imu && self.last_legs.is_some_and(|last| self.time - last <= LATELY) && !self.is_carried()
     }
 
     /// How much faster the body is than the legs say, m/s; none where they say nothing.
-    pub fn faster_than_legs(&self) -> Option<f64> {
+    pub fn speed_above_legs(&self) -> Option<f64> {
         let lately = self.last_legs.is_some_and(|last| self.time - last <= LATELY);
         lately.then(|| self.estimate().velocity.norm() - self.legs_speed)
     }
@@ -190,7 +190,7 @@ impl Carrier {
     pub fn advance(&mut self, to: Stamp, queues: &mut Queues) {
         let Queues { imu, legs, external } = queues;
         while self.time < to {
-            let expected = self.inertial || self.bias_kept.is_some();
+            let expected = self.has_imu || self.saved_gyro_bias.is_some();
             let next_imu = if expected { imu.next_after(self.time) } else { None };
             let next_legs = legs.front().map(|legs| legs.stamp);
             let next_external = external.front().map(|external| external.stamp);
@@ -202,44 +202,48 @@ impl Carrier {
             let twist = self.external_twist(external.front());
             if next > self.time {
                 self.step(next, imu, twist);
-                imu.forget_before(next);
+                imu.discard_before(next);
             }
             while legs.front().is_some_and(|legs| legs.stamp <= next) {
                 if let Some(measured) = legs.pop_front() {
-                    self.take_legs(&measured);
+                    self.update_legs(&measured);
                 }
             }
             while external.front().is_some_and(|external| external.stamp <= next) {
                 if let Some(measured) = external.pop_front() {
-                    self.take_external(&measured);
+                    self.update_external(&measured);
                 }
             }
         }
     }
 
     /// One step of propagation, to the next instant at which anything is known.
-    fn step(&mut self, to: Stamp, imu: &ImuQueue, twist: Option<Motion>) {
+    fn step(&mut self, to: Stamp, imu: &ImuQueue, twist: Option<MotionModel>) {
         let dt = (to - self.time).secs_f64();
-        let expected = self.inertial || self.bias_kept.is_some();
+        let expected = self.has_imu || self.saved_gyro_bias.is_some();
         let readings = if expected { imu.mean(self.time, to) } else { None };
-        self.hand_over(readings.is_some());
-        self.rough |= !self.inertial;
+        self.switch_imu(readings.is_some());
+        self.is_imprecise |= !self.has_imu;
         let mut noise = self.noise;
         let motion = match (readings, twist) {
             (Some(mean), _) => {
                 self.gyro = mean.gyro;
-                self.rest.imu(dt, &mean.specific_force, &mean.gyro);
-                noise.gyro *= self.agreement.doubt();
-                self.rough |= mean.saturated;
+                self.pickup_detector.update_imu(dt, &mean.specific_force, &mean.gyro);
+                noise.gyro *= self.imu_lidar_consistency.gyro_noise_factor();
+                self.is_imprecise |= mean.saturated;
                 if mean.saturated {
                     noise.gyro = SATURATED_GYRO;
                     noise.accel = SATURATED_ACCEL;
                 }
-                self.agreement.rate(to, dt, &(mean.gyro - self.filter.state.gyro_bias));
-                Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
+                self.imu_lidar_consistency.insert_turn_rate(
+                    to,
+                    dt,
+                    &(mean.gyro - self.filter.state.gyro_bias),
+                );
+                MotionModel::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
             }
             (None, Some(twist)) => twist,
-            (None, None) => Motion::Coast,
+            (None, None) => MotionModel::DecayingVelocity,
         };
         self.filter.propagate(&motion, dt, &noise);
         self.time = to;
@@ -247,24 +251,24 @@ impl Carrier {
     }
 
     /// When the IMU falls silent the body goes on as it turned last, and when it speaks again its bias is what it was.
-    fn hand_over(&mut self, heard: bool) {
-        if heard == self.inertial || (heard && self.bias_kept.is_none()) {
+    fn switch_imu(&mut self, on_message: bool) {
+        if on_message == self.has_imu || (on_message && self.saved_gyro_bias.is_none()) {
             return;
         }
-        if heard {
-            self.filter.replace_gyro_bias(self.bias_kept.take().unwrap_or_default(), 2e-3);
+        if on_message {
+            self.filter.replace_gyro_bias(self.saved_gyro_bias.take().unwrap_or_default(), 2e-3);
         } else {
             let bias = self.filter.state.gyro_bias;
-            self.bias_kept = Some(bias);
+            self.saved_gyro_bias = Some(bias);
             self.filter.replace_gyro_bias(bias - self.gyro, 0.5);
         }
-        self.inertial = heard;
+        self.has_imu = on_message;
     }
 
-    fn take_legs(&mut self, measured: &Timed<[Vector3; 2]>) {
+    fn update_legs(&mut self, measured: &Stamped<[Vector3; 2]>) {
         let [velocity, turn_rate] = measured.value;
         self.last_legs = Some(measured.stamp);
-        let gyro = if self.inertial { self.gyro } else { Vector3::zeros() };
+        let gyro = if self.has_imu { self.gyro } else { Vector3::zeros() };
         let measurement = VelocityMeasurement {
             velocity,
             body_from_frame: self.body_from_base,
@@ -274,18 +278,18 @@ impl Carrier {
         };
         measurement.apply(&mut self.filter);
         self.legs_speed = velocity.norm();
-        self.rest.legs(measured.stamp, self.legs_speed, turn_rate.norm());
+        self.pickup_detector.update_legs(measured.stamp, self.legs_speed, turn_rate.norm());
     }
 
     /// Without an IMU, the other odometry's twist between its last pose and its next one carries the motion.
-    fn external_twist(&self, next: Option<&Timed<Isometry>>) -> Option<Motion> {
+    fn external_twist(&self, next: Option<&Stamped<Isometry>>) -> Option<MotionModel> {
         let (last, next) = (self.last_external.as_ref()?, next?);
         let (turn_rate, velocity) = self.body_twist(last, next)?;
-        Some(Motion::Twist { turn_rate, velocity })
+        Some(MotionModel::Twist { turn_rate, velocity })
     }
 
     /// Mean turn rate and velocity of the body between two external poses, body frame.
-    fn body_twist(&self, last: &Timed<Isometry>, next: &Timed<Isometry>) -> Option<(Vector3, Vector3)> {
+    fn body_twist(&self, last: &Stamped<Isometry>, next: &Stamped<Isometry>) -> Option<(Vector3, Vector3)> {
         let dt = (next.stamp - last.stamp).secs_f64();
         if dt <= 0.0 || dt > 1.5 {
             return None;
@@ -298,12 +302,12 @@ impl Carrier {
         Some((turn / dt, velocity))
     }
 
-    fn take_external(&mut self, measured: &Timed<Isometry>) {
+    fn update_external(&mut self, measured: &Stamped<Isometry>) {
         let last = self.last_external.replace(*measured);
         let Some((turn_rate, velocity)) = last.and_then(|last| self.body_twist(&last, measured)) else {
             return;
         };
-        if self.inertial {
+        if self.has_imu {
             let measurement = VelocityMeasurement {
                 velocity: so3::exp(&(turn_rate * -0.05)) * velocity,
                 body_from_frame: Isometry::identity(),
@@ -323,17 +327,17 @@ impl Carrier {
         // Beyond a second nothing carries it.
         let until = at.min(self.time + Span::from_millis(1_000));
         while time < until {
-            let next = imu.next_after(time).filter(|_| self.inertial).map_or(until, |next| next.min(until));
+            let next = imu.next_after(time).filter(|_| self.has_imu).map_or(until, |next| next.min(until));
             let dt = (next - time).secs_f64();
-            let motion = match imu.mean(time, next).filter(|_| self.inertial) {
+            let motion = match imu.mean(time, next).filter(|_| self.has_imu) {
                 Some(mean) => {
                     turn_rate = self.turn_rate(&ahead.state, mean.gyro);
-                    Motion::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
+                    MotionModel::Inertial { gyro: mean.gyro, specific_force: mean.specific_force }
                 }
-                None if self.inertial => break,
-                None => Motion::Coast,
+                None if self.has_imu => break,
+                None => MotionModel::DecayingVelocity,
             };
-            ahead.state = motion.mean(&ahead.state, dt);
+            ahead.state = motion.propagate_mean(&ahead.state, dt);
             time = next;
         }
         Estimate { turn_rate, ..self.estimate_of(&ahead, at) }
@@ -341,7 +345,7 @@ impl Carrier {
 
     /// Turn rate of the base in its own frame, given what the gyroscope reads.
     fn turn_rate(&self, state: &State, gyro: Vector3) -> Vector3 {
-        let gyro = if self.inertial { gyro } else { Vector3::zeros() };
+        let gyro = if self.has_imu { gyro } else { Vector3::zeros() };
         self.body_from_base.rotation.inverse() * (gyro - state.gyro_bias)
     }
 
@@ -351,7 +355,7 @@ impl Carrier {
     }
 
     /// The base's motion as a filter has it.
-    fn estimate_of(&self, filter: &Filter, stamp: Stamp) -> Estimate {
+    fn estimate_of(&self, filter: &ErrorStateFilter, stamp: Stamp) -> Estimate {
         let state = &filter.state;
         let odom_from_base = state.odom_from_body * self.body_from_base;
         let turn_rate = self.turn_rate(state, self.gyro);
@@ -366,8 +370,8 @@ impl Carrier {
             odom_from_base,
             velocity: self.body_from_base.rotation.inverse() * at_base,
             turn_rate,
-            covariance: adjoint * pose * adjoint.transpose() + self.guessed,
-            guessed: self.guessed,
+            covariance: adjoint * pose * adjoint.transpose() + self.covariance_inflation,
+            covariance_inflation: self.covariance_inflation,
         }
     }
 }

@@ -1,27 +1,27 @@
 //! Finding the pose of a scan when the guess is too far off to converge: a few Gauss-Newton steps from each of many
 //! turned starts, on a few hundred points; the start that ends with the best fit wins.
 
-use crate::linearise::{MatchOptions, linearise};
+use crate::linearise::{MatchingConfig, linearise};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::Translation3;
-use points::Surfaces;
+use points::SurfaceMap;
 
 /// Where to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SearchOptions {
+pub struct MultiStartConfig {
     /// Greatest turn about the vertical of the map, radians.
-    pub yaw_max: f64,
+    pub max_yaw_rad: f64,
     /// Greatest turn about the two other axes, radians.
-    pub tilt_max: f64,
+    pub max_tilt_rad: f64,
     /// Distance between starts, radians.
     pub step: f64,
     /// Gauss-Newton steps from each start.
     pub iterations: usize,
 }
 
-impl Default for SearchOptions {
+impl Default for MultiStartConfig {
     fn default() -> Self {
-        Self { yaw_max: 1.1, tilt_max: 0.3, step: 0.14, iterations: 6 }
+        Self { max_yaw_rad: 1.1, max_tilt_rad: 0.3, step: 0.14, iterations: 6 }
     }
 }
 
@@ -36,34 +36,38 @@ pub struct Fit {
 
 /// Share of the points that fit the map at a pose, weighted by how well: 0 to 1.
 pub fn score(
-    map: &impl Surfaces,
+    map: &impl SurfaceMap,
     points: &[[f32; 3]],
     map_from_body: &Isometry,
-    options: &MatchOptions,
+    options: &MatchingConfig,
 ) -> f64 {
     let at = linearise(map, points, map_from_body, options);
     fit(&at, points.len(), options)
 }
 
 /// A perfect match counts 1, a match at the kernel's width a half, none 0.
-fn fit(at: &crate::NormalEquations, points: usize, options: &MatchOptions) -> f64 {
-    let worst = f64::from(options.kernel).powi(2);
+fn fit(at: &crate::NormalEquations, points: usize, options: &MatchingConfig) -> f64 {
+    let worst = f64::from(options.kernel_width).powi(2);
     (at.matched as f64 - at.cost / worst) / points.max(1) as f64
 }
 
 /// Plain Gauss-Newton from a guess, with wide gates first.
 pub fn refine(
-    map: &impl Surfaces,
+    map: &impl SurfaceMap,
     points: &[[f32; 3]],
     guess: &Isometry,
-    options: &MatchOptions,
+    options: &MatchingConfig,
     iterations: usize,
 ) -> Fit {
     let mut pose = *guess;
     for iteration in 0..iterations {
         // From five times the final width down to it.
         let wide = 1.0 + 4.0 * (1.0 - (iteration + 1) as f32 / iterations as f32);
-        let loose = MatchOptions { kernel: options.kernel * wide, gate: options.gate * wide, ..*options };
+        let loose = MatchingConfig {
+            kernel_width: options.kernel_width * wide,
+            gate_m: options.gate_m * wide,
+            ..*options
+        };
         let at = linearise(map, points, &pose, &loose);
         // A little damping keeps directions that nothing holds where they are.
         let damped = at.information + Matrix6::identity() * (at.information.trace() * 1e-6 + 1e-9);
@@ -78,12 +82,12 @@ pub fn refine(
 }
 
 /// Tries turned starts about every position in `positions` (map frame) and gives the best fit.
-pub fn search(
-    map: &impl Surfaces,
+pub fn multi_start(
+    map: &impl SurfaceMap,
     points: &[[f32; 3]],
     guesses: &[Isometry],
-    matching: &MatchOptions,
-    options: &SearchOptions,
+    matching: &MatchingConfig,
+    options: &MultiStartConfig,
 ) -> Option<Fit> {
     let steps = |limit: f64| {
         let count = (limit / options.step).floor() as i32;
@@ -91,7 +95,7 @@ pub fn search(
     };
     let mut best: Option<Fit> = None;
     for guess in guesses {
-        for yaw in steps(options.yaw_max) {
+        for yaw in steps(options.max_yaw_rad) {
             for (roll, pitch) in tilts(options) {
                 let turn = so3::exp(&(Vector3::z() * yaw)) * so3::exp(&Vector3::new(roll, pitch, 0.0));
                 let start =
@@ -107,8 +111,8 @@ pub fn search(
 }
 
 /// No tilt, and one each way along both axes.
-fn tilts(options: &SearchOptions) -> impl Iterator<Item = (f64, f64)> {
-    let t = options.tilt_max;
+fn tilts(options: &MultiStartConfig) -> impl Iterator<Item = (f64, f64)> {
+    let t = options.max_tilt_rad;
     let all = [(0.0, 0.0), (t, 0.0), (-t, 0.0), (0.0, t), (0.0, -t)];
     all.into_iter().take(if t > 0.0 { 5 } else { 1 })
 }
@@ -151,9 +155,10 @@ mod tests {
             .map(|p| truth.inverse_transform_point(&(*p).into()))
             .map(|p| [p.x as f32, p.y as f32, p.z as f32])
             .collect();
-        let matching = MatchOptions { gate: 0.2, noise: 0.03, ..MatchOptions::default() };
+        let matching = MatchingConfig { gate_m: 0.2, noise_m: 0.03, ..MatchingConfig::default() };
         let alone = refine(&map, &scan, &Isometry::identity(), &matching, 20);
-        let found = search(&map, &scan, &[Isometry::identity()], &matching, &SearchOptions::default());
+        let found =
+            multi_start(&map, &scan, &[Isometry::identity()], &matching, &MultiStartConfig::default());
         let Some(found) = found else { panic!("nothing found") };
         assert!(found.score > 0.8 && found.score > alone.score, "{} {}", found.score, alone.score);
         assert!(se3::local(&truth, &found.map_from_body).norm() < 0.05, "{}", found.map_from_body);

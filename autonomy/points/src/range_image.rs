@@ -15,15 +15,15 @@ const MARGIN: (f32, f32) = (0.3, 0.05);
 
 /// What an image says of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sight {
+pub enum Occupancy {
     /// All rays near the point's direction ended well behind it: nothing stands there.
-    Through,
+    Free,
     /// A ray ended near it.
-    Agrees,
+    Occupied,
     /// Something stood before it.
-    Hidden,
+    Occluded,
     /// No ray went that way.
-    Unseen,
+    Unobserved,
 }
 
 /// Nearest range in each cell of directions about a sensor, in the axes of the base. 11.5 kB.
@@ -66,30 +66,30 @@ impl RangeImage {
     }
 
     /// What the image says of a point, base frame, metres.
-    pub fn look(&self, point: &[f32; 3]) -> Sight {
-        let Some(around) = self.around(point) else { return Sight::Unseen };
+    pub fn classify(&self, point: &[f32; 3]) -> Occupancy {
+        let Some(around) = self.around(point) else { return Occupancy::Unobserved };
         if around.range < around.nearest - around.margin {
-            Sight::Through
+            Occupancy::Free
         } else if around.range <= around.nearest + around.margin {
-            Sight::Agrees
+            Occupancy::Occupied
         } else {
-            Sight::Hidden
+            Occupancy::Occluded
         }
     }
 
     /// As [`Self::look`], but at the edge of what the sensor sees, above or below, it says that nothing was seen: where rays went on either
     /// side, whatever is thicker than they are apart would have been met.
-    pub fn look_inside(&self, point: &[f32; 3]) -> Sight {
+    pub fn classify_interior(&self, point: &[f32; 3]) -> Occupancy {
         let is_seen = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
         let inside = direction(point, &self.sensor).is_some_and(|(column, row, _)| {
             (1..ROWS - 1).contains(&row) && is_seen(row - 1, column) && is_seen(row + 1, column)
         });
-        if inside { self.look(point) } else { Sight::Unseen }
+        if inside { self.classify(point) } else { Occupancy::Unobserved }
     }
 
     /// Whether the sensor saw what a point, base frame, metres, lies on: surfaces near its direction lie both before and
     /// behind it, or at it. Kinder than [`Self::look`] to walls seen at a slant.
-    pub fn saw(&self, point: &[f32; 3]) -> bool {
+    pub fn observes(&self, point: &[f32; 3]) -> bool {
         self.around(point).is_some_and(|around| {
             (around.nearest - around.margin..=around.farthest + around.margin).contains(&around.range)
         })
@@ -162,27 +162,31 @@ mod tests {
     #[test]
     fn what_stands_where_rays_went_through_is_told_from_what_was_met_or_hidden() {
         let image = seen();
-        assert_eq!(image.look(&[4.0, 1.5, 0.5]), Sight::Through);
-        assert_eq!(image.look(&[5.9, 1.5, 0.5]), Sight::Agrees);
-        assert_eq!(image.look(&[9.0, 1.5, 0.5]), Sight::Hidden);
-        assert_eq!(image.look(&[-4.0, 0.0, 0.5]), Sight::Unseen);
-        assert!(image.saw(&[5.9, 1.5, 0.5]) && !image.saw(&[9.0, 1.5, 0.5]) && !image.saw(&[4.0, 1.5, 0.5]));
-        assert!(!image.saw(&[-4.0, 0.0, 0.5]) && image.saw(&[6.0, 0.05, 0.5]), "beside the pole");
-        assert_eq!(image.look_inside(&[4.0, 1.5, 0.5]), Sight::Through);
+        assert_eq!(image.classify(&[4.0, 1.5, 0.5]), Occupancy::Free);
+        assert_eq!(image.classify(&[5.9, 1.5, 0.5]), Occupancy::Occupied);
+        assert_eq!(image.classify(&[9.0, 1.5, 0.5]), Occupancy::Occluded);
+        assert_eq!(image.classify(&[-4.0, 0.0, 0.5]), Occupancy::Unobserved);
+        assert!(
+            image.observes(&[5.9, 1.5, 0.5])
+                && !image.observes(&[9.0, 1.5, 0.5])
+                && !image.observes(&[4.0, 1.5, 0.5])
+        );
+        assert!(!image.observes(&[-4.0, 0.0, 0.5]) && image.observes(&[6.0, 0.05, 0.5]), "beside the pole");
+        assert_eq!(image.classify_interior(&[4.0, 1.5, 0.5]), Occupancy::Free);
         let top = [3.0, 1.5, 1.15];
         assert_eq!(
-            (image.look(&top), image.look_inside(&top)),
-            (Sight::Through, Sight::Unseen),
+            (image.classify(&top), image.classify_interior(&top)),
+            (Occupancy::Free, Occupancy::Unobserved),
             "the highest ray"
         );
         // The pole protects itself and what is beside it.
-        assert_eq!(image.look(&[3.0, 0.05, 0.5]), Sight::Agrees);
+        assert_eq!(image.classify(&[3.0, 0.05, 0.5]), Occupancy::Occupied);
     }
 
     #[test]
     fn broken_points_say_nothing() {
         let image = RangeImage::new(&[[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.0, 0.0, 50.0]], [0.0; 3]);
-        assert_eq!(image.look(&[1.0, 0.0, 0.0]), Sight::Unseen);
-        assert_eq!(image.look(&[f32::NAN, 0.0, 0.0]), Sight::Unseen);
+        assert_eq!(image.classify(&[1.0, 0.0, 0.0]), Occupancy::Unobserved);
+        assert_eq!(image.classify(&[f32::NAN, 0.0, 0.0]), Occupancy::Unobserved);
     }
 }

@@ -21,7 +21,7 @@ const KNOCKED: f64 = 0.7;
 
 /// What legs and IMU say of it.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Rest {
+pub struct PickupDetector {
     /// Since when the legs stand, and when they spoke last.
     standing: Option<(Stamp, Stamp)>,
     force: Spread,
@@ -30,9 +30,9 @@ pub struct Rest {
     unquiet: f64,
 }
 
-impl Rest {
+impl PickupDetector {
     /// How fast the legs are, m/s and rad/s.
-    pub fn legs(&mut self, at: Stamp, speed: f64, turning: f64) {
+    pub fn update_legs(&mut self, at: Stamp, speed: f64, turning: f64) {
         self.standing = match self.standing {
             _ if speed > STANDING.0 || turning > STANDING.1 => None,
             Some((since, last)) if at - last <= LATELY => Some((since, at)),
@@ -44,7 +44,7 @@ impl Rest {
     }
 
     /// Specific force, m/s², and turn rate, rad/s, for so long, seconds.
-    pub fn imu(&mut self, dt: f64, force: &Vector3, gyro: &Vector3) {
+    pub fn update_imu(&mut self, dt: f64, force: &Vector3, gyro: &Vector3) {
         self.force.add(dt, force);
         self.gyro.add(dt, gyro);
         let is_quiet = self.force.deviation() <= QUIET.0 && self.gyro.deviation() <= QUIET.1;
@@ -82,23 +82,33 @@ mod tests {
     use geometry::RngTree;
 
     /// Legs and IMU at 100 Hz for so long, with such an amplitude of force at two steps a second.
-    fn run(rest: &mut Rest, now: &mut Stamp, seconds: f64, (speed, turning): (f64, f64), amplitude: f64) {
+    fn run(
+        pickup_detector: &mut PickupDetector,
+        now: &mut Stamp,
+        seconds: f64,
+        (speed, turning): (f64, f64),
+        amplitude: f64,
+    ) {
         let mut rng = RngTree::new(5).child("rest").rng();
         for tick in 0..(seconds * 100.0) as i64 {
             *now += Span::from_millis(10);
             let mut noise = |scale: f64| Vector3::new(rng.normal(), rng.normal(), rng.normal()) * scale;
             let bounce = Vector3::z() * (9.81 + amplitude * (tick as f64 * 0.13).sin());
-            rest.imu(0.01, &(bounce + noise(0.05)), &(Vector3::z() * turning + noise(0.005)));
-            rest.legs(*now, speed, turning);
+            pickup_detector.update_imu(
+                0.01,
+                &(bounce + noise(0.05)),
+                &(Vector3::z() * turning + noise(0.005)),
+            );
+            pickup_detector.update_legs(*now, speed, turning);
         }
     }
 
     #[test]
     fn who_stands_and_is_shaken_is_carried() {
-        let (mut rest, mut now) = (Rest::default(), Stamp::EPOCH);
+        let (mut pickup_detector, mut now) = (PickupDetector::default(), Stamp::EPOCH);
         let mut goes = |seconds: f64, speeds: (f64, f64), amplitude: f64| {
-            run(&mut rest, &mut now, seconds, speeds, amplitude);
-            rest.is_carried(now)
+            run(&mut pickup_detector, &mut now, seconds, speeds, amplitude);
+            pickup_detector.is_carried(now)
         };
         assert!(!goes(3.0, (0.8, 0.0), 3.0), "it walks");
         assert!(!goes(3.0, (0.0, 0.0), 0.0), "it stands");
@@ -107,6 +117,6 @@ mod tests {
         assert!(!goes(0.3, (0.0, 0.0), 4.0) && !goes(2.0, (0.0, 0.0), 0.0), "somebody knocked against it");
         assert!(goes(2.0, (0.0, 0.0), 2.0));
         now += Span::from_millis(500);
-        assert!(!rest.is_carried(now), "the legs have fallen silent");
+        assert!(!pickup_detector.is_carried(now), "the legs have fallen silent");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::config::Mounting;
 use crate::event::{Finding, FindingKind, Severity, milliseconds};
-use crate::startup::Bearing;
+use crate::initial_alignment::InitialAlignment;
 use crate::state::STANDARD_GRAVITY;
 use geometry::Vector3;
 use vocab::Span;
@@ -13,9 +13,9 @@ const GRAVITY_TOLERANCE: f64 = 0.6;
 const TILT_MAX: f64 = 0.6;
 
 /// Judges the first second.
-pub fn at_start(bearing: &Bearing, mounting: &Mounting) -> Vec<Finding> {
+pub fn at_start(initial_alignment: &InitialAlignment, mounting: &Mounting) -> Vec<Finding> {
     let mut found = Vec::new();
-    let length = bearing.up.norm();
+    let length = initial_alignment.up.norm();
     if (length - STANDARD_GRAVITY).abs() > GRAVITY_TOLERANCE {
         let remedy = if (0.8..1.2).contains(&length) {
             "It seems to report multiples of gravity: have its driver report m/s²."
@@ -29,7 +29,7 @@ pub fn at_start(bearing: &Bearing, mounting: &Mounting) -> Vec<Finding> {
             remedy: remedy.into(),
         });
     }
-    let up_in_base = mounting.base_from_imu.rotation * bearing.up;
+    let up_in_base = mounting.base_from_imu.rotation * initial_alignment.up;
     let tilt = up_in_base.angle(&Vector3::z());
     if tilt > TILT_MAX {
         let what = if tilt > 2.4 { "The IMU is mounted upside down" } else { "Gravity does not point down" };
@@ -43,7 +43,7 @@ pub fn at_start(bearing: &Bearing, mounting: &Mounting) -> Vec<Finding> {
             remedy: "Correct the rotation of base_from_imu, or set the robot upright before starting.".into(),
         });
     }
-    if !bearing.still {
+    if !initial_alignment.still {
         found.push(Finding {
             kind: FindingKind::NotStill,
             severity: Severity::Info,
@@ -90,9 +90,9 @@ pub fn silent(source: &str, remedy: &str) -> Finding {
 }
 
 /// Nothing fitted for long, and the local map was begun anew.
-pub fn lost_way() -> Finding {
+pub fn tracking_lost() -> Finding {
     Finding {
-        kind: FindingKind::LostWay,
+        kind: FindingKind::TrackingLost,
         severity: Severity::Warning,
         what: "The scans did not fit what was seen before, so the odometry began a new local map: how far the robot \
                went meanwhile is a guess."

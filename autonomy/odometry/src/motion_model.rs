@@ -10,14 +10,14 @@ use geometry::{Isometry, Matrix3, Vector3, so3};
 use nalgebra::Translation3;
 
 /// Where nothing measures the motion, velocity and turn rate die away with these time constants, seconds. With the walks
-/// of [`Noise`](crate::config::Noise) they then stay near 1.5 m/s and 1 rad/s, as walkers do, and a direction that a scan
+/// of [`NoiseConfig`](crate::config::Noise) they then stay near 1.5 m/s and 1 rad/s, as walkers do, and a direction that a scan
 /// cannot see does not run away.
 const VELOCITY_FADES: f64 = 2.0;
 const TURN_FADES: f64 = 0.5;
 
 /// What is known of the motion over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Motion {
+pub enum MotionModel {
     /// An IMU reads: turn rate (rad/s) and specific force (m/s²), means over the step, body frame.
     Inertial {
         /// Gyroscope.
@@ -33,12 +33,12 @@ pub enum Motion {
         velocity: Vector3,
     },
     /// Nothing: the body goes on as it went, more and more slowly.
-    Coast,
+    DecayingVelocity,
 }
 
-impl Motion {
+impl MotionModel {
     /// The state `dt` seconds later.
-    pub fn mean(&self, state: &State, dt: f64) -> State {
+    pub fn propagate_mean(&self, state: &State, dt: f64) -> State {
         let pose = &state.odom_from_body;
         let (rotation, position) = (pose.rotation, pose.translation.vector);
         let mut next = *state;
@@ -60,7 +60,7 @@ impl Motion {
                 next.velocity = turned * velocity;
                 next.gyro_bias = -turn_rate;
             }
-            Self::Coast => {
+            Self::DecayingVelocity => {
                 let turned = rotation * so3::exp(&(state.gyro_bias * -fading(dt, TURN_FADES)));
                 next.odom_from_body = place(position + state.velocity * fading(dt, VELOCITY_FADES), turned);
                 next.velocity *= (-dt / VELOCITY_FADES).exp();
@@ -71,7 +71,7 @@ impl Motion {
     }
 
     /// Derivative of the error after the step by the error before it; `next` is the mean after the step.
-    pub fn derivative(&self, state: &State, next: &State, dt: f64) -> ErrorMatrix {
+    pub fn compute_jacobian(&self, state: &State, next: &State, dt: f64) -> ErrorMatrix {
         let rotation = state.odom_from_body.rotation.to_rotation_matrix().into_inner();
         let next_from_odom = next.odom_from_body.rotation.inverse().to_rotation_matrix().into_inner();
         let next_from_body = next_from_odom * rotation;
@@ -119,7 +119,7 @@ impl Motion {
                 set(VELOCITY, VELOCITY, &Matrix3::zeros());
                 set(GYRO_BIAS, GYRO_BIAS, &Matrix3::zeros());
             }
-            Self::Coast => {
+            Self::DecayingVelocity => {
                 let (turning, moving) = (fading(dt, TURN_FADES), fading(dt, VELOCITY_FADES));
                 let turn = state.gyro_bias * -turning;
                 set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -turning));
@@ -162,19 +162,19 @@ mod tests {
             let state = random_state(&mut rng);
             let mut random = |scale: f64| Vector3::new(rng.normal(), rng.normal(), rng.normal()) * scale;
             let motions = [
-                Motion::Inertial { gyro: random(2.0), specific_force: random(10.0) },
-                Motion::Twist { turn_rate: random(1.0), velocity: random(1.0) },
-                Motion::Coast,
+                MotionModel::Inertial { gyro: random(2.0), specific_force: random(10.0) },
+                MotionModel::Twist { turn_rate: random(1.0), velocity: random(1.0) },
+                MotionModel::DecayingVelocity,
             ];
             let dt = 0.02;
             for motion in motions {
-                let next = motion.mean(&state, dt);
-                let analytic = motion.derivative(&state, &next, dt);
+                let next = motion.propagate_mean(&state, dt);
+                let analytic = motion.compute_jacobian(&state, &next, dt);
                 for column in 0..DIMENSION {
                     let mut step = ErrorVector::zeros();
                     step[column] = 1e-5;
-                    let after = motion.mean(&state.retract(&step), dt);
-                    let before = motion.mean(&state.retract(&-step), dt);
+                    let after = motion.propagate_mean(&state.retract(&step), dt);
+                    let before = motion.propagate_mean(&state.retract(&-step), dt);
                     let numeric = (next.local(&after) - next.local(&before)) / 2e-5;
                     let error = (numeric - analytic.column(column)).norm();
                     assert!(error < 1e-6, "{motion:?} column {column}: {error}\n{numeric}");

@@ -36,7 +36,7 @@ struct Turn {
 
 /// Collects turns until they say something.
 #[derive(Clone, Debug, Default)]
-pub struct Agreement {
+pub struct ImuLidarConsistency {
     /// Integral of the turn rate since the first reading, radians.
     integral: VecDeque<(Stamp, Vector3)>,
     waiting: VecDeque<Turn>,
@@ -50,9 +50,9 @@ pub struct Agreement {
     doubted: bool,
 }
 
-impl Agreement {
+impl ImuLidarConsistency {
     /// A mean turn rate (rad/s, bias removed, body frame) over the time up to `stamp`.
-    pub fn rate(&mut self, stamp: Stamp, dt: f64, rate: &Vector3) {
+    pub fn insert_turn_rate(&mut self, stamp: Stamp, dt: f64, rate: &Vector3) {
         let last = self.integral.back().map_or(Vector3::zeros(), |last| last.1);
         self.integral.push_back((stamp, last + rate * dt));
         while self.integral.front().is_some_and(|first| stamp - first.0 > Span::from_millis(1_000)) {
@@ -61,7 +61,7 @@ impl Agreement {
     }
 
     /// The turn between the middles of two consecutive scans. Says what is wrong once enough turns were seen.
-    pub fn turn(&mut self, from: Stamp, to: Stamp, seen: Vector3) -> Option<Finding> {
+    pub fn insert_turn(&mut self, from: Stamp, to: Stamp, seen: Vector3) -> Option<Finding> {
         let reach = STEP * STEPS as i64;
         let newest = self.integral.back()?.0;
         self.waiting.push_back(Turn { from, to, seen });
@@ -75,7 +75,7 @@ impl Agreement {
         if self.count < BATCH {
             return None;
         }
-        let finding = self.judge();
+        let finding = self.classify();
         let differs =
             self.errors[STEPS] > DIFFERENT * self.seen_squared && self.seen_squared.sqrt() > TURNED_MIN;
         *self = Self {
@@ -87,7 +87,7 @@ impl Agreement {
     }
 
     /// By how much to multiply the gyroscope's noise.
-    pub fn doubt(&self) -> f64 {
+    pub fn gyro_noise_factor(&self) -> f64 {
         if self.doubted { DOUBT } else { 1.0 }
     }
 
@@ -109,7 +109,7 @@ impl Agreement {
         self.count += 1;
     }
 
-    fn judge(&self) -> Option<Finding> {
+    fn classify(&self) -> Option<Finding> {
         if self.seen_squared.min(self.felt_squared).sqrt() < TURNED_MIN {
             return None;
         }
@@ -171,17 +171,17 @@ mod tests {
     fn run(lag: Span, felt: impl Fn(Vector3) -> Vector3) -> Option<Finding> {
         let angle =
             |t: f64| Vector3::new(0.05 * (2.1 * t).sin(), 0.06 * (3.3 * t).sin(), 0.4 * (1.7 * t).sin());
-        let mut agreement = Agreement::default();
+        let mut imu_lidar_consistency = ImuLidarConsistency::default();
         let mut found = None;
         for tick in 1..8_000_i64 {
             let stamp = Stamp::from_nanos(tick * 2_500_000);
             let true_time = (stamp - lag).secs_f64();
             let rate = (angle(true_time) - angle(true_time - 0.0025)) / 0.0025;
-            agreement.rate(stamp, 0.0025, &felt(rate));
+            imu_lidar_consistency.insert_turn_rate(stamp, 0.0025, &felt(rate));
             if tick % 40 == 0 {
                 let (from, to) = (stamp - Span::from_millis(100), stamp);
                 let seen = angle(to.secs_f64()) - angle(from.secs_f64());
-                found = found.or(agreement.turn(from, to, seen));
+                found = found.or(imu_lidar_consistency.insert_turn(from, to, seen));
             }
         }
         found

@@ -11,7 +11,7 @@ const STILL_RATE: f64 = 0.15;
 
 /// What a stretch of inertial readings says about the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bearing {
+pub struct InitialAlignment {
     /// Mean specific force in the body frame of the first reading, m/s²: up.
     pub up: Vector3,
     /// Mean of the gyroscope, rad/s: its bias, when still.
@@ -21,7 +21,9 @@ pub struct Bearing {
 }
 
 /// Judges readings; `None` when there are fewer than 5.
-pub fn bearing<'a>(readings: impl Iterator<Item = &'a ImuReading> + Clone) -> Option<Bearing> {
+pub fn initial_alignment<'a>(
+    readings: impl Iterator<Item = &'a ImuReading> + Clone,
+) -> Option<InitialAlignment> {
     let count = readings.clone().count();
     if count < 5 {
         return None;
@@ -36,9 +38,9 @@ pub fn bearing<'a>(readings: impl Iterator<Item = &'a ImuReading> + Clone) -> Op
         && spread(|r| r.specific_force, force).max().sqrt() < STILL_ACCEL
         && rate.norm() < STILL_RATE;
     if still {
-        return Some(Bearing { up: force, rate, still });
+        return Some(InitialAlignment { up: force, rate, still });
     }
-    Some(Bearing { up: turned_mean(readings) * scale, rate, still })
+    Some(InitialAlignment { up: turned_mean(readings) * scale, rate, still })
 }
 
 /// Sum of the specific forces, each turned into the body frame of the first reading by the gyroscope: velocity changes
@@ -110,11 +112,11 @@ mod tests {
                 .collect()
         };
         let standing = readings(0.0);
-        let Some(found) = bearing(standing.iter()) else { panic!("nothing") };
+        let Some(found) = initial_alignment(standing.iter()) else { panic!("nothing") };
         assert!(found.still && (found.rate - bias).norm() < 2e-3);
         let walking = readings(1.0);
-        let Some(found) = bearing(walking.iter()) else { panic!("nothing") };
+        let Some(found) = initial_alignment(walking.iter()) else { panic!("nothing") };
         assert!(!found.still && found.up.angle(&Vector3::z()) < 0.05, "{found:?}");
-        assert_eq!(bearing(walking[..3].iter()), None);
+        assert_eq!(initial_alignment(walking[..3].iter()), None);
     }
 }

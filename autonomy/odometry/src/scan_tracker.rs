@@ -1,18 +1,18 @@
 //! The running estimate: starts it, and takes scans in.
 
-use crate::carrier::{Carrier, Origin, Queues, Timed};
-use crate::checks;
 use crate::config::OdometryConfig;
-use crate::event::{CorrectedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
-use crate::local_map::{Fitted, LocalMap, MIN_POINTS, Prediction, Thinned};
-use crate::recovery::Recovery;
-use crate::startup::{Bearing, level};
+use crate::event::{DeskewedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
+use crate::findings;
+use crate::initial_alignment::{InitialAlignment, level};
+use crate::local_map::{DownsampledScan, LocalMap, MIN_POINTS, PriorQuality, ScanFit};
+use crate::reinitialiser::Reinitialiser;
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorVector, GRAVITY, GYRO_BIAS, LEG_SCALE, POSITION, ROTATION, State, VELOCITY,
 };
+use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
 use crate::sweep::Sweep;
 use geometry::{Isometry, Matrix6, Rotation, Vector3, se3, so3};
-use registration::blind_directions;
+use registration::degenerate_directions;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -52,38 +52,38 @@ const LONG_AGO: Span = Span::from_millis(150);
 
 /// The running estimate.
 #[derive(Clone, Debug)]
-pub struct Tracker {
+pub struct ScanTracker {
     config: OdometryConfig,
-    carrier: Carrier,
+    propagator: StatePropagator,
     map: LocalMap,
-    last_scan: Option<Timed<Isometry>>,
-    last_middle: Option<Timed<Isometry>>,
+    last_scan: Option<Stamped<Isometry>>,
+    last_middle: Option<Stamped<Isometry>>,
     /// The last scan that entered the map.
-    last_entered: Option<Timed<Isometry>>,
+    last_inserted: Option<Stamped<Isometry>>,
     /// Scans taken in.
     scans: usize,
-    recovery: Recovery,
+    reinitialiser: Reinitialiser,
     /// Start of the first of the scans, all to the last, that had enough points and did not fit.
     lost_since: Option<Stamp>,
     /// Since when the body has seemed to be far faster than the legs.
     fast_since: Option<Stamp>,
     /// Whether the way since the last scan that entered the map has been booked as a guess.
-    guessed: bool,
+    covariance_inflation: bool,
     /// Whether somebody carried the robot meanwhile: the legs were wrong, and with them all that they taught the filter.
     carried: bool,
     /// Whether legs and IMU have known the way since then.
-    known_way: bool,
+    is_dead_reckoning_consistent: bool,
     /// Where to begin anew: the filter's velocity and sense of gravity are not to be believed any more.
-    astray: Option<Origin>,
+    tracking_lost: Option<InitialPose>,
     /// Share of points that lie on their surfaces when sweeps are taken in parts and all is well.
-    usual_share: f64,
-    thinned: Thinned,
-    corrected: Vec<[f32; 3]>,
+    typical_inlier_share: f64,
+    downsampled: DownsampledScan,
+    deskewed: Vec<[f32; 3]>,
 }
 
 /// What came of a scan or a part of one.
 #[derive(Clone, Copy, Debug, Default)]
-struct Outcome {
+struct RegistrationOutcome {
     report: RegistrationReport,
     /// Of what was used.
     information: Matrix6,
@@ -91,7 +91,7 @@ struct Outcome {
 
 /// Where a scan may lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Whence {
+enum SearchScope {
     /// Where it is expected, to centimetres.
     Near,
     /// Perhaps elsewhere.
@@ -100,8 +100,8 @@ enum Whence {
 
 /// A thinned scan and where it was found to lie.
 #[derive(Clone, Debug)]
-struct Placed {
-    thinned: Thinned,
+struct RegisteredScan {
+    downsampled: DownsampledScan,
     odom_from_body: Isometry,
     /// Whether it was fitted to the map.
     fitted: bool,
@@ -109,30 +109,31 @@ struct Placed {
     worth: bool,
 }
 
-impl Tracker {
+impl ScanTracker {
     /// Starts with gravity and bias from the first second.
     pub fn with_imu(
         config: &OdometryConfig,
         begin: Stamp,
-        bearing: &Bearing,
-        origin: &Origin,
+        initial_alignment: &InitialAlignment,
+        origin: &InitialPose,
         out: &mut Vec<OdometryEvent>,
     ) -> Self {
         let body_from_base = config.mounting.base_from_imu.inverse();
-        let rotation = level(&bearing.up, &body_from_base.rotation);
-        let gyro_bias = if bearing.still { bearing.rate } else { Vector3::zeros() };
+        let rotation = level(&initial_alignment.up, &body_from_base.rotation);
+        let gyro_bias = if initial_alignment.still { initial_alignment.rate } else { Vector3::zeros() };
         let mut deviations = deviations(1e-4);
-        let (velocity, rate, tilt) = if bearing.still { (0.01, 1e-3, 0.1) } else { (1.0, 2e-2, 0.6) };
+        let (velocity, rate, tilt) =
+            if initial_alignment.still { (0.01, 1e-3, 0.1) } else { (1.0, 2e-2, 0.6) };
         set(&mut deviations, VELOCITY, velocity);
         set(&mut deviations, GYRO_BIAS, rate);
         set(&mut deviations, ACCEL_BIAS, 0.1);
         deviations[GRAVITY] = tilt;
         deviations[GRAVITY + 1] = tilt;
-        let (gravity, still) = (-bearing.up, bearing.still);
+        let (gravity, still) = (-initial_alignment.up, initial_alignment.still);
         out.push(OdometryEvent::Started(Started { stamp: begin, gravity, gyro_bias, still }));
         let mut tracker = Self::new(config, begin, body_from_base, origin, rotation, &deviations);
-        tracker.carrier.inertial = true;
-        tracker.carrier.filter.state.gyro_bias = gyro_bias;
+        tracker.propagator.has_imu = true;
+        tracker.propagator.filter.state.gyro_bias = gyro_bias;
         tracker
     }
 
@@ -140,7 +141,7 @@ impl Tracker {
     pub fn without_imu(
         config: &OdometryConfig,
         begin: Stamp,
-        origin: &Origin,
+        origin: &InitialPose,
         out: &mut Vec<OdometryEvent>,
     ) -> Self {
         let mut deviations = deviations(1e-4);
@@ -160,34 +161,41 @@ impl Tracker {
         config: &OdometryConfig,
         begin: Stamp,
         body_from_base: Isometry,
-        origin: &Origin,
+        origin: &InitialPose,
         level_from_body: Rotation,
         deviations: &ErrorVector,
     ) -> Self {
         Self {
             config: *config,
-            carrier: Carrier::new(config, begin, body_from_base, origin, level_from_body, deviations),
+            propagator: StatePropagator::new(
+                config,
+                begin,
+                body_from_base,
+                origin,
+                level_from_body,
+                deviations,
+            ),
             map: LocalMap::new(config),
             last_scan: None,
             last_middle: None,
-            last_entered: None,
+            last_inserted: None,
             scans: 0,
-            recovery: Recovery::default(),
+            reinitialiser: Reinitialiser::default(),
             lost_since: None,
             fast_since: None,
-            guessed: false,
+            covariance_inflation: false,
             carried: false,
-            known_way: true,
-            astray: None,
-            usual_share: 0.0,
-            thinned: Thinned::default(),
-            corrected: Vec::new(),
+            is_dead_reckoning_consistent: true,
+            tracking_lost: None,
+            typical_inlier_share: 0.0,
+            downsampled: DownsampledScan::default(),
+            deskewed: Vec::new(),
         }
     }
 
     /// What carries the estimate between scans.
-    pub fn carrier(&self) -> &Carrier {
-        &self.carrier
+    pub fn propagator(&self) -> &StatePropagator {
+        &self.propagator
     }
 
     /// End of the newest scan taken in.
@@ -196,8 +204,8 @@ impl Tracker {
     }
 
     /// Where all has to begin anew, from gravity on, if the way is lost.
-    pub fn astray(&self) -> Option<Origin> {
-        self.astray
+    pub fn tracking_lost(&self) -> Option<InitialPose> {
+        self.tracking_lost
     }
 
     /// Bytes of the local map.
@@ -212,80 +220,81 @@ impl Tracker {
 
     /// Goes on to a stamp without a scan.
     pub fn advance(&mut self, to: Stamp, queues: &mut Queues) {
-        self.carry_on(to, queues);
-        self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
+        self.propagate(to, queues);
+        self.propagator.table.discard_before(self.propagator.time() - TABLE_KEPT);
     }
 
     /// Carries the estimate to a stamp. In the dark nothing but legs and IMU know the way: where they contradict each other nobody does.
-    fn carry_on(&mut self, to: Stamp, queues: &mut Queues) {
-        self.carrier.advance(to, queues);
-        self.known_way &= self.carrier.has_legs();
-        if self.is_dark(to) && self.carrier.is_carried() {
+    fn propagate(&mut self, to: Stamp, queues: &mut Queues) {
+        self.propagator.advance(to, queues);
+        self.is_dead_reckoning_consistent &= self.propagator.has_consistent_legs();
+        if self.is_lidar_outage(to) && self.propagator.is_carried() {
             self.carried = true;
-            self.guess_way();
+            self.inflate_covariance_once();
         }
     }
 
     /// Whether no scan has entered the map for so long that the robot may be elsewhere.
-    fn is_dark(&self, now: Stamp) -> bool {
-        self.carrier.inertial && self.last_entered.is_some_and(|entered| now - entered.stamp > DARK)
+    fn is_lidar_outage(&self, now: Stamp) -> bool {
+        self.propagator.has_imu && self.last_inserted.is_some_and(|entered| now - entered.stamp > DARK)
     }
 
     /// Books the way since the last scan that entered the map as a guess, once.
-    fn guess_way(&mut self) {
-        if !std::mem::replace(&mut self.guessed, true) {
-            self.carrier.book_guess();
+    fn inflate_covariance_once(&mut self) {
+        if !std::mem::replace(&mut self.covariance_inflation, true) {
+            self.propagator.inflate_covariance();
         }
     }
 
     /// Takes a scan in and tells the pose at its end.
-    pub fn take_scan(
+    pub fn insert_scan(
         &mut self,
         mut sweep: Sweep,
         queues: &mut Queues,
         out: &mut Vec<OdometryEvent>,
         findings: &mut Vec<Finding>,
     ) {
-        let outcome = if self.carrier.inertial || !sweep.timed || self.scans < COAST_WHOLE {
-            self.take_part(&sweep, self.config.points_wanted, queues)
+        let outcome = if self.propagator.has_imu || !sweep.timed || self.scans < COAST_WHOLE {
+            self.track_sweep(&sweep, self.config.target_points, queues)
         } else {
-            self.take_coasting(&sweep, queues)
+            self.track_without_imu(&sweep, queues)
         };
-        if self.carrier.inertial && !outcome.report.rejected {
+        if self.propagator.has_imu && !outcome.report.rejected {
             findings.extend(self.compare_turns(&sweep));
         }
         self.scans += 1;
-        findings.extend(self.begin_anew_if_lost(&sweep, &outcome.report));
-        self.tell(&mut sweep, &outcome, out);
-        self.carrier.table.forget_before(self.carrier.time() - TABLE_KEPT);
+        findings.extend(self.restart_if_lost(&sweep, &outcome.report));
+        self.publish(&mut sweep, &outcome, out);
+        self.propagator.table.discard_before(self.propagator.time() - TABLE_KEPT);
     }
 
     /// Gives the local map up when no scan has fitted for long, or the robot was carried in the dark, so that the way from here on is followed
     /// at least. A blind LiDAR alone is none of this: the map is as good as before when it sees again.
-    fn begin_anew_if_lost(&mut self, sweep: &Sweep, report: &RegistrationReport) -> Option<Finding> {
+    fn restart_if_lost(&mut self, sweep: &Sweep, report: &RegistrationReport) -> Option<Finding> {
         // In the dark it might begin anew in somebody's arms, where no second says which way is up.
-        let sees = self.thinned.coarse.len() >= MIN_POINTS;
+        let sees = self.downsampled.coarse.len() >= MIN_POINTS;
         let lost_since = (sees && report.rejected).then(|| self.lost_since.unwrap_or(sweep.start));
         self.lost_since = lost_since;
         let lost = lost_since.is_some_and(|since| self.carried || sweep.end - since >= LOST);
-        let runs_away = self.runs_away(sweep.end) && sees;
-        if !lost && !runs_away {
+        let is_velocity_runaway = self.is_velocity_runaway(sweep.end) && sees;
+        if !lost && !is_velocity_runaway {
             return None;
         }
-        if self.carrier.inertial {
-            self.astray = Some(self.guess());
-            return Some(checks::lost_way());
+        if self.propagator.has_imu {
+            self.tracking_lost = Some(self.guess());
+            return Some(findings::tracking_lost());
         }
-        self.carrier.book_guess();
+        self.propagator.inflate_covariance();
         self.map = LocalMap::new(&self.config);
-        (self.recovery, self.usual_share, self.scans, self.lost_since) = (Recovery::default(), 0.0, 0, None);
-        Some(checks::lost_way())
+        (self.reinitialiser, self.typical_inlier_share, self.scans, self.lost_since) =
+            (Reinitialiser::default(), 0.0, 0, None);
+        Some(findings::tracking_lost())
     }
 
     /// Whether the body has seemed to be far faster than the legs for long: where a LiDAR hardly sees how the robot moves, as along a
     /// corridor, scans follow a wrong velocity.
-    fn runs_away(&mut self, now: Stamp) -> bool {
-        let faster = self.carrier.faster_than_legs().filter(|_| self.carrier.inertial);
+    fn is_velocity_runaway(&mut self, now: Stamp) -> bool {
+        let faster = self.propagator.speed_above_legs().filter(|_| self.propagator.has_imu);
         let fast = faster.is_some_and(|faster| faster > FASTEST);
         self.fast_since = if fast { self.fast_since.or(Some(now)) } else { None };
         self.fast_since.is_some_and(|since| now - since >= TOO_FAST)
@@ -293,46 +302,52 @@ impl Tracker {
 
     /// Where the robot may be, now that it sees nothing of what it saw before: where sensors carried it to, if they can be believed, or
     /// where it was last sure.
-    fn guess(&self) -> Origin {
-        let now = self.carrier.estimate();
-        let sure = self.last_entered.map(|last| last.value * self.carrier.body_from_base);
+    fn guess(&self) -> InitialPose {
+        let now = self.propagator.estimate();
+        let sure = self.last_inserted.map(|last| last.value * self.propagator.body_from_base);
         let odom_from_base = match sure {
             Some(sure) if now.velocity.norm() > FASTEST => sure,
             _ => now.odom_from_base,
         };
-        let guessed = if self.guessed { self.carrier.guess_since() } else { self.carrier.guess() };
-        Origin { odom_from_base, guessed }
+        let covariance_inflation =
+            if self.covariance_inflation { self.propagator.guess_since() } else { self.propagator.guess() };
+        InitialPose { odom_from_base, covariance_inflation }
     }
 
     /// Takes a sweep without an IMU: part by part, and where a part does not fit as parts usually do, as a whole.
-    fn take_coasting(&mut self, sweep: &Sweep, queues: &mut Queues) -> Outcome {
-        let before = (self.carrier.clone(), self.last_scan, queues.clone());
+    fn track_without_imu(&mut self, sweep: &Sweep, queues: &mut Queues) -> RegistrationOutcome {
+        let before = (self.propagator.clone(), self.last_scan, queues.clone());
         let mut parts = Vec::with_capacity(COAST_PARTS);
-        let outcome = match self.take_parts(sweep, queues, &mut parts) {
+        let outcome = match self.track_parts(sweep, queues, &mut parts) {
             Some(outcome) => {
                 for part in &parts {
-                    self.enter(part);
+                    self.insert_into_map(part);
                 }
                 outcome
             }
             None => {
-                (self.carrier, self.last_scan, *queues) = before;
-                self.take_part(sweep, self.config.points_wanted, queues)
+                (self.propagator, self.last_scan, *queues) = before;
+                self.track_sweep(sweep, self.config.target_points, queues)
             }
         };
-        self.correct(sweep);
+        self.deskew(sweep);
         outcome
     }
 
     /// Takes a sweep part by part, each a small scan of its own; `None` as soon as one does not fit. What shall enter the map
     /// is left in `parts`.
-    fn take_parts(&mut self, sweep: &Sweep, queues: &mut Queues, parts: &mut Vec<Placed>) -> Option<Outcome> {
-        let wanted = self.config.points_wanted / COAST_PARTS;
-        let mut whole = Outcome::default();
+    fn track_parts(
+        &mut self,
+        sweep: &Sweep,
+        queues: &mut Queues,
+        parts: &mut Vec<RegisteredScan>,
+    ) -> Option<RegistrationOutcome> {
+        let wanted = self.config.target_points / COAST_PARTS;
+        let mut whole = RegistrationOutcome::default();
         for index in 0..COAST_PARTS {
-            let (Outcome { report, information }, placed) =
-                self.place(&sweep.part(index, COAST_PARTS), wanted, queues, Whence::Near);
-            if report.rejected || report.inlier_share < COAST_STEADY * self.usual_share {
+            let (RegistrationOutcome { report, information }, placed) =
+                self.place(&sweep.part(index, COAST_PARTS), wanted, queues, SearchScope::Near);
+            if report.rejected || report.inlier_share < COAST_STEADY * self.typical_inlier_share {
                 return None;
             }
             parts.push(placed);
@@ -347,29 +362,30 @@ impl Tracker {
                 ..report
             };
         }
-        let learning = if self.usual_share > 0.0 { COAST_LEARNING } else { 1.0 };
-        self.usual_share += (whole.report.inlier_share - self.usual_share) * learning;
+        let learning = if self.typical_inlier_share > 0.0 { COAST_LEARNING } else { 1.0 };
+        self.typical_inlier_share += (whole.report.inlier_share - self.typical_inlier_share) * learning;
         Some(whole)
     }
 
     /// Carries the estimate to the end of a sweep, corrects it by what the points say, of which about `wanted` enter, and adds
     /// them to the map.
-    fn take_part(&mut self, sweep: &Sweep, wanted: usize, queues: &mut Queues) -> Outcome {
-        let (outcome, placed) = self.place(sweep, wanted, queues, Whence::Anywhere);
-        self.enter(&placed);
+    fn track_sweep(&mut self, sweep: &Sweep, wanted: usize, queues: &mut Queues) -> RegistrationOutcome {
+        let (outcome, placed) = self.place(sweep, wanted, queues, SearchScope::Anywhere);
+        self.insert_into_map(&placed);
         outcome
     }
 
     /// Adds points to the map, if they are worth it.
-    fn enter(&mut self, placed: &Placed) {
-        let Placed { thinned, odom_from_body, fitted, worth } = placed;
+    fn insert_into_map(&mut self, placed: &RegisteredScan) {
+        let RegisteredScan { downsampled, odom_from_body, fitted, worth } = placed;
         if *fitted {
-            self.recovery.learn(&self.map, thinned, odom_from_body);
+            self.reinitialiser.update_typical_score(&self.map, downsampled, odom_from_body);
         }
         if *worth {
-            self.map.insert(thinned, odom_from_body);
-            self.last_entered = self.last_scan;
-            (self.guessed, self.carried, self.known_way) = (false, false, true);
+            self.map.insert(downsampled, odom_from_body);
+            self.last_inserted = self.last_scan;
+            (self.covariance_inflation, self.carried, self.is_dead_reckoning_consistent) =
+                (false, false, true);
         }
     }
 
@@ -379,161 +395,185 @@ impl Tracker {
         sweep: &Sweep,
         wanted: usize,
         queues: &mut Queues,
-        whence: Whence,
-    ) -> (Outcome, Placed) {
-        self.carry_on(sweep.end, queues);
-        let prior = self.carrier.filter.state.odom_from_body;
-        let passes = if self.carrier.inertial || !sweep.timed { 1 } else { COAST_PASSES };
+        scope: SearchScope,
+    ) -> (RegistrationOutcome, RegisteredScan) {
+        self.propagate(sweep.end, queues);
+        let prior = self.propagator.filter.state.odom_from_body;
+        let passes = if self.propagator.has_imu || !sweep.timed { 1 } else { COAST_PASSES };
         let mut fitted = None;
         for pass in 0..passes {
-            self.correct(sweep);
-            self.map.thin(&self.corrected, wanted, &self.carrier.body_from_base, &mut self.thinned);
-            fitted = self.fit(sweep, fitted, whence);
-            let Some(Fitted { state, .. }) = fitted else { break };
+            self.deskew(sweep);
+            self.map.downsample(
+                &self.deskewed,
+                wanted,
+                &self.propagator.body_from_base,
+                &mut self.downsampled,
+            );
+            fitted = self.fit(sweep, fitted, scope);
+            let Some(ScanFit { state, .. }) = fitted else { break };
             if pass + 1 < passes {
-                self.follow_scan(sweep, &state);
+                self.use_registered_motion(sweep, &state);
             }
         }
         let accepted = fitted.filter(|fitted| !fitted.report.rejected && !self.carried);
         let mut report = fitted.map(|fitted| fitted.report).unwrap_or_default();
         report.rejected = accepted.is_none() && !self.map.gaussians().is_empty();
         if let Some(fitted) = accepted {
-            let surprising = self.is_dark(sweep.end)
-                && !self.carrier.filter.expects(&fitted.state.odom_from_body, EXPECTED);
-            self.carrier.filter.absorb_pose(fitted.state, &fitted.information);
+            let surprising = self.is_lidar_outage(sweep.end)
+                && !self.propagator.filter.is_within_gate(&fitted.state.odom_from_body, EXPECTED);
+            self.propagator.filter.correct_pose(fitted.state, &fitted.information);
             // It fits somewhere in what was seen before, but legs and IMU came by another way: it may as well be somewhere alike.
             if surprising {
-                self.guess_way();
+                self.inflate_covariance_once();
             }
         }
-        let posterior = self.carrier.filter.state.odom_from_body;
+        let posterior = self.propagator.filter.state.odom_from_body;
         if passes > 1 {
-            self.carrier.table.set_last(posterior);
+            self.propagator.table.set_last(posterior);
         } else {
-            self.carrier.table.shift(&(posterior * prior.inverse()));
+            self.propagator.table.shift(&(posterior * prior.inverse()));
         }
-        self.last_scan = Some(Timed { stamp: sweep.end, value: posterior });
-        self.carrier.rough = false;
-        let placed = Placed {
-            worth: self.thinned.fine.len() >= MIN_POINTS && !report.rejected,
-            thinned: self.thinned.clone(),
+        self.last_scan = Some(Stamped { stamp: sweep.end, value: posterior });
+        self.propagator.is_imprecise = false;
+        let placed = RegisteredScan {
+            worth: self.downsampled.fine.len() >= MIN_POINTS && !report.rejected,
+            downsampled: self.downsampled.clone(),
             odom_from_body: posterior,
             fitted: accepted.is_some(),
         };
         let information = accepted.map_or_else(Matrix6::zeros, |fitted| fitted.information);
-        (Outcome { report, information }, placed)
+        (RegistrationOutcome { report, information }, placed)
     }
 
     /// Frees a sweep of the motion during it.
-    fn correct(&mut self, sweep: &Sweep) {
+    fn deskew(&mut self, sweep: &Sweep) {
         let base_from_lidar = &self.config.mounting.base_from_lidar;
-        sweep.correct(
-            &self.carrier.table,
+        sweep.deskew(
+            &self.propagator.table,
             base_from_lidar,
-            &self.carrier.body_from_base,
-            &mut self.corrected,
+            &self.propagator.body_from_base,
+            &mut self.deskewed,
         );
     }
 
     /// Fits the thinned scan; `None` when it has too few points or there is no map yet. `previous` is the result of the
     /// last pass.
-    fn fit(&mut self, sweep: &Sweep, previous: Option<Fitted>, whence: Whence) -> Option<Fitted> {
-        if self.thinned.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
+    fn fit(&mut self, sweep: &Sweep, previous: Option<ScanFit>, scope: SearchScope) -> Option<ScanFit> {
+        if self.downsampled.coarse.len() < MIN_POINTS || self.map.gaussians().is_empty() {
             return None;
         }
-        let mut start = previous.map_or(self.carrier.filter.state, |fitted| fitted.state);
-        let dark = self.is_dark(sweep.end);
-        if whence == Whence::Near || (self.carrier.inertial && !self.carrier.rough && !dark) {
-            return Some(judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Close)));
+        let mut start = previous.map_or(self.propagator.filter.state, |fitted| fitted.state);
+        let dark = self.is_lidar_outage(sweep.end);
+        if scope == SearchScope::Near || (self.propagator.has_imu && !self.propagator.is_imprecise && !dark) {
+            return Some(reject_poor_fit(self.map.fit(
+                &self.propagator.filter,
+                start,
+                &self.downsampled,
+                PriorQuality::Close,
+            )));
         }
         let long_ago = self.last_scan.is_some_and(|last| sweep.end - last.stamp > LONG_AGO);
         let mut searched = previous.is_some_and(|fitted| fitted.report.searched);
         if !(long_ago && previous.is_none()) {
-            let fitted = judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Loose));
-            let fits = match dark {
-                true => self.is_believable(&fitted),
-                false => self.recovery.fits(&self.map, &self.thinned, &fitted.state.odom_from_body),
+            let fitted = reject_poor_fit(self.map.fit(
+                &self.propagator.filter,
+                start,
+                &self.downsampled,
+                PriorQuality::Loose,
+            ));
+            let is_typical_fit = match dark {
+                true => self.is_plausible(&fitted),
+                false => self.reinitialiser.is_typical_fit(
+                    &self.map,
+                    &self.downsampled,
+                    &fitted.state.odom_from_body,
+                ),
             };
-            if previous.is_some() || (fits && !fitted.report.rejected) {
+            if previous.is_some() || (is_typical_fit && !fitted.report.rejected) {
                 return Some(fitted);
             }
         }
         if let Some(last) = self.last_scan {
             let guess = start.odom_from_body;
             let guesses = [guess, last.value, se3::interpolate(&last.value, &guess, 0.5)];
-            let found = self.recovery.best_start(&self.map, &self.thinned, &guesses);
+            let found = self.reinitialiser.find_start(&self.map, &self.downsampled, &guesses);
             start.odom_from_body = found.map_from_body;
             searched |= found.searched;
         }
-        let mut fitted = judged(self.map.fit(&self.carrier.filter, start, &self.thinned, Prediction::Loose));
+        let mut fitted = reject_poor_fit(self.map.fit(
+            &self.propagator.filter,
+            start,
+            &self.downsampled,
+            PriorQuality::Loose,
+        ));
         fitted.report.searched = searched;
-        fitted.report.rejected |= dark && !self.is_believable(&fitted);
+        fitted.report.rejected |= dark && !self.is_plausible(&fitted);
         Some(fitted)
     }
 
     /// Whether a scan after darkness fits as well as it has to where it was found.
-    fn is_believable(&mut self, fitted: &Fitted) -> bool {
+    fn is_plausible(&mut self, fitted: &ScanFit) -> bool {
         let found = &fitted.state.odom_from_body;
-        if !self.carrier.filter.expects(found, EXPECTED) {
-            return self.recovery.fits_well(&self.map, &self.thinned, found);
+        if !self.propagator.filter.is_within_gate(found, EXPECTED) {
+            return self.reinitialiser.is_confident_fit(&self.map, &self.downsampled, found);
         }
         let RegistrationReport { matched, points_used, inlier_share, .. } = fitted.report;
         let hardly_known = (matched as f64) < HARDLY_KNOWN * points_used as f64;
-        (self.known_way && (hardly_known || inlier_share >= KNOWN_FITS))
-            || self.recovery.fits(&self.map, &self.thinned, found)
+        (self.is_dead_reckoning_consistent && (hardly_known || inlier_share >= KNOWN_FITS))
+            || self.reinitialiser.is_typical_fit(&self.map, &self.downsampled, found)
     }
 
     /// Without inertial readings, makes the motion during the sweep the one that its points imply.
-    fn follow_scan(&mut self, sweep: &Sweep, state: &State) {
+    fn use_registered_motion(&mut self, sweep: &Sweep, state: &State) {
         let from = sweep.start.min(self.last_scan_end().unwrap_or(sweep.start));
-        self.carrier.table.make_uniform(from, sweep.end);
-        self.carrier.table.set_last(state.odom_from_body);
+        self.propagator.table.make_uniform(from, sweep.end);
+        self.propagator.table.set_last(state.odom_from_body);
     }
 
     /// Whether LiDAR and gyroscope saw the same turn since the last scan.
     fn compare_turns(&mut self, sweep: &Sweep) -> Option<Finding> {
         let middle = sweep.start + Span::from_nanos((sweep.end - sweep.start).nanos() / 2);
-        let pose = Timed { stamp: middle, value: self.carrier.table.at(middle)? };
+        let pose = Stamped { stamp: middle, value: self.propagator.table.at(middle)? };
         let last = self.last_middle.replace(pose)?;
         let seen = so3::log(&(last.value.rotation.inverse() * pose.value.rotation));
-        self.carrier.agreement.turn(last.stamp, middle, seen)
+        self.propagator.imu_lidar_consistency.insert_turn(last.stamp, middle, seen)
     }
 
-    fn tell(&self, sweep: &mut Sweep, outcome: &Outcome, out: &mut Vec<OdometryEvent>) {
-        let carrier = &self.carrier;
-        let state = &carrier.filter.state;
-        let estimate = carrier.estimate();
-        let odom_from_body_at_scan = carrier.table.at(sweep.stamp).unwrap_or(state.odom_from_body);
-        let base_from_body = carrier.body_from_base.rotation.inverse();
-        let degenerate = blind_directions(&outcome.information, BLIND_DEVIATION)
+    fn publish(&self, sweep: &mut Sweep, outcome: &RegistrationOutcome, out: &mut Vec<OdometryEvent>) {
+        let propagator = &self.propagator;
+        let state = &propagator.filter.state;
+        let estimate = propagator.estimate();
+        let odom_from_body_at_scan = propagator.table.at(sweep.stamp).unwrap_or(state.odom_from_body);
+        let base_from_body = propagator.body_from_base.rotation.inverse();
+        let degenerate = degenerate_directions(&outcome.information, BLIND_DEVIATION)
             .map(|direction| direction.map(|axis| base_from_body * axis));
         out.push(OdometryEvent::Pose(Box::new(PoseEvent {
             estimate,
             scan_stamp: sweep.stamp,
-            odom_from_base_at_scan: odom_from_body_at_scan * carrier.body_from_base,
-            degenerate,
+            odom_from_base_at_scan: odom_from_body_at_scan * propagator.body_from_base,
+            degenerate_directions: degenerate,
             registration: outcome.report,
-            blind: outcome.report.rejected || self.thinned.coarse.len() < MIN_POINTS,
+            is_dead_reckoned: outcome.report.rejected || self.downsampled.coarse.len() < MIN_POINTS,
             gyro_bias: state.gyro_bias,
             accel_bias: state.accel_bias,
             leg_scale: state.leg_scale,
         })));
-        out.push(OdometryEvent::Scan(CorrectedScan {
+        out.push(OdometryEvent::Scan(DeskewedScan {
             stamp: sweep.end,
             odom_from_base: estimate.odom_from_base,
-            xyz: Arc::new(self.corrected.clone()),
+            xyz: Arc::new(self.deskewed.clone()),
             intensity: Arc::new(sweep.take_intensity()),
         }));
     }
 
     /// The estimate at an instant, carried on from the present by the readings that wait.
     pub fn predict(&self, at: Stamp, queues: &Queues) -> Estimate {
-        self.carrier.predict(at, &queues.imu)
+        self.propagator.predict(at, &queues.imu)
     }
 }
 
 /// Whether so many points lie off their surfaces that the scan had better not be used.
-fn judged(mut fitted: Fitted) -> Fitted {
+fn reject_poor_fit(mut fitted: ScanFit) -> ScanFit {
     let report = &mut fitted.report;
     let matched = report.matched as f64 / report.points_used.max(1) as f64;
     report.rejected = report.inlier_share < INLIERS_MIN && matched > 0.3;

@@ -1,6 +1,6 @@
 //! What the legs, or another odometry, say of the velocity.
 
-use crate::filter::Filter;
+use crate::filter::ErrorStateFilter;
 use crate::state::{DIMENSION, GYRO_BIAS, LEG_SCALE, ROTATION, State, VELOCITY};
 use geometry::{Isometry, Matrix3, Vector3, so3};
 use nalgebra::SMatrix;
@@ -30,7 +30,7 @@ impl VelocityMeasurement {
     }
 
     /// Derivative of [`expected`](Self::expected) by the error.
-    fn derivative(&self, state: &State) -> SMatrix<f64, 3, DIMENSION> {
+    fn compute_jacobian(&self, state: &State) -> SMatrix<f64, 3, DIMENSION> {
         let scale = if self.scaled { state.leg_scale } else { 1.0 };
         let frame_from_body =
             self.body_from_frame.rotation.inverse().to_rotation_matrix().into_inner() * scale;
@@ -48,9 +48,9 @@ impl VelocityMeasurement {
     }
 
     /// Takes the measurement in. Slips are outliers, which the filter weighs down.
-    pub fn apply(&self, filter: &mut Filter) {
+    pub fn apply(&self, filter: &mut ErrorStateFilter) {
         let innovation = self.velocity - self.expected(&filter.state);
-        let h = self.derivative(&filter.state);
+        let h = self.compute_jacobian(&filter.state);
         filter.update(&innovation, &h, &(Matrix3::identity() * (self.deviation * self.deviation)));
     }
 }
@@ -79,7 +79,7 @@ mod tests {
                 deviation: 0.1,
                 scaled: round % 2 == 0,
             };
-            let analytic = measurement.derivative(&state);
+            let analytic = measurement.compute_jacobian(&state);
             for column in 0..DIMENSION {
                 let mut step = ErrorVector::zeros();
                 step[column] = 1e-6;
