@@ -255,7 +255,7 @@ impl StackWalk {
                     job,
                     work:
                         Job::VerifyLoop(_)
-                        | Job::CompareVisit(_)
+                        | Job::CompareRevisit(_)
                         | Job::SearchMap(_)
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
@@ -306,9 +306,9 @@ pub fn located(effects: &[StackEffect]) -> bool {
 }
 
 /// What became of walks over known ground in a step.
-pub fn ties(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Tied> {
+pub fn ties(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Reanchored> {
     effects.iter().filter_map(|effect| match effect {
-        StackEffect::Publish(Publication::Tied(tied)) => Some(tied),
+        StackEffect::Publish(Publication::Reanchored(tied)) => Some(tied),
         _ => None,
     })
 }

@@ -7,7 +7,7 @@
 
 use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Vector3};
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use mapping::range_image::Occupancy;
 use registration::{MatchingConfig, score};
 
@@ -139,7 +139,7 @@ impl LocalisationMap {
     }
 
     /// How much worse what a keyframe saw fits at each of the others.
-    fn worse(&self, pose: &Isometry, seen: &Place, others: &[Isometry]) -> Vec<f64> {
+    fn worse(&self, pose: &Isometry, seen: &KeyframeDescriptor, others: &[Isometry]) -> Vec<f64> {
         let stride = seen.points().len().div_ceil(POINTS).max(1);
         let points: Vec<[f32; 3]> = seen.points().step_by(stride).collect();
         let fit = |pose: &Isometry| score(self.surfaces(), &points, pose, &MATCHING);
@@ -264,7 +264,7 @@ mod tests {
     }
 
     /// What is seen from there, base frame: walls up to 2 m over the LiDAR, and the floor half a metre under the base.
-    fn keyframe(walls: &Walls, x: f64, y: f64, yaw: f64) -> (Isometry, Place) {
+    fn keyframe(walls: &Walls, x: f64, y: f64, yaw: f64) -> (Isometry, KeyframeDescriptor) {
         let turn = so3::exp(&(Vector3::z() * yaw));
         let mut points = Vec::new();
         for column in 0..720 {
@@ -278,7 +278,7 @@ mod tests {
             }
         }
         let pose = Isometry::from_parts(Vector3::new(x, y, 0.0).into(), turn);
-        (pose, Place::of_cloud(&points, &Rotation::identity(), [0.0; 3]))
+        (pose, KeyframeDescriptor::of_cloud(&points, &Rotation::identity(), [0.0; 3]))
     }
 
     /// Walked up and down the corridor and into both rooms.

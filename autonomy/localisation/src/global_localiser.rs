@@ -7,9 +7,9 @@
 use crate::correlative_matcher::CorrelativeMatcher;
 use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Rotation, Vector3, so3};
-use mapping::places::Places;
 use mapping::scan_context::{first_from_second, level_from_base};
-use mapping::{ORIGINS, Place};
+use mapping::scan_context_index::ScanContextIndex;
+use mapping::{KeyframeDescriptor, VIEW_ORIGINS};
 use nalgebra::Translation3;
 use registration::{Fit, MatchingConfig, refine, score};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ const APART: (f64, f64) = (0.5, 0.15);
 #[derive(Clone, Debug)]
 pub struct GlobalLocaliser {
     guide: Arc<LocalisationMap>,
-    places: Places,
+    places: ScanContextIndex,
     outlines: CorrelativeMatcher,
 }
 
@@ -131,7 +131,7 @@ impl LocalisationMap {
 
     /// As [`GlobalLocaliser::seek`], of a scan that was taken about one of these places, to a metre and 20 degrees. Costs as many fits for each, and
     /// nothing that grows with the map.
-    pub fn seek_about(&self, place: &Place, bases: &[Isometry]) -> Vec<PoseHypothesis> {
+    pub fn seek_about(&self, place: &KeyframeDescriptor, bases: &[Isometry]) -> Vec<PoseHypothesis> {
         let moved = |map_from_base: &Isometry, x: f64, y: f64, yaw: f64| {
             let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
             let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
@@ -149,7 +149,12 @@ impl LocalisationMap {
     }
 
     /// Fits a scan from all these starts and settles the best, and what is held in any case.
-    fn try_starts(&self, place: &Place, starts: &[Isometry], held: Option<&Isometry>) -> Vec<PoseHypothesis> {
+    fn try_starts(
+        &self,
+        place: &KeyframeDescriptor,
+        starts: &[Isometry],
+        held: Option<&Isometry>,
+    ) -> Vec<PoseHypothesis> {
         let points: Vec<[f32; 3]> = place.points().collect();
         let few: Vec<[f32; 3]> =
             points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
@@ -169,7 +174,7 @@ impl LocalisationMap {
 impl GlobalLocaliser {
     /// Of a known map.
     pub fn new(guide: Arc<LocalisationMap>) -> Self {
-        let mut places = Places::default();
+        let mut places = ScanContextIndex::default();
         for (_, place) in guide.keyframes() {
             places.push(Arc::clone(&place.views()[0]));
         }
@@ -188,7 +193,7 @@ impl GlobalLocaliser {
     /// walked.
     pub fn seek(
         &self,
-        place: &Place,
+        place: &KeyframeDescriptor,
         up_from_base: &Rotation,
         held: Option<&Isometry>,
     ) -> Vec<PoseHypothesis> {
@@ -196,14 +201,14 @@ impl GlobalLocaliser {
     }
 
     /// Poses of the base from which fits are tried.
-    fn starts(&self, place: &Place, up_from_base: &Rotation) -> Vec<Isometry> {
+    fn starts(&self, place: &KeyframeDescriptor, up_from_base: &Rotation) -> Vec<Isometry> {
         let level = level_from_base(up_from_base);
         let keyframes = self.guide.keyframes();
         let alike = self.places.search(place.views(), 0..keyframes.len());
         let guesses = alike.iter().take_while(|one| one.alignment.distance <= RESEMBLANCE).map(|one| {
             let (map_from_keyframe, _) = &keyframes[one.place];
             let its_level = level_from_base(&map_from_keyframe.rotation);
-            map_from_keyframe * first_from_second(&one.alignment, &its_level, &level, ORIGINS[one.view])
+            map_from_keyframe * first_from_second(&one.alignment, &its_level, &level, VIEW_ORIGINS[one.view])
         });
         let mut starts = distinct(guesses, |guess| guess, STARTS_APART);
         starts.truncate(LOOKED_AT);

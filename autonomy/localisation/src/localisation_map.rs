@@ -2,7 +2,7 @@
 
 use crate::tiled_surfaces::{Keyframes, TiledSurfaces};
 use geometry::Isometry;
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use mapping::range_image::Occupancy;
 use nalgebra::Point3;
 use points::GaussianMapConfig;
@@ -48,7 +48,7 @@ impl FreeSpaceCheck {
 impl LocalisationMap {
     /// Of keyframes, each with its pose in the map. Linear in their points, some 2 ns each: surfaces are made where they are first looked
     /// at.
-    pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
+    pub fn new(keyframes: Vec<(Isometry, KeyframeDescriptor)>) -> Self {
         let config = GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() };
         let keyframes = Keyframes::from(keyframes);
         Self { surfaces: TiledSurfaces::new(config, Keyframes::clone(&keyframes)), keyframes }
@@ -60,7 +60,7 @@ impl LocalisationMap {
     }
 
     /// Its keyframes.
-    pub fn keyframes(&self) -> &[(Isometry, Place)] {
+    pub fn keyframes(&self) -> &[(Isometry, KeyframeDescriptor)] {
         &self.keyframes
     }
 

@@ -3,7 +3,7 @@
 use crate::localisation_map::LocalisationMap;
 use crate::localisation_monitor::{LocalisationMonitor, LocalisationStatus, PoseEvidence};
 use geometry::{Isometry, Matrix6, Vector6, se3};
-use mapping::Uncertain;
+use mapping::UncertainPose;
 use registration::{MatchingConfig, linearise, shrink_eigenvalues};
 use std::sync::Arc;
 use vocab::Stamp;
@@ -52,7 +52,7 @@ pub struct DownsampledScan<'a> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackedPose {
     /// The base.
-    pub map_from_base: Uncertain,
+    pub map_from_base: UncertainPose,
     /// How far that can be believed.
     pub trust: LocalisationStatus,
     /// Why.
@@ -63,7 +63,7 @@ pub struct TrackedPose {
 #[derive(Clone, Debug)]
 pub struct PoseTracker {
     guide: Arc<LocalisationMap>,
-    map_from_base: Uncertain,
+    map_from_base: UncertainPose,
     /// Odometry's pose and covariance at the last scan.
     last: (Isometry, Option<Matrix6>),
     judge: LocalisationMonitor,
@@ -74,7 +74,7 @@ impl PoseTracker {
     /// that is known.
     pub fn new(
         guide: Arc<LocalisationMap>,
-        map_from_base: Uncertain,
+        map_from_base: UncertainPose,
         odom_from_base: &Isometry,
         covariance: Option<Matrix6>,
     ) -> Self {
@@ -92,7 +92,7 @@ impl PoseTracker {
     }
 
     /// The base at the last scan.
-    pub fn map_from_base(&self) -> &Uncertain {
+    pub fn map_from_base(&self) -> &UncertainPose {
         &self.map_from_base
     }
 
@@ -108,16 +108,16 @@ impl PoseTracker {
         } else {
             self.map_from_base = predicted;
         }
-        let Uncertain { pose, covariance } = self.map_from_base;
-        let map_from_base = Uncertain { pose, covariance: covariance + floor() };
-        evidence.deviation = map_from_base.place_deviation();
+        let UncertainPose { pose, covariance } = self.map_from_base;
+        let map_from_base = UncertainPose { pose, covariance: covariance + floor() };
+        evidence.deviation = map_from_base.translation_std_m();
         let trust = self.judge.judge(scan.stamp, &evidence);
         TrackedPose { map_from_base, trust, evidence }
     }
 
     /// The pose moved on by what odometry saw since the last scan, and its doubt grown by as much as odometry's and by what the way
     /// itself is worth.
-    fn carry(&mut self, scan: &DownsampledScan) -> Uncertain {
+    fn carry(&mut self, scan: &DownsampledScan) -> UncertainPose {
         let (before, known) = std::mem::replace(&mut self.last, (scan.odom_from_base, Some(scan.covariance)));
         let moved = before.inverse() * scan.odom_from_base;
         let (walked, turned) = (moved.translation.vector.norm(), moved.rotation.angle());
@@ -129,21 +129,21 @@ impl PoseTracker {
         let turn = by_way(STILL.0, WALKED.0, TURNED.0) + turn_grown;
         let place = by_way(STILL.1, WALKED.1, TURNED.1) + place_grown;
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        self.map_from_base.then(&Uncertain { pose: moved, covariance })
+        self.map_from_base.then(&UncertainPose { pose: moved, covariance })
     }
 }
 
 struct Fitted {
-    map_from_base: Uncertain,
+    map_from_base: UncertainPose,
     /// Share of the points on known surfaces, and of those that have any about.
     matched: f64,
     mapped: f64,
 }
 
 /// The pose on which prediction and surfaces agree best.
-fn fit(guide: &LocalisationMap, predicted: &Uncertain, points: &[[f32; 3]]) -> Fitted {
+fn fit(guide: &LocalisationMap, predicted: &UncertainPose, points: &[[f32; 3]]) -> Fitted {
     let prior = predicted.information();
-    let deviation = predicted.place_deviation();
+    let deviation = predicted.translation_std_m();
     let mut widen = WIDENED.iter().find(|(limit, _)| deviation <= *limit).map_or(1.0, |(_, wide)| *wide);
     let squares: f64 = points.iter().map(|p| p.iter().map(|c| f64::from(c * c)).sum::<f64>()).sum();
     let arm = (squares / points.len().max(1) as f64).sqrt().max(0.5);
@@ -173,7 +173,7 @@ fn fit(guide: &LocalisationMap, predicted: &Uncertain, points: &[[f32; 3]]) -> F
     }
     let covariance = (information + prior).cholesky().map_or(predicted.covariance, |factor| factor.inverse());
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    Fitted { map_from_base: Uncertain { pose, covariance }, matched, mapped }
+    Fitted { map_from_base: UncertainPose { pose, covariance }, matched, mapped }
 }
 
 fn floor() -> Matrix6 {

@@ -4,7 +4,7 @@
 //! second in a map of any size. A tile is made of the keyframes alone, in their order: who looks first, and when, changes nothing.
 
 use geometry::{Isometry, Vector3};
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use points::hash::{CellKey, CellTable};
 use points::{GaussianMap, GaussianMapConfig, Surface, SurfaceMap};
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 const TILE: i64 = 16;
 
 /// What the surfaces are made of: keyframes, each with its pose in the map.
-pub(crate) type Keyframes = Arc<[(Isometry, Place)]>;
+pub(crate) type Keyframes = Arc<[(Isometry, KeyframeDescriptor)]>;
 
 /// SurfaceMap by tile.
 #[derive(Debug)]
@@ -126,7 +126,7 @@ fn key([x, y]: [i64; 2]) -> CellKey {
 }
 
 /// Corners of a box along the map's axes about all that a keyframe saw, metres; none if that is nothing.
-fn extent(map_from_keyframe: &Isometry, place: &Place) -> Option<[Vector3; 2]> {
+fn extent(map_from_keyframe: &Isometry, place: &KeyframeDescriptor) -> Option<[Vector3; 2]> {
     let [least, most] = place.extent()?.map(|corner| Vector3::from(corner.map(f64::from)));
     let turn = map_from_keyframe.rotation.to_rotation_matrix().into_inner();
     let middle = turn * ((least + most) / 2.0) + map_from_keyframe.translation.vector;
@@ -156,7 +156,7 @@ mod tests {
                     .map(|c| c as f32)
                 })
                 .collect();
-            Place::new(&xyz, &Rotation::identity(), [0.0; 3], &mut Downsampler::default())
+            KeyframeDescriptor::new(&xyz, &Rotation::identity(), [0.0; 3], &mut Downsampler::default())
         };
         let turn = geometry::so3::exp(&(Vector3::z() * 0.6));
         (0..12)

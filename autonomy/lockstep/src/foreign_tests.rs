@@ -2,7 +2,7 @@
 
 use crate::day::{Day, first};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
-use mapping::vantage::{VantageOptions, Vantages, vantages};
+use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoints, find_viewpoints};
 use messages::{CommandKind, EdgeKind, GraphEdge, GraphNode, LocalisationState, PoseGraph, PriorMap};
 use points::Downsampler;
 use sim::Start;
@@ -32,8 +32,8 @@ fn cloud() -> Vec<[f32; 3]> {
 
 /// A map of what is seen from where one could stand.
 fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
-    let options = VantageOptions::default();
-    let Vantages { places, ways } = vantages(cloud, &options, &mut |_| {});
+    let options = ViewpointConfig::default();
+    let VirtualViewpoints { places, ways } = find_viewpoints(cloud, &options, &mut |_| {});
     let nodes = (0..).zip(&places).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,

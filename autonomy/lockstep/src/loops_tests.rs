@@ -136,7 +136,7 @@ impl Told {
                     job,
                     work:
                         Job::VerifyLoop(_)
-                        | Job::CompareVisit(_)
+                        | Job::CompareRevisit(_)
                         | Job::SearchMap(_)
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),

@@ -162,7 +162,7 @@ impl Lockstep {
                     job,
                     work:
                         Job::VerifyLoop(_)
-                        | Job::CompareVisit(_)
+                        | Job::CompareRevisit(_)
                         | Job::SearchMap(_)
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),

@@ -1,10 +1,10 @@
 //! Which old keyframes are worth comparing with the newest: those that the estimates put within reach, and those that look
 //! alike.
 
-use crate::drift::Chain;
-use crate::places::Resemblance;
+use crate::drift::OdometryChain;
 use crate::scan_context::first_from_second;
-use crate::{Source, Uncertain};
+use crate::scan_context_index::ScanContextMatch;
+use crate::{CandidateSource, UncertainPose};
 use geometry::{Isometry, Rotation, Vector3};
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ const DEVIATIONS: f64 = 3.0;
 
 /// Who is a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CandidatePolicy {
+pub struct CandidateConfig {
     /// Places reached by less walking than this are no revisits, metres.
     pub walked: f64,
     /// Horizontal distance at which two keyframes still overlook the same, metres.
@@ -32,7 +32,7 @@ pub struct CandidatePolicy {
     pub sure: f64,
 }
 
-impl Default for CandidatePolicy {
+impl Default for CandidateConfig {
     fn default() -> Self {
         Self {
             walked: 15.0,
@@ -47,7 +47,7 @@ impl Default for CandidatePolicy {
     }
 }
 
-impl CandidatePolicy {
+impl CandidateConfig {
     /// Greatest difference of height for a deviation of the estimate, metres: never a storey.
     fn rise(&self, deviation: f64) -> f64 {
         self.level + (DEVIATIONS * deviation).min(self.level)
@@ -60,15 +60,15 @@ pub struct Candidate {
     /// Its number.
     pub keyframe: usize,
     /// Why.
-    pub source: Source,
+    pub source: CandidateSource,
     /// Guess of the newest keyframe's pose in it.
     pub guess: Isometry,
     /// What the graph says of the same.
-    pub expected: Uncertain,
+    pub expected: UncertainPose,
 }
 
 /// Old keyframes that are no recent travel: the longest beginning of the walk that ends far enough before `newest`.
-pub fn old(chain: &Chain, newest: usize, policy: &CandidatePolicy) -> Range<usize> {
+pub fn old(chain: &OdometryChain, newest: usize, policy: &CandidateConfig) -> Range<usize> {
     let recent = |keyframe: &usize| chain.walked(*keyframe, newest).is_none_or(|w| w < policy.walked);
     let first_recent = (0..=newest).rev().take_while(recent).last().unwrap_or(newest);
     0..first_recent
@@ -77,17 +77,17 @@ pub fn old(chain: &Chain, newest: usize, policy: &CandidatePolicy) -> Range<usiz
 /// Candidates by the estimates, nearest first, each from another stretch of the walk. `reach` is where each keyframe is as
 /// seen from `newest`. Linear in the old keyframes.
 pub fn by_geometry(
-    reach: &[Option<Uncertain>],
-    chain: &Chain,
+    reach: &[Option<UncertainPose>],
+    chain: &OdometryChain,
     level_from_newest: &Rotation,
     old: Range<usize>,
-    policy: &CandidatePolicy,
+    policy: &CandidateConfig,
 ) -> Vec<Candidate> {
-    let mut near: Vec<(f64, usize, Uncertain)> = old
+    let mut near: Vec<(f64, usize, UncertainPose)> = old
         .filter_map(|keyframe| {
             let seen = reach.get(keyframe).copied().flatten()?;
             let offset: Vector3 = level_from_newest * seen.pose.translation.vector;
-            let deviation = seen.place_deviation();
+            let deviation = seen.translation_std_m();
             let apart = offset.xy().norm();
             let within = apart <= (policy.near + DEVIATIONS * deviation).min(policy.reach)
                 && offset.z.abs() <= policy.rise(deviation);
@@ -100,7 +100,7 @@ pub fn by_geometry(
         let fresh = |c: &Candidate| chain.walked(c.keyframe, keyframe).is_some_and(|w| w > policy.walked);
         if chosen.len() < policy.most && chosen.iter().all(fresh) {
             let expected = seen.inverse();
-            let source = Source::Geometry;
+            let source = CandidateSource::Geometry;
             chosen.push(Candidate { keyframe, source, guess: expected.pose, expected });
         }
     }
@@ -108,14 +108,14 @@ pub fn by_geometry(
 }
 
 /// Whether any old keyframe could be a candidate by looks, seen from up to `aside` metres beside the base: where the estimates rule
-/// all of them out, nobody has to look. `newest` and its greatest deviation as for [`by_looks`]. Linear in the old
+/// all of them out, nobody has to look. `newest` and its greatest deviation as for [`by_appearance`]. Linear in the old
 /// keyframes, 30 ns each where they are far.
-pub fn looks_matter(
-    reach: &[Option<Uncertain>],
+pub fn appearance_may_help(
+    reach: &[Option<UncertainPose>],
     level_from_newest: &Rotation,
     old: Range<usize>,
     (aside, deviations): (f64, f64),
-    policy: &CandidatePolicy,
+    policy: &CandidateConfig,
 ) -> bool {
     reach.get(old).unwrap_or_default().iter().flatten().any(|seen| {
         let apart = (level_from_newest * seen.pose.translation.vector).xy().norm();
@@ -123,20 +123,20 @@ pub fn looks_matter(
         // First a bound that costs little: the whole of the variance, and rotation's at the lever.
         let variance = |first: usize| (first..first + 3).map(|i| seen.covariance[(i, i)]).sum::<f64>();
         let bound = variance(3).max(0.0).sqrt() + apart * variance(0).max(0.0).sqrt();
-        within(bound) && within(seen.inverse().place_deviation())
+        within(bound) && within(seen.inverse().translation_std_m())
     })
 }
 
 /// Candidates by looks, most alike first, each from another stretch of the walk and none that the estimates rule out by
 /// `deviations`. `origins` are the points from which the views of the search were taken.
-pub fn by_looks(
-    found: &[Resemblance],
+pub fn by_appearance(
+    found: &[ScanContextMatch],
     levels: &[Rotation],
     origins: &[[f32; 2]],
-    reach: &[Option<Uncertain>],
-    chain: &Chain,
+    reach: &[Option<UncertainPose>],
+    chain: &OdometryChain,
     (newest, deviations): (usize, f64),
-    policy: &CandidatePolicy,
+    policy: &CandidateConfig,
 ) -> Vec<Candidate> {
     let mut chosen: Vec<Candidate> = Vec::new();
     for resemblance in found {
@@ -159,11 +159,11 @@ pub fn by_looks(
         let guess = first_from_second(&resemblance.alignment, level_from_old, level_from_newest, *origin);
         // The guess is right to a few metres; what is farther off than that would be refused anyway.
         let off = level_from_old * (guess.translation.vector - expected.pose.translation.vector);
-        let deviation = expected.place_deviation();
+        let deviation = expected.translation_std_m();
         if off.xy().norm() > policy.near + deviations * deviation || off.z.abs() > policy.rise(deviation) {
             continue;
         }
-        let source = Source::Appearance(resemblance.alignment.distance);
+        let source = CandidateSource::Appearance(resemblance.alignment.distance);
         chosen.push(Candidate { keyframe, source, guess, expected });
     }
     chosen
@@ -172,14 +172,14 @@ pub fn by_looks(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drift::Web;
+    use crate::drift::CovarianceGraph;
     use crate::scan_context::Alignment;
     use crate::testing::at;
     use geometry::Matrix6;
 
     /// 30 m there, 30 m back beside it at height `rise`; the reach from its last keyframe.
-    fn walk(rise: f64, variance: f64) -> (Chain, Vec<Option<Uncertain>>) {
-        let (mut chain, mut web) = (Chain::default(), Web::default());
+    fn walk(rise: f64, variance: f64) -> (OdometryChain, Vec<Option<UncertainPose>>) {
+        let (mut chain, mut web) = (OdometryChain::default(), CovarianceGraph::default());
         let mut poses: Vec<Isometry> = (0..=30).map(|i| at(f64::from(i), 0.0, 0.0)).collect();
         poses.extend((0..=30).rev().map(|i| {
             let mut pose = at(f64::from(i), 0.8, 3.0);
@@ -187,8 +187,10 @@ mod tests {
             pose
         }));
         for (index, pair) in poses.windows(2).enumerate() {
-            let step =
-                Uncertain { pose: pair[0].inverse() * pair[1], covariance: Matrix6::identity() * variance };
+            let step = UncertainPose {
+                pose: pair[0].inverse() * pair[1],
+                covariance: Matrix6::identity() * variance,
+            };
             chain.push(&step);
             web.connect(index, index + 1, &step);
         }
@@ -198,7 +200,7 @@ mod tests {
 
     fn geometric(rise: f64, variance: f64) -> Vec<Candidate> {
         let (chain, reach) = walk(rise, variance);
-        let (newest, policy) = (chain.len() - 1, CandidatePolicy::default());
+        let (newest, policy) = (chain.len() - 1, CandidateConfig::default());
         let old = old(&chain, newest, &policy);
         assert!((40..50).contains(&old.end), "{old:?}");
         by_geometry(&reach, &chain, &Rotation::identity(), old, &policy)
@@ -217,7 +219,7 @@ mod tests {
     #[test]
     fn vague_estimates_reach_farther() {
         let (chain, reach) = walk(0.0, 1e-8);
-        let policy = CandidatePolicy { near: 0.5, ..CandidatePolicy::default() };
+        let policy = CandidateConfig { near: 0.5, ..CandidateConfig::default() };
         let level = Rotation::identity();
         assert!(by_geometry(&reach, &chain, &level, 0..40, &policy).is_empty());
         let (chain, reach) = walk(0.0, 1e-3);
@@ -226,10 +228,10 @@ mod tests {
 
     #[test]
     fn nobody_looks_where_the_estimates_rule_all_out() {
-        let (level, policy) = (Rotation::identity(), CandidatePolicy::default());
+        let (level, policy) = (Rotation::identity(), CandidateConfig::default());
         let matter = |old, variance, aside| {
             let (_, reach) = walk(0.0, variance);
-            looks_matter(&reach, &level, old, (aside, 10.0), &policy)
+            appearance_may_help(&reach, &level, old, (aside, 10.0), &policy)
         };
         // The walk ends beside keyframe 0.
         assert!(matter(0..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 1.5));
@@ -240,13 +242,14 @@ mod tests {
 
     #[test]
     fn looks_are_believed_only_where_the_estimates_allow() {
-        let found = |place| Resemblance { place, view: 0, alignment: Alignment { distance: 0.2, yaw: 3.0 } };
+        let found =
+            |place| ScanContextMatch { place, view: 0, alignment: Alignment { distance: 0.2, yaw: 3.0 } };
         let chosen = |rise, variance, place| {
             let (chain, reach) = walk(rise, variance);
             let levels = vec![Rotation::identity(); chain.len()];
-            let policy = CandidatePolicy::default();
+            let policy = CandidateConfig::default();
             let newest = (chain.len() - 1, 10.0);
-            by_looks(&[found(place)], &levels, &[[0.0; 2]], &reach, &chain, newest, &policy).len()
+            by_appearance(&[found(place)], &levels, &[[0.0; 2]], &reach, &chain, newest, &policy).len()
         };
         assert_eq!((chosen(0.0, 1e-8, 0), chosen(0.0, 1e-8, 20)), (1, 0));
         assert_eq!((chosen(0.0, 1e-3, 20), chosen(4.0, 1e-3, 0)), (1, 0));

@@ -7,9 +7,9 @@
 //! Set Maximization*, ICRA 2018.
 
 use crate::clique::{bits, largest};
-use crate::drift::{Chain, Web};
-use crate::verify::{Evidence, Flaw, Verified};
-use crate::{Edge, Uncertain};
+use crate::drift::{CovarianceGraph, OdometryChain};
+use crate::verify::{Evidence, RejectionReason, VerifiedPair};
+use crate::{Edge, UncertainPose};
 use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
@@ -22,7 +22,7 @@ const LOOKED_AT_AGAIN: usize = 8;
 
 /// When a loop is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trust {
+pub struct ConsistencyConfig {
     /// Place deviation up to which an expectation confirms a loop by itself, metres: a third of the least distance at
     /// which things repeat (racks, columns, doors).
     pub tight: f64,
@@ -38,7 +38,7 @@ pub struct Trust {
     pub contrary_deviations: f64,
 }
 
-impl Default for Trust {
+impl Default for ConsistencyConfig {
     fn default() -> Self {
         Self {
             tight: 0.4,
@@ -59,7 +59,7 @@ pub enum Verdict {
     /// It passed all gates, but waits for others to agree with it.
     Held,
     /// It is not what it seemed.
-    Rejected(Flaw),
+    Rejected(RejectionReason),
     /// It waited too long.
     Dropped,
 }
@@ -79,10 +79,10 @@ pub struct Decision {
 
 /// The graph as far as loops are judged by it.
 #[derive(Clone, Debug)]
-pub struct Jury {
-    trust: Trust,
-    chain: Chain,
-    web: Web,
+pub struct LoopConsistencyCheck {
+    trust: ConsistencyConfig,
+    chain: OdometryChain,
+    web: CovarianceGraph,
     waiting: Vec<Waiting>,
 }
 
@@ -104,20 +104,20 @@ enum Stance {
     Absurd,
 }
 
-impl Jury {
+impl LoopConsistencyCheck {
     /// Knows one keyframe.
-    pub fn new(trust: Trust) -> Self {
-        Self { trust, chain: Chain::default(), web: Web::default(), waiting: Vec::new() }
+    pub fn new(trust: ConsistencyConfig) -> Self {
+        Self { trust, chain: OdometryChain::default(), web: CovarianceGraph::default(), waiting: Vec::new() }
     }
 
     /// Knows the keyframes of a finished map, which are at `poses` in it, with the edges that were walked and the loops. At least
     /// one keyframe; edges between others are left out.
-    pub fn resume(trust: Trust, poses: &[Isometry], edges: &[Edge], loops: &[Edge]) -> Self {
-        let (mut chain, mut web) = (Chain::default(), Web::default());
+    pub fn resume(trust: ConsistencyConfig, poses: &[Isometry], edges: &[Edge], loops: &[Edge]) -> Self {
+        let (mut chain, mut web) = (OdometryChain::default(), CovarianceGraph::default());
         let known = |edge: &&Edge| index(edge.from).max(index(edge.to)) < poses.len();
-        let measured = |edge: &Edge| Uncertain::from_information(edge.from_from_to, &edge.information);
+        let measured = |edge: &Edge| UncertainPose::from_information(edge.from_from_to, &edge.information);
         // Of each keyframe the way that leads to it from the newest before it.
-        let mut ways: Vec<Option<(usize, Uncertain)>> = vec![None; poses.len()];
+        let mut ways: Vec<Option<(usize, UncertainPose)>> = vec![None; poses.len()];
         for edge in edges.iter().filter(known) {
             let (from, to, way) = (index(edge.from), index(edge.to), measured(edge));
             web.connect_walked(from, to, &way);
@@ -142,7 +142,7 @@ impl Jury {
 
     /// Adds the next keyframe, that the odometry's edge leads to from the last one.
     pub fn add_keyframe(&mut self, edge: &Edge) {
-        let step = Uncertain::from_information(edge.from_from_to, &edge.information);
+        let step = UncertainPose::from_information(edge.from_from_to, &edge.information);
         let next = self.chain.len();
         self.chain.push(&step);
         self.web.connect_walked(next - 1, next, &step);
@@ -155,34 +155,34 @@ impl Jury {
 
     /// Adds the next keyframe, that `edge` leads to from an old one, its metres having been walked already.
     pub fn attach_keyframe(&mut self, edge: &Edge) {
-        let way = Uncertain::from_information(edge.from_from_to, &edge.information);
+        let way = UncertainPose::from_information(edge.from_from_to, &edge.information);
         let next = self.chain.len();
         self.chain.attach(index(edge.from), &way);
         self.web.connect_walked(index(edge.from).min(next - 1), next, &way);
     }
 
     /// The walk by odometry.
-    pub fn chain(&self) -> &Chain {
+    pub fn chain(&self) -> &OdometryChain {
         &self.chain
     }
 
     /// The best known pose of every keyframe in `from`, over odometry and accepted loops.
-    pub fn reach(&self, from: KeyframeId) -> Vec<Option<Uncertain>> {
+    pub fn reach(&self, from: KeyframeId) -> Vec<Option<UncertainPose>> {
         self.web.reach(index(from))
     }
 
     /// The best known pose of one keyframe in another.
-    pub fn between(&self, from: KeyframeId, to: KeyframeId) -> Option<Uncertain> {
+    pub fn between(&self, from: KeyframeId, to: KeyframeId) -> Option<UncertainPose> {
         self.web.between(index(from), index(to))
     }
 
     /// As [`Self::reach`], from the place that `way` leads to from a keyframe.
-    pub fn reach_along(&self, from: KeyframeId, way: &Uncertain) -> Vec<Option<Uncertain>> {
+    pub fn reach_along(&self, from: KeyframeId, way: &UncertainPose) -> Vec<Option<UncertainPose>> {
         self.web.reach_along(index(from), way)
     }
 
     /// Whether a measurement agrees with an expectation that is itself sure enough.
-    pub fn confirms(&self, expected: &Uncertain, measured: &Uncertain) -> bool {
+    pub fn confirms(&self, expected: &UncertainPose, measured: &UncertainPose) -> bool {
         self.stance(Some(expected), measured) == Stance::Confirmed
     }
 
@@ -193,15 +193,15 @@ impl Jury {
 
     /// Judges a verified pair. What it decides may free others that waited. Cost: at most nine searches of the
     /// graph for a loop that is accepted at once, and as many as agree (64) for one that frees others.
-    pub fn judge(&mut self, verified: &Verified) -> Vec<Decision> {
+    pub fn evaluate(&mut self, verified: &VerifiedPair) -> Vec<Decision> {
         let decision = |verdict, agreeing| Decision {
             edge: verified.edge,
             evidence: verified.evidence,
             verdict,
             agreeing,
         };
-        if let Some(flaw) = verified.flaw {
-            return vec![decision(Verdict::Rejected(flaw), 0)];
+        if let Some(rejection) = verified.rejection {
+            return vec![decision(Verdict::Rejected(rejection), 0)];
         }
         if self.stance_of(&verified.edge) == Stance::Confirmed {
             self.connect(&verified.edge);
@@ -243,7 +243,7 @@ impl Jury {
     fn connect(&mut self, edge: &Edge) -> bool {
         let known = index(edge.from).max(index(edge.to)) < self.chain.len();
         if known {
-            let measured = Uncertain::from_information(edge.from_from_to, &edge.information);
+            let measured = UncertainPose::from_information(edge.from_from_to, &edge.information);
             self.web.connect(index(edge.from), index(edge.to), &measured);
         }
         known
@@ -251,7 +251,7 @@ impl Jury {
 
     /// Takes a loop back that was accepted or waits, a person having found it wrong. Says whether there was one; what was
     /// walked is none. Who of those waiting agree is looked at again without it: two searches of the graph for each.
-    pub fn withdraw(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+    pub fn remove_loop(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
         let waited = self.forget_waiting(from, to);
         let closed = self.web.disconnect(index(from), index(to));
         if closed {
@@ -284,12 +284,12 @@ impl Jury {
 
     fn stance_of(&self, edge: &Edge) -> Stance {
         let expected = self.web.between(index(edge.from), index(edge.to));
-        self.stance(expected.as_ref(), &Uncertain::from_information(edge.from_from_to, &edge.information))
+        self.stance(expected.as_ref(), &UncertainPose::from_information(edge.from_from_to, &edge.information))
     }
 
-    fn stance(&self, expected: Option<&Uncertain>, measured: &Uncertain) -> Stance {
+    fn stance(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> Stance {
         let Some(expected) = expected else { return Stance::Absurd };
-        let deviation = expected.place_deviation();
+        let deviation = expected.translation_std_m();
         match expected.distance_squared(measured) {
             Some(squared) if squared <= CHI_SQUARED_6 => {
                 if deviation <= self.trust.tight {
@@ -311,7 +311,8 @@ impl Jury {
     fn wait(&mut self, edge: Edge, evidence: Evidence) {
         let place = self.waiting.len();
         let mut agrees = 0_u64;
-        let [from, to] = [edge.from, edge.to].map(|end| Ways { jury: self, end: index(end), by_loops: None });
+        let [from, to] =
+            [edge.from, edge.to].map(|end| Ways { consistency: self, end: index(end), by_loops: None });
         let mut ends = [from, to];
         for (other, waiting) in self.waiting.iter().enumerate() {
             let agree = agree(&edge, &waiting.edge, &mut ends);
@@ -367,18 +368,18 @@ impl Jury {
 
 /// How other keyframes lie to one.
 struct Ways<'a> {
-    jury: &'a Jury,
+    consistency: &'a LoopConsistencyCheck,
     end: usize,
     /// Over loops; searched for when it is first asked for.
-    by_loops: Option<Vec<Option<Uncertain>>>,
+    by_loops: Option<Vec<Option<UncertainPose>>>,
 }
 
 impl Ways<'_> {
     /// By odometry alone if both are of one stretch of the walk, and over loops if not.
-    fn to(&mut self, other: KeyframeId) -> Option<Uncertain> {
-        let (jury, end) = (self.jury, self.end);
-        jury.chain.relative(end, index(other)).or_else(|| {
-            let reached = self.by_loops.get_or_insert_with(|| jury.web.reach(end));
+    fn to(&mut self, other: KeyframeId) -> Option<UncertainPose> {
+        let (consistency, end) = (self.consistency, self.end);
+        consistency.chain.relative(end, index(other)).or_else(|| {
+            let reached = self.by_loops.get_or_insert_with(|| consistency.web.reach(end));
             reached.get(index(other)).copied().flatten()
         })
     }
@@ -387,7 +388,7 @@ impl Ways<'_> {
 /// Whether two loops and the ways between their ends close a circle within their covariance. `ends`: those of `a`.
 fn agree(a: &Edge, b: &Edge, [from, to]: &mut [Ways<'_>; 2]) -> bool {
     let [first, second] =
-        [a, b].map(|edge| Uncertain::from_information(edge.from_from_to, &edge.information));
+        [a, b].map(|edge| UncertainPose::from_information(edge.from_from_to, &edge.information));
     let (Some(there), Some(back)) = (from.to(b.from), to.to(b.to)) else { return false };
     let around = there.inverse().then(&first).then(&back);
     around.distance_squared(&second).is_some_and(|squared| squared <= CHI_SQUARED_6)

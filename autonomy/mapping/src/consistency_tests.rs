@@ -2,16 +2,16 @@
 
 use super::*;
 use crate::testing::{at, edge};
-use crate::verify::Source;
+use crate::verify::CandidateSource;
 
 /// Deviations of odometry's edges, radians and metres a step.
 const STEP: (f64, f64) = (1e-3, 5e-3);
 /// Of loops.
 const LOOP: (f64, f64) = (3e-3, 0.02);
 
-fn verified(edge: Edge) -> Verified {
+fn verified(edge: Edge) -> VerifiedPair {
     let evidence = Evidence {
-        source: Source::Geometry,
+        source: CandidateSource::Geometry,
         score: 0.9,
         overlap: [0.9; 2],
         residual: 0.02,
@@ -22,16 +22,16 @@ fn verified(edge: Edge) -> Verified {
         moved: (0.1, 0.01),
         surprise: None,
     };
-    Verified { edge, evidence, flaw: None }
+    VerifiedPair { edge, evidence, rejection: None }
 }
 
-/// A jury that walked along poses with steps of those deviations.
-fn walked(poses: &[Isometry], step: (f64, f64)) -> Jury {
-    let mut jury = Jury::new(Trust::default());
+/// A consistency that walked along poses with steps of those deviations.
+fn walked(poses: &[Isometry], step: (f64, f64)) -> LoopConsistencyCheck {
+    let mut consistency = LoopConsistencyCheck::new(ConsistencyConfig::default());
     for (index, pair) in (0..).zip(poses.windows(2)) {
-        jury.add_keyframe(&edge(index, index + 1, pair[0].inverse() * pair[1], step));
+        consistency.add_keyframe(&edge(index, index + 1, pair[0].inverse() * pair[1], step));
     }
-    jury
+    consistency
 }
 
 /// Straight on for 50 m, and back 1 m beside.
@@ -48,26 +48,34 @@ fn accepted(decisions: &[Decision]) -> usize {
 #[test]
 fn a_loop_where_the_graph_expects_it_is_accepted_and_makes_it_surer() {
     let poses = there_and_back();
-    let mut jury = walked(&poses, STEP);
-    let deviation = |jury: &Jury| jury.reach(KeyframeId(0))[99].map_or(f64::NAN, |way| way.place_deviation());
-    let before = deviation(&jury);
+    let mut consistency = walked(&poses, STEP);
+    let deviation = |consistency: &LoopConsistencyCheck| {
+        consistency.reach(KeyframeId(0))[99].map_or(f64::NAN, |way| way.translation_std_m())
+    };
+    let before = deviation(&consistency);
     let right = edge(0, 99, poses[0].inverse() * poses[99], LOOP);
-    let decisions = jury.judge(&verified(right));
+    let decisions = consistency.evaluate(&verified(right));
     assert_eq!(decisions.iter().map(|d| d.verdict).collect::<Vec<_>>(), [Verdict::Accepted]);
-    assert!(deviation(&jury) < 0.3 * before, "{before} {}", deviation(&jury));
+    assert!(deviation(&consistency) < 0.3 * before, "{before} {}", deviation(&consistency));
     // A person may take it back, but not the walk.
-    assert!(jury.withdraw(KeyframeId(0), KeyframeId(99)) && !jury.withdraw(KeyframeId(4), KeyframeId(5)));
-    assert!((deviation(&jury) - before).abs() < 1e-12);
+    assert!(
+        consistency.remove_loop(KeyframeId(0), KeyframeId(99))
+            && !consistency.remove_loop(KeyframeId(4), KeyframeId(5))
+    );
+    assert!((deviation(&consistency) - before).abs() < 1e-12);
 }
 
 #[test]
-fn a_pair_with_a_flaw_is_rejected_with_its_reason() {
+fn a_rejected_pair_is_reported_with_its_reason() {
     let poses = there_and_back();
-    let mut jury = walked(&poses, STEP);
+    let mut consistency = walked(&poses, STEP);
     let mut pair = verified(edge(0, 99, poses[0].inverse() * poses[99], LOOP));
-    pair.flaw = Some(Flaw::SeenThrough);
-    assert_eq!(jury.judge(&pair)[0].verdict, Verdict::Rejected(Flaw::SeenThrough));
-    assert_eq!(jury.waiting(), 0);
+    pair.rejection = Some(RejectionReason::FreeSpaceViolation);
+    assert_eq!(
+        consistency.evaluate(&pair)[0].verdict,
+        Verdict::Rejected(RejectionReason::FreeSpaceViolation)
+    );
+    assert_eq!(consistency.waiting(), 0);
 }
 
 /// Two rooms built alike: every loop between them is off by the same 30 m, so all of them agree with each other.
@@ -75,30 +83,36 @@ fn a_pair_with_a_flaw_is_rejected_with_its_reason() {
 fn rooms_built_alike_stay_apart_however_many_loops_agree() {
     for step in [STEP, (3e-3, 0.05), (0.01, 0.3)] {
         let poses: Vec<Isometry> = (0..60).map(|i| at(f64::from(i), 0.0, 0.0)).collect();
-        let mut jury = walked(&poses, step);
-        let before = jury.reach(KeyframeId(5))[35];
+        let mut consistency = walked(&poses, step);
+        let before = consistency.reach(KeyframeId(5))[35];
         let mut decisions = Vec::new();
         for i in 0..12 {
             // What registration says: the robot is where it was 30 m before.
-            decisions.extend(jury.judge(&verified(edge(5 + i, 35 + i, Isometry::identity(), LOOP))));
+            decisions.extend(consistency.evaluate(&verified(edge(
+                5 + i,
+                35 + i,
+                Isometry::identity(),
+                LOOP,
+            ))));
         }
         assert_eq!(accepted(&decisions), 0, "{step:?}");
-        assert_eq!(jury.reach(KeyframeId(5))[35], before, "the graph is as it was");
+        assert_eq!(consistency.reach(KeyframeId(5))[35], before, "the graph is as it was");
         // A person says no to one and yes to another: neither waits on.
-        let waiting = jury.waiting();
+        let waiting = consistency.waiting();
         assert!(
-            jury.withdraw(KeyframeId(5), KeyframeId(35)) && !jury.withdraw(KeyframeId(5), KeyframeId(35))
+            consistency.remove_loop(KeyframeId(5), KeyframeId(35))
+                && !consistency.remove_loop(KeyframeId(5), KeyframeId(35))
         );
-        assert!(jury.accept(&edge(6, 36, Isometry::identity(), LOOP)));
-        assert_eq!(jury.waiting(), waiting - 2);
-        assert_ne!(jury.reach(KeyframeId(5))[35], before);
+        assert!(consistency.accept(&edge(6, 36, Isometry::identity(), LOOP)));
+        assert_eq!(consistency.waiting(), waiting - 2);
+        assert_ne!(consistency.reach(KeyframeId(5))[35], before);
     }
 }
 
 #[test]
 fn where_the_graph_is_vague_three_loops_must_agree() {
     let poses = there_and_back();
-    let mut jury = walked(&poses, (0.01, 0.1));
+    let mut consistency = walked(&poses, (0.01, 0.1));
     // The truth is half a deviation off.
     let truth = |i: u32| {
         let newer = 99 - i;
@@ -109,22 +123,22 @@ fn where_the_graph_is_vague_three_loops_must_agree() {
     // One that is wrong by 4 m agrees with the vague graph as well, but with no other.
     let mut wrong = truth(2);
     wrong.edge.from_from_to.translation.vector.x += 4.0;
-    assert_eq!(jury.judge(&wrong)[0].verdict, Verdict::Held);
-    assert_eq!(jury.judge(&truth(0))[0].verdict, Verdict::Held);
+    assert_eq!(consistency.evaluate(&wrong)[0].verdict, Verdict::Held);
+    assert_eq!(consistency.evaluate(&truth(0))[0].verdict, Verdict::Held);
     // The same place once more is no support.
-    assert_eq!(accepted(&jury.judge(&truth(1))), 0);
-    let decisions = jury.judge(&truth(3));
+    assert_eq!(accepted(&consistency.evaluate(&truth(1))), 0);
+    let decisions = consistency.evaluate(&truth(3));
     assert_eq!(accepted(&decisions), 3, "{decisions:?}");
     assert!(decisions.iter().all(|d| d.edge != wrong.edge && d.agreeing >= 3));
-    assert_eq!(jury.waiting(), 1, "the wrong one still waits");
+    assert_eq!(consistency.waiting(), 1, "the wrong one still waits");
     // And will be dropped one day.
-    assert_ne!(jury.judge(&wrong)[0].verdict, Verdict::Accepted);
+    assert_ne!(consistency.evaluate(&wrong)[0].verdict, Verdict::Accepted);
 }
 
 #[test]
 fn a_slip_that_odometry_did_not_notice_is_mended_by_many_loops_from_far_apart() {
     let poses = there_and_back();
-    let mut jury = walked(&poses, STEP);
+    let mut consistency = walked(&poses, STEP);
     // The robot slipped by half a metre at the turn; odometry claims a few centimetres.
     let slipped = |i: u32| {
         let newer = (99 - i) as usize;
@@ -135,7 +149,7 @@ fn a_slip_that_odometry_did_not_notice_is_mended_by_many_loops_from_far_apart() 
     let mut found = 0;
     let mut needed = 0;
     for i in (0..40).rev().step_by(2) {
-        found += accepted(&jury.judge(&slipped(i)));
+        found += accepted(&consistency.evaluate(&slipped(i)));
         needed += u32::from(found == 0);
     }
     assert!(needed >= 9, "held until they are 18 m apart: {needed}");
@@ -144,17 +158,17 @@ fn a_slip_that_odometry_did_not_notice_is_mended_by_many_loops_from_far_apart() 
 
 #[test]
 fn garbage_is_held_and_the_oldest_dropped() {
-    let mut jury = walked(&there_and_back(), STEP);
+    let mut consistency = walked(&there_and_back(), STEP);
     let mut dropped = 0;
     for i in 0..90 {
         let mut pair = verified(edge(i % 40, 99 - i % 40, at(f64::NAN, 0.0, 0.0), LOOP));
         pair.edge.information[(0, 0)] = f64::NAN;
-        let decisions = jury.judge(&pair);
+        let decisions = consistency.evaluate(&pair);
         assert_eq!(accepted(&decisions), 0);
         dropped += decisions.iter().filter(|d| d.verdict == Verdict::Dropped).count();
     }
-    assert_eq!((jury.waiting(), dropped), (WAITING, 90 - WAITING));
+    assert_eq!((consistency.waiting(), dropped), (WAITING, 90 - WAITING));
     let unknown = verified(edge(7, 4_000, Isometry::identity(), LOOP));
-    assert_eq!(accepted(&jury.judge(&unknown)), 0, "a keyframe that is not there");
-    assert!(!jury.accept(&unknown.edge) && jury.reach(KeyframeId(0)).len() == 100);
+    assert_eq!(accepted(&consistency.evaluate(&unknown)), 0, "a keyframe that is not there");
+    assert!(!consistency.accept(&unknown.edge) && consistency.reach(KeyframeId(0)).len() == 100);
 }

@@ -1,6 +1,6 @@
 //! How well one keyframe's place is known from another: along the walk alone, or over every edge there is.
 
-use crate::Uncertain;
+use crate::UncertainPose;
 use geometry::{Isometry, Matrix6, se3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -15,7 +15,7 @@ const LEVER: f64 = 10.0;
 /// stretch is a difference. A stretch ends where the walk goes on over known ground, and another begins where it leaves that.
 /// 352 B a keyframe.
 #[derive(Clone, Debug)]
-pub struct Chain {
+pub struct OdometryChain {
     /// First keyframe to each, and the summed covariance of the way there, perturbed on the left (in the first's frame).
     sums: Vec<(Isometry, Matrix6)>,
     /// Metres walked to each.
@@ -26,16 +26,16 @@ pub struct Chain {
     odometer: f64,
 }
 
-impl Default for Chain {
+impl Default for OdometryChain {
     fn default() -> Self {
         let sums = vec![(Isometry::identity(), Matrix6::zeros())];
         Self { sums, walked: vec![0.0], stretch: vec![0], odometer: 0.0 }
     }
 }
 
-impl Chain {
+impl OdometryChain {
     /// Adds the keyframe that `step` leads to from the last one. The first keyframe is there from the beginning.
-    pub fn push(&mut self, step: &Uncertain) {
+    pub fn push(&mut self, step: &UncertainPose) {
         self.walk(step.pose.translation.vector.norm());
         self.attach(self.len() - 1, step);
     }
@@ -47,7 +47,7 @@ impl Chain {
 
     /// Adds the keyframe that `way` leads to from an old one, its metres having been walked already. If that is not the
     /// last one, another stretch begins. An old one that is not there counts as the last.
-    pub fn attach(&mut self, from: usize, way: &Uncertain) {
+    pub fn attach(&mut self, from: usize, way: &UncertainPose) {
         let last = self.len() - 1;
         let from = from.min(last);
         let (pose, sum) = self.sums[from];
@@ -91,7 +91,7 @@ impl Chain {
     }
 
     /// Pose of `b` in `a`, by odometry alone; none where they are not of one stretch.
-    pub fn relative(&self, a: usize, b: usize) -> Option<Uncertain> {
+    pub fn relative(&self, a: usize, b: usize) -> Option<UncertainPose> {
         if b < a {
             return Some(self.relative(b, a)?.inverse());
         }
@@ -101,13 +101,16 @@ impl Chain {
         let ((from, before), (to, after)) = (self.sums.get(a)?, self.sums.get(b)?);
         let ad = se3::adjoint(&to.inverse());
         let covariance = ad * (after - before) * ad.transpose();
-        Some(Uncertain { pose: from.inverse() * to, covariance: (covariance + covariance.transpose()) * 0.5 })
+        Some(UncertainPose {
+            pose: from.inverse() * to,
+            covariance: (covariance + covariance.transpose()) * 0.5,
+        })
     }
 }
 
 /// All edges between keyframes, odometry and loops.
 #[derive(Clone, Debug, Default)]
-pub struct Web {
+pub struct CovarianceGraph {
     /// For each keyframe its neighbours, with the way there.
     links: Vec<Vec<Link>>,
 }
@@ -115,24 +118,24 @@ pub struct Web {
 #[derive(Clone, Debug)]
 struct Link {
     to: usize,
-    way: Uncertain,
+    way: UncertainPose,
     cost: f64,
     /// Whether it was walked; a loop otherwise.
     walked: bool,
 }
 
-impl Web {
+impl CovarianceGraph {
     /// Adds a loop; keyframes it names exist from then on.
-    pub fn connect(&mut self, from: usize, to: usize, way: &Uncertain) {
+    pub fn connect(&mut self, from: usize, to: usize, way: &UncertainPose) {
         self.link(from, to, way, false);
     }
 
     /// Adds a way that was walked, which nobody takes back; keyframes it names exist from then on.
-    pub fn connect_walked(&mut self, from: usize, to: usize, way: &Uncertain) {
+    pub fn connect_walked(&mut self, from: usize, to: usize, way: &UncertainPose) {
         self.link(from, to, way, true);
     }
 
-    fn link(&mut self, from: usize, to: usize, way: &Uncertain, walked: bool) {
+    fn link(&mut self, from: usize, to: usize, way: &UncertainPose, walked: bool) {
         let needed = from.max(to) + 1;
         if self.links.len() < needed {
             self.links.resize_with(needed, Vec::new);
@@ -156,37 +159,37 @@ impl Web {
     /// covariance is a bound, since other ways could only add to what is known. `O((n + e) log n)`.
     ///
     /// Source of the idea: Olson, *Recognizing places using spectrally clustered local matches*, RAS 2009.
-    pub fn reach(&self, from: usize) -> Vec<Option<Uncertain>> {
-        self.spread(from, Uncertain::identity(), usize::MAX)
+    pub fn reach(&self, from: usize) -> Vec<Option<UncertainPose>> {
+        self.spread(from, UncertainPose::identity(), usize::MAX)
     }
 
-    /// As [`Web::reach`], from the place that `way` leads to from a keyframe.
-    pub fn reach_along(&self, from: usize, way: &Uncertain) -> Vec<Option<Uncertain>> {
+    /// As [`CovarianceGraph::reach`], from the place that `way` leads to from a keyframe.
+    pub fn reach_along(&self, from: usize, way: &UncertainPose) -> Vec<Option<UncertainPose>> {
         self.spread(from, way.inverse(), usize::MAX)
     }
 
-    /// The best known pose of `to` in `from`, as [`Web::reach`] has it; stops once it is found.
-    pub fn between(&self, from: usize, to: usize) -> Option<Uncertain> {
-        self.spread(from, Uncertain::identity(), to).get(to).copied().flatten()
+    /// The best known pose of `to` in `from`, as [`CovarianceGraph::reach`] has it; stops once it is found.
+    pub fn between(&self, from: usize, to: usize) -> Option<UncertainPose> {
+        self.spread(from, UncertainPose::identity(), to).get(to).copied().flatten()
     }
 
     /// Reaches keyframes from the surest on, until `last`. `first` is where `from` is.
-    fn spread(&self, from: usize, first: Uncertain, last: usize) -> Vec<Option<Uncertain>> {
-        let mut reached: Vec<Option<Uncertain>> = vec![None; self.links.len()];
+    fn spread(&self, from: usize, first: UncertainPose, last: usize) -> Vec<Option<UncertainPose>> {
+        let mut reached: Vec<Option<UncertainPose>> = vec![None; self.links.len()];
         let mut heap = BinaryHeap::new();
         let mut least = vec![f64::INFINITY; self.links.len()];
         if from < self.links.len() {
             least[from] = 0.0;
-            heap.push(Visit { cost: 0.0, keyframe: from, by: None });
+            heap.push(Revisit { cost: 0.0, keyframe: from, by: None });
         }
-        while let Some(Visit { cost, keyframe, by }) = heap.pop() {
+        while let Some(Revisit { cost, keyframe, by }) = heap.pop() {
             if reached[keyframe].is_some() {
                 continue;
             }
             reached[keyframe] = Some(match by {
                 Some((parent, link)) => {
-                    let before: &Option<Uncertain> = &reached[parent];
-                    before.unwrap_or_else(Uncertain::identity).then(&self.links[parent][link].way)
+                    let before: &Option<UncertainPose> = &reached[parent];
+                    before.unwrap_or_else(UncertainPose::identity).then(&self.links[parent][link].way)
                 }
                 None => first,
             });
@@ -197,7 +200,7 @@ impl Web {
                 let there = cost + link.cost;
                 if there < least[link.to] {
                     least[link.to] = there;
-                    heap.push(Visit { cost: there, keyframe: link.to, by: Some((keyframe, index)) });
+                    heap.push(Revisit { cost: there, keyframe: link.to, by: Some((keyframe, index)) });
                 }
             }
         }
@@ -206,7 +209,7 @@ impl Web {
 }
 
 /// One number for a covariance: the variances of place and, at the lever, of rotation.
-fn cost(way: &Uncertain) -> f64 {
+fn cost(way: &UncertainPose) -> f64 {
     let variance = |index: usize| way.covariance[(index, index)];
     let sum = (0..3).map(|i| variance(i) * LEVER * LEVER + variance(i + 3)).sum::<f64>();
     if sum.is_finite() { sum.max(1e-12) } else { f64::MAX }
@@ -214,21 +217,21 @@ fn cost(way: &Uncertain) -> f64 {
 
 /// Least cost first out of a heap; ties go to the older keyframe.
 #[derive(PartialEq)]
-struct Visit {
+struct Revisit {
     cost: f64,
     keyframe: usize,
     by: Option<(usize, usize)>,
 }
 
-impl Eq for Visit {}
+impl Eq for Revisit {}
 
-impl Ord for Visit {
+impl Ord for Revisit {
     fn cmp(&self, other: &Self) -> Ordering {
         other.cost.total_cmp(&self.cost).then(other.keyframe.cmp(&self.keyframe))
     }
 }
 
-impl PartialOrd for Visit {
+impl PartialOrd for Revisit {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
@@ -239,23 +242,23 @@ mod tests {
     use super::*;
     use geometry::{Vector3, Vector6};
 
-    fn step(yaw: f64, deviation: f64) -> Uncertain {
+    fn step(yaw: f64, deviation: f64) -> UncertainPose {
         let pose = Isometry::new(Vector3::new(1.0, 0.0, 0.0), Vector3::z() * yaw);
         let variances = Vector6::new(1e-6, 1e-6, 4e-6, 1.0, 1.0, 1.0);
         let scale = Vector6::new(1.0, 1.0, 1.0, deviation, deviation, deviation).map(|v| v * v);
-        Uncertain { pose, covariance: Matrix6::from_diagonal(&variances.component_mul(&scale)) }
+        UncertainPose { pose, covariance: Matrix6::from_diagonal(&variances.component_mul(&scale)) }
     }
 
-    fn near(a: &Uncertain, b: &Uncertain) -> bool {
+    fn near(a: &UncertainPose, b: &UncertainPose) -> bool {
         se3::local(&a.pose, &b.pose).norm() < 1e-9 && (a.covariance - b.covariance).norm() < 1e-9
     }
 
     #[test]
     fn any_stretch_of_the_walk_is_the_sum_of_its_steps() {
-        let mut chain = Chain::default();
-        let steps: Vec<Uncertain> = (0..200).map(|i| step(0.1 * f64::from(i % 7 - 3), 0.01)).collect();
+        let mut chain = OdometryChain::default();
+        let steps: Vec<UncertainPose> = (0..200).map(|i| step(0.1 * f64::from(i % 7 - 3), 0.01)).collect();
         steps.iter().for_each(|s| chain.push(s));
-        let expected = steps[40..150].iter().fold(Uncertain::identity(), |way, next| way.then(next));
+        let expected = steps[40..150].iter().fold(UncertainPose::identity(), |way, next| way.then(next));
         let Some(found) = chain.relative(40, 150) else { panic!("no such keyframes") };
         assert!(near(&found, &expected), "{:?}", found.covariance - expected.covariance);
         assert!(chain.relative(150, 40).is_some_and(|back| near(&back, &expected.inverse())));
@@ -265,7 +268,7 @@ mod tests {
 
     #[test]
     fn known_ground_ends_a_stretch_and_counts_as_walked() {
-        let mut chain = Chain::default();
+        let mut chain = OdometryChain::default();
         (0..10).for_each(|_| chain.push(&step(0.0, 0.01)));
         chain.walk(25.0);
         // Over a keyframe that is known already, and on from it.
@@ -280,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_loop_shortens_the_way_to_old_places() {
-        let (mut web, mut chain) = (Web::default(), Chain::default());
+        let (mut web, mut chain) = (CovarianceGraph::default(), OdometryChain::default());
         for index in 0..100 {
             // A circle of 100 steps.
             let step = step(std::f64::consts::TAU / 100.0, 0.02);
@@ -291,14 +294,14 @@ mod tests {
         let Some(open) = before[0] else { panic!("not reached") };
         assert!(chain.relative(100, 0).is_some_and(|way| near(&way, &open)), "the only way is the walk");
         // 0.2 m of steps and 20 mrad over the circle's lever of 16 m.
-        assert!((0.3..0.6).contains(&open.place_deviation()), "{}", open.place_deviation());
-        web.connect(2, 100, &Uncertain { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
+        assert!((0.3..0.6).contains(&open.translation_std_m()), "{}", open.translation_std_m());
+        web.connect(2, 100, &UncertainPose { pose: step(0.0, 0.0).pose, ..step(0.0, 0.01) });
         let Some(closed) = web.reach(100)[0] else { panic!("not reached") };
         assert_eq!((web.between(100, 0), web.between(100, 4_000)), (Some(closed), None));
         let ahead = step(0.2, 0.01);
         let seen = web.reach_along(100, &ahead)[0];
         assert!(seen.is_some_and(|seen| near(&seen, &ahead.inverse().then(&closed))));
-        assert!(closed.place_deviation() < 0.04, "{}", closed.place_deviation());
+        assert!(closed.translation_std_m() < 0.04, "{}", closed.translation_std_m());
         assert!(web.disconnect(2, 100) && !web.disconnect(2, 100) && !web.disconnect(7, 4_000));
         assert!(!web.disconnect(2, 3), "it was walked");
         assert_eq!(web.reach(100), before);

@@ -8,37 +8,42 @@
 //! `vantage` makes keyframes of clouds that no robot has walked. `docs/maths/loops.md` has the method and its numbers.
 
 pub mod candidates;
-mod charts;
 pub mod clique;
 pub mod consistency;
 pub mod drift;
-pub mod dynamics;
-mod floors;
-mod loops;
+pub mod dynamic_points;
+mod ground_surface;
+mod keyframe_descriptor;
+mod loop_finder;
+pub mod map_changes;
+mod map_matcher;
 mod odometer;
-pub mod patch;
-mod place;
-pub mod places;
 mod quality;
+mod recent_scans;
+mod revisits;
 pub mod scan_context;
+pub mod scan_context_index;
 mod session;
 pub mod submap;
 #[cfg(test)]
 mod testing;
-mod trail;
-mod uncertain;
-pub mod vantage;
+mod uncertain_pose;
 mod verify;
-mod visits;
+pub mod virtual_viewpoint;
 
-pub use charts::{Chart, Joint, Unrelated};
-pub use consistency::{Decision, Jury, Trust, Verdict};
-pub use loops::{LoopConfig, LoopFinder, NewKeyframe, OldKeyframe};
+pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+pub use keyframe_descriptor::{
+    KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts, VIEW_ORIGINS,
+};
+pub use loop_finder::{LoopConfig, LoopFinder, MapKeyframe, NewKeyframe};
+pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher};
 pub use odometer::Odometer;
-pub use place::{ORIGINS, PLACE_VERSION, Place, PlaceParts};
 pub use points::range_image;
-pub use quality::{PlaceToWalk, Quality, WhyWalk};
-pub use session::{Edge, KeyframePolicy, Node, ScanPose, Session, Step, Stretch, Waypoint, unit};
-pub use uncertain::Uncertain;
-pub use verify::{Compared, Comparison, Evidence, Flaw, Gates, Source, Task, Verified, compare, verify};
-pub use visits::{Ground, Tie, Tied, Visit};
+pub use quality::{MapQuality, SurveyReason, SurveyTarget};
+pub use revisits::{Novelty, Reanchoring, Revisit, RevisitResult};
+pub use session::{DegenerateSegment, Edge, KeyframePolicy, Node, ScanPose, Session, Step, Waypoint, unit};
+pub use uncertain_pose::UncertainPose;
+pub use verify::{
+    CandidateSource, Comparison, ComparisonResult, Evidence, RejectionReason, VerificationConfig,
+    VerificationTask, VerifiedPair, compare, verify,
+};

@@ -42,7 +42,7 @@ const PLACES: usize = 6;
 
 /// What is known of a map's quality.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Quality {
+pub struct MapQuality {
     /// Floor seen from near, square metres.
     pub covered: f64,
     /// Floor seen from afar only, square metres.
@@ -50,21 +50,21 @@ pub struct Quality {
     /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
     pub deviations: Vec<f32>,
     /// Where to walk, or walk again; those seen from afar first, the largest of each kind first.
-    pub places: Vec<PlaceToWalk>,
+    pub places: Vec<SurveyTarget>,
 }
 
 /// A place worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlaceToWalk {
+pub struct SurveyTarget {
     /// On the floor, map frame, metres.
     pub at: Vector3,
     /// Why.
-    pub why: WhyWalk,
+    pub why: SurveyReason,
 }
 
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum WhyWalk {
+pub enum SurveyReason {
     /// So much of the floor about it was seen from afar only, square metres.
     FromAfar(f64),
     /// The keyframes about it are known so vaguely, metres.
@@ -115,7 +115,7 @@ impl Coverage {
     }
 
     /// Places that were seen from afar only, the largest first.
-    fn unvisited(&self) -> Vec<PlaceToWalk> {
+    fn unvisited(&self) -> Vec<SurveyTarget> {
         let mut far: BTreeSet<Cell> =
             self.cells.iter().filter(|(_, (range, _))| *range > NEAR).map(|(cell, _)| *cell).collect();
         let mut places = Vec::new();
@@ -136,9 +136,9 @@ impl Coverage {
         // Of equals the first.
         places.sort_by_key(|place| std::cmp::Reverse(place.len()));
         places.truncate(PLACES);
-        let named = places.iter().map(|place| PlaceToWalk {
+        let named = places.iter().map(|place| SurveyTarget {
             at: self.middle(place),
-            why: WhyWalk::FromAfar(place.len() as f64 * CELL * CELL),
+            why: SurveyReason::FromAfar(place.len() as f64 * CELL * CELL),
         });
         named.collect()
     }
@@ -165,18 +165,18 @@ impl Coverage {
 impl LoopFinder {
     /// How good the map is whose keyframes are at `poses`. Costs a search of the graph and a look at every cell of floor; a pass
     /// over the points of new keyframes, and of all where the map has moved.
-    pub fn quality(&mut self, poses: &[Isometry]) -> Quality {
+    pub fn quality(&mut self, poses: &[Isometry]) -> MapQuality {
         let known = poses.len().min(self.clouds.len());
         let Self { coverage, clouds, levels, .. } = self;
         coverage.follow(&poses[..known], |index| floor(&clouds[index], &levels[index]));
-        let reach = self.jury().reach(KeyframeId(0));
+        let reach = self.consistency().reach(KeyframeId(0));
         let deviations: Vec<f64> =
-            reach.iter().map(|way| way.map_or(f64::INFINITY, |way| way.place_deviation())).collect();
+            reach.iter().map(|way| way.map_or(f64::INFINITY, |way| way.translation_std_m())).collect();
         let (covered, from_afar) = self.coverage.areas();
         let mut places = self.coverage.unvisited();
         places.extend(unsure(&deviations, &poses[..known]));
         let deviations = deviations.into_iter().map(|deviation| deviation as f32).collect();
-        Quality { covered, from_afar, deviations, places }
+        MapQuality { covered, from_afar, deviations, places }
     }
 }
 
@@ -216,7 +216,7 @@ fn neighbours([x, y, level]: Cell, reach: i32) -> impl Iterator<Item = Cell> {
 }
 
 /// Of each stretch of keyframes that are known vaguely the worst, the worst first.
-fn unsure(deviations: &[f64], poses: &[Isometry]) -> Vec<PlaceToWalk> {
+fn unsure(deviations: &[f64], poses: &[Isometry]) -> Vec<SurveyTarget> {
     let mut worst: Vec<(usize, f64)> = Vec::new();
     let mut last = None;
     for (index, deviation) in deviations.iter().copied().enumerate().take(poses.len()) {
@@ -235,9 +235,9 @@ fn unsure(deviations: &[f64], poses: &[Isometry]) -> Vec<PlaceToWalk> {
     }
     worst.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     worst.truncate(PLACES);
-    let place = |(index, deviation): (usize, f64)| PlaceToWalk {
+    let place = |(index, deviation): (usize, f64)| SurveyTarget {
         at: poses[index].translation.vector,
-        why: WhyWalk::Unsure(deviation),
+        why: SurveyReason::Unsure(deviation),
     };
     worst.into_iter().map(place).collect()
 }
@@ -280,7 +280,9 @@ mod tests {
         // 12 m by 8 m, and some more through the door.
         assert!((75.0..150.0).contains(&quality.covered), "{quality:?}");
         let [place] = quality.places[..] else { panic!("{quality:?}") };
-        assert!(matches!(place.why, WhyWalk::FromAfar(area) if area >= 10.0 && area <= quality.from_afar));
+        assert!(
+            matches!(place.why, SurveyReason::FromAfar(area) if area >= 10.0 && area <= quality.from_afar)
+        );
         assert!(place.at.x > 2.0 && (place.at.z + 0.5).abs() < 0.1, "{place:?}");
 
         // Walked to: nothing is left, and little is known worse.
@@ -299,8 +301,8 @@ mod tests {
         let world = rooms();
         let walk: Vec<Isometry> = (0..8).map(|x| at(f64::from(x) * 1.2 - 10.0, 0.0, 0.0)).collect();
         let quality = walked(&world, &walk, 40.0).quality(&walk);
-        let unsure: Vec<&PlaceToWalk> =
-            quality.places.iter().filter(|place| matches!(place.why, WhyWalk::Unsure(_))).collect();
+        let unsure: Vec<&SurveyTarget> =
+            quality.places.iter().filter(|place| matches!(place.why, SurveyReason::Unsure(_))).collect();
         let [place] = unsure[..] else { panic!("{quality:?}") };
         assert!((place.at - walk[7].translation.vector).norm() < 1e-9, "{place:?}");
     }
@@ -316,6 +318,6 @@ mod tests {
         assert!((before.covered - after.covered).abs() <= 4.0, "{before:?} {after:?}");
         let fresh = walked(&world, &walk, 1.0).quality(&moved);
         assert_eq!(after, fresh);
-        assert_eq!(LoopFinder::new(LoopConfig::default()).quality(&[]), Quality::default());
+        assert_eq!(LoopFinder::new(LoopConfig::default()).quality(&[]), MapQuality::default());
     }
 }

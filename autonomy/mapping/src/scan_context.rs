@@ -28,7 +28,7 @@ type Picture = [[u8; RINGS]; SECTORS];
 
 /// A place as seen once. About 3.3 kB.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Descriptor {
+pub struct ScanContext {
     heights: Box<Picture>,
     slices: Box<Picture>,
     ring_key: [f32; KEY],
@@ -51,7 +51,7 @@ pub fn level_from_base(parent_from_base: &Rotation) -> Rotation {
     heading.inverse() * parent_from_base
 }
 
-impl Descriptor {
+impl ScanContext {
     /// Of a motion-corrected cloud (base frame, metres), levelled, seen from a point `origin` metres ahead of and left
     /// of the base. Linear in the points; those that are not finite are skipped.
     pub fn new(xyz: &[[f32; 3]], level_from_base: &Rotation, origin: [f32; 2]) -> Self {
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn a_turned_tilted_and_shifted_view_is_recognised_and_placed() {
         let level = Rotation::identity();
-        let first = Descriptor::new(&hall(1), &level, [0.0; 2]);
+        let first = ScanContext::new(&hall(1), &level, [0.0; 2]);
         let truth = Isometry::new(Vector3::new(-1.1, 0.9, 0.0), Vector3::z() * 2.2);
         let tilt = so3::exp(&Vector3::new(0.1, -0.15, 0.0));
         // The base leans by `tilt`; its cloud is the hall moved into it.
@@ -246,10 +246,10 @@ mod tests {
         // That is, the robot stands 1.42 m off; seen from where the first stood, all but the bins' borders agree.
         let back = truth.rotation.inverse() * -truth.translation.vector;
         let origin = [back.x as f32, back.y as f32];
-        let second = Descriptor::new(&cloud, &levelled, origin);
+        let second = ScanContext::new(&cloud, &levelled, origin);
         let alignment = first.align(&second);
-        let plain = first.align(&Descriptor::new(&cloud, &levelled, [0.0; 2]));
-        let other = first.align(&Descriptor::new(&hall(2), &level, [0.0; 2]));
+        let plain = first.align(&ScanContext::new(&cloud, &levelled, [0.0; 2]));
+        let other = first.align(&ScanContext::new(&hall(2), &level, [0.0; 2]));
         assert!(
             alignment.distance < 0.35 && alignment.distance < 0.6 * other.distance,
             "{alignment:?} {other:?}"
@@ -263,12 +263,12 @@ mod tests {
     #[test]
     fn the_ring_key_does_not_change_when_the_robot_turns() {
         let level = Rotation::identity();
-        let a = Descriptor::new(&hall(3), &level, [0.0; 2]);
+        let a = ScanContext::new(&hall(3), &level, [0.0; 2]);
         let turn =
             Isometry::new(Vector3::zeros(), Vector3::z() * (std::f64::consts::TAU / SECTORS as f64 * 7.0));
-        let b = Descriptor::new(&moved(&hall(3), &turn), &level, [0.0; 2]);
-        let other = Descriptor::new(&hall(4), &level, [0.0; 2]);
-        let apart = |x: &Descriptor, y: &Descriptor| -> f32 {
+        let b = ScanContext::new(&moved(&hall(3), &turn), &level, [0.0; 2]);
+        let other = ScanContext::new(&hall(4), &level, [0.0; 2]);
+        let apart = |x: &ScanContext, y: &ScanContext| -> f32 {
             x.ring_key().iter().zip(y.ring_key()).map(|(x, y)| (x - y).powi(2)).sum()
         };
         assert!(apart(&a, &b) < 0.05 * apart(&a, &other), "{} {}", apart(&a, &b), apart(&a, &other));
@@ -277,9 +277,9 @@ mod tests {
     #[test]
     fn nothing_and_garbage_resemble_nothing() {
         let level = Rotation::identity();
-        let empty = Descriptor::new(&[], &level, [0.0; 2]);
-        let broken = Descriptor::new(&[[f32::NAN; 3], [f32::INFINITY; 3]], &level, [0.0; 2]);
+        let empty = ScanContext::new(&[], &level, [0.0; 2]);
+        let broken = ScanContext::new(&[[f32::NAN; 3], [f32::INFINITY; 3]], &level, [0.0; 2]);
         assert_eq!(empty, broken);
-        assert_eq!(empty.align(&Descriptor::new(&hall(1), &level, [0.0; 2])).distance, 1.0);
+        assert_eq!(empty.align(&ScanContext::new(&hall(1), &level, [0.0; 2])).distance, 1.0);
     }
 }

@@ -100,7 +100,7 @@ pub struct ScanPose {
 
 /// A stretch of the walk in which the LiDAR did not see some direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stretch {
+pub struct DegenerateSegment {
     /// First such scan.
     pub from: Stamp,
     /// Last such scan.
@@ -120,7 +120,7 @@ pub struct Session {
     trajectory: Vec<(Stamp, Isometry)>,
     /// For each entry of the trajectory, the keyframe with which it moves.
     trajectory_anchors: Vec<KeyframeId>,
-    stretches: Vec<Stretch>,
+    stretches: Vec<DegenerateSegment>,
     odometer: Odometer,
     /// When the last scan was that saw, and metres walked without one since the last waypoint.
     last_scan: Option<Stamp>,
@@ -159,7 +159,7 @@ impl Session {
     }
 
     /// Goes on from a finished map with these keyframes (numbered from 0), ways and loops. Where the robot is in it is told by
-    /// [`Self::tie`]; until then poses are as if the map began here.
+    /// [`Self::reanchor`]; until then poses are as if the map began here.
     pub fn resume(
         odom_from_base: &Isometry,
         policy: KeyframePolicy,
@@ -175,7 +175,7 @@ impl Session {
 
     /// Adds the pose of a motion-corrected scan, every waypoint becoming a keyframe; returns it if it did.
     pub fn add_scan(&mut self, scan: &ScanPose) -> Option<Node> {
-        let waypoint = self.follow(scan)?;
+        let waypoint = self.add_scan_pose(scan)?;
         let edge = self.edge_to(&waypoint);
         Some(self.add_keyframe(&waypoint, edge))
     }
@@ -188,8 +188,8 @@ impl Session {
     }
 
     /// Follows the pose of a motion-corrected scan; returns it if it is a waypoint, which then either becomes a keyframe
-    /// ([`Self::add_keyframe`]) or is one on known ground ([`Self::visit`]). Constant time.
-    pub fn follow(&mut self, scan: &ScanPose) -> Option<Waypoint> {
+    /// ([`Self::add_keyframe`]) or is one on known ground ([`Self::mark_revisit`]). Constant time.
+    pub fn add_scan_pose(&mut self, scan: &ScanPose) -> Option<Waypoint> {
         let at_scan = self.map_from_odom * scan.odom_from_base_at_scan;
         let step = self
             .trajectory
@@ -223,18 +223,18 @@ impl Session {
     }
 
     /// Whether the last waypoint was on known ground.
-    pub fn is_visiting(&self) -> bool {
+    pub fn is_revisiting(&self) -> bool {
         self.visiting
     }
 
     /// The newest waypoint is on known ground: nothing is kept of it.
-    pub fn visit(&mut self) {
+    pub fn mark_revisit(&mut self) {
         self.visiting = true;
     }
 
-    /// The robot's place is known anew, see [`crate::Tie`]: what was walked since moves along, and nothing else does.
+    /// The robot's place is known anew, see [`crate::Reanchoring`]: what was walked since moves along, and nothing else does.
     /// Linear in that.
-    pub fn tie(&mut self, since: Stamp, anchor: KeyframeId, anchor_from_waypoint: &Isometry) {
+    pub fn reanchor(&mut self, since: Stamp, anchor: KeyframeId, anchor_from_waypoint: &Isometry) {
         let (Some((odom_from_waypoint, ..)), Some(node)) =
             (self.last_waypoint, self.nodes.get(anchor.0 as usize))
         else {
@@ -325,7 +325,7 @@ impl Session {
     }
 
     /// Stretches that the LiDAR alone could not have followed.
-    pub fn degenerate_stretches(&self) -> &[Stretch] {
+    pub fn degenerate_stretches(&self) -> &[DegenerateSegment] {
         &self.stretches
     }
 
@@ -377,7 +377,7 @@ impl Session {
                 stretch.until = stamp;
                 stretch.distance += step;
             }
-            _ => self.stretches.push(Stretch { from: stamp, until: stamp, distance: 0.0 }),
+            _ => self.stretches.push(DegenerateSegment { from: stamp, until: stamp, distance: 0.0 }),
         }
     }
 }

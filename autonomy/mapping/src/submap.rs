@@ -1,6 +1,6 @@
 //! What a keyframe leaves behind for loop closure, and the small map made of it and its neighbours.
 
-use crate::Uncertain;
+use crate::UncertainPose;
 use crate::range_image::RangeImage;
 use geometry::{Isometry, Matrix6};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
@@ -85,10 +85,10 @@ pub struct Submap {
 impl Submap {
     /// Of `members`, the keyframe itself at `own`, each with its pose in the keyframe's frame. Linear in their points:
     /// about 10 ms for 20.
-    pub fn new(members: Vec<(Uncertain, Arc<KeyframeCloud>)>, own: usize) -> Self {
+    pub fn new(members: Vec<(UncertainPose, Arc<KeyframeCloud>)>, own: usize) -> Self {
         let mut map = GaussianMap::new(GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() });
         let mut slack = Matrix6::zeros();
-        for (Uncertain { pose: anchor_from_member, covariance }, cloud) in &members {
+        for (UncertainPose { pose: anchor_from_member, covariance }, cloud) in &members {
             slack += covariance / members.len() as f64;
             let rotation = anchor_from_member.rotation.to_rotation_matrix();
             for point in cloud.points() {
@@ -112,14 +112,14 @@ impl Submap {
 /// one who verifies it pays, wherever that is. What comes out depends on the members alone.
 #[derive(Clone, Debug)]
 pub struct LazySubmap {
-    members: Vec<(Uncertain, Arc<KeyframeCloud>)>,
+    members: Vec<(UncertainPose, Arc<KeyframeCloud>)>,
     own: usize,
     made: OnceLock<Submap>,
 }
 
 impl LazySubmap {
     /// As [`Submap::new`], later.
-    pub fn new(members: Vec<(Uncertain, Arc<KeyframeCloud>)>, own: usize) -> Self {
+    pub fn new(members: Vec<(UncertainPose, Arc<KeyframeCloud>)>, own: usize) -> Self {
         Self { members, own, made: OnceLock::new() }
     }
 
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn the_cache_forgets_what_was_used_longest_ago() {
         let mut cache = SubmapCache::new(2);
-        let member = || (Uncertain::identity(), Arc::new(cloud(100, 5.0)));
+        let member = || (UncertainPose::identity(), Arc::new(cloud(100, 5.0)));
         let mut made = Vec::new();
         for keyframe in [1, 2, 1, 3, 1, 2] {
             cache.get(keyframe, || {

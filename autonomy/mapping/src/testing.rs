@@ -1,7 +1,7 @@
 //! Small worlds of boxes and a LiDAR in them, for tests.
 
 use crate::submap::{KeyframeCloud, Submap};
-use crate::{Edge, Uncertain};
+use crate::{Edge, UncertainPose};
 use geometry::{Isometry, Matrix6, RngTree, Vector3, Vector6};
 use points::Downsampler;
 use std::sync::Arc;
@@ -108,7 +108,7 @@ pub fn submap(world: &World, poses: &[Isometry], seed: u64) -> Submap {
     let mut downsampler = Downsampler::default();
     let members = (seed..).zip(poses).map(|(seed, pose)| {
         let cloud = KeyframeCloud::new(&scan(world, pose, seed), SENSOR, &mut downsampler);
-        let way = Uncertain { pose: poses[0].inverse() * pose, covariance: Matrix6::zeros() };
+        let way = UncertainPose { pose: poses[0].inverse() * pose, covariance: Matrix6::zeros() };
         (way, Arc::new(cloud))
     });
     Submap::new(members.collect(), 0)

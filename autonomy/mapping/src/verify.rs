@@ -6,7 +6,7 @@
 
 use crate::range_image::Occupancy;
 use crate::submap::{LazySubmap, Submap};
-use crate::{Edge, Uncertain};
+use crate::{Edge, UncertainPose};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::{GaussianMap, Surface};
@@ -56,7 +56,7 @@ const APART: (f64, f64) = (0.5, 0.15);
 
 /// The gates. Defaults are from the distributions in docs/maths/loops.md.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gates {
+pub struct VerificationConfig {
     /// Least share of one cloud that lies on the other's surfaces, and of the other one. The newer submap knows only what
     /// was walked before it, so the smaller share says less.
     pub overlap: [f64; 2],
@@ -70,7 +70,7 @@ pub struct Gates {
     pub blind: f64,
 }
 
-impl Default for Gates {
+impl Default for VerificationConfig {
     fn default() -> Self {
         Self { overlap: [0.5, 0.25], residual: 0.06, through: 0.06, rival: 0.9, blind: 0.4 }
     }
@@ -78,7 +78,7 @@ impl Default for Gates {
 
 /// What made somebody think of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Source {
+pub enum CandidateSource {
     /// The estimates say they are near.
     Geometry,
     /// They look alike; the descriptors' distance.
@@ -89,7 +89,7 @@ pub enum Source {
 
 /// A pair of keyframes to be looked at.
 #[derive(Clone, Debug)]
-pub struct Task {
+pub struct VerificationTask {
     /// The older keyframe.
     pub from: KeyframeId,
     /// The newer one.
@@ -102,11 +102,11 @@ pub struct Task {
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// Why.
-    pub source: Source,
+    pub source: CandidateSource,
     /// Guesses of the newer one's pose in the older one.
     pub guesses: Vec<Isometry>,
     /// What the graph says of it, if it says anything.
-    pub expected: Option<Uncertain>,
+    pub expected: Option<UncertainPose>,
     /// The older one's submap.
     pub older: Arc<LazySubmap>,
     /// The newer one's.
@@ -115,7 +115,7 @@ pub struct Comparison {
 
 /// Why a pair is no loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Flaw {
+pub enum RejectionReason {
     /// No start led anywhere.
     NoFit,
     /// Too little of one lies on the other.
@@ -123,18 +123,18 @@ pub enum Flaw {
     /// What lies on the other lies badly.
     Residual,
     /// Rays of one went through surfaces of the other.
-    SeenThrough,
+    FreeSpaceViolation,
     /// Another place fits as well.
-    Rival,
+    Ambiguous,
     /// Blind in some direction and nothing else to hold it there.
-    Blind,
+    Degenerate,
 }
 
 /// What speaks for and against a pair: to be recorded and shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
     /// Why the pair was looked at.
-    pub source: Source,
+    pub source: CandidateSource,
     /// Fit of the whole cloud, 0 to 1.
     pub score: f64,
     /// Share of the newer cloud on surfaces of the older submap, and the reverse.
@@ -158,7 +158,7 @@ pub struct Evidence {
 
 /// What came of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compared {
+pub struct ComparisonResult {
     /// Pose of the newer place in the older one.
     pub pose: Isometry,
     /// Its inverse covariance, `[rotation; translation]`.
@@ -166,35 +166,35 @@ pub struct Compared {
     /// What speaks for and against it.
     pub evidence: Evidence,
     /// What is wrong, or nothing.
-    pub flaw: Option<Flaw>,
+    pub rejection: Option<RejectionReason>,
 }
 
 /// A pair looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verified {
+pub struct VerifiedPair {
     /// The relative pose found, with its information: as an edge of the graph.
     pub edge: Edge,
     /// What speaks for and against it.
     pub evidence: Evidence,
     /// What is wrong, or nothing.
-    pub flaw: Option<Flaw>,
+    pub rejection: Option<RejectionReason>,
 }
 
-/// Looks at a pair of keyframes, see [`compare`].
-pub fn verify(task: &Task, gates: &Gates) -> Verified {
-    Verified::new(task.from, task.to, &compare(&task.comparison, gates))
+/// Appearance at a pair of keyframes, see [`compare`].
+pub fn verify(task: &VerificationTask, gates: &VerificationConfig) -> VerifiedPair {
+    VerifiedPair::new(task.from, task.to, &compare(&task.comparison, gates))
 }
 
-impl Verified {
+impl VerifiedPair {
     /// What came of comparing two keyframes.
-    pub fn new(from: KeyframeId, to: KeyframeId, compared: &Compared) -> Self {
+    pub fn new(from: KeyframeId, to: KeyframeId, compared: &ComparisonResult) -> Self {
         let edge = Edge { from, to, from_from_to: compared.pose, information: compared.information };
-        Self { edge, evidence: compared.evidence, flaw: compared.flaw }
+        Self { edge, evidence: compared.evidence, rejection: compared.rejection }
     }
 }
 
-/// Looks at two places. Total: without points or guesses it gives [`Flaw::NoFit`].
-pub fn compare(comparison: &Comparison, gates: &Gates) -> Compared {
+/// Appearance at two places. Total: without points or guesses it gives [`RejectionReason::NoFit`].
+pub fn compare(comparison: &Comparison, gates: &VerificationConfig) -> ComparisonResult {
     let Comparison { source, guesses, expected, .. } = comparison;
     let (older, newer) = (comparison.older.get(), comparison.newer.get());
     let fits = try_starts(older, newer, guesses);
@@ -212,7 +212,7 @@ pub fn compare(comparison: &Comparison, gates: &Gates) -> Compared {
         .filter(|other| different(&pose, &other.map_from_body, &blind))
         .map(|other| other.score / best.score.max(1e-9))
         .fold(0.0, f64::max);
-    let measured = Uncertain::from_information(pose, &information);
+    let measured = UncertainPose::from_information(pose, &information);
     let evidence = Evidence {
         source: *source,
         score: registration::score(&older.map, &newer.points, &pose, &FINE),
@@ -225,11 +225,11 @@ pub fn compare(comparison: &Comparison, gates: &Gates) -> Compared {
         moved: nearest(guesses, &pose),
         surprise: expected.and_then(|expected| expected.distance_squared(&measured)),
     };
-    Compared { pose, information, flaw: flaw(&evidence, comparison, gates), evidence }
+    ComparisonResult { pose, information, rejection: rejection(&evidence, comparison, gates), evidence }
 }
 
-fn no_fit(comparison: &Comparison) -> Compared {
-    Compared {
+fn no_fit(comparison: &Comparison) -> ComparisonResult {
+    ComparisonResult {
         pose: comparison.guesses.first().copied().unwrap_or_else(Isometry::identity),
         information: Matrix6::zeros(),
         evidence: Evidence {
@@ -244,29 +244,33 @@ fn no_fit(comparison: &Comparison) -> Compared {
             moved: (0.0, 0.0),
             surprise: None,
         },
-        flaw: Some(Flaw::NoFit),
+        rejection: Some(RejectionReason::NoFit),
     }
 }
 
-fn flaw(evidence: &Evidence, comparison: &Comparison, gates: &Gates) -> Option<Flaw> {
+fn rejection(
+    evidence: &Evidence,
+    comparison: &Comparison,
+    gates: &VerificationConfig,
+) -> Option<RejectionReason> {
     let worst = |pair: [f64; 2]| pair[0].max(pair[1]);
     let [a, b] = evidence.overlap;
     if a.max(b) < gates.overlap[0] || a.min(b) < gates.overlap[1] {
-        return Some(Flaw::Overlap);
+        return Some(RejectionReason::Overlap);
     }
     if evidence.residual > gates.residual {
-        return Some(Flaw::Residual);
+        return Some(RejectionReason::Residual);
     }
     if worst(evidence.through) > gates.through {
-        return Some(Flaw::SeenThrough);
+        return Some(RejectionReason::FreeSpaceViolation);
     }
     if evidence.rival > gates.rival {
-        return Some(Flaw::Rival);
+        return Some(RejectionReason::Ambiguous);
     }
     // A blind direction keeps what was guessed, without information. Only the graph's guess means anything there.
-    let known = comparison.expected.is_some_and(|expected| expected.place_deviation() <= gates.blind);
-    let held = evidence.blind == 1 && comparison.source == Source::Geometry && known;
-    (evidence.blind > 0 && !held).then_some(Flaw::Blind)
+    let known = comparison.expected.is_some_and(|expected| expected.translation_std_m() <= gates.blind);
+    let held = evidence.blind == 1 && comparison.source == CandidateSource::Geometry && known;
+    (evidence.blind > 0 && !held).then_some(RejectionReason::Degenerate)
 }
 
 /// Coarse fits from all starts, best first.
@@ -323,7 +327,7 @@ struct SeenPart {
     grip: f64,
 }
 
-/// Looks at translations only: gravity keeps tilt, and how much of a turn about a corridor's axis is seen depends on its width.
+/// Appearance at translations only: gravity keeps tilt, and how much of a turn about a corridor's axis is seen depends on its width.
 fn seen_part(information: &Matrix6) -> SeenPart {
     let eigen = SymmetricEigen::new(information.fixed_view::<3, 3>(3, 3).into_owned());
     let greatest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
@@ -339,10 +343,14 @@ fn seen_part(information: &Matrix6) -> SeenPart {
 
 /// The best of the fits that the graph allows, unless one that it forbids is clearly better; and all others that count as
 /// rivals: where the graph allows the best one, those that it allows too.
-fn choose(fits: &[Fit], expected: Option<&Uncertain>, gates: &Gates) -> Option<(Fit, Vec<Fit>)> {
+fn choose(
+    fits: &[Fit],
+    expected: Option<&UncertainPose>,
+    gates: &VerificationConfig,
+) -> Option<(Fit, Vec<Fit>)> {
     let allowed = |fit: &Fit| {
         let covariance = diagonal(COARSE_DEVIATION);
-        let measured = Uncertain { pose: fit.map_from_body, covariance };
+        let measured = UncertainPose { pose: fit.map_from_body, covariance };
         expected.is_none_or(|e| e.distance_squared(&measured).is_some_and(|squared| squared <= ALLOWED))
     };
     let top = fits.first()?;
@@ -362,7 +370,7 @@ fn diagonal((turn, place): (f64, f64)) -> Matrix6 {
 /// the walk.
 fn with_floor(pose: &Isometry, information: &Matrix6, slack: Matrix6) -> Matrix6 {
     let covariance =
-        Uncertain::from_information(*pose, information).covariance + diagonal(FLOOR) + slack * SLACK;
+        UncertainPose::from_information(*pose, information).covariance + diagonal(FLOOR) + slack * SLACK;
     covariance.cholesky().map_or_else(Matrix6::zeros, |factor| {
         let inverse = factor.inverse();
         (inverse + inverse.transpose()) * 0.5

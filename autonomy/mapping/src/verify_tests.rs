@@ -3,14 +3,14 @@
 use super::*;
 use crate::testing::{World, at, corridor, furnished, room, submap};
 
-fn task(older: &World, newer: &World, guess: Isometry, source: Source) -> Task {
-    let expected = Uncertain {
+fn task(older: &World, newer: &World, guess: Isometry, source: CandidateSource) -> VerificationTask {
+    let expected = UncertainPose {
         pose: guess,
         covariance: Matrix6::from_diagonal(&Vector6::new(1e-4, 1e-4, 4e-2, 0.1, 0.1, 0.02)),
     };
     let older = submap(older, &[at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(-1.0, 0.0, 0.0)], 1);
     let newer = submap(newer, &[at(0.8, 0.5, 2.0), at(1.2, -0.4, 2.1)], 11);
-    Task {
+    VerificationTask {
         from: KeyframeId(3),
         to: KeyframeId(90),
         comparison: Comparison {
@@ -29,16 +29,16 @@ fn truth() -> Isometry {
 
 #[test]
 fn a_room_entered_again_is_recognised_and_placed_to_a_centimetre() {
-    let task = task(&furnished(), &furnished(), at(0.1, 1.0, 1.85), Source::Geometry);
-    let found = verify(&task, &Gates::default());
-    assert_eq!(found.flaw, None, "{:?}", found.evidence);
+    let task = task(&furnished(), &furnished(), at(0.1, 1.0, 1.85), CandidateSource::Geometry);
+    let found = verify(&task, &VerificationConfig::default());
+    assert_eq!(found.rejection, None, "{:?}", found.evidence);
     let error = se3::local(&truth(), &found.edge.from_from_to);
     assert!(error.fixed_rows::<3>(3).norm() < 0.01 && error.norm() < 0.015, "{error}");
     assert!(found.edge.information.cholesky().is_some());
     assert!(error.dot(&(found.edge.information * error)) < CHI_99, "{}", found.edge.information);
     assert_eq!(found.evidence.blind, 0);
     assert!(found.evidence.through.iter().all(|share| *share < 0.02), "{:?}", found.evidence);
-    assert_eq!(verify(&task, &Gates::default()), found, "the same bits again");
+    assert_eq!(verify(&task, &VerificationConfig::default()), found, "the same bits again");
 }
 
 const CHI_99: f64 = 16.8;
@@ -51,32 +51,36 @@ fn a_like_room_with_a_wall_elsewhere_is_seen_through() {
     larger[4] = [[-5.0, -4.2, -0.5], [6.5, -4.0, 2.5]];
     larger[5] = [[-5.0, 4.0, -0.5], [6.5, 4.2, 2.5]];
     for (older, newer) in [(&larger, &furnished()), (&furnished(), &larger)] {
-        let found = verify(&task(older, newer, truth(), Source::Geometry), &Gates::default());
-        assert_eq!(found.flaw, Some(Flaw::SeenThrough), "{:?}", found.evidence);
+        let found =
+            verify(&task(older, newer, truth(), CandidateSource::Geometry), &VerificationConfig::default());
+        assert_eq!(found.rejection, Some(RejectionReason::FreeSpaceViolation), "{:?}", found.evidence);
     }
 }
 
 #[test]
 fn another_room_does_not_fit() {
     let other = room([-3.0, -9.0], [12.0, 2.5]);
-    let found = verify(&task(&furnished(), &other, truth(), Source::Appearance(0.3)), &Gates::default());
-    assert!(found.flaw.is_some(), "{:?}", found.evidence);
+    let found = verify(
+        &task(&furnished(), &other, truth(), CandidateSource::Appearance(0.3)),
+        &VerificationConfig::default(),
+    );
+    assert!(found.rejection.is_some(), "{:?}", found.evidence);
 }
 
 #[test]
 fn a_bare_corridor_says_nothing_along_its_axis() {
-    let looks = task(&corridor(), &corridor(), at(1.6, 0.4, 2.0), Source::Appearance(0.1));
-    let found = verify(&looks, &Gates::default());
-    assert_eq!(found.flaw, Some(Flaw::Blind), "{:?}", found.evidence);
+    let looks = task(&corridor(), &corridor(), at(1.6, 0.4, 2.0), CandidateSource::Appearance(0.1));
+    let found = verify(&looks, &VerificationConfig::default());
+    assert_eq!(found.rejection, Some(RejectionReason::Degenerate), "{:?}", found.evidence);
 
     // Where the graph knows the place it may be an edge, that holds everything but the axis.
-    let mut known = task(&corridor(), &corridor(), at(1.0, 0.4, 2.0), Source::Geometry);
+    let mut known = task(&corridor(), &corridor(), at(1.0, 0.4, 2.0), CandidateSource::Geometry);
     if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.1;
     }
-    let found = verify(&known, &Gates::default());
-    assert_eq!((found.flaw, found.evidence.blind), (None, 1), "{:?}", found.evidence);
-    let measured = Uncertain::from_information(found.edge.from_from_to, &found.edge.information);
+    let found = verify(&known, &VerificationConfig::default());
+    assert_eq!((found.rejection, found.evidence.blind), (None, 1), "{:?}", found.evidence);
+    let measured = UncertainPose::from_information(found.edge.from_from_to, &found.edge.information);
     // The axis in the frame of the newer base.
     let axis = truth().rotation.inverse() * Vector3::x();
     let across = truth().rotation.inverse() * Vector3::y();
@@ -100,24 +104,25 @@ fn places_that_repeat_have_rivals_where_the_graph_is_vague() {
         let x = 1.2 * f64::from(i);
         comb.push([[x, 0.9, -0.5], [x + 0.3, 1.2, 2.5]]);
     }
-    let found = verify(&task(&comb, &comb, truth(), Source::Geometry), &Gates::default());
-    assert_eq!(found.flaw, Some(Flaw::Rival), "{:?}", found.evidence);
-    let mut known = task(&comb, &comb, truth(), Source::Geometry);
+    let found =
+        verify(&task(&comb, &comb, truth(), CandidateSource::Geometry), &VerificationConfig::default());
+    assert_eq!(found.rejection, Some(RejectionReason::Ambiguous), "{:?}", found.evidence);
+    let mut known = task(&comb, &comb, truth(), CandidateSource::Geometry);
     if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.01;
     }
-    assert_ne!(verify(&known, &Gates::default()).flaw, Some(Flaw::Rival));
+    assert_ne!(verify(&known, &VerificationConfig::default()).rejection, Some(RejectionReason::Ambiguous));
 }
 
 #[test]
 fn nothing_and_garbage_do_not_fit() {
-    let mut broken = task(&furnished(), &furnished(), at(f64::NAN, 0.0, 0.0), Source::Geometry);
-    assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
+    let mut broken = task(&furnished(), &furnished(), at(f64::NAN, 0.0, 0.0), CandidateSource::Geometry);
+    assert_eq!(verify(&broken, &VerificationConfig::default()).rejection, Some(RejectionReason::NoFit));
     broken.comparison.guesses.clear();
-    assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
+    assert_eq!(verify(&broken, &VerificationConfig::default()).rejection, Some(RejectionReason::NoFit));
     broken.comparison.guesses.push(truth());
     broken.comparison.newer = Arc::new(LazySubmap::new(Vec::new(), 0));
-    assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
+    assert_eq!(verify(&broken, &VerificationConfig::default()).rejection, Some(RejectionReason::NoFit));
     std::mem::swap(&mut broken.comparison.older, &mut broken.comparison.newer);
-    assert_eq!(verify(&broken, &Gates::default()).flaw, Some(Flaw::NoFit));
+    assert_eq!(verify(&broken, &VerificationConfig::default()).rejection, Some(RejectionReason::NoFit));
 }

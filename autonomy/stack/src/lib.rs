@@ -32,9 +32,9 @@ use docks::Docks;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
 use localisation_phase::{InitialPose, LocalisationPhase, LocalisationTransition};
-use loops::News;
+use loops::LoopEvents;
 use mapping::Odometer;
-use mapping_phase::{Grown, MappingPhase, rows};
+use mapping_phase::{MapUpdate, MappingPhase, rows};
 use messages::{
     BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, Input, Job, JobDone, JobResult,
     Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
@@ -207,13 +207,17 @@ impl Running {
             }),
         );
         match grown {
-            Some(Grown::Keyframe { keyframe, graph, loops }) => {
+            Some(MapUpdate::Keyframe { keyframe, graph, loops }) => {
                 publish(effects, Publication::Keyframe(keyframe));
                 publish(effects, Publication::Graph(graph));
-                self.tell_loops(at, News { changed: false, ..loops }, effects);
+                self.tell_loops(at, LoopEvents { changed: false, ..loops }, effects);
             }
-            Some(Grown::Found) => {
-                self.tell_loops(at, News { found: true, changed: true, ..News::default() }, effects);
+            Some(MapUpdate::Found) => {
+                self.tell_loops(
+                    at,
+                    LoopEvents { found: true, changed: true, ..LoopEvents::default() },
+                    effects,
+                );
             }
             None => {}
         }
@@ -227,7 +231,7 @@ impl Running {
     }
 
     /// Says what became of loops, and looks at the next pairs.
-    fn tell_loops(&mut self, at: Stamp, news: News, effects: &mut Vec<StackEffect>) {
+    fn tell_loops(&mut self, at: Stamp, news: LoopEvents, effects: &mut Vec<StackEffect>) {
         if news.found {
             effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
             let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
@@ -237,7 +241,7 @@ impl Running {
             publish(effects, Publication::LoopDecided(decision));
         }
         if let Some(tied) = news.tied {
-            publish(effects, Publication::Tied(tied));
+            publish(effects, Publication::Reanchored(tied));
         }
         if let Some(graph) = self.mapping.graph().filter(|_| news.changed) {
             publish(effects, Publication::Graph(graph));
@@ -469,7 +473,7 @@ impl Running {
             }
             JobResult::DisambiguationPlanned(told) => self.localisation.told_apart(done.job, Some(&told)),
             JobResult::LoopVerified(_)
-            | JobResult::VisitCompared(_)
+            | JobResult::RevisitCompared(_)
             | JobResult::MapSearched(_)
             | JobResult::LoopNotVerified => {
                 self.localisation.answered(done.job, None);

@@ -18,7 +18,7 @@ use localisation::{
     AdaptiveVoxelFilter, DownsampledScan, LocalisationStatus, PoseTracker, RelocalisationResult,
     classify_hypotheses,
 };
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use messages::{
     DegradationReason, DisambiguationPlan, DisambiguationTask, Job, LocalisationState, PriorMap,
     RelocalisationResponse, RelocalisationTask, StackEffect,
@@ -210,7 +210,7 @@ impl LocalisationPhase {
         };
         let mut place = || {
             let rotation = &located.odom_from_base.rotation;
-            Place::new(&located.cloud.xyz, rotation, sensor, &mut self.downsampler)
+            KeyframeDescriptor::new(&located.cloud.xyz, rotation, sensor, &mut self.downsampler)
         };
         let turn = match &mut self.phase {
             Phase::Localised(state) => {
@@ -427,7 +427,7 @@ impl Relocalising {
             || (last && stale())
     }
 
-    fn ask(&mut self, located: &LocatedScan, place: Place, number: u64, docks: &Docks) {
+    fn ask(&mut self, located: &LocatedScan, place: KeyframeDescriptor, number: u64, docks: &Docks) {
         let thought = match self.told.take() {
             Some(InitialPose::MapFromBase(map_from_base)) => PosePrior::Given(map_from_base),
             Some(InitialPose::MapFromOdom(map_from_odom)) => {
@@ -476,7 +476,7 @@ impl Localised {
         due || (!self.confirmed && stale())
     }
 
-    fn ask(&mut self, located: &LocatedScan, place: Place, number: u64) {
+    fn ask(&mut self, located: &LocatedScan, place: KeyframeDescriptor, number: u64) {
         self.second_opinion.ask();
         let held = PosePrior::Tracked(self.tracker.map_from_base().pose);
         self.question = Some(RelocalisationRequest::new(located, place, number, held));

@@ -1,15 +1,15 @@
 //! The mapping session's life: idle, starting, running, closing its last loops, saving.
 
-use crate::loops::{Arrived, Loops, News};
+use crate::loops::{Arrived, LoopEvents, Loops};
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::DecodedPriorMap;
 use crate::search::{Found, Search};
 use crate::work::ComputeJob;
 use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, Uncertain};
+use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, UncertainPose};
 use messages::{
     BootRecord, Cloud, CommandKind, DegenerateStretch, EdgeKind, FinishedMap, GraphEdge, GraphNode, Job,
-    JobDone, JobResult, Keyframe, MapQuality, MappingState, PoseGraph, PriorMap, StackEffect, VisitCounts,
+    JobDone, JobResult, Keyframe, MapQuality, MappingState, PoseGraph, PriorMap, RevisitCounts, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -103,9 +103,9 @@ struct Running {
 }
 
 /// What a scan did to the map.
-pub(crate) enum Grown {
+pub(crate) enum MapUpdate {
     /// It became a keyframe.
-    Keyframe { keyframe: Keyframe, graph: Arc<PoseGraph>, loops: News },
+    Keyframe { keyframe: Keyframe, graph: Arc<PoseGraph>, loops: LoopEvents },
     /// The robot is known to be in the map that the session goes on from.
     Found,
 }
@@ -264,7 +264,7 @@ impl MappingPhase {
                 .collect(),
             decisions: loops.as_ref().map_or_else(Vec::new, |loops| loops.decisions().to_vec()),
             unverified: loops.as_ref().map_or(0, |loops| loops.left_out()),
-            visits: loops.as_ref().map_or_else(VisitCounts::default, |loops| loops.visits()),
+            visits: loops.as_ref().map_or_else(RevisitCounts::default, |loops| loops.visits()),
         };
         if let Phase::Closing { running: unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Saving { map, unsaved };
@@ -323,31 +323,31 @@ impl MappingPhase {
     }
 
     /// A pair of keyframes was looked at, or was not. What belongs to a session that has ended is ignored.
-    pub fn looked_at(&mut self, done: &JobDone) -> News {
+    pub fn looked_at(&mut self, done: &JobDone) -> LoopEvents {
         if let Phase::Running(running) = &mut self.phase
             && let Some(search) = &mut running.search
         {
             let sought = if let JobResult::MapSearched(sought) = &done.result { Some(sought) } else { None };
             let found = search.end(done.job, sought).is_some_and(|found| running.found(&found));
-            return News { found, changed: found, ..News::default() };
+            return LoopEvents { found, changed: found, ..LoopEvents::default() };
         }
         match (self.closing(), &done.result) {
             (Some((session, loops)), JobResult::LoopVerified(found)) => {
                 loops.verified(done.job, found, session)
             }
-            (Some((session, loops)), JobResult::VisitCompared(found)) => {
+            (Some((session, loops)), JobResult::RevisitCompared(found)) => {
                 loops.compared(done.job, found, session)
             }
             (Some((_, loops)), JobResult::LoopNotVerified) => {
                 loops.not_verified(done.job);
-                News::default()
+                LoopEvents::default()
             }
-            _ => News::default(),
+            _ => LoopEvents::default(),
         }
     }
 
     /// Carries out an order about loops.
-    pub fn order_loop(&mut self, order: &CommandKind) -> Result<News, String> {
+    pub fn order_loop(&mut self, order: &CommandKind) -> Result<LoopEvents, String> {
         let Some((session, loops)) = self.closing() else {
             return Err("No map with loops is being made. Start mapping first.".to_owned());
         };
@@ -355,9 +355,9 @@ impl MappingPhase {
             CommandKind::AcceptLoop { from, to } => loops.accept(*from, *to, session),
             CommandKind::RejectLoop { from, to } => loops.reject(*from, *to, session),
             CommandKind::ProposeLoop { from, to, guess } => {
-                loops.propose(*from, *to, guess).map(|()| News::default())
+                loops.propose(*from, *to, guess).map(|()| LoopEvents::default())
             }
-            _ => Ok(News::default()),
+            _ => Ok(LoopEvents::default()),
         }
     }
 
@@ -401,7 +401,7 @@ impl MappingPhase {
     }
 
     /// Adds a located scan.
-    pub fn add(&mut self, located: &LocatedScan) -> Option<Grown> {
+    pub fn add(&mut self, located: &LocatedScan) -> Option<MapUpdate> {
         if let Some(left) = &mut self.left {
             left.walked.move_to(&located.odom_from_base.translation.vector);
             left.covariance.get_or_insert(located.covariance);
@@ -413,7 +413,7 @@ impl MappingPhase {
         }
         let Phase::Running(running) = &mut self.phase else { return None };
         let Running { id, session, loops, search, .. } = &mut *running;
-        let waypoint = session.follow(&ScanPose {
+        let waypoint = session.add_scan_pose(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
             scan_stamp: located.scan_stamp,
@@ -427,15 +427,15 @@ impl MappingPhase {
         let edge = match loops {
             Some(loops) => match loops.arrive(&waypoint, &cloud.xyz) {
                 Arrived::Keyframe(edge) => edge,
-                Arrived::Visit => {
-                    session.visit();
+                Arrived::Revisit => {
+                    session.mark_revisit();
                     return None;
                 }
                 Arrived::Lost(number) => {
                     let search = search.as_mut()?;
                     search.arrive(number, &located.odom_from_base, &cloud.xyz, self.sensor);
                     let found = self.left.as_ref()?.place(search.map(), number, located, session)?;
-                    return running.found(&found).then_some(Grown::Found);
+                    return running.found(&found).then_some(MapUpdate::Found);
                 }
             },
             None => session.edge_to(&waypoint),
@@ -451,7 +451,7 @@ impl MappingPhase {
         };
         let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge.as_ref()));
         let graph = Arc::new(graph_of(session));
-        Some(Grown::Keyframe { keyframe, graph, loops: loops.unwrap_or_default() })
+        Some(MapUpdate::Keyframe { keyframe, graph, loops: loops.unwrap_or_default() })
     }
 
     /// A session that begins with a located scan.
@@ -494,7 +494,7 @@ impl MappingPhase {
                 since: *since,
                 distance: (session.distance() * 10.0).round() / 10.0,
                 keyframes: session.nodes().len() as u32,
-                on_known_ground: session.is_visiting(),
+                on_known_ground: session.is_revisiting(),
             },
             Phase::Closing { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
             Phase::Saving { map, unsaved } => MappingState::Saving { session: unsaved.id, map: *map },
@@ -526,7 +526,7 @@ impl Left {
         }
         let covariance = self.covariance(located)?;
         let (keyframe, pose) = session.nearest(&(self.map_from_odom * located.odom_from_base))?;
-        let keyframe_from_waypoint = Uncertain { pose, covariance };
+        let keyframe_from_waypoint = UncertainPose { pose, covariance };
         Some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
     }
 
@@ -540,8 +540,8 @@ impl Left {
         let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * walked);
         let (turn, place) = (turn * turn + turned, place * place + moved);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        let uncertain = Uncertain { pose: Isometry::identity(), covariance };
-        (walked <= LEFT_WALKED && uncertain.place_deviation() <= LEFT_DEVIATION).then_some(covariance)
+        let uncertain = UncertainPose { pose: Isometry::identity(), covariance };
+        (walked <= LEFT_WALKED && uncertain.translation_std_m() <= LEFT_DEVIATION).then_some(covariance)
     }
 }
 

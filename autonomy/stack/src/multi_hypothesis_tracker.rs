@@ -10,7 +10,7 @@ use localisation::{
     DownsampledScan, LocalisationStatus, PoseHypothesis, PoseTracker, RelocalisationResult, TrackedPose,
     classify_hypotheses, is_same_place,
 };
-use mapping::Uncertain;
+use mapping::UncertainPose;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -177,7 +177,7 @@ impl TrackedHypothesis {
     fn new(ground: &SearchableMap, place: &PoseHypothesis, support: f64, odom_from_base: &Isometry) -> Self {
         let (turn, vague) = (RECOGNISED.0 * RECOGNISED.0, RECOGNISED.1 * RECOGNISED.1);
         let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, vague, vague, vague));
-        let map_from_base = Uncertain { pose: place.map_from_base, covariance };
+        let map_from_base = UncertainPose { pose: place.map_from_base, covariance };
         // Odometry's own doubt counts from the first scan on.
         let tracker = PoseTracker::new(Arc::clone(ground.guide()), map_from_base, odom_from_base, None);
         Self { tracker, support, scans: 0, sure: false }

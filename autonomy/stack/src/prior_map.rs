@@ -2,19 +2,19 @@
 
 use crate::loops::plain;
 use geometry::isometry_from_pose;
-use mapping::{Chart, Edge, Node, OldKeyframe, Place, PlaceParts};
+use mapping::{Edge, KeyframeDescriptor, KeyframeDescriptorParts, MapKeyframe, MapMatcher, Node};
 use messages::{EdgeKind, GraphEdge, GraphNode, PriorKeyframe, PriorMap};
 use vocab::{KeyframeId, MapId, Pose};
 
 /// What is kept of a keyframe's cloud (keyframe's frame, metres, seen from `lidar`) for a session that goes on from its map. None
-/// if the pose is none. Costs what [`Place::new`] does.
+/// if the pose is none. Costs what [`KeyframeDescriptor::new`] does.
 pub fn encode_prior_keyframe(
     map_from_keyframe: &Pose,
     xyz: &[[f32; 3]],
     lidar: [f32; 3],
 ) -> Option<PriorKeyframe> {
     let rotation = isometry_from_pose(map_from_keyframe)?.rotation;
-    let parts = Place::of_cloud(xyz, &rotation, lidar).parts();
+    let parts = KeyframeDescriptor::of_cloud(xyz, &rotation, lidar).parts();
     Some(PriorKeyframe { lidar, points: parts.points, ranges: parts.ranges, views: parts.views })
 }
 
@@ -23,7 +23,7 @@ pub fn encode_prior_keyframe(
 pub(crate) struct DecodedPriorMap {
     pub map: MapId,
     pub nodes: Vec<Node>,
-    pub keyframes: Vec<OldKeyframe>,
+    pub keyframes: Vec<MapKeyframe>,
     pub edges: Vec<Edge>,
     pub loops: Vec<Edge>,
 }
@@ -48,8 +48,9 @@ impl DecodedPriorMap {
         let nodes: Vec<Node> = nodes.collect::<Option<_>>()?;
         let keyframes = nodes.iter().zip(&plain.places).map(|(node, place)| {
             let PriorKeyframe { lidar, points, ranges, views } = place.clone();
-            let place = Place::from_parts(PlaceParts { points, ranges, views }, lidar)?;
-            Some(OldKeyframe { map_from_keyframe: node.map_from_keyframe, place })
+            let place =
+                KeyframeDescriptor::from_parts(KeyframeDescriptorParts { points, ranges, views }, lidar)?;
+            Some(MapKeyframe { map_from_keyframe: node.map_from_keyframe, place })
         });
         let keyframes = keyframes.collect::<Option<_>>()?;
         let of_kind = |kind| {
@@ -61,9 +62,9 @@ impl DecodedPriorMap {
     }
 
     /// As places are looked up in it.
-    pub fn chart(&self) -> Chart {
-        let mut chart = Chart::default();
-        for OldKeyframe { map_from_keyframe, place } in &self.keyframes {
+    pub fn chart(&self) -> MapMatcher {
+        let mut chart = MapMatcher::default();
+        for MapKeyframe { map_from_keyframe, place } in &self.keyframes {
             chart.push_place(map_from_keyframe, place.clone());
         }
         chart

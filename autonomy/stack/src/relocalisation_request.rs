@@ -11,7 +11,7 @@ use geometry::{Isometry, isometry_from_pose, pose_from_isometry, so3};
 use localisation::{
     GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
 };
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use messages::{RelocalisationResponse, RelocalisationTask};
 use std::sync::{Arc, OnceLock};
 use vocab::{MapId, Span, Stamp};
@@ -31,7 +31,7 @@ pub(crate) struct SearchableMap {
 
 impl SearchableMap {
     /// Of keyframes, each with its pose in the map.
-    pub fn new(keyframes: Vec<(Isometry, Place)>) -> Self {
+    pub fn new(keyframes: Vec<(Isometry, KeyframeDescriptor)>) -> Self {
         Self { guide: Arc::new(LocalisationMap::new(keyframes)), atlas: OnceLock::new() }
     }
 
@@ -65,13 +65,13 @@ pub(crate) struct RelocalisationRequest {
     pub number: u64,
     pub odom_from_base: Isometry,
     pub thought: PosePrior,
-    place: Place,
+    place: KeyframeDescriptor,
     progress: RequestProgress,
 }
 
 impl RelocalisationRequest {
     /// About a located scan, of which `place` is made.
-    pub fn new(located: &LocatedScan, place: Place, number: u64, thought: PosePrior) -> Self {
+    pub fn new(located: &LocatedScan, place: KeyframeDescriptor, number: u64, thought: PosePrior) -> Self {
         let (at, odom_from_base) = (located.stamp, located.odom_from_base);
         Self { at, number, odom_from_base, thought, place, progress: RequestProgress::default() }
     }
@@ -126,7 +126,7 @@ pub(crate) struct RelocalisationWork {
     pub task: RelocalisationTask,
     ground: Arc<SearchableMap>,
     odom_from_base: Isometry,
-    place: Place,
+    place: KeyframeDescriptor,
     thought: PosePrior,
 }
 

@@ -1,14 +1,14 @@
 //! Looking for the robot's place in a saved map that a session goes on from.
 //!
 //! Nothing is known of where the robot is but that it stands upright somewhere in that map. What it walks past is kept, and every
-//! other metre looked up as a whole, see [`mapping::Chart`]; that takes a job. It is told only where enough of it is recognised, and
+//! other metre looked up as a whole, see [`mapping::MapMatcher`]; that takes a job. It is told only where enough of it is recognised, and
 //! nowhere else as well.
 
 use crate::loops::plain;
 use crate::prior_map::DecodedPriorMap;
 use crate::work::{ComputeJob, Seek};
 use geometry::{Isometry, isometry_from_pose};
-use mapping::{Chart, Gates, Place, Uncertain};
+use mapping::{KeyframeDescriptor, MapMatcher, UncertainPose, VerificationConfig};
 use messages::{Job, MapSearchOutcome, MapSearchResult, MapSearchTask, StackEffect};
 use points::Downsampler;
 use std::collections::VecDeque;
@@ -25,9 +25,9 @@ const KEPT: usize = 60;
 pub(crate) struct Search {
     session: SessionId,
     map: MapId,
-    chart: Chart,
+    chart: MapMatcher,
     /// Waypoints in odometry's frame, the first of them by number.
-    walked: VecDeque<(Isometry, Place)>,
+    walked: VecDeque<(Isometry, KeyframeDescriptor)>,
     first: u64,
     /// Metres walked, and after how many the place is looked for again.
     metres: f64,
@@ -42,7 +42,7 @@ pub(crate) struct Search {
 pub(crate) struct Found {
     pub waypoint: u64,
     pub keyframe: KeyframeId,
-    pub keyframe_from_waypoint: Uncertain,
+    pub keyframe_from_waypoint: UncertainPose,
 }
 
 impl Search {
@@ -82,7 +82,7 @@ impl Search {
         if let Some((last, _)) = self.walked.back() {
             self.metres += (pose.translation.vector - last.translation.vector).norm();
         }
-        let place = Place::new(xyz, &pose.rotation, sensor, &mut self.downsampler);
+        let place = KeyframeDescriptor::new(xyz, &pose.rotation, sensor, &mut self.downsampler);
         self.walked.push_back((*pose, place));
         if self.walked.len() > KEPT {
             self.walked.pop_front();
@@ -104,11 +104,11 @@ impl Search {
     /// What a job takes.
     pub fn take(&self, job: u64) -> Option<ComputeJob> {
         (self.running == Some(job)).then(|| {
-            let mut walked = Chart::default();
+            let mut walked = MapMatcher::default();
             for (pose, place) in &self.walked {
                 walked.push_place(pose, place.clone());
             }
-            let (chart, gates) = (self.chart.clone(), Gates::default());
+            let (chart, gates) = (self.chart.clone(), VerificationConfig::default());
             ComputeJob::seek(Seek { task: self.task(), chart, walked, first: self.first, gates })
         })
     }
@@ -123,7 +123,7 @@ impl Search {
             MapSearchOutcome::Found { keyframe, waypoint, keyframe_from_base, information, .. } => {
                 let pose = isometry_from_pose(&keyframe_from_base)?;
                 let keyframe_from_waypoint =
-                    Uncertain::from_information(pose, &plain::from_rows(&information));
+                    UncertainPose::from_information(pose, &plain::from_rows(&information));
                 Some(Found { waypoint, keyframe, keyframe_from_waypoint })
             }
             other => {

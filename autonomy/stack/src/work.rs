@@ -5,8 +5,8 @@ use crate::loops::plain;
 use crate::mapping_phase::rows;
 use crate::relocalisation_request::RelocalisationWork;
 use geometry::pose_from_isometry;
-use mapping::{Chart, Comparison, Gates, Unrelated, compare};
-use messages::{JobResult, LoopTask, MapSearchOutcome, MapSearchResult, MapSearchTask, VisitTask};
+use mapping::{AlignmentError, Comparison, MapMatcher, VerificationConfig, compare};
+use messages::{JobResult, LoopTask, MapSearchOutcome, MapSearchResult, MapSearchTask, RevisitTask};
 
 /// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
 #[derive(Debug)]
@@ -14,7 +14,7 @@ pub struct ComputeJob(Kind);
 
 #[derive(Debug)]
 enum Kind {
-    Compare { asked: Asked, comparison: Comparison, gates: Gates },
+    Compare { asked: Asked, comparison: Comparison, gates: VerificationConfig },
     Seek(Box<Seek>),
     Relocalise(Box<RelocalisationWork>),
     PlanDisambiguation(Box<DisambiguationWork>),
@@ -24,7 +24,7 @@ enum Kind {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Asked {
     Loop(LoopTask),
-    Visit(VisitTask),
+    Revisit(RevisitTask),
 }
 
 impl Asked {
@@ -38,15 +38,15 @@ impl Asked {
 #[derive(Debug)]
 pub(crate) struct Seek {
     pub task: MapSearchTask,
-    pub chart: Chart,
-    pub walked: Chart,
+    pub chart: MapMatcher,
+    pub walked: MapMatcher,
     /// Number of the first waypoint of `walked`.
     pub first: u64,
-    pub gates: Gates,
+    pub gates: VerificationConfig,
 }
 
 impl ComputeJob {
-    pub(crate) fn new(asked: Asked, comparison: Comparison, gates: Gates) -> Self {
+    pub(crate) fn new(asked: Asked, comparison: Comparison, gates: VerificationConfig) -> Self {
         Self(Kind::Compare { asked, comparison, gates })
     }
 
@@ -72,8 +72,8 @@ impl ComputeJob {
                     Asked::Loop(asked) => {
                         JobResult::LoopVerified(Box::new(plain::verified_to_plain(asked, &compared)))
                     }
-                    Asked::Visit(asked) => {
-                        JobResult::VisitCompared(Box::new(plain::compared_to_plain(asked, &compared)))
+                    Asked::Revisit(asked) => {
+                        JobResult::RevisitCompared(Box::new(plain::compared_to_plain(asked, &compared)))
                     }
                 }
             }
@@ -91,8 +91,8 @@ impl Seek {
     fn run(mut self) -> MapSearchOutcome {
         let joint = match self.chart.find(&mut self.walked, &self.gates) {
             Ok(joint) => joint,
-            Err(Unrelated::TooFew(count)) => return MapSearchOutcome::NotFound(count as u32),
-            Err(Unrelated::Ambiguous(count, rival)) => {
+            Err(AlignmentError::TooFew(count)) => return MapSearchOutcome::NotFound(count as u32),
+            Err(AlignmentError::Ambiguous(count, rival)) => {
                 return MapSearchOutcome::Ambiguous(count as u32, rival as u32);
             }
         };

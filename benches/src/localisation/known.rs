@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, isometry_from_pose};
 use localisation::LocalisationMap;
-use mapping::{Place, PlaceParts};
+use mapping::{KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::{PriorKeyframe, PriorMap, Publication, StackEffect};
 use sim::{Site, SiteName};
 use std::collections::BTreeMap;
@@ -52,9 +52,11 @@ impl KnownSite {
             let site_from_keyframe = truth.at(node.stamp).context("no truth was kept")?;
             pairs.push((site_from_keyframe.translation.vector, map_from_keyframe.translation.vector));
             let PriorKeyframe { lidar, points, ranges, views } = place.clone();
-            let parts = PlaceParts { points, ranges, views };
-            keyframes
-                .push((map_from_keyframe, Place::from_parts(parts, lidar).context("a place is broken")?));
+            let parts = KeyframeDescriptorParts { points, ranges, views };
+            keyframes.push((
+                map_from_keyframe,
+                KeyframeDescriptor::from_parts(parts, lidar).context("a place is broken")?,
+            ));
             kept.push(place);
         }
         let alignment = geometry::umeyama(&pairs, false).context("the walk was too short")?;

@@ -6,7 +6,7 @@ use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, so3};
 use localisation::{
     GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
 };
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use nalgebra::{Matrix3, Rotation3, Translation3};
 use std::path::Path;
 use std::sync::Arc;
@@ -36,7 +36,9 @@ struct Outcome {
 pub fn run(folder: &Path) -> Result<()> {
     let scans = read(folder)?;
     let sensor = [0.0; 3];
-    let of = |(pose, xyz): &(Isometry, Vec<[f32; 3]>)| (*pose, Place::of_cloud(xyz, &pose.rotation, sensor));
+    let of = |(pose, xyz): &(Isometry, Vec<[f32; 3]>)| {
+        (*pose, KeyframeDescriptor::of_cloud(xyz, &pose.rotation, sensor))
+    };
     let guide = Arc::new(LocalisationMap::new(scans.iter().step_by(2).map(of).collect()));
     let atlas = GlobalLocaliser::new(Arc::clone(&guide));
     let mut rng = RngTree::new(1).child("told").rng();

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
 use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult, classify_hypotheses};
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use messages::Sensor;
 use points::Downsampler;
 use sim::{SimConfig, Simulator, Start};
@@ -40,7 +40,7 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         let start = random_place(known, &mut rng).context("no place has room for the robot")?;
         let (xyz, sensor, map_from_base) = sweep(known, arguments, start, number as u64)?;
         let before = thread_ms();
-        let place = Place::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
+        let place = KeyframeDescriptor::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
         // A robot knows which way is up.
         let up_from_base = untwisted(&map_from_base, &mut rng);
         let found = atlas.seek(&place, &up_from_base.rotation, None);

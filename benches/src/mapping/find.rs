@@ -19,7 +19,7 @@ pub struct Found {
     pub edges: Vec<Edge>,
     pub decisions: Vec<Decision>,
     /// Milliseconds a keyframe: taking it in (cloud, descriptor, search, submaps), and each verification and judgement.
-    pub take_in: Vec<f64>,
+    pub insert_keyframe: Vec<f64>,
     pub verify: Vec<f64>,
     pub judge: Vec<f64>,
     pub submap_bytes: usize,
@@ -36,7 +36,7 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
         finder: LoopFinder::new(config),
         edges: edges(recorded, drift, seed),
         decisions: Vec::new(),
-        take_in: Vec::new(),
+        insert_keyframe: Vec::new(),
         verify: Vec::new(),
         judge: Vec::new(),
         submap_bytes: 0,
@@ -50,13 +50,13 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
             xyz: &keyframe.cloud,
             sensor: SENSOR,
         });
-        found.take_in.push(milliseconds(began));
+        found.insert_keyframe.push(milliseconds(began));
         for task in tasks {
             let began = Instant::now();
             let verified = verify(&task, &config.gates);
             found.verify.push(milliseconds(began));
             let began = Instant::now();
-            found.decisions.extend(finder.judge(&verified));
+            found.decisions.extend(finder.evaluate(&verified));
             found.judge.push(milliseconds(began));
         }
         found.submap_bytes = found.submap_bytes.max(finder.submap_bytes());

@@ -184,7 +184,7 @@ fn print_header() {
 }
 
 fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
-    let times = [&found.take_in, &found.verify, &found.judge].map(|times| {
+    let times = [&found.insert_keyframe, &found.verify, &found.judge].map(|times| {
         let mut sorted = times.clone();
         sorted.sort_by(f64::total_cmp);
         let mean = sorted.iter().sum::<f64>() / sorted.len().max(1) as f64;
@@ -218,7 +218,7 @@ fn print_pairs(found: &Found, truth: &[Isometry]) {
         let evidence = &decision.evidence;
         let truth = if score::is_wrong(&judged, truth) { "wrong" } else { "right" };
         let verdict = match decision.verdict {
-            Verdict::Rejected(flaw) => format!("{flaw:?}"),
+            Verdict::Rejected(rejection) => format!("{rejection:?}"),
             other => format!("{other:?}"),
         };
         println!(

@@ -2,10 +2,10 @@
 
 use crate::walk::Recorded;
 use geometry::{Isometry, Vector3};
-use mapping::places::Places;
-use mapping::scan_context::{Descriptor, level_from_base};
+use mapping::scan_context::{ScanContext, level_from_base};
+use mapping::scan_context_index::ScanContextIndex;
 use mapping::submap::KeyframeCloud;
-use mapping::{LoopFinder, dynamics};
+use mapping::{LoopFinder, dynamic_points};
 use points::Downsampler;
 use sim::Site;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ pub struct Parts {
     pub people_ms: f64,
 }
 
-/// Looks at every keyframe of `revisits` for recognition and at every eighth for people.
+/// Appearance at every keyframe of `revisits` for recognition and at every eighth for people.
 pub fn parts(site: &Site, recorded: &[Recorded], revisits: &[usize], finder: &LoopFinder) -> Parts {
     let mut parts = Parts::default();
     parts.recognise(recorded, revisits);
@@ -50,21 +50,21 @@ pub fn parts(site: &Site, recorded: &[Recorded], revisits: &[usize], finder: &Lo
 
 impl Parts {
     fn recognise(&mut self, recorded: &[Recorded], revisits: &[usize]) {
-        let (mut places, mut downsampler) = (Places::default(), Downsampler::default());
+        let (mut places, mut downsampler) = (ScanContextIndex::default(), Downsampler::default());
         for keyframe in recorded {
             let level = level_from_base(&keyframe.odom_from_base.rotation);
             let began = Instant::now();
             std::hint::black_box(KeyframeCloud::new(&keyframe.cloud, [0.0; 3], &mut downsampler));
             self.cloud_ms += milliseconds(began) / recorded.len() as f64;
             let began = Instant::now();
-            let descriptor = Descriptor::new(&keyframe.cloud, &level, [0.0; 2]);
+            let descriptor = ScanContext::new(&keyframe.cloud, &level, [0.0; 2]);
             self.descriptor_ms += milliseconds(began) / recorded.len() as f64;
             places.push(Arc::new(descriptor));
         }
         for &newer in revisits {
             let keyframe = &recorded[newer];
             let level = level_from_base(&keyframe.odom_from_base.rotation);
-            let view = |aside| Arc::new(Descriptor::new(&keyframe.cloud, &level, [0.0, aside]));
+            let view = |aside| Arc::new(ScanContext::new(&keyframe.cloud, &level, [0.0, aside]));
             let views = [0.0, 1.5, -1.5].map(view);
             let began = Instant::now();
             let found = places.search(&views, 0..newer.saturating_sub(15));
@@ -77,16 +77,16 @@ impl Parts {
         self.search_many(&places, recorded);
     }
 
-    fn search_many(&mut self, places: &Places, recorded: &[Recorded]) {
+    fn search_many(&mut self, places: &ScanContextIndex, recorded: &[Recorded]) {
         let (Some(last), Some(keyframe)) = (places.len().checked_sub(1), recorded.last()) else { return };
-        let mut many = Places::default();
+        let mut many = ScanContextIndex::default();
         for place in 0..MANY {
             if let Some(descriptor) = places.descriptor(place % last.max(1)) {
                 many.push(descriptor.clone());
             }
         }
         let level = level_from_base(&keyframe.odom_from_base.rotation);
-        let view = [Arc::new(Descriptor::new(&keyframe.cloud, &level, [0.0; 2]))];
+        let view = [Arc::new(ScanContext::new(&keyframe.cloud, &level, [0.0; 2]))];
         let began = Instant::now();
         for _ in 0..10 {
             std::hint::black_box(many.search(&view, 0..MANY));
@@ -137,7 +137,7 @@ impl Parts {
             self.descriptor_ms,
             self.search_ms,
             self.search_many_ms,
-            dynamics::VOTERS,
+            dynamic_points::VOTERS,
             self.people_ms,
         );
     }

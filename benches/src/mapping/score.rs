@@ -1,7 +1,7 @@
 //! Loops judged by the truth.
 
 use geometry::{Isometry, Matrix6, Vector3, so3};
-use mapping::{Decision, Uncertain, Verdict};
+use mapping::{Decision, UncertainPose, Verdict};
 use messages::{EdgeKind, GraphEdge, LoopDecision, LoopVerdict};
 use nalgebra::SymmetricEigen;
 use sim::Site;
@@ -106,7 +106,7 @@ pub fn error(judged: &Judged, truth: &[Isometry]) -> (f64, f64) {
 pub fn claimed_error(off: &Isometry, information: &Matrix6) -> (f64, f64) {
     // In the frame of the newer base, as the covariance.
     let shift = off.rotation.inverse() * off.translation.vector;
-    let measured = Uncertain::from_information(Isometry::identity(), information);
+    let measured = UncertainPose::from_information(Isometry::identity(), information);
     let eigen = SymmetricEigen::new(measured.covariance.fixed_view::<3, 3>(3, 3).into_owned());
     let known = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     let claimed = known.filter(|(variance, _)| **variance < 1.0).map(|(_, axis)| axis.dot(&shift).powi(2));

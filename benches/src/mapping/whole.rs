@@ -6,7 +6,7 @@ use crate::score::{
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk, StepOf, Truth, made_keyframe, ties};
 use geometry::{Isometry, Matrix6, aligned_rmse, isometry_from_pose};
-use messages::{FinishedMap, Tied};
+use messages::{FinishedMap, Reanchored};
 use sim::Site;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
@@ -23,7 +23,7 @@ pub struct Whole {
     pub error: f64,
     /// The same of the trajectory.
     pub track_error: f64,
-    /// Visits to known ground that were confirmed, and those among them that are wrong.
+    /// Revisits to known ground that were confirmed, and those among them that are wrong.
     pub ties: usize,
     pub wrong_ties: usize,
     /// CPU time of steps that made a keyframe and of steps that took a verified pair in, milliseconds.
@@ -102,7 +102,7 @@ fn count_revisits(site: &Site, truth: &Truth, closed: &[Stamp]) -> (usize, usize
     (revisits.len(), closed)
 }
 
-fn tie_is_wrong(tied: &Tied, keyframes: &[Isometry], truth: &Truth) -> Result<bool> {
+fn tie_is_wrong(tied: &Reanchored, keyframes: &[Isometry], truth: &Truth) -> Result<bool> {
     let keyframe = keyframes.get(tied.keyframe.0 as usize).context("a visit to no keyframe")?;
     let base = truth.at(tied.stamp).context("there is no truth")?;
     let found = isometry_from_pose(&tied.keyframe_from_base).context("a visit's pose is none")?;

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use geometry::Isometry;
-use mapping::{Place, PlaceParts};
+use mapping::{KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::PriorKeyframe;
 use std::path::Path;
 use store::{SavedMap, keyframe_descriptors};
@@ -11,13 +11,16 @@ use store::{SavedMap, keyframe_descriptors};
 pub fn read_keyframe_descriptors(
     map: &Path,
     wanted: impl Fn(usize) -> bool,
-) -> Result<Vec<(Isometry, Place)>, Failure> {
+) -> Result<Vec<(Isometry, KeyframeDescriptor)>, Failure> {
     let saved = SavedMap::read(map).map_err(Failure::usage)?;
     let known = keyframe_descriptors(map, saved.poses.len()).map_err(Failure::usage)?;
     let whole = known.len() == saved.poses.len();
     let all = saved.poses.into_iter().zip(known).enumerate().filter(|(number, _)| wanted(*number));
     let places = all.map(|(_, (pose, PriorKeyframe { lidar, points, ranges, views }))| {
-        Some((pose, Place::from_parts(PlaceParts { points, ranges, views }, lidar)?))
+        Some((
+            pose,
+            KeyframeDescriptor::from_parts(KeyframeDescriptorParts { points, ranges, views }, lidar)?,
+        ))
     });
     places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| {
         let text = format!("{} misses clouds of some of its keyframes; make the map again", map.display());

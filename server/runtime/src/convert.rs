@@ -194,7 +194,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Scan(_)
         | Publication::Keyframe(_)
         | Publication::Graph(_)
-        | Publication::Tied(_)
+        | Publication::Reanchored(_)
         | Publication::Mapping(_)
         | Publication::Localisation(_)
         | Publication::Docks(_)
@@ -208,11 +208,11 @@ pub fn docks(docks: &[PlaceInMap]) -> Vec<api::Dock> {
 }
 
 fn quality(quality: messages::MapQuality) -> api::Quality {
-    let place = |place: messages::PlaceToWalk| api::PlaceToWalk {
+    let place = |place: messages::SurveyTarget| api::SurveyTarget {
         at: place.at,
         why: match place.why {
-            messages::WhyWalk::FromAfar(area) => api::WhyWalk::FromAfar(area),
-            messages::WhyWalk::Unsure(deviation) => api::WhyWalk::Unsure(deviation),
+            messages::SurveyReason::FromAfar(area) => api::SurveyReason::FromAfar(area),
+            messages::SurveyReason::Unsure(deviation) => api::SurveyReason::Unsure(deviation),
         },
     };
     api::Quality {

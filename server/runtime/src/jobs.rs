@@ -93,7 +93,7 @@ impl Jobs {
             Job::LoadMap { session, map } => self.start(Work::Load { job, session: Some(session), map }),
             Job::ReadMap(map) => self.start(Work::Load { job, session: None, map }),
             Job::VerifyLoop(_)
-            | Job::CompareVisit(_)
+            | Job::CompareRevisit(_)
             | Job::SearchMap(_)
             | Job::Relocalise(_)
             | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {

@@ -5,7 +5,7 @@
 
 use crate::MapCloud;
 use geometry::Isometry;
-use mapping::dynamics::{VOTERS, moving_points};
+use mapping::dynamic_points::{VOTERS, moving_points};
 use mapping::range_image::RangeImage;
 use std::collections::VecDeque;
 

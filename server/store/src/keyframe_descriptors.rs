@@ -11,7 +11,7 @@
 use crate::map_clouds::{MapCloud, map_clouds_and_sensors};
 use crate::{StoreError, files};
 use geometry::isometry_from_pose;
-use mapping::{PLACE_VERSION, Place, PlaceParts};
+use mapping::{KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts};
 use messages::PriorKeyframe;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
@@ -49,14 +49,15 @@ fn descriptors_from_clouds(dir: &Path) -> Result<Vec<PriorKeyframe>, StoreError>
 
 fn place_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<PriorKeyframe> {
     let rotation = isometry_from_pose(&cloud.map_from_keyframe)?.rotation;
-    let PlaceParts { points, ranges, views } = Place::of_cloud(&cloud.xyz, &rotation, lidar).parts();
+    let KeyframeDescriptorParts { points, ranges, views } =
+        KeyframeDescriptor::of_cloud(&cloud.xyz, &rotation, lidar).parts();
     Some(PriorKeyframe { lidar, points, ranges, views })
 }
 
 fn write(out: &mut impl Write, places: &[PriorKeyframe]) -> io::Result<()> {
     let count = |len: usize| u32::try_from(len).map_err(|_| io::Error::from(ErrorKind::InvalidInput));
     out.write_all(MAGIC)?;
-    out.write_all(&PLACE_VERSION.to_le_bytes())?;
+    out.write_all(&KEYFRAME_DESCRIPTOR_VERSION.to_le_bytes())?;
     out.write_all(&count(places.len())?.to_le_bytes())?;
     for PriorKeyframe { lidar, points, ranges, views } in places {
         out.write_all(&lidar.map(f32::to_le_bytes).concat())?;
@@ -94,7 +95,7 @@ fn read(path: &Path) -> Option<Vec<PriorKeyframe>> {
 
 fn parse(bytes: &[u8]) -> Option<Vec<PriorKeyframe>> {
     let mut rest = Rest(bytes.strip_prefix(MAGIC)?);
-    if rest.number()? != PLACE_VERSION {
+    if rest.number()? != KEYFRAME_DESCRIPTOR_VERSION {
         return None;
     }
     let count = rest.number()?;

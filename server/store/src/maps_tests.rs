@@ -1,7 +1,9 @@
 use super::*;
 use crate::keyframe_descriptors;
 use api::Graph;
-use messages::{Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
+use messages::{
+    Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, RevisitCounts,
+};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
@@ -45,7 +47,7 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
         decisions: Vec::new(),
         unverified: 0,
-        visits: VisitCounts::default(),
+        visits: RevisitCounts::default(),
     }
 }
 

@@ -159,7 +159,7 @@ pub struct Quality {
     /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
     pub deviations: Vec<f32>,
     /// Where to walk, or walk again, the most useful first.
-    pub places: Vec<PlaceToWalk>,
+    pub places: Vec<SurveyTarget>,
 }
 
 impl Quality {
@@ -171,16 +171,16 @@ impl Quality {
 
 /// A place worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlaceToWalk {
+pub struct SurveyTarget {
     /// On the floor, map frame, metres.
     pub at: Vec3,
     /// Why.
-    pub why: WhyWalk,
+    pub why: SurveyReason,
 }
 
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum WhyWalk {
+pub enum SurveyReason {
     /// So much of the floor about it was seen from afar only, square metres.
     FromAfar(f64),
     /// The map is known so vaguely there, metres.

@@ -1,7 +1,7 @@
 //! What enters the stack.
 
 use crate::{
-    ComparedVisit, DisambiguationPlan, MapSearchResult, PriorMap, RelocalisationResponse, Sensor,
+    ComparedRevisit, DisambiguationPlan, MapSearchResult, PriorMap, RelocalisationResponse, Sensor,
     VerifiedLoop,
 };
 use serde::{Deserialize, Serialize};
@@ -185,7 +185,7 @@ pub enum JobResult {
     /// A pair of keyframes was looked at.
     LoopVerified(Box<VerifiedLoop>),
     /// A visit was compared with an old keyframe.
-    VisitCompared(Box<ComparedVisit>),
+    RevisitCompared(Box<ComparedRevisit>),
     /// There was no time to look at the pair of keyframes, at the visit, or for the robot's place.
     LoopNotVerified,
     /// The map could not be saved; the sentence says why and what to do.

@@ -54,7 +54,7 @@ pub struct LoopEvidence {
 
 /// Why a pair is no loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum LoopFlaw {
+pub enum LoopRejection {
     /// No start led anywhere.
     NoFit,
     /// Too little of one lies on the other.
@@ -62,11 +62,11 @@ pub enum LoopFlaw {
     /// What lies on the other lies badly.
     Residual,
     /// Rays of one went through surfaces of the other.
-    SeenThrough,
+    FreeSpaceViolation,
     /// Another place fits as well.
-    Rival,
+    Ambiguous,
     /// Blind in some direction and nothing else to hold it there.
-    Blind,
+    Degenerate,
 }
 
 /// A pair that was looked at.
@@ -81,7 +81,7 @@ pub struct VerifiedLoop {
     /// What speaks for and against it.
     pub evidence: LoopEvidence,
     /// What is wrong with it, or nothing.
-    pub flaw: Option<LoopFlaw>,
+    pub rejection: Option<LoopRejection>,
 }
 
 /// What became of a pair.
@@ -117,7 +117,7 @@ pub struct LoopDecision {
 
 /// A visit to known ground, to be compared with an old keyframe. What the work needs besides lies with the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct VisitTask {
+pub struct RevisitTask {
     /// The mapping session.
     pub session: SessionId,
     /// Number of the waypoint, counted along the walk.
@@ -132,9 +132,9 @@ pub struct VisitTask {
 
 /// A visit that was compared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ComparedVisit {
+pub struct ComparedRevisit {
     /// What was asked.
-    pub task: VisitTask,
+    pub task: RevisitTask,
     /// Pose found of the base in the keyframe.
     pub keyframe_from_base: Pose,
     /// Information (inverse covariance) of that pose, `[rotation; translation]`.
@@ -142,12 +142,12 @@ pub struct ComparedVisit {
     /// What speaks for and against it.
     pub evidence: LoopEvidence,
     /// What is wrong with it, or nothing.
-    pub flaw: Option<LoopFlaw>,
+    pub rejection: Option<LoopRejection>,
 }
 
 /// A visit to known ground that was found to be where it was expected, or nearly: the robot's place is told from that keyframe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Tied {
+pub struct Reanchored {
     /// The mapping session.
     pub session: SessionId,
     /// When the robot was there.

@@ -1,8 +1,8 @@
 //! What leaves the stack.
 
 use crate::{
-    BatteryState, DisambiguationTask, LoopDecision, LoopTask, MapSearchTask, PlaceInMap, RelocalisationTask,
-    Tied, VisitTask,
+    BatteryState, DisambiguationTask, LoopDecision, LoopTask, MapSearchTask, PlaceInMap, Reanchored,
+    RelocalisationTask, RevisitTask,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -49,7 +49,7 @@ pub enum Job {
     /// `Stack::take_compute_job`; a replay never fetches it, because the result is in the log.
     VerifyLoop(LoopTask),
     /// Compare what is seen now with an old keyframe; as for [`Self::VerifyLoop`].
-    CompareVisit(VisitTask),
+    CompareRevisit(RevisitTask),
     /// Read a saved map that a session goes on from, and make its clouds the session's first.
     LoadMap {
         /// The session.
@@ -90,7 +90,7 @@ pub enum Publication {
     /// A pair of keyframes was decided on.
     LoopDecided(LoopDecision),
     /// The robot found its place on known ground.
-    Tied(Tied),
+    Reanchored(Reanchored),
     /// How good the map under construction is; every few seconds while it changes.
     Quality(MapQuality),
     /// State of mapping.
@@ -307,21 +307,21 @@ pub struct MapQuality {
     /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
     pub deviations: Vec<f32>,
     /// Where to walk, or walk again, the most useful first.
-    pub places: Vec<PlaceToWalk>,
+    pub places: Vec<SurveyTarget>,
 }
 
 /// A place worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlaceToWalk {
+pub struct SurveyTarget {
     /// On the floor, map frame, metres.
     pub at: Vec3,
     /// Why.
-    pub why: WhyWalk,
+    pub why: SurveyReason,
 }
 
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum WhyWalk {
+pub enum SurveyReason {
     /// So much of the floor about it was seen from afar only, square metres.
     FromAfar(f64),
     /// The map is known so vaguely there, metres.
@@ -458,12 +458,12 @@ pub struct FinishedMap {
     /// Pairs that there was no time to look at.
     pub unverified: u64,
     /// What became of walks over known ground.
-    pub visits: VisitCounts,
+    pub visits: RevisitCounts,
 }
 
 /// Comparisons of what is seen with old keyframes, on known ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct VisitCounts {
+pub struct RevisitCounts {
     /// Made.
     pub compared: u64,
     /// That found the robot where it was expected, or nearly.

@@ -261,7 +261,7 @@ impl Stage {
 }
 
 /// The sign of a place that is worth a walk.
-fn lacking(place: &api::PlaceToWalk, palette: &Palette) -> Marker {
+fn lacking(place: &api::SurveyTarget, palette: &Palette) -> Marker {
     Marker {
         id: None,
         position: vector(place.at) + DVec3::Z * SIGN_HEIGHT_M,

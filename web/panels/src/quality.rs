@@ -4,7 +4,7 @@ use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};
 use crate::{icon, words};
-use api::{PlaceToWalk, WhyWalk};
+use api::{SurveyReason, SurveyTarget};
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Ui, vec2};
 
@@ -37,13 +37,13 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
 fn row(
     ui: &mut Ui,
     tokens: &Tokens,
-    (number, place): (usize, &PlaceToWalk),
+    (number, place): (usize, &SurveyTarget),
     enabled: bool,
     out: &mut Vec<ClientCommand>,
 ) {
     let why = match place.why {
-        WhyWalk::FromAfar(area) => format!("{} seen from afar only", words::area(area)),
-        WhyWalk::Unsure(deviation) => {
+        SurveyReason::FromAfar(area) => format!("{} seen from afar only", words::area(area)),
+        SurveyReason::Unsure(deviation) => {
             format!("Known to {} only: come back to where you began", words::accuracy(deviation))
         }
     };

@@ -4,7 +4,7 @@ mod loops;
 
 use crate::{Layout, PanelState, Width, theme, words};
 use api::{
-    CommandOutcome, Control, MapSummary, Mapping, Motion, PlaceToWalk, Quality, ServerMessage, WhyWalk,
+    CommandOutcome, Control, MapSummary, Mapping, Motion, Quality, ServerMessage, SurveyReason, SurveyTarget,
 };
 use client_model::{
     ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, Model, Screen, Socket, Theme, ViewSettings,
@@ -242,8 +242,8 @@ fn the_map_that_is_looked_at_can_be_extended() {
 fn what_the_map_lacks_is_listed_and_can_be_walked_to() {
     let at = Vec3::new(4.0, 2.0, 0.0);
     let places = vec![
-        PlaceToWalk { at, why: WhyWalk::FromAfar(34.0) },
-        PlaceToWalk { at: Vec3::default(), why: WhyWalk::Unsure(0.42) },
+        SurveyTarget { at, why: SurveyReason::FromAfar(34.0) },
+        SurveyTarget { at: Vec3::default(), why: SurveyReason::Unsure(0.42) },
     ];
     let quality = Quality { covered: 412.3, from_afar: 40.0, deviations: vec![0.0, 0.42, 0.1], places };
     let desk = Desk::connected().event(api::Event::Mapping(running())).event(api::Event::Quality(quality));

@@ -2,7 +2,7 @@
 
 use api::{
     Battery, Doubt, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity,
-    WhyWalk,
+    SurveyReason,
 };
 use client_model::{ColourBy, LoopPair, LoopPick, Model, Theme};
 use vocab::{MapId, Stamp, Vec3};
@@ -18,10 +18,10 @@ pub fn area(square_metres: f64) -> String {
 }
 
 /// Why a place is worth walking to, on a tag.
-pub fn why_walk(why: WhyWalk) -> String {
+pub fn why_walk(why: SurveyReason) -> String {
     match why {
-        WhyWalk::FromAfar(square_metres) => format!("Seen from afar only · {}", area(square_metres)),
-        WhyWalk::Unsure(metres) => format!("Known to {} only", accuracy(metres)),
+        SurveyReason::FromAfar(square_metres) => format!("Seen from afar only · {}", area(square_metres)),
+        SurveyReason::Unsure(metres) => format!("Known to {} only", accuracy(metres)),
     }
 }
 

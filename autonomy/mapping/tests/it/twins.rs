@@ -36,7 +36,7 @@ fn decide(walk: &Walk, doubt: f64) -> Vec<Decision> {
             sensor: [0.07, 0.005, 0.31],
         });
         for task in tasks {
-            decisions.extend(finder.judge(&verify(&task, &finder.config().gates)));
+            decisions.extend(finder.evaluate(&verify(&task, &finder.config().gates)));
         }
     }
     decisions

@@ -14,11 +14,12 @@ use crate::search::Found;
 use crate::work::{Asked, ComputeJob};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{
-    Decision, Edge, Ground, LoopConfig, LoopFinder, Node, Session, Task, Tied, Verdict, Verified, Waypoint,
+    Decision, Edge, LoopConfig, LoopFinder, Node, Novelty, RevisitResult, Session, Verdict, VerificationTask,
+    VerifiedPair, Waypoint,
 };
 use messages::{
-    ComparedVisit, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, MapQuality, StackEffect, VerifiedLoop,
-    VisitCounts,
+    ComparedRevisit, LoopDecision, LoopEvidence, LoopTask, LoopVerdict, MapQuality, RevisitCounts,
+    StackEffect, VerifiedLoop,
 };
 use queue::Queue;
 use std::collections::BTreeMap;
@@ -33,7 +34,7 @@ pub(crate) struct Loops {
     finder: LoopFinder,
     optimiser: Optimiser,
     queue: Queue,
-    visits: VisitCounts,
+    visits: RevisitCounts,
     /// In the order of deciding.
     decisions: Vec<LoopDecision>,
     /// Of each pair that was looked at, the last look.
@@ -53,10 +54,10 @@ struct LookedAt {
 
 /// What came of something.
 #[derive(Debug, Default)]
-pub(crate) struct News {
+pub(crate) struct LoopEvents {
     pub decisions: Vec<LoopDecision>,
     /// The robot found its place on known ground.
-    pub tied: Option<messages::Tied>,
+    pub tied: Option<messages::Reanchored>,
     /// Whether edges or poses of the session changed.
     pub changed: bool,
     /// Whether the robot has found itself in the map that the session goes on from.
@@ -74,7 +75,7 @@ impl Loops {
             finder: LoopFinder::new(LoopConfig::default()),
             optimiser: Optimiser::default(),
             queue: Queue::default(),
-            visits: VisitCounts::default(),
+            visits: RevisitCounts::default(),
             decisions: Vec::new(),
             looked_at: BTreeMap::new(),
             broken: None,
@@ -104,11 +105,12 @@ impl Loops {
 
     /// Tells where a waypoint was in that map. Says whether it could be believed.
     pub fn place(&mut self, found: &Found, session: &mut Session) -> bool {
-        let placed = self.finder.place(found.waypoint, found.keyframe, &found.keyframe_from_waypoint);
+        let placed =
+            self.finder.localise_in_map(found.waypoint, found.keyframe, &found.keyframe_from_waypoint);
         let (Some(pose), Some((first, _))) = (placed, session.trajectory().first().copied()) else {
             return false;
         };
-        session.tie(first, found.keyframe, &pose);
+        session.reanchor(first, found.keyframe, &pose);
         true
     }
 
@@ -117,36 +119,36 @@ impl Loops {
     /// [`Self::start`].
     pub fn arrive(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]]) -> Arrived {
         // Of the map, whose z axis points up as well as the odometry's does.
-        match self.finder.arrive(waypoint, xyz, self.sensor) {
-            Ground::New { edge, tasks } => {
+        match self.finder.add_waypoint(waypoint, xyz, self.sensor) {
+            Novelty::Keyframe { edge, tasks } => {
                 for task in tasks {
                     self.ask(task);
                 }
                 Arrived::Keyframe(edge)
             }
-            Ground::Known(visit) => {
+            Novelty::Revisit(visit) => {
                 if let Some(visit) = visit.filter(|_| self.broken.is_none()) {
                     let asked = plain::visit_to_plain(self.session, waypoint.stamp, &visit);
-                    self.queue.push(Asked::Visit(asked), visit.comparison);
+                    self.queue.push(Asked::Revisit(asked), visit.comparison);
                 }
-                Arrived::Visit
+                Arrived::Revisit
             }
-            Ground::Lost(number) => Arrived::Lost(number),
+            Novelty::Unlocalised(number) => Arrived::Lost(number),
         }
     }
 
     /// Takes the session's newest keyframe in, that `edge` leads to.
-    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> News {
+    pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> LoopEvents {
         if self.broken.is_some() {
-            return News::default();
+            return LoopEvents::default();
         }
         match self.optimiser.add_keyframe(node, edge) {
-            Ok(()) => News::default(),
+            Ok(()) => LoopEvents::default(),
             Err(error) => self.give_up(&error),
         }
     }
 
-    fn ask(&mut self, task: Task) {
+    fn ask(&mut self, task: VerificationTask) {
         if self.broken.is_none() {
             let asked = Asked::Loop(plain::task_to_plain(self.session, &task));
             self.queue.push(asked, task.comparison);
@@ -171,46 +173,46 @@ impl Loops {
     }
 
     /// A job has ended: its pair is judged, and what is accepted moves the map. Jobs of other sessions are ignored.
-    pub fn verified(&mut self, job: u64, found: &VerifiedLoop, session: &mut Session) -> News {
+    pub fn verified(&mut self, job: u64, found: &VerifiedLoop, session: &mut Session) -> LoopEvents {
         let (Some(Asked::Loop(asked)), Some(verified)) =
             (self.queue.end(job), plain::verified_from_plain(found))
         else {
-            return News::default();
+            return LoopEvents::default();
         };
         let pair = (asked.from, asked.to);
         // A second look at what is an edge already, or at what was asked of another build, changes nothing.
         if self.broken.is_some() || pair != (found.task.from, found.task.to) || self.optimiser.has(pair) {
-            return News::default();
+            return LoopEvents::default();
         }
         let known = LookedAt { asked, edge: verified.edge, evidence: found.evidence, verdict: None };
         self.looked_at.insert(pair, known);
-        self.judge(&verified, session)
+        self.evaluate(&verified, session)
     }
 
     /// A job has ended: the robot's place may be known anew, and if that says something new of how two keyframes lie to each
     /// other it is a loop. Jobs of other sessions are ignored.
-    pub fn compared(&mut self, job: u64, found: &ComparedVisit, session: &mut Session) -> News {
-        let (Some(Asked::Visit(asked)), Some(compared)) =
+    pub fn compared(&mut self, job: u64, found: &ComparedRevisit, session: &mut Session) -> LoopEvents {
+        let (Some(Asked::Revisit(asked)), Some(compared)) =
             (self.queue.end(job), plain::compared_from_plain(found))
         else {
-            return News::default();
+            return LoopEvents::default();
         };
         let same = (asked.visit, asked.keyframe) == (found.task.visit, found.task.keyframe);
         if self.broken.is_some() || !same {
-            return News::default();
+            return LoopEvents::default();
         }
         self.visits.compared += 1;
-        let tied = self.finder.tie(asked.visit, &compared);
-        if tied == Tied::Refused {
-            return News::default();
+        let tied = self.finder.complete_revisit(asked.visit, &compared);
+        if tied == RevisitResult::Rejected {
+            return LoopEvents::default();
         }
         self.visits.confirmed += 1;
-        let mut news = News::default();
+        let mut news = LoopEvents::default();
         match tied {
-            Tied::Refused | Tied::Confirmed => {}
-            Tied::Loop(verified) => news = self.loop_from_visit(&verified, session),
-            Tied::Anew(tie) => {
-                session.tie(tie.since, tie.anchor, &tie.anchor_from_waypoint);
+            RevisitResult::Rejected | RevisitResult::Confirmed => {}
+            RevisitResult::Loop(verified) => news = self.loop_from_visit(&verified, session),
+            RevisitResult::Reanchored(tie) => {
+                session.reanchor(tie.since, tie.anchor, &tie.anchor_from_waypoint);
                 if let Some(edge) = &tie.edge {
                     news = self.loop_from_visit(edge, session);
                 }
@@ -218,30 +220,30 @@ impl Loops {
         }
         let (session, stamp, keyframe) = (asked.session, asked.stamp, asked.keyframe);
         let (keyframe_from_base, information) = (found.keyframe_from_base, found.information);
-        news.tied = Some(messages::Tied { session, stamp, keyframe, keyframe_from_base, information });
+        news.tied = Some(messages::Reanchored { session, stamp, keyframe, keyframe_from_base, information });
         news
     }
 
     /// A loop between two keyframes that was seen from a visit, not from one of them.
-    fn loop_from_visit(&mut self, verified: &Verified, session: &mut Session) -> News {
+    fn loop_from_visit(&mut self, verified: &VerifiedPair, session: &mut Session) -> LoopEvents {
         let edge = verified.edge;
         let pair = (edge.from, edge.to);
         let refused =
             self.looked_at.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Rejected));
         if refused || self.optimiser.has(pair) || edge.from.0.abs_diff(edge.to.0) <= 1 {
-            return News::default();
+            return LoopEvents::default();
         }
         let (source, guess) = (messages::LoopSource::Geometry, pose_from_isometry(&edge.from_from_to));
         let asked = LoopTask { session: self.session, from: edge.from, to: edge.to, source, guess };
         let evidence = plain::evidence_to_plain(&verified.evidence);
         self.looked_at.insert(pair, LookedAt { asked, edge, evidence, verdict: None });
-        self.judge(verified, session)
+        self.evaluate(verified, session)
     }
 
     /// Judges a pair that was compared; what is accepted moves the map.
-    fn judge(&mut self, verified: &Verified, session: &mut Session) -> News {
-        let mut news = News::default();
-        for decision in self.finder.judge(verified) {
+    fn evaluate(&mut self, verified: &VerifiedPair, session: &mut Session) -> LoopEvents {
+        let mut news = LoopEvents::default();
+        for decision in self.finder.evaluate(verified) {
             let Decision { edge, verdict, .. } = decision;
             let pair = (edge.from, edge.to);
             if self.optimiser.has(pair) {
@@ -266,7 +268,7 @@ impl Loops {
         from: KeyframeId,
         to: KeyframeId,
         session: &mut Session,
-    ) -> Result<News, String> {
+    ) -> Result<LoopEvents, String> {
         let pair = ordered(from, to);
         let named = names(pair);
         if let Some(reason) = &self.broken {
@@ -292,7 +294,7 @@ impl Loops {
             return Ok(self.give_up(&error));
         }
         session.add_loop(edge);
-        let mut news = News { changed: true, ..News::default() };
+        let mut news = LoopEvents { changed: true, ..LoopEvents::default() };
         self.decide(pair, LoopVerdict::Accepted, true, "A person accepted it.".to_owned(), &mut news);
         Ok(self.move_map(session, news))
     }
@@ -303,20 +305,20 @@ impl Loops {
         from: KeyframeId,
         to: KeyframeId,
         session: &mut Session,
-    ) -> Result<News, String> {
+    ) -> Result<LoopEvents, String> {
         let pair = ordered(from, to);
         let held = self.looked_at.get(&pair).is_some_and(|known| known.verdict == Some(LoopVerdict::Held));
         let closed = self.optimiser.remove_loop(pair);
         if !closed && !held {
             return Err(format!("{} are no loop, so there is nothing to reject.", names(pair)));
         }
-        while self.finder.withdraw(pair.0, pair.1) {}
+        while self.finder.remove_loop(pair.0, pair.1) {}
         // The robot's place may have rested on it.
         if let (Some((anchor, pose)), Some((now, _))) = (self.finder.position(), session.trajectory().last())
         {
-            session.tie(*now, anchor, &pose);
+            session.reanchor(*now, anchor, &pose);
         }
-        let mut news = News { changed: session.remove_loop(pair.0, pair.1), ..News::default() };
+        let mut news = LoopEvents { changed: session.remove_loop(pair.0, pair.1), ..LoopEvents::default() };
         self.decide(pair, LoopVerdict::Rejected, true, "A person rejected it.".to_owned(), &mut news);
         Ok(self.move_map(session, news))
     }
@@ -337,7 +339,8 @@ impl Loops {
             return Err("That guess is not a pose. Place the keyframe again.".to_owned());
         };
         let guess = if pair == (from, to) { guess } else { guess.inverse() };
-        let task: Task = self.finder.propose(pair.0, pair.1, guess).ok_or_else(|| unknown(pair))?;
+        let task: VerificationTask =
+            self.finder.propose(pair.0, pair.1, guess).ok_or_else(|| unknown(pair))?;
         self.ask(task);
         Ok(())
     }
@@ -354,13 +357,13 @@ impl Loops {
     }
 
     /// The session ends: nothing more is looked at, and the poses are made as good as the graph allows.
-    pub fn finish(&mut self, session: &mut Session) -> News {
+    pub fn finish(&mut self, session: &mut Session) -> LoopEvents {
         self.queue.clear();
         if session.loops().is_empty() || self.broken.is_some() {
-            return News::default();
+            return LoopEvents::default();
         }
         let settled = self.optimiser.settle();
-        self.put(settled, session, News::default())
+        self.put(settled, session, LoopEvents::default())
     }
 
     /// Everything decided, in order.
@@ -374,12 +377,12 @@ impl Loops {
     }
 
     /// Walks over known ground.
-    pub fn visits(&self) -> VisitCounts {
+    pub fn visits(&self) -> RevisitCounts {
         self.visits
     }
 
     /// Brings the poses up to date if edges changed.
-    fn move_map(&mut self, session: &mut Session, news: News) -> News {
+    fn move_map(&mut self, session: &mut Session, news: LoopEvents) -> LoopEvents {
         if !news.changed {
             return news;
         }
@@ -387,17 +390,29 @@ impl Loops {
         self.put(solved, session, news)
     }
 
-    fn put(&mut self, solved: Result<Vec<Isometry>, GraphError>, session: &mut Session, news: News) -> News {
+    fn put(
+        &mut self,
+        solved: Result<Vec<Isometry>, GraphError>,
+        session: &mut Session,
+        news: LoopEvents,
+    ) -> LoopEvents {
         match solved {
             Ok(poses) => {
                 session.move_keyframes(&poses);
                 news
             }
-            Err(error) => News { trouble: self.give_up(&error).trouble, ..news },
+            Err(error) => LoopEvents { trouble: self.give_up(&error).trouble, ..news },
         }
     }
 
-    fn decide(&mut self, pair: Pair, verdict: LoopVerdict, by_hand: bool, reason: String, news: &mut News) {
+    fn decide(
+        &mut self,
+        pair: Pair,
+        verdict: LoopVerdict,
+        by_hand: bool,
+        reason: String,
+        news: &mut LoopEvents,
+    ) {
         let Some(known) = self.looked_at.get_mut(&pair) else { return };
         known.verdict = Some(verdict);
         let decision = LoopDecision {
@@ -413,13 +428,13 @@ impl Loops {
     }
 
     /// The map stays as it is, and is not corrected any more.
-    fn give_up(&mut self, error: &GraphError) -> News {
+    fn give_up(&mut self, error: &GraphError) -> LoopEvents {
         let text = format!(
             "Loops of this map are not closed any more, because its graph cannot be solved: {error}. Save it and begin another."
         );
         self.queue.clear();
         self.broken = Some(text.clone());
-        News { trouble: Some(text), changed: true, ..News::default() }
+        LoopEvents { trouble: Some(text), changed: true, ..LoopEvents::default() }
     }
 }
 
@@ -428,7 +443,7 @@ pub(crate) enum Arrived {
     /// A keyframe, with the edge that leads to it.
     Keyframe(Option<Edge>),
     /// A visit to known ground.
-    Visit,
+    Revisit,
     /// Somewhere in the saved map that the session goes on from; its number.
     Lost(u64),
 }

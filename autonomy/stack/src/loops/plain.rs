@@ -2,23 +2,26 @@
 
 use crate::mapping_phase::rows;
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry, vec_to_plain};
-use mapping::{Compared, Evidence, Flaw, Quality, Source, Task, Verdict, Verified, Visit};
+use mapping::{
+    CandidateSource, ComparisonResult, Evidence, RejectionReason, Revisit, Verdict, VerificationTask,
+    VerifiedPair,
+};
 use messages::{
-    ComparedVisit, LoopEvidence, LoopFlaw, LoopSource, LoopTask, LoopVerdict, MapQuality, PlaceToWalk,
-    VerifiedLoop, VisitTask, WhyWalk,
+    ComparedRevisit, LoopEvidence, LoopRejection, LoopSource, LoopTask, LoopVerdict, MapQuality, RevisitTask,
+    SurveyReason, SurveyTarget, VerifiedLoop,
 };
 use vocab::{Pose, SessionId, Stamp};
 
 /// What is asked of a job, for the log.
-pub(crate) fn task_to_plain(session: SessionId, task: &Task) -> LoopTask {
+pub(crate) fn task_to_plain(session: SessionId, task: &VerificationTask) -> LoopTask {
     let source = source_to_plain(task.comparison.source);
     LoopTask { session, from: task.from, to: task.to, source, guess: guess_of(&task.comparison.guesses) }
 }
 
 /// The same of a visit made at `stamp`.
-pub(crate) fn visit_to_plain(session: SessionId, stamp: Stamp, visit: &Visit) -> VisitTask {
+pub(crate) fn visit_to_plain(session: SessionId, stamp: Stamp, visit: &Revisit) -> RevisitTask {
     let guess = guess_of(&visit.comparison.guesses);
-    VisitTask { session, visit: visit.number, stamp, keyframe: visit.keyframe, guess }
+    RevisitTask { session, visit: visit.number, stamp, keyframe: visit.keyframe, guess }
 }
 
 fn guess_of(guesses: &[Isometry]) -> Pose {
@@ -26,45 +29,45 @@ fn guess_of(guesses: &[Isometry]) -> Pose {
 }
 
 /// What came out, for the log.
-pub(crate) fn verified_to_plain(asked: &LoopTask, compared: &Compared) -> VerifiedLoop {
+pub(crate) fn verified_to_plain(asked: &LoopTask, compared: &ComparisonResult) -> VerifiedLoop {
     VerifiedLoop {
         task: *asked,
         from_from_to: pose_from_isometry(&compared.pose),
         information: rows(&compared.information),
         evidence: evidence_to_plain(&compared.evidence),
-        flaw: compared.flaw.map(flaw_to_plain),
+        rejection: compared.rejection.map(rejection_to_plain),
     }
 }
 
 /// The same of a visit.
-pub(crate) fn compared_to_plain(asked: &VisitTask, compared: &Compared) -> ComparedVisit {
-    ComparedVisit {
+pub(crate) fn compared_to_plain(asked: &RevisitTask, compared: &ComparisonResult) -> ComparedRevisit {
+    ComparedRevisit {
         task: *asked,
         keyframe_from_base: pose_from_isometry(&compared.pose),
         information: rows(&compared.information),
         evidence: evidence_to_plain(&compared.evidence),
-        flaw: compared.flaw.map(flaw_to_plain),
+        rejection: compared.rejection.map(rejection_to_plain),
     }
 }
 
 /// And back; none when its pose is not one.
-pub(crate) fn verified_from_plain(plain: &VerifiedLoop) -> Option<Verified> {
-    let compared = Compared {
+pub(crate) fn verified_from_plain(plain: &VerifiedLoop) -> Option<VerifiedPair> {
+    let compared = ComparisonResult {
         pose: isometry_from_pose(&plain.from_from_to)?,
         information: from_rows(&plain.information),
         evidence: evidence_from_plain(&plain.evidence, plain.task.source),
-        flaw: plain.flaw.map(flaw_from_plain),
+        rejection: plain.rejection.map(rejection_from_plain),
     };
-    Some(Verified::new(plain.task.from, plain.task.to, &compared))
+    Some(VerifiedPair::new(plain.task.from, plain.task.to, &compared))
 }
 
 /// And back; none when its pose is not one.
-pub(crate) fn compared_from_plain(plain: &ComparedVisit) -> Option<Compared> {
-    Some(Compared {
+pub(crate) fn compared_from_plain(plain: &ComparedRevisit) -> Option<ComparisonResult> {
+    Some(ComparisonResult {
         pose: isometry_from_pose(&plain.keyframe_from_base)?,
         information: from_rows(&plain.information),
         evidence: evidence_from_plain(&plain.evidence, LoopSource::Geometry),
-        flaw: plain.flaw.map(flaw_from_plain),
+        rejection: plain.rejection.map(rejection_from_plain),
     })
 }
 
@@ -111,53 +114,53 @@ pub(crate) fn verdict_to_plain(verdict: Verdict) -> LoopVerdict {
     }
 }
 
-fn source_to_plain(source: Source) -> LoopSource {
+fn source_to_plain(source: CandidateSource) -> LoopSource {
     match source {
-        Source::Geometry => LoopSource::Geometry,
-        Source::Appearance(distance) => LoopSource::Appearance(distance),
-        Source::Person => LoopSource::Person,
+        CandidateSource::Geometry => LoopSource::Geometry,
+        CandidateSource::Appearance(distance) => LoopSource::Appearance(distance),
+        CandidateSource::Person => LoopSource::Person,
     }
 }
 
-fn source_from_plain(source: LoopSource) -> Source {
+fn source_from_plain(source: LoopSource) -> CandidateSource {
     match source {
-        LoopSource::Geometry => Source::Geometry,
-        LoopSource::Appearance(distance) => Source::Appearance(distance),
-        LoopSource::Person => Source::Person,
+        LoopSource::Geometry => CandidateSource::Geometry,
+        LoopSource::Appearance(distance) => CandidateSource::Appearance(distance),
+        LoopSource::Person => CandidateSource::Person,
     }
 }
 
-fn flaw_to_plain(flaw: Flaw) -> LoopFlaw {
-    match flaw {
-        Flaw::NoFit => LoopFlaw::NoFit,
-        Flaw::Overlap => LoopFlaw::Overlap,
-        Flaw::Residual => LoopFlaw::Residual,
-        Flaw::SeenThrough => LoopFlaw::SeenThrough,
-        Flaw::Rival => LoopFlaw::Rival,
-        Flaw::Blind => LoopFlaw::Blind,
+fn rejection_to_plain(rejection: RejectionReason) -> LoopRejection {
+    match rejection {
+        RejectionReason::NoFit => LoopRejection::NoFit,
+        RejectionReason::Overlap => LoopRejection::Overlap,
+        RejectionReason::Residual => LoopRejection::Residual,
+        RejectionReason::FreeSpaceViolation => LoopRejection::FreeSpaceViolation,
+        RejectionReason::Ambiguous => LoopRejection::Ambiguous,
+        RejectionReason::Degenerate => LoopRejection::Degenerate,
     }
 }
 
-fn flaw_from_plain(flaw: LoopFlaw) -> Flaw {
-    match flaw {
-        LoopFlaw::NoFit => Flaw::NoFit,
-        LoopFlaw::Overlap => Flaw::Overlap,
-        LoopFlaw::Residual => Flaw::Residual,
-        LoopFlaw::SeenThrough => Flaw::SeenThrough,
-        LoopFlaw::Rival => Flaw::Rival,
-        LoopFlaw::Blind => Flaw::Blind,
+fn rejection_from_plain(rejection: LoopRejection) -> RejectionReason {
+    match rejection {
+        LoopRejection::NoFit => RejectionReason::NoFit,
+        LoopRejection::Overlap => RejectionReason::Overlap,
+        LoopRejection::Residual => RejectionReason::Residual,
+        LoopRejection::FreeSpaceViolation => RejectionReason::FreeSpaceViolation,
+        LoopRejection::Ambiguous => RejectionReason::Ambiguous,
+        LoopRejection::Degenerate => RejectionReason::Degenerate,
     }
 }
 
 /// How good a map is, for clients.
-pub(crate) fn quality_to_plain(quality: Quality) -> MapQuality {
-    let place = |place: &mapping::PlaceToWalk| PlaceToWalk {
+pub(crate) fn quality_to_plain(quality: mapping::MapQuality) -> MapQuality {
+    let place = |place: &mapping::SurveyTarget| SurveyTarget {
         at: vec_to_plain(&place.at),
         why: match place.why {
-            mapping::WhyWalk::FromAfar(area) => WhyWalk::FromAfar(area),
-            mapping::WhyWalk::Unsure(deviation) => WhyWalk::Unsure(deviation),
+            mapping::SurveyReason::FromAfar(area) => SurveyReason::FromAfar(area),
+            mapping::SurveyReason::Unsure(deviation) => SurveyReason::Unsure(deviation),
         },
     };
-    let Quality { covered, from_afar, deviations, places } = quality;
+    let mapping::MapQuality { covered, from_afar, deviations, places } = quality;
     MapQuality { covered, from_afar, deviations, places: places.iter().map(place).collect() }
 }

@@ -1,7 +1,7 @@
 //! Pairs waiting to be compared, and those being compared: both bounded, the least promising are left out first.
 
 use crate::work::{Asked, ComputeJob};
-use mapping::{Comparison, Gates, Source};
+use mapping::{CandidateSource, Comparison, VerificationConfig};
 use messages::{Job, StackEffect};
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ impl Queue {
             let (asked, comparison) = self.waiting.remove(best);
             let work = match asked {
                 Asked::Loop(task) => Job::VerifyLoop(task),
-                Asked::Visit(task) => Job::CompareVisit(task),
+                Asked::Revisit(task) => Job::CompareRevisit(task),
             };
             effects.push(StackEffect::StartJob { job: *jobs, work });
             self.running.insert(*jobs, (asked, Some(comparison)));
@@ -55,7 +55,7 @@ impl Queue {
     }
 
     /// What a job takes; once.
-    pub fn take(&mut self, job: u64, gates: &Gates) -> Option<ComputeJob> {
+    pub fn take(&mut self, job: u64, gates: &VerificationConfig) -> Option<ComputeJob> {
         let (asked, comparison) = self.running.get_mut(&job)?;
         Some(ComputeJob::new(*asked, comparison.take()?, *gates))
     }
@@ -93,10 +93,10 @@ impl Queue {
 /// People know best; then where the robot is now; then what the estimates say; then what looks most alike.
 fn promise((asked, comparison): &(Asked, Comparison)) -> f32 {
     match (asked, comparison.source) {
-        (_, Source::Person) => 3.0,
-        (Asked::Visit(_), _) => 2.0,
-        (Asked::Loop(_), Source::Geometry) => 1.0,
-        (Asked::Loop(_), Source::Appearance(distance)) => -distance,
+        (_, CandidateSource::Person) => 3.0,
+        (Asked::Revisit(_), _) => 2.0,
+        (Asked::Loop(_), CandidateSource::Geometry) => 1.0,
+        (Asked::Loop(_), CandidateSource::Appearance(distance)) => -distance,
     }
 }
 
@@ -105,26 +105,26 @@ mod tests {
     use super::*;
     use crate::loops::plain;
     use mapping::submap::LazySubmap;
-    use mapping::{Task, Visit};
+    use mapping::{Revisit, VerificationTask};
     use std::sync::Arc;
     use uuid::Uuid;
     use vocab::{KeyframeId, SessionId, Stamp};
 
-    fn push(queue: &mut Queue, to: u32, source: Source) {
+    fn push(queue: &mut Queue, to: u32, source: CandidateSource) {
         let nothing = Arc::new(LazySubmap::new(Vec::new(), 0));
         let (older, newer) = (nothing.clone(), nothing);
         let comparison = Comparison { source, guesses: Vec::new(), expected: None, older, newer };
-        let task = Task { from: KeyframeId(0), to: KeyframeId(to), comparison };
+        let task = VerificationTask { from: KeyframeId(0), to: KeyframeId(to), comparison };
         let asked = Asked::Loop(plain::task_to_plain(SessionId(Uuid::nil()), &task));
         queue.push(asked, task.comparison);
     }
 
     fn visit(queue: &mut Queue, number: u64) {
         let nothing = Arc::new(LazySubmap::new(Vec::new(), 0));
-        let (older, newer, source) = (nothing.clone(), nothing, Source::Geometry);
+        let (older, newer, source) = (nothing.clone(), nothing, CandidateSource::Geometry);
         let comparison = Comparison { source, guesses: Vec::new(), expected: None, older, newer };
-        let visit = Visit { number, keyframe: KeyframeId(0), comparison };
-        let asked = Asked::Visit(plain::visit_to_plain(SessionId(Uuid::nil()), Stamp::EPOCH, &visit));
+        let visit = Revisit { number, keyframe: KeyframeId(0), comparison };
+        let asked = Asked::Revisit(plain::visit_to_plain(SessionId(Uuid::nil()), Stamp::EPOCH, &visit));
         queue.push(asked, visit.comparison);
     }
 
@@ -134,7 +134,7 @@ mod tests {
         queue.start(jobs, &mut effects);
         let to = |effect: &StackEffect| match effect {
             StackEffect::StartJob { work: Job::VerifyLoop(task), .. } => task.to.0,
-            StackEffect::StartJob { work: Job::CompareVisit(task), .. } => task.visit as u32,
+            StackEffect::StartJob { work: Job::CompareRevisit(task), .. } => task.visit as u32,
             other => panic!("{other:?}"),
         };
         effects.iter().map(to).collect()
@@ -144,17 +144,20 @@ mod tests {
     fn few_run_at_a_time_the_best_first() {
         let (mut queue, mut jobs) = (Queue::default(), 10);
         for (to, source) in [
-            (1, Source::Appearance(0.4)),
-            (2, Source::Geometry),
-            (3, Source::Appearance(0.1)),
-            (5, Source::Person),
+            (1, CandidateSource::Appearance(0.4)),
+            (2, CandidateSource::Geometry),
+            (3, CandidateSource::Appearance(0.1)),
+            (5, CandidateSource::Person),
         ] {
             push(&mut queue, to, source);
         }
         visit(&mut queue, 4);
         assert_eq!(started(&mut queue, &mut jobs), [5, 4, 2, 3]);
         assert!(started(&mut queue, &mut jobs).is_empty());
-        assert!(queue.take(12, &Gates::default()).is_some() && queue.take(12, &Gates::default()).is_none());
+        assert!(
+            queue.take(12, &VerificationConfig::default()).is_some()
+                && queue.take(12, &VerificationConfig::default()).is_none()
+        );
         let ended = |asked: Option<Asked>| match asked {
             Some(Asked::Loop(task)) => task.to.0,
             other => panic!("{other:?}"),
@@ -167,10 +170,10 @@ mod tests {
     #[test]
     fn of_too_many_the_least_alike_are_left_out_and_counted() {
         let mut queue = Queue::default();
-        push(&mut queue, 1, Source::Person);
-        push(&mut queue, 2, Source::Appearance(0.4));
+        push(&mut queue, 1, CandidateSource::Person);
+        push(&mut queue, 2, CandidateSource::Appearance(0.4));
         for to in 0..WAITING as u32 {
-            push(&mut queue, 100 + to, Source::Geometry);
+            push(&mut queue, 100 + to, CandidateSource::Geometry);
         }
         assert_eq!((queue.left_out(), queue.waiting.len()), (2, WAITING));
         let first: Vec<u32> = queue
@@ -179,7 +182,7 @@ mod tests {
             .take(3)
             .map(|(asked, _)| match asked {
                 Asked::Loop(task) => task.to.0,
-                Asked::Visit(_) => 0,
+                Asked::Revisit(_) => 0,
             })
             .collect();
         assert_eq!(first, [1, 101, 102], "what looked alike, then the oldest");

@@ -1,9 +1,9 @@
 //! Why a pair of keyframes is or is not a loop, in one sentence for people.
 
-use mapping::{Decision, Evidence, Flaw, Gates, Verdict};
+use mapping::{Decision, Evidence, RejectionReason, Verdict, VerificationConfig};
 
 /// The reason for a decision.
-pub(crate) fn reason(decision: &Decision, gates: &Gates) -> String {
+pub(crate) fn reason(decision: &Decision, gates: &VerificationConfig) -> String {
     let agreeing = decision.agreeing;
     match decision.verdict {
         Verdict::Accepted if agreeing > 1 => format!("It fits, and {agreeing} loops agree with each other."),
@@ -16,34 +16,34 @@ pub(crate) fn reason(decision: &Decision, gates: &Gates) -> String {
             agreeing.saturating_sub(1)
         ),
         Verdict::Dropped => "It fitted, but too few others agreed with it.".to_owned(),
-        Verdict::Rejected(flaw) => flawed(flaw, &decision.evidence, gates),
+        Verdict::Rejected(rejection) => rejected(rejection, &decision.evidence, gates),
     }
 }
 
-fn flawed(flaw: Flaw, evidence: &Evidence, gates: &Gates) -> String {
+fn rejected(rejection: RejectionReason, evidence: &Evidence, gates: &VerificationConfig) -> String {
     let percent = |share: f64| (share * 100.0).round();
     let [a, b] = evidence.overlap;
-    match flaw {
-        Flaw::NoFit => "The clouds could not be fitted together at all.".to_owned(),
-        Flaw::Overlap => format!(
+    match rejection {
+        RejectionReason::NoFit => "The clouds could not be fitted together at all.".to_owned(),
+        RejectionReason::Overlap => format!(
             "Too little of the clouds lies on each other: {} % and {} %, where {} % and {} % are needed.",
             percent(a.max(b)),
             percent(a.min(b)),
             percent(gates.overlap[0]),
             percent(gates.overlap[1])
         ),
-        Flaw::Residual => format!(
+        RejectionReason::Residual => format!(
             "Surfaces lie {:.0} mm apart, where at most {:.0} mm are allowed.",
             evidence.residual * 1e3,
             gates.residual * 1e3
         ),
-        Flaw::SeenThrough => format!(
+        RejectionReason::FreeSpaceViolation => format!(
             "One saw through {:.1} % of what the other saw, where at most {:.1} % are allowed.",
             evidence.through[0].max(evidence.through[1]) * 100.0,
             gates.through * 100.0
         ),
-        Flaw::Rival => format!("Another place fits {} % as well.", percent(evidence.rival)),
-        Flaw::Blind => match evidence.blind {
+        RejectionReason::Ambiguous => format!("Another place fits {} % as well.", percent(evidence.rival)),
+        RejectionReason::Degenerate => match evidence.blind {
             1 => "Along one direction nothing shows where the two places lie to each other.".to_owned(),
             blind => {
                 format!("Along {blind} directions nothing shows where the two places lie to each other.")

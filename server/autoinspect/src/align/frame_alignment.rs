@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use geometry::{Isometry, Vector3, align_yaw_only, pose_from_isometry, rms_distance};
 use localisation::{GlobalLocaliser, LocalisationMap, RelocalisationResult, classify_hypotheses};
-use mapping::Place;
+use mapping::KeyframeDescriptor;
 use nalgebra::Point3;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeSet;
@@ -55,7 +55,7 @@ pub struct FrameAlignment {
 /// there would, and the alignment on which most of them agree is taken, if they are many and no other way has half as many.
 /// Costs a fifth of a second for each scan asked, and says what share of them is done.
 pub fn find(
-    seen: Vec<(Isometry, Place)>,
+    seen: Vec<(Isometry, KeyframeDescriptor)>,
     map: &Path,
     progress: &mut dyn FnMut(f64),
 ) -> Result<FrameAlignment, Failure> {

@@ -10,7 +10,7 @@ use api::ImportStage;
 use clap::Args;
 use frame_alignment::{FrameAlignment, Pair, pair};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
-use messages::{FinishedMap, GraphNode, PoseGraph, VisitCounts};
+use messages::{FinishedMap, GraphNode, PoseGraph, RevisitCounts};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -141,7 +141,7 @@ fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap 
         degenerate: Vec::new(),
         decisions: saved.decisions.clone(),
         unverified: 0,
-        visits: VisitCounts::default(),
+        visits: RevisitCounts::default(),
     }
 }
 

@@ -11,9 +11,9 @@ use clap::Args;
 use formats::FormatError;
 use formats::survey::{self, Station, Survey};
 use geometry::{Isometry, Vector3, isometry_from_pose, pose_from_isometry};
-use mapping::Place;
-use mapping::vantage::{Vantage, VantageOptions, Vantages, vantages};
-use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, VisitCounts};
+use mapping::KeyframeDescriptor;
+use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoint, VirtualViewpoints, find_viewpoints};
+use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, RevisitCounts};
 use nalgebra::Point3;
 use points::Downsampler;
 use serde::Serialize;
@@ -155,13 +155,13 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     origin.up = args.up.found(&thinned.xyz);
     origin.up.turn(&mut points.xyz);
     origin.up.turn(&mut thinned.xyz);
-    let options = VantageOptions {
+    let options = ViewpointConfig {
         spacing: args.spacing,
         field: args.field_of_view.0.map(f32::to_radians),
-        ..VantageOptions::default()
+        ..ViewpointConfig::default()
     };
     let mut progress = Progress::new(args.background, ImportStage::Looking);
-    let mut found = vantages(&thinned.xyz, &options, &mut |share| progress.is(share));
+    let mut found = find_viewpoints(&thinned.xyz, &options, &mut |share| progress.is(share));
     progress.ends();
     origin.aligned = match &args.align_to {
         Some(map) => Some(frame_alignment::find(seen(&found, &thinned, &options), map, &mut |_| ())?),
@@ -239,11 +239,18 @@ impl Origin {
 }
 
 /// The cloud as a robot would see it from each of its places.
-fn seen(found: &Vantages, thinned: &MapPoints, options: &VantageOptions) -> Vec<(Isometry, Place)> {
+fn seen(
+    found: &VirtualViewpoints,
+    thinned: &MapPoints,
+    options: &ViewpointConfig,
+) -> Vec<(Isometry, KeyframeDescriptor)> {
     let mut downsampler = Downsampler::default();
-    let place_of = |place: &Vantage| {
+    let place_of = |place: &VirtualViewpoint| {
         let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
-        (place.map_from_base, Place::new(&seen_from(place, thinned), rotation, sensor, &mut downsampler))
+        (
+            place.map_from_base,
+            KeyframeDescriptor::new(&seen_from(place, thinned), rotation, sensor, &mut downsampler),
+        )
     };
     found.places.iter().map(place_of).collect()
 }
@@ -293,7 +300,7 @@ fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
 }
 
 /// The places as keyframes, and the ways between them.
-fn finished(file: &Path, origin: &Origin, found: &Vantages, id: Uuid) -> FinishedMap {
+fn finished(file: &Path, origin: &Origin, found: &VirtualViewpoints, id: Uuid) -> FinishedMap {
     let nodes = (0..).zip(&found.places).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,
@@ -328,12 +335,12 @@ fn finished(file: &Path, origin: &Origin, found: &Vantages, id: Uuid) -> Finishe
         degenerate: Vec::new(),
         decisions: Vec::new(),
         unverified: 0,
-        visits: VisitCounts::default(),
+        visits: RevisitCounts::default(),
     }
 }
 
 /// What joins pieces of ground that no way joins: one graph needs to be one piece.
-fn bridges(found: &Vantages) -> Vec<[usize; 2]> {
+fn bridges(found: &VirtualViewpoints) -> Vec<[usize; 2]> {
     let mut neighbours = vec![Vec::new(); found.places.len()];
     for &[a, b] in &found.ways {
         neighbours[a].push(b);
@@ -359,7 +366,7 @@ fn bridges(found: &Vantages) -> Vec<[usize; 2]> {
 }
 
 /// The same points, looked at from the same places, give the same id (FNV-1a of their bits).
-fn id(points: &MapPoints, options: &VantageOptions) -> Uuid {
+fn id(points: &MapPoints, options: &ViewpointConfig) -> Uuid {
     let [down, up] = options.field;
     let places = [options.spacing, down, up];
     let bits = points.xyz.iter().flatten().chain(&places).map(|number| number.to_bits());
@@ -377,9 +384,9 @@ fn modified(file: &Path) -> Stamp {
 fn write_clouds(
     clouds: &Path,
     finished: &FinishedMap,
-    found: &Vantages,
+    found: &VirtualViewpoints,
     points: &MapPoints,
-    options: &VantageOptions,
+    options: &ViewpointConfig,
 ) -> Result<(), StoreError> {
     for (node, place) in finished.graph.nodes.iter().zip(&found.places) {
         let cloud = Cloud {
@@ -400,7 +407,7 @@ fn write_clouds(
 }
 
 /// What is seen from a place, in its own frame.
-fn seen_from(place: &Vantage, points: &MapPoints) -> Vec<[f32; 3]> {
+fn seen_from(place: &VirtualViewpoint, points: &MapPoints) -> Vec<[f32; 3]> {
     let base_from_map = place.map_from_base.inverse();
     let about = |index: &u32| {
         let point = points.xyz[*index as usize].map(f64::from);

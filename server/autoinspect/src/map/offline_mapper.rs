@@ -227,7 +227,7 @@ impl OfflineMapper {
                 job,
                 work:
                     Job::VerifyLoop(_)
-                    | Job::CompareVisit(_)
+                    | Job::CompareRevisit(_)
                     | Job::SearchMap(_)
                     | Job::Relocalise(_)
                     | Job::PlanDisambiguation(_),

@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, Joint};
-use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, VisitCounts};
+use mapping::{Edge, MapAlignment};
+use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, LoopDecision, PoseGraph, RevisitCounts};
 use std::sync::Arc;
 use store::SavedMap;
 use uuid::Uuid;
@@ -32,7 +32,7 @@ impl JoinedGraph {
     }
 
     /// Adds another map of the list, that was found in those before, and makes one graph of them.
-    pub fn add(&mut self, index: usize, map: &SavedMap, joint: &Joint) -> Result<(), Failure> {
+    pub fn add(&mut self, index: usize, map: &SavedMap, joint: &MapAlignment) -> Result<(), Failure> {
         let first = self.append(index, map, &joint.first_from_second);
         self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
         self.settle().map_err(|error| Failure::failed(format!("{}: {error}", map.path.display())))
@@ -117,7 +117,7 @@ impl JoinedGraph {
             degenerate: Vec::new(),
             decisions: self.decisions,
             unverified: 0,
-            visits: VisitCounts::default(),
+            visits: RevisitCounts::default(),
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::{map, output};
 use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
 use joined_graph::JoinedGraph;
-use mapping::{Chart, Gates, Joint, Unrelated};
+use mapping::{AlignmentError, MapAlignment, MapMatcher, VerificationConfig};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::fs;
@@ -97,15 +97,15 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
 }
 
 /// Joins every map with those before it; what is not recognised there may be in one that comes later.
-fn join(maps: &[SavedMap], charts: Vec<Chart>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
-    let mut waiting: VecDeque<(usize, Chart)> = charts.into_iter().enumerate().collect();
+fn join(maps: &[SavedMap], charts: Vec<MapMatcher>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
+    let mut waiting: VecDeque<(usize, MapMatcher)> = charts.into_iter().enumerate().collect();
     let (mut joined, mut joins) = (JoinedGraph::default(), Vec::new());
     let Some((first, mut chart)) = waiting.pop_front() else { return Ok((joined, joins)) };
     joined.begin(first, &maps[first]);
     let mut refused = 0;
     while let Some((index, mut own)) = waiting.pop_front() {
         let map = &maps[index];
-        match chart.join(&mut own, &Gates::default()) {
+        match chart.join(&mut own, &VerificationConfig::default()) {
             Ok(found) => {
                 joined.add(index, map, &found)?;
                 joins.push(Join::new(map, &found));
@@ -125,7 +125,7 @@ fn join(maps: &[SavedMap], charts: Vec<Chart>) -> Result<(JoinedGraph, Vec<Join>
 }
 
 impl Join {
-    fn new(map: &SavedMap, found: &Joint) -> Self {
+    fn new(map: &SavedMap, found: &MapAlignment) -> Self {
         Self {
             map: map.path.clone(),
             recognised: found.support as u64,
@@ -137,8 +137,8 @@ impl Join {
 }
 
 /// The keyframes of a map with what they saw.
-fn chart_of(map: &SavedMap) -> Result<Chart, Failure> {
-    let mut chart = Chart::default();
+fn chart_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
+    let mut chart = MapMatcher::default();
     for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let pose = geometry::isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
@@ -155,16 +155,16 @@ fn chart_of(map: &SavedMap) -> Result<Chart, Failure> {
     Ok(chart)
 }
 
-fn words(unrelated: &Unrelated, map: &Path, first: &Path) -> String {
+fn words(unrelated: &AlignmentError, map: &Path, first: &Path) -> String {
     let (map, first) = (map.display(), first.display());
     match unrelated {
-        Unrelated::TooFew(0) => {
+        AlignmentError::TooFew(0) => {
             format!("nothing of {map} was recognised in {first}; are they of the same site?")
         }
-        Unrelated::TooFew(count) => format!(
+        AlignmentError::TooFew(count) => format!(
             "only {count} places of {map} were recognised in {first}, or all in one spot; walk some 15 m of the known part on the next round"
         ),
-        Unrelated::Ambiguous(count, rival) => format!(
+        AlignmentError::Ambiguous(count, rival) => format!(
             "{map} fits into {first} in two ways, with {count} and {rival} places recognised; walk a part on which they differ"
         ),
     }

@@ -10,7 +10,7 @@ use crate::{map, output};
 use check::{Fitness, fitness, worse};
 use clap::Args;
 use geometry::{Isometry, isometry_from_pose};
-use mapping::patch::Look;
+use mapping::map_changes::RevisitScan;
 use messages::CorrectedScan;
 use points::Downsampler;
 use serde::Serialize;
@@ -137,7 +137,7 @@ fn judge(args: &PatchArgs) -> Result<(Fitness, Fitness), Failure> {
 }
 
 /// What the robots of all recordings saw where they were localised.
-fn looks(args: &PatchArgs) -> Result<Vec<Look>, Failure> {
+fn looks(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
     let known = Arc::new(runtime::known_map(&args.map).map_err(Failure::usage)?);
     let (mut looks, mut downsampler) = (Vec::new(), Downsampler::default());
     for path in &args.inputs.inputs {
@@ -150,7 +150,7 @@ fn looks(args: &PatchArgs) -> Result<Vec<Look>, Failure> {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             if look_trigger.is_due(&pose) {
                 let (xyz, intensity) = (&scan.cloud.xyz, &scan.cloud.intensity);
-                looks.push(Look::new(pose, xyz, intensity, sensor, &mut downsampler));
+                looks.push(RevisitScan::new(pose, xyz, intensity, sensor, &mut downsampler));
             }
         };
         OfflineLocaliser::new(Arc::clone(&known), None, &mut witness).run(

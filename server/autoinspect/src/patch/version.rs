@@ -3,9 +3,11 @@
 use crate::failure::Failure;
 use api::MapSummary;
 use geometry::{Isometry, Vector3};
-use mapping::patch::{Look, Shown, belongs, come, gone, in_map, nearest};
+use mapping::map_changes::{
+    self, OccupiedCells, RevisitScan, is_in_free_space, nearest_keyframe, removed_points, transform_to_map,
+};
 use mapping::range_image::RangeImage;
-use messages::{Cloud, FinishedMap, Keyframe, VisitCounts};
+use messages::{Cloud, FinishedMap, Keyframe, RevisitCounts};
 use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,19 +40,19 @@ struct AddedPoint {
 /// Writes the version into a folder that is ready for it. Linear in the map's points; each keyframe looks at all that has come.
 pub fn write_version(
     saved: &SavedMap,
-    looks: &[Look],
+    looks: &[RevisitScan],
     out: &Path,
     name: &str,
 ) -> Result<(MapSummary, Changes), Failure> {
     let clouds = || map_clouds_and_sensors(&saved.path).map_err(Failure::usage);
     let pose_of = |cloud: &MapCloud| saved.poses[cloud.keyframe.0 as usize];
-    let (mut left, mut shown) = (Vec::new(), Shown::default());
+    let (mut left, mut shown) = (Vec::new(), OccupiedCells::default());
     for read in clouds()? {
         let (mut cloud, _) = read.map_err(Failure::usage)?;
         let pose = pose_of(&cloud);
-        let gone = gone(&pose, &cloud.xyz, looks);
+        let gone = removed_points(&pose, &cloud.xyz, looks);
         cloud.drop_points(&gone);
-        cloud.xyz.iter().for_each(|point| shown.add(&in_map(&pose, point)));
+        cloud.xyz.iter().for_each(|point| shown.add(&transform_to_map(&pose, point)));
         left.push(gone);
     }
     let added_points = added_points(saved, looks, &mut shown);
@@ -74,14 +76,16 @@ pub fn write_version(
     Ok((files.summary, changes))
 }
 
-fn added_points(saved: &SavedMap, looks: &[Look], shown: &mut Shown) -> Vec<AddedPoint> {
+fn added_points(saved: &SavedMap, looks: &[RevisitScan], shown: &mut OccupiedCells) -> Vec<AddedPoint> {
     let mut added_points = Vec::new();
     for (one, look) in looks.iter().enumerate() {
-        let Some(home) = nearest(&look.map_from_base, &saved.poses) else { continue };
-        added_points.extend(come(looks, one, shown).into_iter().map(|index| AddedPoint {
-            in_map: in_map(&look.map_from_base, &look.xyz[index as usize]),
-            intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
-            home,
+        let Some(home) = nearest_keyframe(&look.map_from_base, &saved.poses) else { continue };
+        added_points.extend(map_changes::added_points(looks, one, shown).into_iter().map(|index| {
+            AddedPoint {
+                in_map: transform_to_map(&look.map_from_base, &look.xyz[index as usize]),
+                intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
+                home,
+            }
         }));
     }
     added_points
@@ -98,7 +102,7 @@ fn put_in(
     for added_point in added_points {
         let at = keyframe_from_map.rotation * added_point.in_map + keyframe_from_map.translation.vector;
         let point = at.map(|c| c as f32).into();
-        if added_point.home == cloud.keyframe.0 as usize || belongs(view, &point) {
+        if added_point.home == cloud.keyframe.0 as usize || is_in_free_space(view, &point) {
             cloud.xyz.push(point);
             cloud.intensity.push(added_point.intensity);
         }
@@ -119,7 +123,7 @@ fn write_cloud(clouds: &Path, saved: &SavedMap, cloud: MapCloud, lidar: [f32; 3]
 }
 
 /// The same graph, as a map of its own; the same recordings give the same id.
-fn finished(saved: &SavedMap, looks: &[Look], name: &str) -> FinishedMap {
+fn finished(saved: &SavedMap, looks: &[RevisitScan], name: &str) -> FinishedMap {
     let SavedMap { trajectory, decisions, summary, .. } = saved;
     let places = looks.iter().flat_map(|look| look.map_from_base.translation.vector.data.0[0]);
     let id = places.fold(summary.id.0.as_u128(), |id, c| id.rotate_left(7) ^ u128::from(c.to_bits()));
@@ -135,6 +139,6 @@ fn finished(saved: &SavedMap, looks: &[Look], name: &str) -> FinishedMap {
         degenerate: Vec::new(),
         decisions: decisions.clone(),
         unverified: 0,
-        visits: VisitCounts::default(),
+        visits: RevisitCounts::default(),
     }
 }

@@ -37,7 +37,7 @@ fn rooms() -> Vec<[f32; 3]> {
 fn places_are_on_the_floor_and_ways_go_through_the_door() {
     let cloud = rooms();
     let mut last = 0.0;
-    let found = vantages(&cloud, &VantageOptions::default(), &mut |share| last = share);
+    let found = find_viewpoints(&cloud, &ViewpointConfig::default(), &mut |share| last = share);
     assert_eq!(last, 1.0);
     let places: Vec<Vector3> =
         found.places.iter().map(|place| place.map_from_base.translation.vector).collect();
@@ -64,9 +64,9 @@ fn places_are_on_the_floor_and_ways_go_through_the_door() {
 #[test]
 fn walls_hide_what_is_behind_them() {
     let cloud = rooms();
-    let found = vantages(&cloud, &VantageOptions::default(), &mut |_| {});
+    let found = find_viewpoints(&cloud, &ViewpointConfig::default(), &mut |_| {});
     let place = found.places.iter().filter(|place| place.map_from_base.translation.z < 1.0);
-    let near = |place: &&Vantage| {
+    let near = |place: &&VirtualViewpoint| {
         let at = place.map_from_base.translation.vector;
         (at - Vector3::new(2.0, 1.5, 0.5)).norm()
     };
@@ -89,17 +89,17 @@ fn walls_hide_what_is_behind_them() {
 #[test]
 fn the_axis_that_points_up_is_found() {
     let cloud = rooms();
-    assert_eq!(upright(&cloud), Axis::Z);
+    assert_eq!(find_up_axis(&cloud), Axis::Z);
     let y_up: Vec<[f32; 3]> = cloud.iter().map(|[x, y, z]| [*x, *z, -*y]).collect();
-    assert_eq!(upright(&y_up), Axis::Y);
+    assert_eq!(find_up_axis(&y_up), Axis::Y);
     let x_up: Vec<[f32; 3]> = cloud.iter().map(|[x, y, z]| [*z, *x, *y]).collect();
-    assert_eq!(upright(&x_up), Axis::X);
-    assert_eq!(upright(&[]), Axis::Z);
+    assert_eq!(find_up_axis(&x_up), Axis::X);
+    assert_eq!(find_up_axis(&[]), Axis::Z);
 }
 
 #[test]
 fn nothing_has_no_places() {
-    assert_eq!(vantages(&[], &VantageOptions::default(), &mut |_| {}), Vantages::default());
+    assert_eq!(find_viewpoints(&[], &ViewpointConfig::default(), &mut |_| {}), VirtualViewpoints::default());
     let far = [[f32::NAN, 0.0, 0.0], [1e30, 0.0, 0.0]];
-    assert_eq!(vantages(&far, &VantageOptions::default(), &mut |_| {}), Vantages::default());
+    assert_eq!(find_viewpoints(&far, &ViewpointConfig::default(), &mut |_| {}), VirtualViewpoints::default());
 }

@@ -7,12 +7,12 @@
 //! them. Where the ground is not known, or no comparison has succeeded for some metres, waypoints become keyframes. Source of the
 //! idea: Johannsson et al., *Temporally scalable visual SLAM using a reduced pose graph*, ICRA 2013.
 
-use crate::loops::keyframe;
+use crate::loop_finder::keyframe;
 use crate::scan_context::level_from_base;
 use crate::session::{Step, Waypoint};
 use crate::submap::KeyframeCloud;
-use crate::verify::{Compared, Comparison, Source, Task, Verified};
-use crate::{Edge, LoopFinder, Uncertain};
+use crate::verify::{CandidateSource, Comparison, ComparisonResult, VerificationTask, VerifiedPair};
+use crate::{Edge, LoopFinder, UncertainPose};
 use geometry::{Isometry, Rotation};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -38,23 +38,23 @@ const SHARED: f64 = 2.0;
 
 /// What a waypoint is.
 #[derive(Clone, Debug)]
-pub enum Ground {
+pub enum Novelty {
     /// A keyframe, with the edge that leads to it (none to the first) and pairs to verify.
-    New {
+    Keyframe {
         /// From an old keyframe, mostly the last one.
         edge: Option<Edge>,
         /// As [`LoopFinder::add_keyframe`] has them.
-        tasks: Vec<Task>,
+        tasks: Vec<VerificationTask>,
     },
     /// A visit to old keyframes, perhaps to be compared with one of them.
-    Known(Option<Visit>),
-    /// Somewhere in a finished map; [`LoopFinder::place`] has not been told where. Its number.
-    Lost(u64),
+    Revisit(Option<Revisit>),
+    /// Somewhere in a finished map; [`LoopFinder::localise_in_map`] has not been told where. Its number.
+    Unlocalised(u64),
 }
 
 /// A visit to be compared.
 #[derive(Clone, Debug)]
-pub struct Visit {
+pub struct Revisit {
     /// Number of the waypoint.
     pub number: u64,
     /// The keyframe.
@@ -65,20 +65,20 @@ pub struct Visit {
 
 /// What became of a visit that was compared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Tied {
+pub enum RevisitResult {
     /// It is not where it was expected, or nothing could be told: all stays as it was.
-    Refused,
+    Rejected,
     /// It confirms the place without saying anything better; or something newer is known by now.
     Confirmed,
     /// The place is known anew.
-    Anew(Tie),
+    Reanchored(Reanchoring),
     /// The walk has left known ground since, and this is how its first keyframe there lies to the visited one: a loop to be judged.
-    Loop(Verified),
+    Loop(VerifiedPair),
 }
 
 /// The robot's place, known anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tie {
+pub struct Reanchoring {
     /// From when on.
     pub since: Stamp,
     /// Keyframe that it is told from.
@@ -86,17 +86,17 @@ pub struct Tie {
     /// The newest waypoint in it.
     pub anchor_from_waypoint: Isometry,
     /// A loop between the anchor before and this one, that says more than the graph.
-    pub edge: Option<Verified>,
+    pub edge: Option<VerifiedPair>,
 }
 
 /// Where the robot is in the graph, and which comparisons are under way.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Visits {
+pub(crate) struct Revisits {
     position: Option<Position>,
     /// Waypoint of the last keyframe.
     last_keyframe: u64,
     /// The last keyframe and the way walked from there, without any comparison.
-    reckoned: Option<(KeyframeId, Uncertain)>,
+    reckoned: Option<(KeyframeId, UncertainPose)>,
     under_way: VecDeque<UnderWay>,
 }
 
@@ -104,7 +104,7 @@ pub(crate) struct Visits {
 struct Position {
     anchor: KeyframeId,
     /// The newest waypoint in the anchor.
-    way: Uncertain,
+    way: UncertainPose,
     /// Waypoint from which on this is known.
     since: u64,
     /// Whether that is the anchor itself, and not a visit to it.
@@ -120,18 +120,18 @@ struct UnderWay {
     stamp: Stamp,
     keyframe: KeyframeId,
     /// The visit in the keyframe, by what was known then.
-    expected: Uncertain,
+    expected: UncertainPose,
     /// The visit in the anchor of then.
     anchor: KeyframeId,
-    anchor_from_visit: Uncertain,
+    anchor_from_visit: UncertainPose,
     /// Keyframes there were.
     keyframes: usize,
 }
 
-impl Visits {
+impl Revisits {
     /// A waypoint became a keyframe: the place is told from it.
     pub fn begin_at(&mut self, anchor: KeyframeId, waypoint: u64) {
-        let way = Uncertain::identity();
+        let way = UncertainPose::identity();
         let position = Position { anchor, way, since: waypoint, own: true, unconfirmed: 0.0, unasked: 0.0 };
         self.position = Some(position);
         self.last_keyframe = waypoint;
@@ -152,25 +152,28 @@ impl Visits {
 impl LoopFinder {
     /// Takes in the next waypoint with its motion-corrected cloud (base frame, metres), seen from `sensor` (base frame).
     /// Costs a search of the graph, as [`Self::add_keyframe`].
-    pub fn arrive(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]], sensor: [f32; 3]) -> Ground {
+    pub fn add_waypoint(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]], sensor: [f32; 3]) -> Novelty {
         let cloud = Arc::new(KeyframeCloud::new(xyz, sensor, &mut self.downsampler));
         let rotation = &waypoint.map_from_base.rotation;
-        let step = |step: &Step| Uncertain::from_information(step.pose, &step.information);
-        let way = waypoint.step.as_ref().map_or_else(Uncertain::identity, step);
+        let step = |step: &Step| UncertainPose::from_information(step.pose, &step.information);
+        let way = waypoint.step.as_ref().map_or_else(UncertainPose::identity, step);
         let length = way.pose.translation.vector.norm();
         let number = self.trail.push(way, Arc::clone(&cloud));
         if self.clouds.is_empty() {
-            return Ground::New { edge: None, tasks: self.take_in(number, cloud, rotation, xyz) };
+            return Novelty::Keyframe {
+                edge: None,
+                tasks: self.insert_keyframe(number, cloud, rotation, xyz),
+            };
         }
-        self.jury.walk(length);
-        let Some(mut position) = self.visits.position else { return Ground::Lost(number) };
+        self.consistency.walk(length);
+        let Some(mut position) = self.visits.position else { return Novelty::Unlocalised(number) };
         position.way = position.way.then(&way);
         self.visits.reckoned = self.visits.reckoned.map(|(from, walked)| (from, walked.then(&way)));
         position.unconfirmed += length;
         position.unasked += length;
         self.visits.position = Some(position);
         if let Some((known, seen)) = self.known_ground(&position, &cloud, rotation) {
-            return Ground::Known(self.visit(number, waypoint.stamp, known, &seen));
+            return Novelty::Revisit(self.visit(number, waypoint.stamp, known, &seen));
         }
         let next = keyframe(self.clouds.len());
         let (pose, information) = match &waypoint.step {
@@ -178,18 +181,18 @@ impl LoopFinder {
             _ => (position.way.pose, position.way.information()),
         };
         let edge = Edge { from: position.anchor, to: next, from_from_to: pose, information };
-        self.jury.attach_keyframe(&edge);
-        Ground::New { edge: Some(edge), tasks: self.take_in(number, cloud, rotation, xyz) }
+        self.consistency.attach_keyframe(&edge);
+        Novelty::Keyframe { edge: Some(edge), tasks: self.insert_keyframe(number, cloud, rotation, xyz) }
     }
 
     /// Tells where a waypoint was in the finished map that the session goes on from: what is walked from now on extends it. Says
     /// where the newest waypoint is in the keyframe; none, and nothing is told, if there is no such keyframe or the waypoint was
     /// too long ago.
-    pub fn place(
+    pub fn localise_in_map(
         &mut self,
         waypoint: u64,
         keyframe: KeyframeId,
-        keyframe_from_waypoint: &Uncertain,
+        keyframe_from_waypoint: &UncertainPose,
     ) -> Option<Isometry> {
         let on = self.trail.way(waypoint, self.trail.newest())?;
         if keyframe.0 as usize >= self.clouds.len() {
@@ -219,13 +222,13 @@ impl LoopFinder {
         position: &Position,
         cloud: &KeyframeCloud,
         rotation: &Rotation,
-    ) -> Option<(usize, Uncertain)> {
+    ) -> Option<(usize, UncertainPose)> {
         if position.unconfirmed > BELIEVED {
             return None;
         }
         let level = level_from_base(rotation);
-        let mut near: Vec<(f64, usize, Uncertain)> = self
-            .jury
+        let mut near: Vec<(f64, usize, UncertainPose)> = self
+            .consistency
             .reach_along(position.anchor, &position.way)
             .into_iter()
             .enumerate()
@@ -234,7 +237,7 @@ impl LoopFinder {
                 let offset = level * seen.pose.translation.vector;
                 let limit = if self.is_old(index) { NEAR.1 } else { NEAR.0 };
                 let within = offset.xy().norm() <= limit && offset.z.abs() <= LEVEL;
-                let sure = within && seen.place_deviation() <= self.config.candidates.sure;
+                let sure = within && seen.translation_std_m() <= self.config.candidates.sure;
                 sure.then_some((offset.norm(), index, seen))
             })
             .collect();
@@ -248,11 +251,11 @@ impl LoopFinder {
 
     /// Whether a keyframe is no recent travel.
     fn is_old(&self, keyframe: usize) -> bool {
-        self.jury.chain().since(keyframe).is_some_and(|walked| walked > self.config.candidates.walked)
+        self.consistency.chain().since(keyframe).is_some_and(|walked| walked > self.config.candidates.walked)
     }
 
     /// A comparison with a known keyframe, if one is due. `seen`: the keyframe in the waypoint.
-    fn visit(&mut self, number: u64, stamp: Stamp, known: usize, seen: &Uncertain) -> Option<Visit> {
+    fn visit(&mut self, number: u64, stamp: Stamp, known: usize, seen: &UncertainPose) -> Option<Revisit> {
         let due = self.config.candidates.spacing;
         let old = self.is_old(known);
         let keyframes = self.clouds.len();
@@ -272,38 +275,38 @@ impl LoopFinder {
             self.visits.under_way.pop_front();
         }
         let (older, newer) = (self.submap(known), Arc::new(self.walked_submap()));
-        let (source, guesses) = (Source::Geometry, vec![expected.pose]);
+        let (source, guesses) = (CandidateSource::Geometry, vec![expected.pose]);
         let comparison = Comparison { source, guesses, expected: Some(expected), older, newer };
-        Some(Visit { number, keyframe: known_id, comparison })
+        Some(Revisit { number, keyframe: known_id, comparison })
     }
 
     /// Takes in what came of comparing a visit. Comparisons that are not under way are refused.
-    pub fn tie(&mut self, visit: u64, compared: &Compared) -> Tied {
+    pub fn complete_revisit(&mut self, visit: u64, compared: &ComparisonResult) -> RevisitResult {
         let place = self.visits.under_way.iter().position(|asked| asked.visit == visit);
         let Some(asked) = place.and_then(|place| self.visits.under_way.remove(place)) else {
-            return Tied::Refused;
+            return RevisitResult::Rejected;
         };
-        let measured = Uncertain::from_information(compared.pose, &compared.information);
-        if compared.flaw.is_some() || !self.jury.confirms(&asked.expected, &measured) {
-            return Tied::Refused;
+        let measured = UncertainPose::from_information(compared.pose, &compared.information);
+        if compared.rejection.is_some() || !self.consistency.confirms(&asked.expected, &measured) {
+            return RevisitResult::Rejected;
         }
-        let shared = Uncertain { covariance: measured.covariance * SHARED, ..measured };
+        let shared = UncertainPose { covariance: measured.covariance * SHARED, ..measured };
         let blind = compared.evidence.blind > 0;
         let newest = self.trail.newest();
-        let Some(position) = &mut self.visits.position else { return Tied::Refused };
+        let Some(position) = &mut self.visits.position else { return RevisitResult::Rejected };
         if self.clouds.len() > asked.keyframes {
             let first = keyframe(asked.keyframes);
             let last = self.clouds.len() == asked.keyframes + 1;
             // Of several, only the last one's waypoint is remembered.
             return match self.trail.way(visit, self.visits.last_keyframe).filter(|_| last && !blind) {
-                Some(on) => Tied::Loop(loop_of(asked.keyframe, first, &shared.then(&on), compared)),
-                None => Tied::Confirmed,
+                Some(on) => RevisitResult::Loop(loop_of(asked.keyframe, first, &shared.then(&on), compared)),
+                None => RevisitResult::Confirmed,
             };
         }
-        let Some(on) = self.trail.way(visit, newest) else { return Tied::Confirmed };
+        let Some(on) = self.trail.way(visit, newest) else { return RevisitResult::Confirmed };
         position.unconfirmed = position.unconfirmed.min(on.pose.translation.vector.norm());
         if blind || position.since > visit {
-            return Tied::Confirmed;
+            return RevisitResult::Confirmed;
         }
         let way = shared.then(&on);
         // Another comparison that was asked for before has moved the anchor on, and has used that way already.
@@ -312,17 +315,27 @@ impl LoopFinder {
         (position.since, position.own) = (visit, false);
         let edge = if used { None } else { self.news(&asked, &shared, compared) };
         let anchor = asked.keyframe;
-        Tied::Anew(Tie { since: asked.stamp, anchor, anchor_from_waypoint: way.pose, edge })
+        RevisitResult::Reanchored(Reanchoring {
+            since: asked.stamp,
+            anchor,
+            anchor_from_waypoint: way.pose,
+            edge,
+        })
     }
 
     /// What a visit says of how its keyframe lies to the anchor before, if that is more than the graph knows.
-    fn news(&self, asked: &UnderWay, shared: &Uncertain, compared: &Compared) -> Option<Verified> {
+    fn news(
+        &self,
+        asked: &UnderWay,
+        shared: &UncertainPose,
+        compared: &ComparisonResult,
+    ) -> Option<VerifiedPair> {
         if asked.anchor == asked.keyframe {
             return None;
         }
         let between = asked.anchor_from_visit.then(&shared.inverse());
-        let known = self.jury.between(asked.anchor, asked.keyframe)?;
-        let better = between.place_deviation() < known.place_deviation();
+        let known = self.consistency.between(asked.anchor, asked.keyframe)?;
+        let better = between.translation_std_m() < known.translation_std_m();
         // Older keyframe first.
         let (from, to, between) = if asked.anchor < asked.keyframe {
             (asked.anchor, asked.keyframe, between)
@@ -333,9 +346,14 @@ impl LoopFinder {
     }
 }
 
-fn loop_of(from: KeyframeId, to: KeyframeId, way: &Uncertain, compared: &Compared) -> Verified {
-    let compared = Compared { pose: way.pose, information: way.information(), ..*compared };
-    Verified::new(from, to, &compared)
+fn loop_of(
+    from: KeyframeId,
+    to: KeyframeId,
+    way: &UncertainPose,
+    compared: &ComparisonResult,
+) -> VerifiedPair {
+    let compared = ComparisonResult { pose: way.pose, information: way.information(), ..*compared };
+    VerifiedPair::new(from, to, &compared)
 }
 
 /// Share of what is seen now, from where `now_from_old` says, that an old keyframe saw too.
@@ -354,5 +372,5 @@ fn covered(old: &KeyframeCloud, now: &KeyframeCloud, now_from_old: &Isometry) ->
 }
 
 #[cfg(test)]
-#[path = "visits_tests.rs"]
+#[path = "revisits_tests.rs"]
 mod tests;

@@ -2,7 +2,7 @@
 //! wherever that map is used.
 
 use crate::range_image::RangeImage;
-use crate::scan_context::{Descriptor, level_from_base};
+use crate::scan_context::{ScanContext, level_from_base};
 use crate::submap::KeyframeCloud;
 use geometry::Rotation;
 use points::Downsampler;
@@ -11,30 +11,30 @@ use std::sync::Arc;
 /// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
 pub(crate) const ASIDE: f32 = 1.5;
 /// From where a place is looked at: metres ahead of and left of the base.
-pub const ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+pub const VIEW_ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
 
 /// Which rules places are made by. It goes up whenever those change, so that what was kept of others is not used.
-pub const PLACE_VERSION: u32 = 1;
+pub const KEYFRAME_DESCRIPTOR_VERSION: u32 = 1;
 
 /// A keyframe's small cloud and its looks from the base and from both sides: some 40 kB, shared by clones.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct KeyframeDescriptor {
     pub(crate) cloud: Arc<KeyframeCloud>,
-    pub(crate) views: [Arc<Descriptor>; 3],
+    pub(crate) views: [Arc<ScanContext>; 3],
 }
 
-/// A [`Place`] as plain data; the two large lists are shared with it.
+/// A [`KeyframeDescriptor`] as plain data; the two large lists are shared with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PlaceParts {
+pub struct KeyframeDescriptorParts {
     /// As [`KeyframeCloud::lattice`].
     pub points: Arc<[[i16; 3]]>,
     /// As [`crate::range_image::RangeImage::cells`].
     pub ranges: Arc<[u16]>,
-    /// As [`Descriptor::pictures`], of each view.
+    /// As [`ScanContext::pictures`], of each view.
     pub views: [[Vec<u8>; 2]; 3],
 }
 
-impl Place {
+impl KeyframeDescriptor {
     /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame), the base being turned like that in a frame
     /// whose z axis points up. Linear in the points: the cloud and three descriptors, as `docs/maths/loops.md` has them measured.
     pub fn new(
@@ -44,7 +44,7 @@ impl Place {
         downsampler: &mut Downsampler,
     ) -> Self {
         let level = level_from_base(rotation);
-        let views = ORIGINS.map(|origin| Arc::new(Descriptor::new(xyz, &level, origin)));
+        let views = VIEW_ORIGINS.map(|origin| Arc::new(ScanContext::new(xyz, &level, origin)));
         Self { cloud: Arc::new(KeyframeCloud::new(xyz, sensor, downsampler)), views }
     }
 
@@ -54,8 +54,8 @@ impl Place {
     }
 
     /// Its data.
-    pub fn parts(&self) -> PlaceParts {
-        PlaceParts {
+    pub fn parts(&self) -> KeyframeDescriptorParts {
+        KeyframeDescriptorParts {
             points: Arc::clone(self.cloud.lattice()),
             ranges: Arc::clone(self.cloud.view().cells()),
             views: std::array::from_fn(|view| self.views[view].pictures()),
@@ -63,14 +63,14 @@ impl Place {
     }
 
     /// From its data, seen from `sensor`; none if they are not of the right size.
-    pub fn from_parts(parts: PlaceParts, sensor: [f32; 3]) -> Option<Self> {
+    pub fn from_parts(parts: KeyframeDescriptorParts, sensor: [f32; 3]) -> Option<Self> {
         let cloud = KeyframeCloud::from_parts(parts.points, sensor, parts.ranges)?;
-        let [a, b, c] = parts.views.map(|[heights, slices]| Descriptor::from_pictures(&heights, &slices));
+        let [a, b, c] = parts.views.map(|[heights, slices]| ScanContext::from_pictures(&heights, &slices));
         Some(Self { cloud: Arc::new(cloud), views: [a?, b?, c?].map(Arc::new) })
     }
 
-    /// How it looks from each of [`ORIGINS`].
-    pub fn views(&self) -> &[Arc<Descriptor>; 3] {
+    /// How it looks from each of [`VIEW_ORIGINS`].
+    pub fn views(&self) -> &[Arc<ScanContext>; 3] {
         &self.views
     }
 
@@ -109,12 +109,12 @@ mod tests {
     #[test]
     fn a_place_comes_back_from_its_parts() {
         let xyz = scan(&furnished(), &at(1.0, 0.5, 0.4), 7);
-        let place = Place::new(&xyz, &Rotation::identity(), SENSOR, &mut Downsampler::default());
-        assert_eq!(Place::from_parts(place.parts(), place.sensor()).as_ref(), Some(&place));
-        let broken = |change: fn(&mut PlaceParts)| {
+        let place = KeyframeDescriptor::new(&xyz, &Rotation::identity(), SENSOR, &mut Downsampler::default());
+        assert_eq!(KeyframeDescriptor::from_parts(place.parts(), place.sensor()).as_ref(), Some(&place));
+        let broken = |change: fn(&mut KeyframeDescriptorParts)| {
             let mut parts = place.parts();
             change(&mut parts);
-            Place::from_parts(parts, SENSOR)
+            KeyframeDescriptor::from_parts(parts, SENSOR)
         };
         assert_eq!(broken(|parts| parts.ranges = parts.ranges[..9].into()), None);
         assert_eq!(broken(|parts| parts.views[1][0].push(0)), None);

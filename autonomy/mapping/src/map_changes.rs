@@ -4,14 +4,14 @@
 //! from several places, looked through from none, and lies where the map shows nothing, has come. People who walk by are neither: they
 //! were met from too few places, or looked through from others.
 
-use crate::dynamics::{VOTERS, moving_points, standing_points};
+use crate::dynamic_points::{VOTERS, moving_points, standing_points};
 use crate::range_image::{Occupancy, RangeImage};
 use geometry::{Isometry, Vector3};
 use points::Downsampler;
 use points::hash::{CellKey, CellTable};
 use std::collections::BTreeMap;
 
-/// Looks from farther away from a point than this have no vote on it, metres.
+/// Appearance from farther away from a point than this have no vote on it, metres.
 const REACH: f64 = 8.0;
 /// What was seen belongs to keyframes within that, and on its level, metres.
 const LEVEL: f64 = 1.5;
@@ -26,7 +26,7 @@ const TAKEN: f32 = 0.04;
 
 /// A scan of a later walk whose place in the map is known.
 #[derive(Clone, Debug)]
-pub struct Look {
+pub struct RevisitScan {
     /// The base.
     pub map_from_base: Isometry,
     /// Its points as far as they can say what has come, thinned: base frame, metres.
@@ -37,7 +37,7 @@ pub struct Look {
     view: RangeImage,
 }
 
-impl Look {
+impl RevisitScan {
     /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame). Linear in its points; keeps some 100 kB.
     pub fn new(
         map_from_base: Isometry,
@@ -63,23 +63,23 @@ type Judge = fn(&[[f32; 3]], &[(Isometry, &RangeImage)]) -> Vec<u32>;
 
 /// Where a map shows something, and what has been added to it.
 #[derive(Debug, Default)]
-pub struct Shown {
+pub struct OccupiedCells {
     cells: CellTable,
     taken: CellTable,
 }
 
 /// Indices of the points of a keyframe (its frame, metres) that are gone. Linear in the looks for each block of points, and in the
 /// points 12 times.
-pub fn gone(map_from_keyframe: &Isometry, xyz: &[[f32; 3]], looks: &[Look]) -> Vec<u32> {
+pub fn removed_points(map_from_keyframe: &Isometry, xyz: &[[f32; 3]], looks: &[RevisitScan]) -> Vec<u32> {
     judged(map_from_keyframe, xyz, looks, None, moving_points)
 }
 
 /// Indices of the points of one of the looks that have come since the map was made, as far as `shown` does not have them. They are in
 /// it then. Linear in the looks for each block of points, and in the
 /// points 39 times.
-pub fn come(looks: &[Look], one: usize, shown: &mut Shown) -> Vec<u32> {
+pub fn added_points(looks: &[RevisitScan], one: usize, shown: &mut OccupiedCells) -> Vec<u32> {
     let look = &looks[one];
-    let in_map = |point: &[f32; 3]| in_map(&look.map_from_base, point);
+    let in_map = |point: &[f32; 3]| transform_to_map(&look.map_from_base, point);
     let new: Vec<u32> =
         (0..look.xyz.len() as u32).filter(|&index| !shown.has(&in_map(&look.xyz[index as usize]))).collect();
     let xyz: Vec<[f32; 3]> = new.iter().map(|&index| look.xyz[index as usize]).collect();
@@ -90,12 +90,12 @@ pub fn come(looks: &[Look], one: usize, shown: &mut Shown) -> Vec<u32> {
 }
 
 /// Whether what stands at a point (keyframe's frame, metres) belongs in a keyframe that saw so: it looked through there.
-pub fn belongs(view: &RangeImage, point: &[f32; 3]) -> bool {
+pub fn is_in_free_space(view: &RangeImage, point: &[f32; 3]) -> bool {
     point.iter().map(|c| c * c).sum::<f32>() <= NEAR * NEAR && view.classify(point) == Occupancy::Free
 }
 
 /// Number of the keyframe in which what was seen from a place belongs: the nearest that is near enough. Linear in the keyframes.
-pub fn nearest(map_from_base: &Isometry, keyframes: &[Isometry]) -> Option<usize> {
+pub fn nearest_keyframe(map_from_base: &Isometry, keyframes: &[Isometry]) -> Option<usize> {
     let at = map_from_base.translation.vector;
     let apart = |keyframe: &Isometry| keyframe.translation.vector - at;
     let is_near = |apart: Vector3| apart.norm() <= REACH && apart.z.abs() <= LEVEL;
@@ -103,7 +103,7 @@ pub fn nearest(map_from_base: &Isometry, keyframes: &[Isometry]) -> Option<usize
     near.min_by(|(_, a), (_, b)| apart(a).norm().total_cmp(&apart(b).norm())).map(|(index, _)| index)
 }
 
-impl Shown {
+impl OccupiedCells {
     /// Adds a point of the map, map frame, metres.
     pub fn add(&mut self, point: &Vector3) {
         self.cells.get_or_insert(cell(point, SHOWN), 0);
@@ -127,7 +127,7 @@ fn cell(point: &Vector3, edge: f32) -> CellKey {
 }
 
 /// A point (body's frame, metres) in the map.
-pub fn in_map(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
+pub fn transform_to_map(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
     map_from_body.rotation * Vector3::from(point.map(f64::from)) + map_from_body.translation.vector
 }
 
@@ -135,7 +135,7 @@ pub fn in_map(map_from_body: &Isometry, point: &[f32; 3]) -> Vector3 {
 fn judged(
     map_from_body: &Isometry,
     xyz: &[[f32; 3]],
-    looks: &[Look],
+    looks: &[RevisitScan],
     without: Option<usize>,
     judge: Judge,
 ) -> Vec<u32> {
@@ -146,7 +146,7 @@ fn judged(
     let body_from_map = map_from_body.inverse();
     let mut found = Vec::new();
     for (block, members) in blocks {
-        let middle = in_map(map_from_body, &block.map(|c| (c as f32 + 0.5) * BLOCK));
+        let middle = transform_to_map(map_from_body, &block.map(|c| (c as f32 + 0.5) * BLOCK));
         let voters: Vec<_> = voters(&middle, looks, without)
             .map(|look| (body_from_map * look.map_from_base, &look.view))
             .collect();
@@ -158,9 +158,13 @@ fn judged(
 }
 
 /// The looks from nearest to a point of the map, without one of them.
-fn voters<'a>(at: &Vector3, looks: &'a [Look], without: Option<usize>) -> impl Iterator<Item = &'a Look> {
+fn voters<'a>(
+    at: &Vector3,
+    looks: &'a [RevisitScan],
+    without: Option<usize>,
+) -> impl Iterator<Item = &'a RevisitScan> {
     let others = looks.iter().enumerate().filter(move |(index, _)| Some(*index) != without);
-    let mut near: Vec<(f64, &Look)> = others
+    let mut near: Vec<(f64, &RevisitScan)> = others
         .map(|(_, look)| ((look.map_from_base.translation.vector - at).norm(), look))
         .filter(|(apart, _)| *apart <= REACH)
         .collect();
@@ -194,12 +198,12 @@ mod tests {
         points
     }
 
-    fn looks(box_at: Option<f64>) -> Vec<Look> {
+    fn looks(box_at: Option<f64>) -> Vec<RevisitScan> {
         let look = |number: u32| {
             let x = -2.5 + f64::from(number);
             let xyz = seen(x, box_at);
             let at = Isometry::translation(x, 0.0, 0.0);
-            Look::new(at, &xyz, &[], [0.0; 3], &mut Downsampler::default())
+            RevisitScan::new(at, &xyz, &[], [0.0; 3], &mut Downsampler::default())
         };
         (0..6).map(look).collect()
     }
@@ -210,22 +214,22 @@ mod tests {
         let looks = looks(Some(1.5));
         let is_box =
             |point: &[f32; 3], at: f32| point[1] > 1.9 && point[1] < 2.1 && (point[0] - at).abs() < 0.55;
-        let gone = gone(&keyframe, &old, &looks);
+        let gone = removed_points(&keyframe, &old, &looks);
         let boxes = old.iter().filter(|point| is_box(point, -1.0)).count();
         let right = gone.iter().filter(|index| is_box(&old[**index as usize], -1.0)).count();
         assert!(boxes > 500 && right * 10 > boxes * 9, "{right} of {boxes}");
         assert!((gone.len() - right) * 100 < old.len(), "{} of {}", gone.len() - right, old.len());
 
-        let mut shown = Shown::default();
+        let mut shown = OccupiedCells::default();
         for (index, point) in old.iter().enumerate() {
             if !gone.contains(&(index as u32)) {
-                shown.add(&in_map(&keyframe, point));
+                shown.add(&transform_to_map(&keyframe, point));
             }
         }
         let (mut of_box, mut other) = (0, 0);
         for one in 0..looks.len() {
-            for index in come(&looks, one, &mut shown) {
-                let point = in_map(&looks[one].map_from_base, &looks[one].xyz[index as usize]);
+            for index in added_points(&looks, one, &mut shown) {
+                let point = transform_to_map(&looks[one].map_from_base, &looks[one].xyz[index as usize]);
                 let at = [point.x as f32, point.y as f32, point.z as f32];
                 // The wall behind the old box comes to light as well.
                 let wall = at[1] > 3.9 && (at[0] + 1.5).abs() < 2.0;
@@ -234,20 +238,23 @@ mod tests {
         }
         assert!(of_box > 300, "{of_box}");
         assert!(other * 20 < of_box, "{other} others, {of_box} of the box");
-        assert!(come(&looks, 0, &mut shown).is_empty(), "once is enough");
+        assert!(added_points(&looks, 0, &mut shown).is_empty(), "once is enough");
         let view = RangeImage::new(&old, [0.0; 3]);
-        assert!(belongs(&view, &[1.5, 2.0, 0.0]), "it looked through there");
+        assert!(is_in_free_space(&view, &[1.5, 2.0, 0.0]), "it looked through there");
         assert!(
-            !belongs(&view, &[-2.0, 4.0, 0.0])
-                && !belongs(&view, &[-1.5, 3.0, 0.0])
-                && !belongs(&view, &[11.0, 2.0, 0.0])
+            !is_in_free_space(&view, &[-2.0, 4.0, 0.0])
+                && !is_in_free_space(&view, &[-1.5, 3.0, 0.0])
+                && !is_in_free_space(&view, &[11.0, 2.0, 0.0])
         );
         assert_eq!(
-            nearest(&Isometry::translation(0.4, 0.0, 0.0), &[Isometry::translation(9.0, 0.0, 0.0), keyframe]),
+            nearest_keyframe(
+                &Isometry::translation(0.4, 0.0, 0.0),
+                &[Isometry::translation(9.0, 0.0, 0.0), keyframe]
+            ),
             Some(1)
         );
         assert_eq!(
-            nearest(&Isometry::translation(0.4, 0.0, 3.0), &[keyframe]),
+            nearest_keyframe(&Isometry::translation(0.4, 0.0, 3.0), &[keyframe]),
             None,
             "it is on another floor"
         );

@@ -1,6 +1,6 @@
 //! All places seen so far, to be asked which of them looks like this one.
 
-use crate::scan_context::{Alignment, Descriptor, KEY};
+use crate::scan_context::{Alignment, KEY, ScanContext};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ const SHORTLIST: usize = 12;
 
 /// A place that looks alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resemblance {
+pub struct ScanContextMatch {
     /// Number of the place, in the order of insertion.
     pub place: usize,
     /// Which of the query's descriptors fitted best.
@@ -21,14 +21,14 @@ pub struct Resemblance {
 /// Descriptors in the order of insertion. A search looks at every ring key: 128 B each, so 1 ms for some 100,000
 /// places; a tree would save little in 32 dimensions.
 #[derive(Clone, Debug, Default)]
-pub struct Places {
+pub struct ScanContextIndex {
     keys: Vec<[f32; KEY]>,
-    descriptors: Vec<Arc<Descriptor>>,
+    descriptors: Vec<Arc<ScanContext>>,
 }
 
-impl Places {
+impl ScanContextIndex {
     /// Adds a place; its number is the count before.
-    pub fn push(&mut self, descriptor: Arc<Descriptor>) {
+    pub fn push(&mut self, descriptor: Arc<ScanContext>) {
         self.keys.push(*descriptor.ring_key());
         self.descriptors.push(descriptor);
     }
@@ -44,21 +44,21 @@ impl Places {
     }
 
     /// The descriptor of a place.
-    pub fn descriptor(&self, place: usize) -> Option<&Arc<Descriptor>> {
+    pub fn descriptor(&self, place: usize) -> Option<&Arc<ScanContext>> {
         self.descriptors.get(place)
     }
 
     /// Places within `among` that look like the query (the same place seen in several ways), best first, each once.
-    pub fn search(&self, views: &[Arc<Descriptor>], among: Range<usize>) -> Vec<Resemblance> {
+    pub fn search(&self, views: &[Arc<ScanContext>], among: Range<usize>) -> Vec<ScanContextMatch> {
         let among = among.start.min(self.len())..among.end.min(self.len());
-        let mut best: Vec<Resemblance> = Vec::new();
+        let mut best: Vec<ScanContextMatch> = Vec::new();
         for (view, query) in views.iter().enumerate() {
             for place in self.shortlist(query.ring_key(), among.clone()) {
                 let alignment = self.descriptors[place].align(query);
                 match best.iter_mut().find(|held| held.place == place) {
                     Some(held) if held.alignment.distance <= alignment.distance => {}
-                    Some(held) => *held = Resemblance { place, view, alignment },
-                    None => best.push(Resemblance { place, view, alignment }),
+                    Some(held) => *held = ScanContextMatch { place, view, alignment },
+                    None => best.push(ScanContextMatch { place, view, alignment }),
                 }
             }
         }
@@ -118,15 +118,15 @@ mod tests {
     #[test]
     fn a_place_is_found_among_hundreds_and_only_where_it_may_be() {
         let level = Rotation::identity();
-        let mut places = Places::default();
+        let mut places = ScanContextIndex::default();
         for seed in 0..300 {
-            places.push(Arc::new(Descriptor::new(&place(seed), &level, [0.0; 2])));
+            places.push(Arc::new(ScanContext::new(&place(seed), &level, [0.0; 2])));
         }
         // Seen again with a different heading and every third point missing.
         let turn = geometry::so3::exp(&(geometry::Vector3::z() * 1.3));
         let again: Vec<[f32; 3]> =
             place(123).into_iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, p)| p).collect();
-        let query = [Arc::new(Descriptor::new(&again, &turn, [0.0; 2]))];
+        let query = [Arc::new(ScanContext::new(&again, &turn, [0.0; 2]))];
         let found = places.search(&query, 0..300);
         assert_eq!(found[0].place, 123);
         assert!(found[0].alignment.distance < 0.7 * found[1].alignment.distance, "{found:?}");

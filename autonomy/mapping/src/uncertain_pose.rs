@@ -8,14 +8,14 @@ const UNKNOWN: f64 = 1e4;
 /// A relative pose with the covariance of its error, `[rotation; translation]`, perturbed on the right (so in the frame
 /// of the child).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncertain {
+pub struct UncertainPose {
     /// Pose of the child in the parent.
     pub pose: Isometry,
     /// Covariance of `retract(pose, error)`.
     pub covariance: Matrix6,
 }
 
-impl Uncertain {
+impl UncertainPose {
     /// The child is the parent, without doubt.
     pub fn identity() -> Self {
         Self { pose: Isometry::identity(), covariance: Matrix6::zeros() }
@@ -58,7 +58,7 @@ impl Uncertain {
     }
 
     /// Standard deviation of the child's place in its least certain direction, metres.
-    pub fn place_deviation(&self) -> f64 {
+    pub fn translation_std_m(&self) -> f64 {
         let block = self.covariance.fixed_view::<3, 3>(3, 3).into_owned();
         block.symmetric_eigenvalues().max().max(0.0).sqrt()
     }
@@ -79,15 +79,19 @@ mod tests {
         let mut rng = RngTree::new(8).child("uncertain").rng();
         let mut random = |scale: f64| Vector6::from_fn(|_, _| rng.normal() * scale);
         let diagonal = |v: f64| Matrix6::from_diagonal(&Vector6::from_fn(|i, _| v * (1.0 + i as f64)));
-        let a =
-            Uncertain { pose: se3::retract(&Isometry::identity(), &random(1.0)), covariance: diagonal(1e-5) };
-        let b =
-            Uncertain { pose: se3::retract(&Isometry::identity(), &random(1.0)), covariance: diagonal(3e-5) };
+        let a = UncertainPose {
+            pose: se3::retract(&Isometry::identity(), &random(1.0)),
+            covariance: diagonal(1e-5),
+        };
+        let b = UncertainPose {
+            pose: se3::retract(&Isometry::identity(), &random(1.0)),
+            covariance: diagonal(3e-5),
+        };
         let expected = a.then(&b).inverse();
         let mut sampled = Matrix6::zeros();
         let count = 20_000;
         for _ in 0..count {
-            let mut draw = |u: &Uncertain| {
+            let mut draw = |u: &UncertainPose| {
                 let unit = random(1.0);
                 se3::retract(&u.pose, &u.covariance.map_diagonal(f64::sqrt).component_mul(&unit))
             };
@@ -102,10 +106,10 @@ mod tests {
     fn unknown_directions_are_wide_and_garbage_has_no_distance() {
         let mut information = Matrix6::identity() * 1e4;
         information[(3, 3)] = 0.0;
-        let corridor = Uncertain::from_information(Isometry::identity(), &information);
-        assert!(corridor.place_deviation() > 50.0);
+        let corridor = UncertainPose::from_information(Isometry::identity(), &information);
+        assert!(corridor.translation_std_m() > 50.0);
         assert!((corridor.information()[(4, 4)] - 1e4).abs() < 1.0 && corridor.information()[(3, 3)] < 2e-4);
-        assert_eq!(Uncertain::identity().information(), Matrix6::zeros());
+        assert_eq!(UncertainPose::identity().information(), Matrix6::zeros());
         let mut shifted = corridor;
         shifted.pose.translation.vector.x = 5.0;
         assert!(corridor.distance_squared(&shifted).is_some_and(|d| d < 0.1));
@@ -113,6 +117,6 @@ mod tests {
         assert!(corridor.distance_squared(&shifted).is_some_and(|d| d > 100.0));
         shifted.pose.translation.vector.z = f64::NAN;
         assert_eq!(corridor.distance_squared(&shifted), None);
-        assert_eq!(Uncertain::identity().distance_squared(&Uncertain::identity()), None);
+        assert_eq!(UncertainPose::identity().distance_squared(&UncertainPose::identity()), None);
     }
 }

@@ -34,7 +34,7 @@ fn walk(bias: f64) -> Walked {
         });
         assert!(tasks.len() <= 4, "{} pairs at once", tasks.len());
         for task in tasks {
-            decisions.extend(finder.judge(&verify(&task, &finder.config().gates)));
+            decisions.extend(finder.evaluate(&verify(&task, &finder.config().gates)));
         }
     }
     Walked { decisions, finder }
@@ -78,8 +78,8 @@ fn a_persons_pair_is_looked_at_and_unknown_keyframes_are_not() {
     let guess = poses[14].inverse() * poses[62];
     let task = finder.propose(KeyframeId(14), KeyframeId(62), guess);
     let Some(task) = task else { panic!("both keyframes are there") };
-    let found = verify(&task, &Gates::default());
-    assert_eq!((found.flaw, found.evidence.source), (None, Source::Person));
+    let found = verify(&task, &VerificationConfig::default());
+    assert_eq!((found.rejection, found.evidence.source), (None, CandidateSource::Person));
     assert!(finder.propose(KeyframeId(14), KeyframeId(4_000), guess).is_none());
 }
 

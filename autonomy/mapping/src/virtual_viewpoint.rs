@@ -1,11 +1,11 @@
 //! What a robot would see from where it could stand in somebody else's cloud: the keyframes of a map that no robot has walked.
 //!
 //! A cloud without the places it was seen from cannot say what is free and what hides what, which is half of what localisation lives
-//! on. So the ground is found ([`crate::floors`]), places to stand are spread over it, and from each only those points are kept that
+//! on. So the ground is found ([`crate::ground_surface`]), places to stand are spread over it, and from each only those points are kept that
 //! are nearest in their direction, in a picture of depth in which near points cover as much as they would as surfaces. After Katz, Tal
 //! and Basri, *Direct visibility of point sets*, SIGGRAPH 2007, whose question this is; theirs is another answer.
 
-use crate::floors::{COLUMN, Floors, Foot, on_ground};
+use crate::ground_surface::{COLUMN, Floors, Foot, on_ground};
 use geometry::{Isometry, Rotation, Vector3};
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ const CLEARLY: f64 = 1.5;
 
 /// How to look about.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VantageOptions {
+pub struct ViewpointConfig {
     /// Places are so far apart at least, metres.
     pub spacing: f32,
     /// Height of the base over the ground, metres.
@@ -37,7 +37,7 @@ pub struct VantageOptions {
     pub field: [f32; 2],
 }
 
-impl Default for VantageOptions {
+impl Default for ViewpointConfig {
     /// A quadruped with an XT-32.
     fn default() -> Self {
         let field = [-16.0_f32, 15.0].map(f32::to_radians);
@@ -47,7 +47,7 @@ impl Default for VantageOptions {
 
 /// A place to stand at.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Vantage {
+pub struct VirtualViewpoint {
     /// Level, heading along x.
     pub map_from_base: Isometry,
     /// Which points are seen from there.
@@ -56,9 +56,9 @@ pub struct Vantage {
 
 /// Places to stand at, and straight ways between neighbours among them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Vantages {
+pub struct VirtualViewpoints {
     /// In a fixed order.
-    pub places: Vec<Vantage>,
+    pub places: Vec<VirtualViewpoint>,
     /// Pairs of places, the smaller number first.
     pub ways: Vec<[usize; 2]>,
 }
@@ -73,7 +73,7 @@ pub enum Axis {
 }
 
 /// Which axis points up (or down): the one across which most ground hangs together, z if in doubt. Thrice the cost of finding the ground.
-pub fn upright(xyz: &[[f32; 3]]) -> Axis {
+pub fn find_up_axis(xyz: &[[f32; 3]]) -> Axis {
     let ground = |turn: fn(&[f32; 3]) -> [f32; 3]| {
         let turned: Vec<[f32; 3]> = xyz.iter().map(turn).collect();
         Floors::find(&turned).largest() as f64
@@ -89,7 +89,11 @@ pub fn upright(xyz: &[[f32; 3]]) -> Axis {
 
 /// Finds places to stand at in a thinned cloud (some 0.1 m between points, z up) and what is seen from each: some thousands of points,
 /// all held at once. Linear in places times the points within reach; `progress` hears the share of places done.
-pub fn vantages(xyz: &[[f32; 3]], options: &VantageOptions, progress: &mut dyn FnMut(f64)) -> Vantages {
+pub fn find_viewpoints(
+    xyz: &[[f32; 3]],
+    options: &ViewpointConfig,
+    progress: &mut dyn FnMut(f64),
+) -> VirtualViewpoints {
     let floors = Floors::find(xyz);
     let feet = spread(&floors, options.spacing);
     let blocks = Blocks::new(xyz);
@@ -101,11 +105,13 @@ pub fn vantages(xyz: &[[f32; 3]], options: &VantageOptions, progress: &mut dyn F
         let eye = [x, y, base[2] + options.lidar_height];
         let seen = picture.seen(xyz, &blocks, eye, options.reach);
         let place = Vector3::from(base.map(f64::from));
-        places
-            .push(Vantage { map_from_base: Isometry::from_parts(place.into(), Rotation::identity()), seen });
+        places.push(VirtualViewpoint {
+            map_from_base: Isometry::from_parts(place.into(), Rotation::identity()),
+            seen,
+        });
         progress((index + 1) as f64 / feet.len() as f64);
     }
-    Vantages { places, ways: ways(&floors, &feet, options.spacing) }
+    VirtualViewpoints { places, ways: ways(&floors, &feet, options.spacing) }
 }
 
 /// Places so far apart, those with much room about them first.
@@ -232,5 +238,5 @@ impl Picture {
 }
 
 #[cfg(test)]
-#[path = "vantage_tests.rs"]
+#[path = "virtual_viewpoint_tests.rs"]
 mod tests;

@@ -7,12 +7,12 @@
 //! way may have half as many. From the winner on, the rest is compared where it is then expected.
 //! `docs/maths/loops.md` has the numbers.
 
-use crate::place::{ORIGINS, Place};
-use crate::places::Places;
+use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_ORIGINS};
 use crate::scan_context::{first_from_second, level_from_base};
+use crate::scan_context_index::ScanContextIndex;
 use crate::submap::{LazySubmap, SubmapCache};
-use crate::verify::{Compared, Comparison, Gates, Source, compare};
-use crate::{Edge, Uncertain};
+use crate::verify::{CandidateSource, Comparison, ComparisonResult, VerificationConfig, compare};
+use crate::{Edge, UncertainPose};
 use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, so3};
 use points::Downsampler;
 use std::collections::BTreeSet;
@@ -54,8 +54,8 @@ const CHI_SQUARED_6: f64 = 22.46;
 
 /// A finished map as places are looked up in it: 45 kB a keyframe.
 #[derive(Clone, Debug)]
-pub struct Chart {
-    places: Places,
+pub struct MapMatcher {
+    places: ScanContextIndex,
     keyframes: Vec<Charted>,
     submaps: SubmapCache,
     downsampler: Downsampler,
@@ -65,12 +65,12 @@ pub struct Chart {
 struct Charted {
     map_from_keyframe: Isometry,
     level: Rotation,
-    place: Place,
+    place: KeyframeDescriptor,
 }
 
 /// How two maps lie to each other.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Joint {
+pub struct MapAlignment {
     /// Where the second one is in the first.
     pub first_from_second: Isometry,
     /// Measured poses of keyframes of the second (`to`) in keyframes of the first (`from`), numbered as in their own maps.
@@ -83,17 +83,17 @@ pub struct Joint {
 
 /// Why it cannot be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unrelated {
+pub enum AlignmentError {
     /// Too few places were recognised that agree with each other, or all in one spot; this many.
     TooFew(usize),
     /// Two ways fit about as well, with so many places each.
     Ambiguous(usize, usize),
 }
 
-impl Default for Chart {
+impl Default for MapMatcher {
     fn default() -> Self {
         Self {
-            places: Places::default(),
+            places: ScanContextIndex::default(),
             keyframes: Vec::new(),
             submaps: SubmapCache::new(SUBMAPS_HELD),
             downsampler: Downsampler::default(),
@@ -106,19 +106,19 @@ impl Default for Chart {
 struct Link {
     from: usize,
     to: usize,
-    compared: Compared,
+    compared: ComparisonResult,
     first_from_second: Isometry,
 }
 
-impl Chart {
+impl MapMatcher {
     /// Adds a keyframe with its cloud (keyframe's frame, metres), seen from `sensor` (keyframe's frame). Keyframes are numbered from 0.
     pub fn push(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]], sensor: [f32; 3]) {
-        let place = Place::new(xyz, &map_from_keyframe.rotation, sensor, &mut self.downsampler);
+        let place = KeyframeDescriptor::new(xyz, &map_from_keyframe.rotation, sensor, &mut self.downsampler);
         self.push_place(map_from_keyframe, place);
     }
 
     /// As [`Self::push`], of a place that was made before.
-    pub fn push_place(&mut self, map_from_keyframe: &Isometry, place: Place) {
+    pub fn push_place(&mut self, map_from_keyframe: &Isometry, place: KeyframeDescriptor) {
         let level = level_from_base(&map_from_keyframe.rotation);
         self.places.push(Arc::clone(&place.views[0]));
         self.keyframes.push(Charted { map_from_keyframe: *map_from_keyframe, level, place });
@@ -154,7 +154,11 @@ impl Chart {
     ///
     /// # Errors
     /// When the maps have too little in common, or it fits in several ways.
-    pub fn join(&mut self, other: &mut Self, gates: &Gates) -> Result<Joint, Unrelated> {
+    pub fn join(
+        &mut self,
+        other: &mut Self,
+        gates: &VerificationConfig,
+    ) -> Result<MapAlignment, AlignmentError> {
         self.join_over(other, gates, SPREAD)
     }
 
@@ -163,12 +167,21 @@ impl Chart {
     ///
     /// # Errors
     /// As for [`Self::join`].
-    pub fn find(&mut self, walk: &mut Self, gates: &Gates) -> Result<Joint, Unrelated> {
+    pub fn find(
+        &mut self,
+        walk: &mut Self,
+        gates: &VerificationConfig,
+    ) -> Result<MapAlignment, AlignmentError> {
         let places: Vec<Vector3> = (0..self.len()).map(|keyframe| self.place(keyframe)).collect();
         self.join_over(walk, gates, SPREAD.min(SMALL * extent(&places)))
     }
 
-    fn join_over(&mut self, other: &mut Self, gates: &Gates, apart: f64) -> Result<Joint, Unrelated> {
+    fn join_over(
+        &mut self,
+        other: &mut Self,
+        gates: &VerificationConfig,
+        apart: f64,
+    ) -> Result<MapAlignment, AlignmentError> {
         let mut found = Vec::new();
         for to in other.spaced() {
             let mut best: Option<Link> = None;
@@ -185,7 +198,7 @@ impl Chart {
         let (winner, support, rival) = vote(&found, self, other, apart)?;
         let links = self.spread_out(other, winner, gates);
         let links = links.iter().map(Link::edge).collect();
-        Ok(Joint { first_from_second: winner.first_from_second, links, support, rival })
+        Ok(MapAlignment { first_from_second: winner.first_from_second, links, support, rival })
     }
 
     /// Every few metres of the walk one keyframe.
@@ -211,7 +224,7 @@ impl Chart {
             if chosen.len() == LOOKED_AT || resemblance.alignment.distance > RESEMBLANCE {
                 break;
             }
-            let (place, origin) = (resemblance.place, ORIGINS[resemblance.view]);
+            let (place, origin) = (resemblance.place, VIEW_ORIGINS[resemblance.view]);
             let fresh = |(other, _): &(usize, Isometry)| {
                 (self.place(*other) - self.place(place)).norm() > PLACES_APART
             };
@@ -228,17 +241,17 @@ impl Chart {
         &mut self,
         other: &mut Self,
         (from, to): (usize, usize),
-        (guess, expected): (Isometry, Option<Uncertain>),
-        gates: &Gates,
+        (guess, expected): (Isometry, Option<UncertainPose>),
+        gates: &VerificationConfig,
     ) -> Option<Link> {
         let (older, newer) = (self.submap(from), other.submap(to));
-        let (source, guesses) = (Source::Geometry, vec![guess]);
+        let (source, guesses) = (CandidateSource::Geometry, vec![guess]);
         let compared = compare(&Comparison { source, guesses, expected, older, newer }, gates);
-        let measured = Uncertain::from_information(compared.pose, &compared.information);
-        let surprising = |expected: Uncertain| {
+        let measured = UncertainPose::from_information(compared.pose, &compared.information);
+        let surprising = |expected: UncertainPose| {
             expected.distance_squared(&measured).is_none_or(|squared| squared > CHI_SQUARED_6)
         };
-        if compared.flaw.is_some() || expected.is_some_and(surprising) {
+        if compared.rejection.is_some() || expected.is_some_and(surprising) {
             return None;
         }
         let first_from_second = self.keyframes[from].map_from_keyframe
@@ -254,13 +267,13 @@ impl Chart {
             let (turn, place) = (SETTLED.0 * SETTLED.0, SETTLED.1 * SETTLED.1);
             let settled = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
             let own_from_map = keyframes[own].map_from_keyframe.inverse();
-            let mut near: Vec<(f64, usize, Uncertain)> = keyframes
+            let mut near: Vec<(f64, usize, UncertainPose)> = keyframes
                 .iter()
                 .enumerate()
                 .map(|(index, keyframe)| {
                     let covariance = if index == own { Matrix6::zeros() } else { settled };
                     let pose = own_from_map * keyframe.map_from_keyframe;
-                    (pose.translation.vector.norm(), index, Uncertain { pose, covariance })
+                    (pose.translation.vector.norm(), index, UncertainPose { pose, covariance })
                 })
                 .filter(|(apart, _, way)| {
                     *apart <= SUBMAP_REACH && way.pose.translation.vector.z.abs() <= SUBMAP_LEVEL
@@ -277,7 +290,7 @@ impl Chart {
     }
 
     /// From the winner to all that overlaps, nearest first, so that a bend of either map is followed.
-    fn spread_out(&mut self, other: &mut Self, winner: Link, gates: &Gates) -> Vec<Link> {
+    fn spread_out(&mut self, other: &mut Self, winner: Link, gates: &VerificationConfig) -> Vec<Link> {
         let mut grown = vec![winner];
         let mut waiting: BTreeSet<usize> = other.spaced().into_iter().collect();
         waiting.remove(&winner.to);
@@ -292,7 +305,7 @@ impl Chart {
             let (turn, place) = (EXPECTED.0, EXPECTED.1 + EXPECTED.2 * apart);
             let (turn, place) = (turn * turn, place * place);
             let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-            let expected = Uncertain { pose: guess, covariance };
+            let expected = UncertainPose { pose: guess, covariance };
             grown.extend(self.link(other, (from, to), (guess, Some(expected)), gates));
         }
         grown.sort_by_key(|link| (link.to, link.from));
@@ -314,7 +327,7 @@ impl Chart {
 impl Link {
     fn edge(&self) -> Edge {
         let id = |index: usize| KeyframeId(u32::try_from(index).unwrap_or(u32::MAX));
-        let Compared { pose, information, .. } = self.compared;
+        let ComparisonResult { pose, information, .. } = self.compared;
         Edge { from: id(self.from), to: id(self.to), from_from_to: pose, information }
     }
 
@@ -323,7 +336,7 @@ impl Link {
     }
 
     /// Whether this link says the same of another link's keyframes as that one does.
-    fn agrees(&self, with: &Self, other: &Chart) -> bool {
+    fn agrees(&self, with: &Self, other: &MapMatcher) -> bool {
         let apart = (other.place(self.to) - other.place(with.to)).norm();
         let there = other.keyframes[with.to].map_from_keyframe;
         let off = (self.first_from_second * there).inverse() * (with.first_from_second * there);
@@ -336,10 +349,10 @@ impl Link {
 /// far apart. Quadratic in the links.
 fn vote(
     links: &[Link],
-    first: &Chart,
-    second: &Chart,
+    first: &MapMatcher,
+    second: &MapMatcher,
     apart: f64,
-) -> Result<(Link, usize, usize), Unrelated> {
+) -> Result<(Link, usize, usize), AlignmentError> {
     let supporters = |link: &Link, among: &[Link]| -> Vec<Link> {
         among.iter().filter(|with| link.agrees(with, second)).copied().collect()
     };
@@ -351,21 +364,21 @@ fn vote(
             _ => Some(next),
         })
     };
-    let Some((count, winner)) = best(links) else { return Err(Unrelated::TooFew(0)) };
+    let Some((count, winner)) = best(links) else { return Err(AlignmentError::TooFew(0)) };
     let supported = supporters(&winner, links);
     let others: Vec<Link> = links.iter().filter(|link| !winner.agrees(link, second)).copied().collect();
     let rival = best(&others).map_or(0, |(count, _)| count);
-    let spread = |place: fn(&Link, &Chart) -> Vector3, chart: &Chart| {
+    let spread = |place: fn(&Link, &MapMatcher) -> Vector3, chart: &MapMatcher| {
         let places: Vec<Vector3> = supported.iter().map(|link| place(link, chart)).collect();
         extent(&places)
     };
     let far = spread(|link, chart| chart.place(link.from), first) >= apart
         && spread(|link, chart| chart.place(link.to), second) >= apart;
     if count < SUPPORT || !far {
-        return Err(Unrelated::TooFew(count));
+        return Err(AlignmentError::TooFew(count));
     }
     if rival as f64 > RIVAL * count as f64 {
-        return Err(Unrelated::Ambiguous(count, rival));
+        return Err(AlignmentError::Ambiguous(count, rival));
     }
     Ok((winner, count, rival))
 }
@@ -376,7 +389,7 @@ fn extent(places: &[Vector3]) -> f64 {
 }
 
 /// Of the keyframes that wait the one nearest to a link, how far it is, and that link. Linear in both.
-fn nearest(other: &Chart, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
+fn nearest(other: &MapMatcher, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
     let pairs = waiting.iter().flat_map(|&to| {
         links.iter().map(move |link| ((other.place(to) - other.place(link.to)).norm(), to, link))
     });
@@ -384,5 +397,5 @@ fn nearest(other: &Chart, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(
 }
 
 #[cfg(test)]
-#[path = "charts_tests.rs"]
+#[path = "map_matcher_tests.rs"]
 mod tests;

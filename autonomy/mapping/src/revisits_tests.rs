@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::testing::{SENSOR, World, at, edge, ring, ring_poses, room, scan};
-use crate::{Decision, LoopConfig, OldKeyframe, Place, Step, Verdict, compare, verify};
+use crate::{Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, Step, Verdict, compare, verify};
 use geometry::{Matrix6, se3};
 
 /// A robot whose odometry turns too far by `bias` radians a waypoint.
@@ -15,7 +15,7 @@ struct Robot {
     /// Of every keyframe, truly.
     keyframes: Vec<Isometry>,
     decisions: Vec<Decision>,
-    ties: Vec<(u64, Tied)>,
+    ties: Vec<(u64, RevisitResult)>,
 }
 
 impl Robot {
@@ -32,7 +32,7 @@ impl Robot {
     }
 
     /// Walks to the next waypoint.
-    fn ground(&mut self, pose: &Isometry) -> Ground {
+    fn ground(&mut self, pose: &Isometry) -> Novelty {
         let step = self.walked.last().map(|last| {
             let way = last.inverse() * pose * at(0.0, 0.0, self.bias);
             let measured = edge(0, 1, way, (2e-3, 0.01));
@@ -42,23 +42,23 @@ impl Robot {
         self.walked.push(*pose);
         let stamp = Stamp::from_parts(number as i64, 0);
         let cloud = scan(&self.world, pose, number as u64);
-        self.finder.arrive(&Waypoint { stamp, map_from_base: *pose, step }, &cloud, SENSOR)
+        self.finder.add_waypoint(&Waypoint { stamp, map_from_base: *pose, step }, &cloud, SENSOR)
     }
 
     /// As [`Self::ground`]; hands over what is to be compared with a visit.
-    fn arrive(&mut self, pose: &Isometry) -> Option<Visit> {
+    fn arrive(&mut self, pose: &Isometry) -> Option<Revisit> {
         match self.ground(pose) {
-            Ground::New { edge, tasks } => {
+            Novelty::Keyframe { edge, tasks } => {
                 assert_eq!(edge.is_some(), !self.keyframes.is_empty());
                 self.keyframes.push(*pose);
                 for task in tasks {
                     let verified = verify(&task, &self.finder.config().gates);
-                    self.decisions.extend(self.finder.judge(&verified));
+                    self.decisions.extend(self.finder.evaluate(&verified));
                 }
                 None
             }
-            Ground::Known(visit) => visit,
-            Ground::Lost(number) => panic!("lost at waypoint {number}"),
+            Novelty::Revisit(visit) => visit,
+            Novelty::Unlocalised(number) => panic!("lost at waypoint {number}"),
         }
     }
 
@@ -70,9 +70,9 @@ impl Robot {
         }
     }
 
-    fn tie(&mut self, visit: &Visit) -> Tied {
+    fn tie(&mut self, visit: &Revisit) -> RevisitResult {
         let compared = compare(&visit.comparison, &self.finder.config().gates);
-        self.finder.tie(visit.number, &compared)
+        self.finder.complete_revisit(visit.number, &compared)
     }
 
     fn true_error(&self, anchor: KeyframeId, waypoint: usize, found: &Isometry) -> f64 {
@@ -94,10 +94,14 @@ fn rounds_over_known_ground_add_nothing_and_the_robot_stays_among_its_keyframes(
     }
     assert!(after[0] >= 45, "{after:?}");
     assert!(after[3] <= after[0] + 6 && after[3] == after[2], "{after:?}");
-    let anew: Vec<(u64, Tie)> = robot
+    let anew: Vec<(u64, Reanchoring)> = robot
         .ties
         .iter()
-        .filter_map(|(number, tied)| if let Tied::Anew(tie) = tied { Some((*number, *tie)) } else { None })
+        .filter_map(
+            |(number, tied)| {
+                if let RevisitResult::Reanchored(tie) = tied { Some((*number, *tie)) } else { None }
+            },
+        )
         .collect();
     // Three rounds of 50 m, a comparison every other metre.
     assert!(
@@ -151,10 +155,10 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
     let mut downsampler = points::Downsampler::default();
     let mut old = |(number, pose): (usize, &Isometry)| {
         let cloud = scan(&first.world, pose, number as u64);
-        let place = Place::new(&cloud, &pose.rotation, SENSOR, &mut downsampler);
-        OldKeyframe { map_from_keyframe: *pose, place }
+        let place = KeyframeDescriptor::new(&cloud, &pose.rotation, SENSOR, &mut downsampler);
+        MapKeyframe { map_from_keyframe: *pose, place }
     };
-    let map: Vec<OldKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
+    let map: Vec<MapKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
     let edges: Vec<Edge> = (1..30)
         .map(|to: u32| {
             let way = poses[to as usize - 1].inverse() * poses[to as usize];
@@ -166,11 +170,12 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
     robot.keyframes = poses[..30].to_vec();
     // Not known yet: nothing is kept.
     for pose in &poses[20..23] {
-        assert!(matches!(robot.ground(pose), Ground::Lost(_)));
+        assert!(matches!(robot.ground(pose), Novelty::Unlocalised(_)));
     }
-    let found = Uncertain { pose: poses[21].inverse() * poses[21], covariance: Matrix6::identity() * 1e-4 };
-    assert_eq!(robot.finder.place(1, KeyframeId(90), &found), None);
-    let Some(now) = robot.finder.place(1, KeyframeId(21), &found) else { panic!("not placed") };
+    let found =
+        UncertainPose { pose: poses[21].inverse() * poses[21], covariance: Matrix6::identity() * 1e-4 };
+    assert_eq!(robot.finder.localise_in_map(1, KeyframeId(90), &found), None);
+    let Some(now) = robot.finder.localise_in_map(1, KeyframeId(21), &found) else { panic!("not placed") };
     assert!(robot.true_error(KeyframeId(21), 2, &now) < 0.02);
     for pose in &poses[23..] {
         robot.walk(pose);
@@ -190,7 +195,7 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
 }
 
 /// Once round the ring and a little more: on known ground, with comparisons not made yet.
-fn returned() -> (Robot, Vec<Visit>) {
+fn returned() -> (Robot, Vec<Revisit>) {
     let mut robot = Robot::new(ring(), 5e-4);
     ring_poses(0.0).iter().for_each(|pose| robot.walk(pose));
     let mut visits = Vec::new();
@@ -205,20 +210,20 @@ fn returned() -> (Robot, Vec<Visit>) {
 fn results_that_come_late_change_nothing_that_is_newer() {
     let (mut robot, visits) = returned();
     let last = visits.len() - 1;
-    let (Tied::Anew(tie), newest) = (robot.tie(&visits[last]), robot.walked.len() - 1) else {
+    let (RevisitResult::Reanchored(tie), newest) = (robot.tie(&visits[last]), robot.walked.len() - 1) else {
         panic!("the last visit is found again")
     };
     let error = robot.true_error(tie.anchor, newest, &tie.anchor_from_waypoint);
     assert!(error < 0.05, "{error} m, walked on since");
-    assert_eq!(robot.tie(&visits[last - 1]), Tied::Confirmed);
-    assert_eq!(robot.tie(&visits[last]), Tied::Refused, "it is not under way any more");
+    assert_eq!(robot.tie(&visits[last - 1]), RevisitResult::Confirmed);
+    assert_eq!(robot.tie(&visits[last]), RevisitResult::Rejected, "it is not under way any more");
 }
 
 #[test]
 fn what_is_not_where_it_was_expected_is_refused() {
-    let spoil: [fn(&mut Compared); 3] = [
+    let spoil: [fn(&mut ComparisonResult); 3] = [
         |compared| compared.pose.translation.vector.x += 1.5,
-        |compared| compared.flaw = Some(crate::Flaw::Overlap),
+        |compared| compared.rejection = Some(crate::RejectionReason::Overlap),
         |compared| compared.pose.translation.vector.x = f64::NAN,
     ];
     let (robot, visits) = returned();
@@ -226,9 +231,12 @@ fn what_is_not_where_it_was_expected_is_refused() {
     for spoil in spoil {
         let (mut finder, mut spoilt) = (robot.finder.clone(), compared);
         spoil(&mut spoilt);
-        assert_eq!(finder.tie(visits[0].number, &spoilt), Tied::Refused, "{spoilt:?}");
+        assert_eq!(finder.complete_revisit(visits[0].number, &spoilt), RevisitResult::Rejected, "{spoilt:?}");
     }
-    assert!(matches!(robot.finder.clone().tie(visits[0].number, &compared), Tied::Anew(_)));
+    assert!(matches!(
+        robot.finder.clone().complete_revisit(visits[0].number, &compared),
+        RevisitResult::Reanchored(_)
+    ));
 }
 
 #[test]
@@ -256,12 +264,12 @@ fn a_visit_compared_after_known_ground_was_left_is_a_loop() {
         robot.finder.visits_unconfirmed();
         robot.arrive(&unconfirmed);
     }
-    let tied = robot.finder.tie(last.number, &compared);
-    let Tied::Loop(verified) = tied else { panic!("{tied:?}, {compared:?}") };
+    let tied = robot.finder.complete_revisit(last.number, &compared);
+    let RevisitResult::Loop(verified) = tied else { panic!("{tied:?}, {compared:?}") };
     let truth = robot.keyframes[verified.edge.from.0 as usize].inverse() * robot.keyframes[before];
     let error = (truth.inverse() * verified.edge.from_from_to).translation.vector.norm();
     assert!(verified.edge.to.0 as usize == before && error < 0.05, "{verified:?} {error}");
-    let decided = robot.finder.judge(&verified);
+    let decided = robot.finder.evaluate(&verified);
     assert!(decided.iter().any(|decision| decision.verdict == Verdict::Accepted), "{decided:?}");
     assert_ne!(verified.edge.information, Matrix6::zeros());
 }

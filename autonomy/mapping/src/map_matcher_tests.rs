@@ -4,8 +4,8 @@ use super::*;
 use crate::testing::{SENSOR, World, at, ring, ring_poses, room, scan};
 
 /// A map of a walk whose own frame lies at `map_from_world`.
-fn chart(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u64) -> Chart {
-    let mut chart = Chart::default();
+fn chart(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u64) -> MapMatcher {
+    let mut chart = MapMatcher::default();
     for (seed, pose) in (seed..).zip(poses) {
         chart.push(&(map_from_world * pose), &scan(world, pose, seed), SENSOR);
     }
@@ -21,7 +21,8 @@ fn a_part_walked_another_day_is_found_and_placed() {
         ring_poses(-0.3)[5..32].iter().rev().map(|pose| pose * at(0.0, 0.0, 3.0)).collect();
     let second_from_world = at(-40.0, 13.0, 2.2);
     let mut second = chart(&world, &part, &second_from_world, 1_000);
-    let joint = first.join(&mut second, &Gates::default()).expect("they have two corridors in common");
+    let joint =
+        first.join(&mut second, &VerificationConfig::default()).expect("they have two corridors in common");
     let error = joint.first_from_second * second_from_world;
     assert!(error.translation.vector.norm() < 0.3 && error.rotation.angle() < 0.02, "{error}");
     assert!(joint.support >= SUPPORT && joint.links.len() >= 10, "{joint:?}");
@@ -38,9 +39,12 @@ fn another_site_is_not_taken_for_this_one() {
     let hall = room([-15.0, -11.0], [14.0, 9.0]);
     let walk: Vec<Isometry> = (0..24).map(|x| at(f64::from(x) - 12.0, -4.0, 0.3)).collect();
     let mut second = chart(&hall, &walk, &at(3.0, 0.0, 1.0), 500);
-    let refused = first.join(&mut second, &Gates::default());
-    assert!(matches!(refused, Err(Unrelated::TooFew(_))), "{refused:?}");
-    assert_eq!(first.join(&mut Chart::default(), &Gates::default()), Err(Unrelated::TooFew(0)));
+    let refused = first.join(&mut second, &VerificationConfig::default());
+    assert!(matches!(refused, Err(AlignmentError::TooFew(_))), "{refused:?}");
+    assert_eq!(
+        first.join(&mut MapMatcher::default(), &VerificationConfig::default()),
+        Err(AlignmentError::TooFew(0))
+    );
 }
 
 #[test]
@@ -49,6 +53,6 @@ fn what_fits_in_two_ways_is_not_decided() {
     let world: World = ring().into_iter().take(7).collect();
     let mut first = chart(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
     let mut second = chart(&world, &ring_poses(0.1)[3..40], &at(5.0, 5.0, 1.0), 800);
-    let refused = first.join(&mut second, &Gates::default());
-    assert!(matches!(refused, Err(Unrelated::Ambiguous(..))), "{refused:?}");
+    let refused = first.join(&mut second, &VerificationConfig::default());
+    assert!(matches!(refused, Err(AlignmentError::Ambiguous(..))), "{refused:?}");
 }

@@ -13,14 +13,14 @@ const LAYER: f32 = 0.1;
 const HEADROOM: i32 = 12;
 /// What is so thin over the ground is the ground's own noise, layers.
 const NOISE: i32 = 1;
-/// Ground in neighbouring columns may differ so much, layers: a step of stairs.
+/// Novelty in neighbouring columns may differ so much, layers: a step of stairs.
 const STEP: i32 = 2;
 /// Of eight neighbours, so many have to have ground.
 const NEIGHBOURS: usize = 6;
 /// A piece of ground of which such a share has nothing over it and other ground so many layers below it or more is a roof.
 const ROOF: f64 = 0.7;
 const STOREY: i32 = 15;
-/// Ground that hangs together over fewer columns is none: 4 m².
+/// Novelty that hangs together over fewer columns is none: 4 m².
 const COLUMNS_MIN: usize = 100;
 
 /// A column and the layer of its ground.
