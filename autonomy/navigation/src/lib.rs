@@ -1,14 +1,14 @@
-//! Getting from here to a point without hitting anything.
+//! Getting to a point without hitting anything.
 //!
-//! Parts, each usable alone: a [`Terrain`] grid that learns ground and obstacles from motion-corrected scans, a [`plan`] over it or, for
-//! a robot that is lost, somewhere to [`roam`] to, and a [`Follower`] that turns a path into velocities.
+//! The parts can be used alone: an elevation map ([`Terrain`]) that learns ground and obstacles from motion-corrected scans, a path planner over it
+//! ([`plan`]), a search for somewhere to walk for a robot that is lost ([`explore`]), and a [`PathFollower`] that turns a path into velocities.
 
-mod follower;
+mod exploration;
+mod path_follower;
 mod planner;
-mod roam;
 mod terrain;
 
-pub use follower::{Follower, FollowerConfig, Velocity};
-pub use planner::{PlanError, plan};
-pub use roam::roam;
-pub use terrain::{Cell, CellIndex, RobotShape, Terrain};
+pub use exploration::{ExplorationConfig, explore};
+pub use path_follower::{PathFollower, PathFollowerConfig, Velocity};
+pub use planner::{PlanError, PlannerConfig, plan};
+pub use terrain::{Cell, CellIndex, RobotShape, Terrain, TerrainConfig};

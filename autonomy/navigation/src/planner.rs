@@ -1,19 +1,40 @@
-//! A* over the terrain grid, eight neighbours, then straightened by line of sight.
+//! Shortest paths over the elevation map: A* to a goal, Dijkstra to everything within a radius, then straightened by line of sight.
+//!
+//! Source: Hart, Nilsson, Raphael, *A Formal Basis for the Heuristic Determination of Minimum Cost Paths*, 1968; the searches are those of the
+//! crate `pathfinding`.
 
 use crate::{CellIndex, Terrain};
 use geometry::Vector3;
-use std::cmp::Ordering;
-use std::collections::{BTreeMap, BinaryHeap};
+use ordered_float::OrderedFloat;
+use pathfinding::directed::{astar::astar, dijkstra::dijkstra_reach};
+use std::collections::BTreeMap;
 
-/// Cells examined before giving up: 1,000 m² at 10 cm, some 50 ms.
-const MOST_CELLS: usize = 100_000;
-/// Ground never seen costs this many times what known ground costs.
-const UNKNOWN_COST: f64 = 3.0;
-/// Cells this close to an obstacle beyond the robot's own radius cost more, so that paths keep away, metres.
-const COMFORT: f64 = 0.3;
-const COMFORT_COST: f64 = 1.5;
-/// How far round a blocked start or goal a free cell is looked for, metres.
-const NUDGE: f64 = 0.8;
+/// Parameters of [`plan`] and [`crate::explore`]. The values were tuned on the simulated sites.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlannerConfig {
+    /// Cells that a search examines at most: 1,000 m² at 10 cm, which takes some 50 ms.
+    pub examined_cells_max: usize,
+    /// Factor by which ground that was never seen costs more than known ground.
+    pub unknown_cost_factor: f64,
+    /// Distance beyond the robot's radius within which an obstacle makes a cell cost more, metres (the inflation of Nav2's costmaps).
+    pub inflation_m: f64,
+    /// Factor by which such a cell costs more, so that paths keep away from obstacles where there is room.
+    pub inflation_cost_factor: f64,
+    /// Distance within which a free cell is searched for when the start or the goal is blocked, metres.
+    pub free_cell_search_m: f64,
+}
+
+impl Default for PlannerConfig {
+    fn default() -> Self {
+        Self {
+            examined_cells_max: 100_000,
+            unknown_cost_factor: 3.0,
+            inflation_m: 0.3,
+            inflation_cost_factor: 1.5,
+            free_cell_search_m: 0.8,
+        }
+    }
+}
 
 /// Why there is no path; the texts are for people.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +43,9 @@ pub enum PlanError {
     GoalBlocked,
     /// The robot stands in an obstacle.
     StartBlocked,
-    /// Nowhere through.
-    NoWay,
-    /// Too far for a plan of this kind.
+    /// Every path is blocked.
+    NoPath,
+    /// The search was ended after [`PlannerConfig::examined_cells_max`].
     TooFar,
 }
 
@@ -35,7 +56,7 @@ impl std::fmt::Display for PlanError {
             Self::StartBlocked => {
                 "The robot is too close to an obstacle to plan a way. Drive it clear by hand first."
             }
-            Self::NoWay => {
+            Self::NoPath => {
                 "No free way to that point is known yet. Drive closer by hand, or choose another point."
             }
             Self::TooFar => "That point is too far away for one walk. Choose a nearer one on the way.",
@@ -45,14 +66,23 @@ impl std::fmt::Display for PlanError {
 
 impl std::error::Error for PlanError {}
 
-/// A way from `from` to `to` (map frame, metres) as corner points, the first at `from`, the last at or next to `to`.
+/// Path from `from` to `to` (map frame, metres) as corner points. The first is at `from`, the last at `to` or, if `to` is blocked, at the free cell next
+/// to it.
 ///
-/// Cost grows with the number of cells nearer to the start than the goal is, at most [`MOST_CELLS`].
-pub fn plan(terrain: &Terrain, from: &Vector3, to: &Vector3) -> Result<Vec<Vector3>, PlanError> {
-    let mut search = Search::new(terrain);
+/// Cost grows with the number of cells nearer to the start than the goal is, [`PlannerConfig::examined_cells_max`] at most.
+///
+/// # Errors
+/// When the start or the goal is blocked, or no path was found.
+pub fn plan(
+    config: &PlannerConfig,
+    terrain: &Terrain,
+    from: &Vector3,
+    to: &Vector3,
+) -> Result<Vec<Vector3>, PlanError> {
+    let mut search = GridSearch::new(*config, terrain);
     let start = search.nearest_free(terrain.index(from.x, from.y)).ok_or(PlanError::StartBlocked)?;
     let goal = search.nearest_free(terrain.index(to.x, to.y)).ok_or(PlanError::GoalBlocked)?;
-    let cells = search.run(start, goal)?;
+    let cells = search.shortest_path(start, goal)?;
     let mut path = search.path(from, &cells);
     if let Some(last) = path.last_mut().filter(|_| goal == terrain.index(to.x, to.y)) {
         *last = Vector3::new(to.x, to.y, last.z);
@@ -60,45 +90,31 @@ pub fn plan(terrain: &Terrain, from: &Vector3, to: &Vector3) -> Result<Vec<Vecto
     Ok(path)
 }
 
-/// Neighbours of a cell.
-const AROUND: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
+/// Offsets of a cell's neighbours.
+const NEIGHBOURS: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
 
-/// Cheapest costs found so far, in cells, each with the cell that they came from.
-pub(crate) type Reached = BTreeMap<CellIndex, (f64, CellIndex)>;
+/// Rounding that a cost factor of 1 may carry.
+const COST_TOLERANCE: f64 = 1e-9;
 
-pub(crate) struct Search<'a> {
+/// Cost of a path: its length in cells, times the cost factors of its cells.
+type PathCost = OrderedFloat<f64>;
+
+/// Parent of each reached cell on the cheapest path from the start. The start is its own parent.
+pub(crate) type Parents = BTreeMap<CellIndex, CellIndex>;
+
+pub(crate) struct GridSearch<'a> {
+    config: PlannerConfig,
     terrain: &'a Terrain,
-    /// Cost factor of the cells asked for so far; `None` where the robot cannot stand.
-    free: BTreeMap<CellIndex, Option<f64>>,
+    /// Cost factors computed so far; `None` where the robot cannot stand.
+    factors: BTreeMap<CellIndex, Option<f64>>,
 }
 
-#[derive(PartialEq)]
-struct Open {
-    estimate: f64,
-    cell: CellIndex,
-}
-
-impl Eq for Open {}
-
-impl Ord for Open {
-    /// Least estimate first; ties by cell, so that the order is total and the plan repeatable.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.estimate.total_cmp(&self.estimate).then_with(|| other.cell.cmp(&self.cell))
-    }
-}
-
-impl PartialOrd for Open {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<'a> Search<'a> {
-    pub(crate) fn new(terrain: &'a Terrain) -> Self {
-        Self { terrain, free: BTreeMap::new() }
+impl<'a> GridSearch<'a> {
+    pub(crate) fn new(config: PlannerConfig, terrain: &'a Terrain) -> Self {
+        Self { config, terrain, factors: BTreeMap::new() }
     }
 
-    /// The corners of a way over `cells`, the first at `from`.
+    /// Corners of a path over `cells`, the first at `from`.
     pub(crate) fn path(&mut self, from: &Vector3, cells: &[CellIndex]) -> Vec<Vector3> {
         let terrain = self.terrain;
         let corner = |cell: CellIndex| {
@@ -112,108 +128,97 @@ impl<'a> Search<'a> {
         path
     }
 
-    /// How much more a cell costs than comfortable, known ground; none where the robot cannot stand.
-    pub(crate) fn factor(&mut self, cell: CellIndex) -> Option<f64> {
-        if let Some(&known) = self.free.get(&cell) {
+    /// Factor by which a cell costs more than known ground away from obstacles; none where the robot cannot stand.
+    fn cost_factor(&mut self, cell: CellIndex) -> Option<f64> {
+        if let Some(&known) = self.factors.get(&cell) {
             return known;
         }
         let factor = self.terrain.is_free(cell).then(|| {
-            let unknown = if self.terrain.cell(cell).ground().is_none() { UNKNOWN_COST } else { 1.0 };
-            unknown * if self.is_tight(cell) { COMFORT_COST } else { 1.0 }
+            let is_unknown = self.terrain.cell(cell).ground().is_none();
+            let unknown = if is_unknown { self.config.unknown_cost_factor } else { 1.0 };
+            unknown * if self.is_near_obstacle(cell) { self.config.inflation_cost_factor } else { 1.0 }
         });
-        self.free.insert(cell, factor);
+        self.factors.insert(cell, factor);
         factor
     }
 
-    fn is_tight(&self, cell: CellIndex) -> bool {
-        let reach = ((self.terrain.shape().radius + COMFORT) / self.terrain.cell_size()).floor() as i32;
-        [(reach, 0), (-reach, 0), (0, reach), (0, -reach)]
-            .iter()
-            .any(|(dx, dy)| self.terrain.cell(CellIndex { x: cell.x + dx, y: cell.y + dy }).is_obstacle())
+    /// Whether a cell is known ground away from obstacles.
+    pub(crate) fn is_comfortable(&mut self, cell: CellIndex) -> bool {
+        self.cost_factor(cell).is_some_and(|factor| factor <= 1.0 + COST_TOLERANCE)
     }
 
+    fn is_near_obstacle(&self, cell: CellIndex) -> bool {
+        let distance = self.terrain.shape().radius + self.config.inflation_m;
+        let reach = (distance / self.terrain.cell_size()).floor() as i32;
+        [(reach, 0), (-reach, 0), (0, reach), (0, -reach)]
+            .iter()
+            .any(|(dx, dy)| self.terrain.is_obstacle(CellIndex { x: cell.x + dx, y: cell.y + dy }))
+    }
+
+    /// The free cell nearest to a cell, within [`PlannerConfig::free_cell_search_m`].
     pub(crate) fn nearest_free(&mut self, cell: CellIndex) -> Option<CellIndex> {
-        let reach = (NUDGE / self.terrain.cell_size()).ceil() as i32;
+        let reach = (self.config.free_cell_search_m / self.terrain.cell_size()).ceil() as i32;
         let mut candidates: Vec<(i32, CellIndex)> = (-reach..=reach)
             .flat_map(|dx| (-reach..=reach).map(move |dy| (dx, dy)))
             .map(|(dx, dy)| (dx * dx + dy * dy, CellIndex { x: cell.x + dx, y: cell.y + dy }))
             .filter(|(distance, _)| *distance <= reach * reach)
             .collect();
         candidates.sort_unstable();
-        candidates.into_iter().map(|(_, cell)| cell).find(|&cell| self.factor(cell).is_some())
+        candidates.into_iter().map(|(_, cell)| cell).find(|&cell| self.cost_factor(cell).is_some())
     }
 
-    fn passable(&mut self, from: CellIndex, to: CellIndex) -> Option<f64> {
-        let factor = self.factor(to)?;
+    /// Cost factor of a step between neighbouring cells; none where the robot cannot take it.
+    fn step_factor(&mut self, from: CellIndex, to: CellIndex) -> Option<f64> {
+        let factor = self.cost_factor(to)?;
         let (Some(a), Some(b)) = (self.terrain.cell(from).ground(), self.terrain.cell(to).ground()) else {
             return Some(factor);
         };
         ((a - b).abs() <= self.terrain.shape().step).then_some(factor)
     }
 
-    fn run(&mut self, start: CellIndex, goal: CellIndex) -> Result<Vec<CellIndex>, PlanError> {
-        let heuristic = |cell: CellIndex| {
-            let (dx, dy) = (f64::from((cell.x - goal.x).abs()), f64::from((cell.y - goal.y).abs()));
-            dx.max(dy) + (std::f64::consts::SQRT_2 - 1.0) * dx.min(dy)
+    /// The neighbours that can be reached from a cell, each with the cost of the step.
+    fn steps(&mut self, cell: CellIndex) -> Vec<(CellIndex, PathCost)> {
+        let step = |(dx, dy): (i32, i32)| {
+            let next = CellIndex { x: cell.x + dx, y: cell.y + dy };
+            let length = if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
+            self.step_factor(cell, next).map(|factor| (next, OrderedFloat(length * factor)))
         };
-        let mut best = Reached::from([(start, (0.0, start))]);
-        let mut open = BinaryHeap::from([Open { estimate: heuristic(start), cell: start }]);
+        NEIGHBOURS.into_iter().filter_map(step).collect()
+    }
+
+    /// Cheapest path over the cells, start and goal included.
+    fn shortest_path(&mut self, start: CellIndex, goal: CellIndex) -> Result<Vec<CellIndex>, PlanError> {
+        // The length of the straight path in eight directions: never more than the cost, because factors are 1 at least.
+        let heuristic = |cell: &CellIndex| {
+            let (dx, dy) = (f64::from((cell.x - goal.x).abs()), f64::from((cell.y - goal.y).abs()));
+            OrderedFloat(dx.max(dy) + (std::f64::consts::SQRT_2 - 1.0) * dx.min(dy))
+        };
+        let cells_max = self.config.examined_cells_max;
         let mut examined = 0;
-        while let Some(Open { estimate, cell }) = open.pop() {
-            if cell == goal {
-                return Ok(trace(&best, start, goal));
-            }
-            let cost = best[&cell].0;
-            if estimate > cost + heuristic(cell) + 1e-9 {
-                continue;
-            }
+        let successors = |cell: &CellIndex| {
             examined += 1;
-            if examined > MOST_CELLS {
-                return Err(PlanError::TooFar);
-            }
-            for direction in AROUND {
-                let Some((next, length)) = self.step(cell, direction) else { continue };
-                let next_cost = cost + length;
-                if best.get(&next).is_none_or(|(known, _)| next_cost < *known) {
-                    best.insert(next, (next_cost, cell));
-                    open.push(Open { estimate: next_cost + heuristic(next), cell: next });
-                }
-            }
+            if examined > cells_max { Vec::new() } else { self.steps(*cell) }
+        };
+        match astar(&start, successors, heuristic, |cell| *cell == goal) {
+            Some((cells, _)) => Ok(cells),
+            None if examined > cells_max => Err(PlanError::TooFar),
+            None => Err(PlanError::NoPath),
         }
-        Err(PlanError::NoWay)
     }
 
-    /// The neighbour in a direction with what it costs to get there, cells.
-    pub(crate) fn step(&mut self, cell: CellIndex, (dx, dy): (i32, i32)) -> Option<(CellIndex, f64)> {
-        let next = CellIndex { x: cell.x + dx, y: cell.y + dy };
-        let factor = self.passable(cell, next)?;
-        let length = if dx != 0 && dy != 0 { std::f64::consts::SQRT_2 } else { 1.0 };
-        Some((next, length * factor))
-    }
-
-    /// Everywhere within `radius` cells that can be reached, over ground that was never seen as well where there is no other.
-    pub(crate) fn reach(&mut self, start: CellIndex, radius: f64) -> Reached {
+    /// Everything that can be reached within `radius` cells.
+    pub(crate) fn reach(&mut self, start: CellIndex, radius: f64) -> Parents {
         let is_within =
-            |cell: CellIndex| f64::from(cell.x - start.x).hypot(f64::from(cell.y - start.y)) <= radius;
-        let mut best = Reached::from([(start, (0.0, start))]);
-        let mut open = BinaryHeap::from([Open { estimate: 0.0, cell: start }]);
-        while let Some(Open { estimate: cost, cell }) = open.pop() {
-            if cost > best[&cell].0 {
-                continue;
-            }
-            for direction in AROUND {
-                let Some((next, length)) = self.step(cell, direction) else { continue };
-                let cost = cost + length;
-                if is_within(next) && best.get(&next).is_none_or(|(known, _)| cost < *known) {
-                    best.insert(next, (cost, cell));
-                    open.push(Open { estimate: cost, cell: next });
-                }
-            }
-        }
-        best
+            |cell: &CellIndex| f64::from(cell.x - start.x).hypot(f64::from(cell.y - start.y)) <= radius;
+        let successors = |cell: &CellIndex| {
+            self.steps(*cell).into_iter().filter(|(next, _)| is_within(next)).collect::<Vec<_>>()
+        };
+        dijkstra_reach(&start, successors)
+            .map(|reached| (reached.node, reached.parent.unwrap_or(reached.node)))
+            .collect()
     }
 
-    /// Leaves out corners that can be skipped without leaving comfortable, known ground.
+    /// Leaves out the corners that can be skipped without leaving comfortable ground.
     fn straighten(&mut self, cells: &[CellIndex]) -> Vec<CellIndex> {
         let mut corners = vec![cells[0]];
         let mut at = 0;
@@ -245,20 +250,17 @@ impl<'a> Search<'a> {
         (1..=steps).all(|step| {
             let along = |a: i32, b: i32| a + (f64::from((b - a) * step) / f64::from(steps)).round() as i32;
             let cell = CellIndex { x: along(from.x, to.x), y: along(from.y, to.y) };
-            let clear = self.passable(last, cell).is_some_and(|factor| factor <= 1.0 + 1e-9);
+            let clear = self.step_factor(last, cell).is_some_and(|factor| factor <= 1.0 + COST_TOLERANCE);
             last = cell;
             clear
         })
     }
 }
 
-pub(crate) fn trace(best: &Reached, start: CellIndex, goal: CellIndex) -> Vec<CellIndex> {
-    let mut cells = vec![goal];
-    let mut cell = goal;
-    while cell != start {
-        cell = best[&cell].1;
-        cells.push(cell);
-    }
+/// The path from the start to `goal`, which has been reached, start and goal included.
+pub(crate) fn trace(parents: &Parents, goal: CellIndex) -> Vec<CellIndex> {
+    let parent = |cell: &CellIndex| parents.get(cell).copied().filter(|parent| parent != cell);
+    let mut cells: Vec<CellIndex> = std::iter::successors(Some(goal), parent).collect();
     cells.reverse();
     cells
 }

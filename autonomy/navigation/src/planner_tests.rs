@@ -6,10 +6,10 @@ use expect_test::{Expect, expect};
 use geometry::Isometry;
 
 const SIZE: f64 = 0.25;
-/// What is seen from far above hides nothing, and nothing is seen through.
+/// A sensor far above the ground: nothing hides anything, and no ray passes through anything.
 const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
-/// Draws the picture into a terrain by showing it the points a LiDAR would see there.
+/// Inserts the points that a LiDAR would see in the drawing.
 pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
     let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
     let mut terrain = Terrain::new(SIZE, shape);
@@ -32,7 +32,7 @@ pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
         }
     }
     for _ in 0..2 {
-        terrain.observe(&Isometry::identity(), FROM_ABOVE, &points, 100.0);
+        terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &points, 100.0);
     }
     (terrain, from, to)
 }
@@ -40,7 +40,7 @@ pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
 fn check(picture: &str, expected: Expect) {
     let picture = picture.trim_matches('\n');
     let (terrain, from, to) = terrain(picture);
-    let drawn = match plan(&terrain, &from, &to) {
+    let drawn = match plan(&PlannerConfig::default(), &terrain, &from, &to) {
         Err(error) => format!("{error:?}"),
         Ok(path) => {
             let mut rows: Vec<Vec<char>> = picture.lines().map(|line| line.chars().collect()).collect();
@@ -61,7 +61,7 @@ fn check(picture: &str, expected: Expect) {
 }
 
 #[test]
-fn goes_round_a_wall_at_a_distance() {
+fn the_path_keeps_away_from_a_wall() {
     check(
         "
 ............
@@ -84,7 +84,7 @@ fn goes_round_a_wall_at_a_distance() {
 }
 
 #[test]
-fn passes_a_door_just_wide_enough() {
+fn the_path_leads_through_a_door_that_is_just_wide_enough() {
     check(
         "
 ......#.....
@@ -103,7 +103,7 @@ fn passes_a_door_just_wide_enough() {
 }
 
 #[test]
-fn says_that_there_is_no_way() {
+fn a_closed_room_is_refused() {
     check(
         "
 .....#######
@@ -117,7 +117,7 @@ fn says_that_there_is_no_way() {
 }
 
 #[test]
-fn does_not_take_a_step_too_high() {
+fn the_path_avoids_a_step_that_is_too_high() {
     check(
         "
 ............
@@ -136,15 +136,15 @@ fn does_not_take_a_step_too_high() {
 }
 
 #[test]
-fn people_who_leave_free_the_way() {
+fn people_who_leave_free_the_path() {
     let mut terrain = Terrain::new(SIZE, RobotShape::default());
     let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
     let floor = [[2.0, 0.0, -0.55]];
     let cell = terrain.index(2.0, 0.0);
-    terrain.observe(&Isometry::identity(), FROM_ABOVE, &person, 10.0);
+    terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &person, 10.0);
     assert!(!terrain.is_free(cell));
     for _ in 0..20 {
-        terrain.observe(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
+        terrain.insert_scan(&Isometry::identity(), FROM_ABOVE, &floor, 10.0);
     }
     assert!(terrain.is_free(cell));
 }

@@ -1,55 +1,111 @@
-//! A grid of ground heights and obstacles round everywhere the robot has looked.
+//! Elevation map: a grid of ground heights and obstacles around every place that the robot has seen.
 //!
-//! 2.5-dimensional: one ground height per cell. On a site with several floors a cell forgets the other floor as soon as
-//! the robot sees it again from this one. Memory: 12 bytes a cell, 1.2 kB a square metre seen.
+//! The map is 2.5-dimensional: one ground height for each cell. On a site with several floors a cell forgets the other floor as soon as
+//! the robot sees the cell from this floor. Memory: 12 bytes a cell, 1.2 kB for each square metre seen.
 //!
-//! An obstacle is forgotten where the ground is seen in its place, and where rays go through it: people leave, and what a robot saw
-//! while it was carried stands nowhere. Beside itself a robot sees no ground, so that the first is not enough.
+//! An obstacle is removed in two cases. The first: the ground is seen in its place, because people walk on. The second: rays pass
+//! through it, because what a robot saw while it was carried does not stand there. The second case is needed because a robot sees no ground beside itself.
 
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use points::range_image::{Occupancy, RangeImage};
 use std::collections::BTreeMap;
 
-/// Cells along a block's side; blocks are allocated whole.
-const BLOCK: i32 = 64;
-/// Count at which a cell is an obstacle, the most that it remembers, and what one sighting adds.
-const OBSTACLE_AT: i8 = 2;
-const OBSTACLE_MOST: i8 = 12;
-const OBSTACLE_SEEN: i8 = 3;
-/// Of obstacles it is kept in which slices of this height they were seen, metres, counted from the one that holds the ground.
-const SLICE: f64 = 0.125;
-/// Rays speak of what looks so thick from the robot, radians: the beams of a LiDAR are up to 2 degrees apart. What was seen in one slice
-/// alone may be as thin as the second, metres, if it was seen more often than twice or so; else people who walk leave such traces.
-const THICK: f64 = 0.04;
-const THIN: f64 = 0.03;
-const TRACE: (i8, f64) = (7, 0.12);
-/// What is seen so little above the lowest beams, metres, and so much more for each metre, hangs there as far as is known: its foot is out of
-/// sight.
-const FOOTLESS: (f64, f64) = (0.12, 0.04);
-/// Directions in which that is told apart.
-const SECTORS: usize = 16;
-/// Ground rises by so much at most, metres for each metre: steep stairs.
-const STEEPEST: f64 = 0.9;
-/// Ground that is higher than a step leads up from some that is so many cells away at most: a tread.
-const BESIDE: i32 = 3;
-/// Rays of a scan that are asked at most.
-const RAYS: usize = 30_000;
-/// Slices under the robot's feet in which something is looked for: three metres.
-const BELOW: i64 = 24;
-/// A ground height farther than this from what was known is another floor, metres.
-const OTHER_FLOOR: f32 = 1.2;
+/// Cells along the side of a block. Blocks are allocated whole.
+const BLOCK_CELLS: i32 = 64;
+/// Height slices that a [`Cell`] keeps, one bit each.
+const SLICES_MAX: i64 = 16;
 
-/// What the terrain must know of the robot, metres.
+/// Parameters of [`Terrain`]. The values were tuned on the simulated sites with people walking about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TerrainConfig {
+    /// Obstacle confidence from which on a cell counts as an obstacle.
+    pub obstacle_min: i8,
+    /// Highest obstacle confidence that a cell keeps, so that people who leave are forgotten within seconds.
+    pub obstacle_max: i8,
+    /// Obstacle confidence that one sighting adds. A contradicting sighting takes 1.
+    pub obstacle_increment: i8,
+    /// Height of a slice, metres. A cell keeps in which slices above its ground an obstacle was seen.
+    pub slice_height_m: f64,
+    /// Obstacles that appear thinner than this from the robot are not cleared by rays, radians: the beams of a LiDAR are up to 2 degrees apart.
+    pub clearable_angle_min_rad: f64,
+    /// Height that is assumed for an obstacle which was seen in one slice only, metres.
+    pub single_slice_height_m: f64,
+    /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces.
+    pub trace_height_m: f64,
+    /// Obstacle confidence below which an obstacle may be the trace of somebody who walked past.
+    pub trace_confidence: i8,
+    /// A point less than this above the lowest beam may hang in the air, metres: its foot would be below the field of view.
+    pub footless_margin_m: f64,
+    /// Growth of that margin with the distance from the robot, metres for each metre.
+    pub footless_margin_slope: f64,
+    /// Steepest slope of ground, metres for each metre: steep stairs.
+    pub slope_max: f64,
+    /// Ground that is higher than a step must have a neighbour one step lower within this number of cells: the depth of a tread.
+    pub tread_cells: i32,
+    /// Rays of one scan that are tested against obstacles at most, to bound the cost of a scan.
+    pub rays_max: usize,
+    /// Slices below the robot's feet in which points are kept: 24 slices of 0.125 m are 3 m.
+    pub slices_below_feet: i64,
+    /// A ground height that differs by more than this from the known one belongs to another floor, metres.
+    pub floor_separation_m: f32,
+    /// Depth below the robot's feet down to which points are used, metres.
+    pub depth_max_m: f32,
+    /// Points nearer to the LiDAR than the robot's radius plus this are the robot itself, metres.
+    pub self_margin_m: f64,
+}
+
+impl Default for TerrainConfig {
+    fn default() -> Self {
+        Self {
+            obstacle_min: 2,
+            obstacle_max: 12,
+            obstacle_increment: 3,
+            slice_height_m: 0.125,
+            clearable_angle_min_rad: 0.04,
+            single_slice_height_m: 0.03,
+            trace_height_m: 0.12,
+            trace_confidence: 7,
+            footless_margin_m: 0.12,
+            footless_margin_slope: 0.04,
+            slope_max: 0.9,
+            tread_cells: 3,
+            rays_max: 30_000,
+            slices_below_feet: 24,
+            floor_separation_m: 1.2,
+            depth_max_m: 3.0,
+            self_margin_m: 0.1,
+        }
+    }
+}
+
+impl TerrainConfig {
+    /// The slice that holds a height, counted from height zero.
+    fn slice(&self, height: f32) -> i64 {
+        (f64::from(height) / self.slice_height_m).floor() as i64
+    }
+
+    /// Number of slices from the one that holds the ground up to `height` above the ground.
+    fn slices_up_to(&self, ground: f32, height: f32) -> i64 {
+        (f64::from(ground + height) / self.slice_height_m).ceil() as i64 - self.slice(ground)
+    }
+
+    /// The slices below `height` above the ground, as bits.
+    fn low_slices(&self, ground: f32, height: f32) -> u16 {
+        !(u16::MAX << self.slices_up_to(ground, height).clamp(0, SLICES_MAX - 1))
+    }
+}
+
+/// The robot's shape as navigation needs it, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotShape {
-    /// Radius of the circle that the robot turns in.
+    /// Radius of the circle in which the robot can turn.
     pub radius: f64,
     /// Height of the base over the ground.
     pub standing_height: f64,
-    /// Everything from the ground up to here must be free.
+    /// Height above the ground that must be free of obstacles.
     pub clearance: f64,
-    /// Highest step it takes.
+    /// Highest step that the robot climbs.
     pub step: f64,
 }
 
@@ -73,15 +129,15 @@ pub struct CellIndex {
 pub struct Cell {
     /// Lowest surface seen, metres; NaN while unknown.
     ground: f32,
-    /// Confidence that something stands here.
+    /// Confidence that an obstacle stands here.
     obstacle: i8,
-    /// In which slices over the ground it was seen, the lowest first.
+    /// Slices above the ground in which the obstacle was seen, the lowest slice in the lowest bit.
     slices: u16,
-    /// Obstacle cells within the robot's radius: kept up to date so that planning asks one cell only.
-    near: u16,
+    /// Number of obstacle cells within the robot's radius. It is kept up to date so that planning reads one cell only.
+    obstacles_near: u16,
 }
 
-const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, slices: 0, near: 0 };
+const UNKNOWN: Cell = Cell { ground: f32::NAN, obstacle: 0, slices: 0, obstacles_near: 0 };
 
 impl Cell {
     /// Height of the ground, metres, if it was ever seen.
@@ -89,36 +145,44 @@ impl Cell {
         self.ground.is_finite().then(|| f64::from(self.ground))
     }
 
-    /// Whether something stands here.
-    pub fn is_obstacle(&self) -> bool {
-        self.obstacle >= OBSTACLE_AT
-    }
-
-    /// The slices of what rays of a scan went through, the middle of the cell being so far from the robot. What was seen in neighbouring
-    /// slices is one thing, and gone as a whole if a ray went through it and none met anything: its foot may be out of sight.
-    fn seen_through(&self, seen: &Seen, at: [f64; 2], distance: f64) -> u16 {
-        let lowest = slice(if self.ground.is_finite() { self.ground } else { seen.foot });
-        let look = |edge: u32| {
-            let height = (lowest + i64::from(edge)) as f64 * SLICE;
-            let point = seen.base_from_map * Point3::new(at[0], at[1], height);
+    /// The slices that rays of a scan passed through. The cell's centre is `distance` metres from the robot.
+    ///
+    /// Neighbouring slices belong to one object. The object is removed as a whole if a ray passed through it and no ray met it, since its
+    /// foot may be out of sight.
+    fn slices_seen_through(
+        &self,
+        config: &TerrainConfig,
+        seen: &SeenScan,
+        centre: [f64; 2],
+        distance: f64,
+    ) -> u16 {
+        let lowest = config.slice(if self.ground.is_finite() { self.ground } else { seen.foot });
+        let occupancy_at_edge = |edge: u32| {
+            let height = (lowest + i64::from(edge)) as f64 * config.slice_height_m;
+            let point = seen.base_from_map * Point3::new(centre[0], centre[1], height);
             seen.view.classify_interior(&point.coords.map(|c| c as f32).into())
         };
-        let thin = if self.obstacle < TRACE.0 { TRACE.1 } else { THIN };
-        let mut gone = 0;
+        let single_slice_height = if self.obstacle < config.trace_confidence {
+            config.trace_height_m
+        } else {
+            config.single_slice_height_m
+        };
+        let mut removed = 0;
         for (first, count) in runs(self.slices) {
-            if THICK * distance > f64::from(count - 1) * SLICE + thin {
+            let height = f64::from(count - 1) * config.slice_height_m + single_slice_height;
+            if config.clearable_angle_min_rad * distance > height {
                 continue;
             }
-            // Between its slices; at its own edges there may be nothing any more.
+            // Rays are tested at the edges between the object's slices: its outer edges may lie beside the object.
             let mut through = false;
             let mut stands = false;
             if count == 1 {
-                // Somewhere in it.
-                let sights = [look(first), look(first + 1)];
-                through = sights == [Occupancy::Free; 2];
+                // A single slice has outer edges only. The object is somewhere between them.
+                let edges = [occupancy_at_edge(first), occupancy_at_edge(first + 1)];
+                through = edges == [Occupancy::Free; 2];
             }
             for edge in first + 1..first + count {
-                match look(edge) {
+                match occupancy_at_edge(edge) {
                     Occupancy::Free => through = true,
                     Occupancy::Occupied | Occupancy::Occluded => stands = true,
                     Occupancy::Unobserved => {}
@@ -128,61 +192,50 @@ impl Cell {
                 }
             }
             if through && !stands {
-                gone |= ((1_u32 << (first + count)) - (1 << first)) as u16;
+                removed |= ((1_u32 << (first + count)) - (1 << first)) as u16;
             }
         }
-        gone
+        removed
     }
 }
 
-/// The slice that holds a height, counted from zero.
-fn slice(height: f32) -> i64 {
-    (f64::from(height) / SLICE).floor() as i64
-}
-
-/// Slices as they are counted from a slice that is so much lower.
-fn raised(slices: u16, lower: i64) -> u16 {
-    let by = lower.unsigned_abs().min(15) as u32;
+/// Slices counted anew from a ground that is `lower` slices lower.
+fn shift_slices(slices: u16, lower: i64) -> u16 {
+    let by = lower.unsigned_abs().min(SLICES_MAX as u64 - 1) as u32;
     if lower >= 0 { slices << by } else { slices >> by }
 }
 
-/// How many slices from the one that holds the ground there are up to so high over it.
-fn slices_up_to(ground: f32, height: f32) -> i64 {
-    (f64::from(ground + height) / SLICE).ceil() as i64 - slice(ground)
-}
+/// Directions in which the lowest beams are kept apart.
+const SECTORS: usize = 16;
 
-/// The slices under so high over the ground.
-fn low_slices(ground: f32, height: f32) -> u16 {
-    !(u16::MAX << slices_up_to(ground, height).clamp(0, 15))
-}
-
-/// Tangents of the lowest beams that met anything, by the direction in the map: a robot that leans sees the ground nearer on one side.
+/// The lowest beams that met anything, by direction in the map: a robot that leans sees the ground nearer on one side.
 struct LowestBeams {
-    eye: Vector3,
+    sensor: Vector3,
     /// What is nearer than this is the robot itself, metres.
-    least: f64,
+    range_min: f64,
+    /// Tangent of each sector's lowest beam below the horizontal.
     tangents: [f64; SECTORS],
 }
 
 impl LowestBeams {
-    fn new(eye: &Vector3, radius: f64) -> Self {
-        Self { eye: *eye, least: radius + 0.1, tangents: [0.0; SECTORS] }
+    fn new(sensor: &Vector3, range_min: f64) -> Self {
+        Self { sensor: *sensor, range_min, tangents: [0.0; SECTORS] }
     }
 
-    /// One met something there, as seen from the base's `origin` in the map's axes.
-    fn met(&mut self, off: &nalgebra::Vector3<f32>, origin: &Vector3) {
-        let off = off.cast::<f64>() + origin - self.eye;
-        let away = off.xy().norm();
-        if away > self.least {
-            let tangent = &mut self.tangents[sector(off.x, off.y)];
-            *tangent = tangent.min(off.z / away);
+    /// Inserts a point given from the base's `origin` in the map's axes.
+    fn insert(&mut self, point: &nalgebra::Vector3<f32>, origin: &Vector3) {
+        let offset = point.cast::<f64>() + origin - self.sensor;
+        let distance = offset.xy().norm();
+        if distance > self.range_min {
+            let tangent = &mut self.tangents[sector(offset.x, offset.y)];
+            *tangent = tangent.min(offset.z / distance);
         }
     }
 
-    /// How low the beams reach there, map's axes.
+    /// Height of the lowest beam above a place of the map, metres.
     fn height(&self, x: f64, y: f64) -> f64 {
-        let (x, y) = (x - self.eye.x, y - self.eye.y);
-        self.eye.z + self.tangents[sector(x, y)] * x.hypot(y)
+        let (x, y) = (x - self.sensor.x, y - self.sensor.y);
+        self.sensor.z + self.tangents[sector(x, y)] * x.hypot(y)
     }
 }
 
@@ -191,7 +244,7 @@ fn sector(x: f64, y: f64) -> usize {
     ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
 }
 
-/// The first of neighbouring bits that are set, and their number.
+/// Runs of neighbouring bits that are set: the first bit of each run and the run's length.
 fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
     std::iter::from_fn(move || {
         (bits != 0).then(|| {
@@ -203,35 +256,42 @@ fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
     })
 }
 
-/// The grid.
+/// The elevation map.
 #[derive(Clone, Debug)]
 pub struct Terrain {
+    config: TerrainConfig,
     cell_size: f64,
     shape: RobotShape,
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
-    /// Reused between scans: the heights seen per cell touched.
-    touched: BTreeMap<CellIndex, Touch>,
+    /// Heights seen in each cell by the newest scan. The map is kept to reuse its memory.
+    touched: BTreeMap<CellIndex, CellHits>,
 }
 
-/// What a scan saw, from where, and the height of the ground that the robot stands on.
-struct Seen {
+/// A scan as a range image, and the height of the ground on which the robot stands.
+struct SeenScan {
     view: RangeImage,
     base_from_map: Isometry,
     foot: f32,
 }
 
+/// What one scan saw in one cell, metres.
 #[derive(Clone, Copy, Debug)]
-struct Touch {
+struct CellHits {
     lowest: f32,
     highest: f32,
-    /// In which slices, from [`BELOW`] under the feet on.
+    /// Slices with points, counted from [`TerrainConfig::slices_below_feet`] under the feet.
     slices: u64,
 }
 
 impl Terrain {
-    /// An empty grid of square cells of `cell_size` metres.
+    /// An empty map of square cells with a side of `cell_size` metres.
     pub fn new(cell_size: f64, shape: RobotShape) -> Self {
-        Self { cell_size, shape, blocks: BTreeMap::new(), touched: BTreeMap::new() }
+        Self::with_config(TerrainConfig::default(), cell_size, shape)
+    }
+
+    /// As [`Self::new`], with other parameters.
+    pub fn with_config(config: TerrainConfig, cell_size: f64, shape: RobotShape) -> Self {
+        Self { config, cell_size, shape, blocks: BTreeMap::new(), touched: BTreeMap::new() }
     }
 
     /// Side of a cell, metres.
@@ -239,7 +299,7 @@ impl Terrain {
         self.cell_size
     }
 
-    /// The robot that it is for.
+    /// The robot for which the map tells free cells.
     pub fn shape(&self) -> &RobotShape {
         &self.shape
     }
@@ -249,27 +309,76 @@ impl Terrain {
         CellIndex { x: (x / self.cell_size).floor() as i32, y: (y / self.cell_size).floor() as i32 }
     }
 
-    /// Middle of a cell, metres.
+    /// Centre of a cell, metres.
     pub fn centre(&self, index: CellIndex) -> (f64, f64) {
         ((f64::from(index.x) + 0.5) * self.cell_size, (f64::from(index.y) + 0.5) * self.cell_size)
     }
 
-    /// What is known of a cell.
+    /// The content of a cell.
     pub fn cell(&self, index: CellIndex) -> Cell {
         let (block, offset) = locate(index);
         self.blocks.get(&block).map_or(UNKNOWN, |cells| cells[offset])
     }
 
-    /// Learns from a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame). Points
-    /// farther than `range` are left out. Linear in the points, with a logarithm of the cells touched, and in the ground within range.
-    pub fn observe(&mut self, map_from_base: &Isometry, sensor: [f32; 3], points: &[[f32; 3]], range: f64) {
+    /// Whether an obstacle stands in a cell.
+    pub fn is_obstacle(&self, index: CellIndex) -> bool {
+        self.holds_obstacle(&self.cell(index))
+    }
+
+    fn holds_obstacle(&self, cell: &Cell) -> bool {
+        cell.obstacle >= self.config.obstacle_min
+    }
+
+    /// Inserts a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame, metres). Points
+    /// farther than `range` metres are ignored. Cost: linear in the points, logarithmic in the cells touched, linear in the ground within range.
+    pub fn insert_scan(
+        &mut self,
+        map_from_base: &Isometry,
+        sensor: [f32; 3],
+        points: &[[f32; 3]],
+        range: f64,
+    ) {
+        let origin = map_from_base.translation.vector;
+        let foot = (origin.z - self.shape.standing_height) as f32;
+        let beams = self.collect_hits(map_from_base, sensor, points, range);
+        let touched = std::mem::take(&mut self.touched);
+        for (&index, hits) in &touched {
+            let (x, y) = self.centre(index);
+            let distance = (x - origin.x).hypot(y - origin.y);
+            let step = self.shape.step;
+            let rise_max = (step + self.config.slope_max * distance)
+                .min(f64::from(self.config.floor_separation_m)) as f32;
+            let (margin, slope) = (self.config.footless_margin_m, self.config.footless_margin_slope);
+            let foot_seen_from = beams.height(x, y) + margin + slope * distance;
+            let may_hang = hits.lowest > foot && f64::from(hits.lowest) < foot_seen_from;
+            let is_climbable = !may_hang && self.has_lower_neighbour(index, hits.lowest);
+            self.update_cell(index, hits, foot, if is_climbable { rise_max } else { step as f32 });
+        }
+        self.touched = touched;
+        // An odd stride, so that every beam of a LiDAR is used in turn.
+        let stride = points.len().div_ceil(self.config.rays_max) | 1;
+        let view = RangeImage::new(points.iter().step_by(stride), sensor);
+        let seen = SeenScan { view, base_from_map: map_from_base.inverse(), foot };
+        self.clear_seen_through(&seen, [origin.x, origin.y], range);
+        self.mark_ground_under_robot(map_from_base, foot);
+    }
+
+    /// Sorts a scan's points into `self.touched`, by cell; returns the lowest beams.
+    fn collect_hits(
+        &mut self,
+        map_from_base: &Isometry,
+        sensor: [f32; 3],
+        points: &[[f32; 3]],
+        range: f64,
+    ) -> LowestBeams {
         let rotation = map_from_base.rotation.to_rotation_matrix().cast::<f32>();
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
-        let ceiling = foot + self.shape.clearance as f32 + OTHER_FLOOR;
-        let lowest = slice(foot) - BELOW;
-        let eye = map_from_base * Point3::from(sensor.map(f64::from));
-        let mut beams = LowestBeams::new(&eye.coords, self.shape.radius);
+        let ceiling = foot + self.shape.clearance as f32 + self.config.floor_separation_m;
+        let lowest_slice = self.config.slice(foot) - self.config.slices_below_feet;
+        let sensor_in_map = map_from_base * Point3::from(sensor.map(f64::from));
+        let mut beams =
+            LowestBeams::new(&sensor_in_map.coords, self.shape.radius + self.config.self_margin_m);
         let range_squared = (range * range) as f32;
         let mut touched = std::mem::take(&mut self.touched);
         touched.clear();
@@ -279,204 +388,196 @@ impl Terrain {
             }
             let turned = rotation * nalgebra_point(point);
             let z = turned[2] + origin.z as f32;
-            beams.met(&turned, &origin);
-            if z > ceiling || z < foot - 3.0 {
+            beams.insert(&turned, &origin);
+            if z > ceiling || z < foot - self.config.depth_max_m {
                 continue;
             }
             let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
-            let touch = touched.entry(index).or_insert(Touch { lowest: z, highest: z, slices: 0 });
-            touch.lowest = touch.lowest.min(z);
-            touch.highest = touch.highest.max(z);
-            touch.slices |=
-                u32::try_from(slice(z) - lowest).ok().and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
-        }
-        for (&index, touch) in &touched {
-            let (x, y) = self.centre(index);
-            let away = (x - origin.x).hypot(y - origin.y);
-            let rise = (self.shape.step + STEEPEST * away).min(f64::from(OTHER_FLOOR)) as f32;
-            let lowest = f64::from(touch.lowest);
-            let footless =
-                touch.lowest > foot && lowest < beams.height(x, y) + FOOTLESS.0 + FOOTLESS.1 * away;
-            let rise = if footless || !self.leads_up_to(index, touch.lowest) {
-                self.shape.step as f32
-            } else {
-                rise
-            };
-            self.learn(index, touch, foot, rise);
+            let hits = touched.entry(index).or_insert(CellHits { lowest: z, highest: z, slices: 0 });
+            hits.lowest = hits.lowest.min(z);
+            hits.highest = hits.highest.max(z);
+            let bit = u32::try_from(self.config.slice(z) - lowest_slice).ok();
+            hits.slices |= bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
         }
         self.touched = touched;
-        // Of an odd number of points one, so that all beams of a LiDAR have their turn.
-        let every = points.len().div_ceil(RAYS) | 1;
-        let view = RangeImage::new(points.iter().step_by(every), sensor);
-        self.look_through(
-            &Seen { view, base_from_map: map_from_base.inverse(), foot },
-            [origin.x, origin.y],
-            range,
-        );
-        self.stand(map_from_base, foot);
+        beams
     }
 
-    /// Whether ground next to a cell is known from which one steps up to so high: stairs are, and what hangs from somebody's shoulder is not.
-    fn leads_up_to(&self, index: CellIndex, height: f32) -> bool {
-        let step = self.shape.step as f32;
-        let is_below = |dx: i32, dy: i32| {
+    /// Whether ground beside a cell is known from which one step leads up to `height`. Stairs have such ground; a bag that hangs from somebody's
+    /// shoulder has none.
+    fn has_lower_neighbour(&self, index: CellIndex, height: f32) -> bool {
+        let (step, reach) = (self.shape.step as f32, self.config.tread_cells);
+        let is_one_step_away = |dx: i32, dy: i32| {
             let ground = self.cell(CellIndex { x: index.x + dx, y: index.y + dy }).ground;
             (ground - step..=ground + step).contains(&height)
         };
-        (-BESIDE..=BESIDE).any(|dx| (-BESIDE..=BESIDE).any(|dy| is_below(dx, dy)))
+        (-reach..=reach).any(|dx| (-reach..=reach).any(|dy| is_one_step_away(dx, dy)))
     }
 
-    /// Doubts the obstacles within `range` of `place` that rays of a scan went through.
-    fn look_through(&mut self, seen: &Seen, place: [f64; 2], range: f64) {
+    /// Takes confidence from the obstacles within `range` of `position` that rays of a scan passed through.
+    fn clear_seen_through(&mut self, seen: &SeenScan, position: [f64; 2], range: f64) {
         let [low, high] =
-            [-range, range].map(|reach| locate(self.index(place[0] + reach, place[1] + reach)).0);
-        let is_about =
+            [-range, range].map(|reach| locate(self.index(position[0] + reach, position[1] + reach)).0);
+        let is_near =
             |block: (i32, i32)| (low.0..=high.0).contains(&block.0) && (low.1..=high.1).contains(&block.1);
-        let mut through: Vec<(CellIndex, u16)> = Vec::new();
-        for (block, cells) in self.blocks.iter().filter(|(block, _)| is_about(**block)) {
-            for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| cell.is_obstacle()) {
+        let overhead = f64::from(seen.foot) + self.shape.clearance;
+        let mut cleared: Vec<(CellIndex, u16)> = Vec::new();
+        for (block, cells) in self.blocks.iter().filter(|(block, _)| is_near(**block)) {
+            for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| self.holds_obstacle(cell)) {
                 let index = at_offset(*block, offset);
                 let (x, y) = self.centre(index);
-                let distance = (x - place[0]).hypot(y - place[1]);
-                // What it saw in the cell itself has been taken in.
-                let overhead = f64::from(seen.foot) + self.shape.clearance;
-                let touched =
-                    self.touched.get(&index).is_some_and(|touch| f64::from(touch.lowest) < overhead);
+                let distance = (x - position[0]).hypot(y - position[1]);
+                // What the scan saw in the cell itself is inserted already.
+                let touched = self.touched.get(&index).is_some_and(|hits| f64::from(hits.lowest) < overhead);
                 if distance > range || touched {
                     continue;
                 }
-                let gone = cell.seen_through(seen, [x, y], distance);
-                if gone != 0 {
-                    through.push((index, gone));
+                let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance);
+                if slices != 0 {
+                    cleared.push((index, slices));
                 }
             }
         }
-        for (index, gone) in through {
+        for (index, slices) in cleared {
             let cell = self.cell_mut(index);
             let obstacle = cell.obstacle;
-            if gone == cell.slices {
+            if slices == cell.slices {
                 self.set_obstacle(index, obstacle - 1);
             } else {
-                // Something else stands there.
-                cell.slices &= !gone;
+                // Another object stands in the same cell.
+                cell.slices &= !slices;
             }
         }
     }
 
-    /// The ground under the robot is known: it stands on it. The LiDAR is blind there.
-    fn stand(&mut self, map_from_base: &Isometry, foot: f32) {
-        let centre = map_from_base.translation.vector;
+    /// Marks the ground under the robot as known, since the robot stands on it: the LiDAR does not see it.
+    fn mark_ground_under_robot(&mut self, map_from_base: &Isometry, foot: f32) {
+        let position = map_from_base.translation.vector;
         let reach = (self.shape.radius / self.cell_size).ceil() as i32;
-        let middle = self.index(centre.x, centre.y);
-        for dx in -reach..=reach {
-            for dy in -reach..=reach {
-                if dx * dx + dy * dy <= reach * reach {
-                    let index = CellIndex { x: middle.x + dx, y: middle.y + dy };
-                    let cell = self.cell_mut(index);
-                    if !cell.ground.is_finite() || (cell.ground - foot).abs() > OTHER_FLOOR {
-                        cell.ground = foot;
-                        self.set_obstacle(index, 0);
-                    }
-                }
+        let centre = self.index(position.x, position.y);
+        for offset in disc(reach) {
+            let index = CellIndex { x: centre.x + offset.x, y: centre.y + offset.y };
+            let floor_separation = self.config.floor_separation_m;
+            let cell = self.cell_mut(index);
+            if !cell.ground.is_finite() || (cell.ground - foot).abs() > floor_separation {
+                cell.ground = foot;
+                self.set_obstacle(index, 0);
             }
         }
     }
 
-    /// Takes in what was seen of a cell, by a robot whose feet are at that height, and to which the ground rises by so much at most.
-    fn learn(&mut self, index: CellIndex, touch: &Touch, foot: f32, rise: f32) {
+    /// Updates a cell with what a scan saw of it. The robot's feet are at the height `foot`; ground differs from it by `rise_max` at most.
+    fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, rise_max: f32) {
+        let config = self.config;
         let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
         let cell = self.cell_mut(index);
-        let other_floor = cell.ground.is_finite()
-            && (cell.ground - touch.lowest).abs() > OTHER_FLOOR
-            && (touch.lowest - foot).abs() < (cell.ground - foot).abs();
+        let is_other_floor = cell.ground.is_finite()
+            && (cell.ground - hits.lowest).abs() > config.floor_separation_m
+            && (hits.lowest - foot).abs() < (cell.ground - foot).abs();
         let mut obstacle = cell.obstacle;
-        if other_floor {
+        if is_other_floor {
             cell.ground = f32::NAN;
             cell.slices = 0;
             obstacle = 0;
         }
-        // Something that hangs, or a wall whose foot was not seen, says nothing of the ground.
-        let mut looks_like_ground = (touch.lowest - foot).abs() < rise;
-        if !looks_like_ground && touch.lowest > foot && cell.ground > touch.lowest {
-            // Nor did what was taken for it: something stands lower than that.
-            cell.slices = raised(cell.slices, slice(cell.ground) - slice(foot));
+        // A hanging object, or a wall whose foot is out of sight, tells nothing about the ground.
+        let mut is_ground = (hits.lowest - foot).abs() < rise_max;
+        if !is_ground && hits.lowest > foot && cell.ground > hits.lowest {
+            // An object stands lower than the assumed ground, so the assumption was wrong.
+            cell.slices = shift_slices(cell.slices, config.slice(cell.ground) - config.slice(foot));
             cell.ground = f32::NAN;
         }
-        let over_foot = (slice(touch.lowest) - slice(foot)).clamp(0, 15);
-        if cell.ground.is_nan() && cell.slices & !(u16::MAX << over_foot) != 0 {
-            // Something stands under it.
-            looks_like_ground = false;
+        let above_foot = (config.slice(hits.lowest) - config.slice(foot)).clamp(0, SLICES_MAX - 1);
+        if cell.ground.is_nan() && cell.slices & !(u16::MAX << above_foot) != 0 {
+            // An obstacle is known below this surface.
+            is_ground = false;
         }
-        if looks_like_ground && (cell.ground.is_nan() || cell.ground > touch.lowest) {
+        if is_ground && (cell.ground.is_nan() || cell.ground > hits.lowest) {
             let before = if cell.ground.is_nan() { foot } else { cell.ground };
-            let lower = slice(before) - slice(touch.lowest);
-            cell.slices = raised(cell.slices, lower);
-            cell.ground = touch.lowest;
+            let lower = config.slice(before) - config.slice(hits.lowest);
+            cell.slices = shift_slices(cell.slices, lower);
+            cell.ground = hits.lowest;
             if cell.slices == 0 && lower > 0 {
-                // What was seen is far above it.
+                // The obstacle is too far above the new ground to be in the robot's way.
                 obstacle = 0;
             }
         }
         let ground = if cell.ground.is_finite() { cell.ground } else { foot };
-        let from = slice(ground) - (slice(foot) - BELOW);
-        let seen =
-            u32::try_from(from).ok().and_then(|from| touch.slices.checked_shr(from)).unwrap_or(0) as u16;
-        let over = slices_up_to(ground, step);
-        let low = seen & low_slices(ground, clearance);
-        let body = low & (u16::MAX << over.clamp(0, 15));
-        // What is higher than a step by less than a slice is in the slice that the step ends in. Under something that hangs, that cannot be told
-        // from what is lower by as much.
-        let grazing = low & (1 << (over - 1).clamp(0, 15));
-        let body = if body == 0 && over > 1 { grazing } else { body };
-        let in_the_way = touch.highest > ground + step && body != 0;
-        if in_the_way {
+        let body = slices_in_the_way(&config, hits, ground, foot, step, clearance);
+        if hits.highest > ground + step && body != 0 {
             cell.slices |= body;
-            obstacle = (obstacle + OBSTACLE_SEEN).min(OBSTACLE_MOST);
-        } else if touch.lowest < ground + step {
+            obstacle = (obstacle + config.obstacle_increment).min(config.obstacle_max);
+        } else if hits.lowest < ground + step {
             obstacle = (obstacle - 1).max(0);
         }
         self.set_obstacle(index, obstacle);
     }
 
-    /// Sets a cell's confidence and, if it turned into or ceased to be an obstacle, the counts round it.
+    /// Sets a cell's obstacle confidence. If the cell becomes or ceases to be an obstacle, the counts of the cells around it follow.
     fn set_obstacle(&mut self, index: CellIndex, obstacle: i8) {
+        let obstacle_min = self.config.obstacle_min;
         let cell = self.cell_mut(index);
-        let was = cell.is_obstacle();
+        let was_obstacle = cell.obstacle >= obstacle_min;
         cell.obstacle = obstacle;
-        let is = cell.is_obstacle();
-        if was && !is {
+        let is_obstacle = cell.obstacle >= obstacle_min;
+        if was_obstacle && !is_obstacle {
             cell.slices = 0;
         }
-        if was == is {
+        if was_obstacle == is_obstacle {
             return;
         }
         let reach = (self.shape.radius / self.cell_size).floor() as i32;
-        for dx in -reach..=reach {
-            for dy in -reach..=reach {
-                if dx * dx + dy * dy <= reach * reach {
-                    let near = &mut self.cell_mut(CellIndex { x: index.x + dx, y: index.y + dy }).near;
-                    *near = if is { near.saturating_add(1) } else { near.saturating_sub(1) };
-                }
-            }
+        for offset in disc(reach) {
+            let near = CellIndex { x: index.x + offset.x, y: index.y + offset.y };
+            let count = &mut self.cell_mut(near).obstacles_near;
+            *count = if is_obstacle { count.saturating_add(1) } else { count.saturating_sub(1) };
         }
     }
 
     fn cell_mut(&mut self, index: CellIndex) -> &mut Cell {
         let (block, offset) = locate(index);
-        let cells = self.blocks.entry(block).or_insert_with(|| vec![UNKNOWN; (BLOCK * BLOCK) as usize]);
+        let cells =
+            self.blocks.entry(block).or_insert_with(|| vec![UNKNOWN; (BLOCK_CELLS * BLOCK_CELLS) as usize]);
         &mut cells[offset]
     }
 
-    /// Whether a robot could stand in a cell: no obstacle within its radius. Constant time.
+    /// Whether the robot could stand in a cell: no obstacle within its radius. Constant time.
     pub fn is_free(&self, index: CellIndex) -> bool {
-        self.cell(index).near == 0
+        self.cell(index).obstacles_near == 0
     }
 }
 
-/// The cell that lies there in a block.
+/// The slices above `ground`, metres, in which a scan saw something that a robot would walk into.
+fn slices_in_the_way(
+    config: &TerrainConfig,
+    hits: &CellHits,
+    ground: f32,
+    foot: f32,
+    step: f32,
+    clearance: f32,
+) -> u16 {
+    let ground_bit = config.slice(ground) - (config.slice(foot) - config.slices_below_feet);
+    let seen =
+        u32::try_from(ground_bit).ok().and_then(|bit| hits.slices.checked_shr(bit)).unwrap_or(0) as u16;
+    let step_slices = config.slices_up_to(ground, step);
+    let low = seen & config.low_slices(ground, clearance);
+    let body = low & (u16::MAX << step_slices.clamp(0, SLICES_MAX - 1));
+    // An object that is higher than a step by less than a slice lies in the slice in which the step ends. Below a hanging object it cannot be
+    // told from one that is lower than a step by as much.
+    let grazing = low & (1 << (step_slices - 1).clamp(0, SLICES_MAX - 1));
+    if body == 0 && step_slices > 1 { grazing } else { body }
+}
+
+/// Offsets of all cells within `reach` cells of a cell, in a fixed order.
+fn disc(reach: i32) -> impl Iterator<Item = CellIndex> {
+    let row = move |x: i32| (-reach..=reach).map(move |y| CellIndex { x, y });
+    (-reach..=reach).flat_map(row).filter(move |cell| cell.x * cell.x + cell.y * cell.y <= reach * reach)
+}
+
+/// The cell at an offset within a block.
 fn at_offset(block: (i32, i32), offset: usize) -> CellIndex {
-    let (row, column) = (offset as i32 / BLOCK, offset as i32 % BLOCK);
-    CellIndex { x: block.0 * BLOCK + column, y: block.1 * BLOCK + row }
+    let (row, column) = (offset as i32 / BLOCK_CELLS, offset as i32 % BLOCK_CELLS);
+    CellIndex { x: block.0 * BLOCK_CELLS + column, y: block.1 * BLOCK_CELLS + row }
 }
 
 fn nalgebra_point(point: &[f32; 3]) -> nalgebra::Vector3<f32> {
@@ -484,8 +585,8 @@ fn nalgebra_point(point: &[f32; 3]) -> nalgebra::Vector3<f32> {
 }
 
 fn locate(index: CellIndex) -> ((i32, i32), usize) {
-    let block = (index.x.div_euclid(BLOCK), index.y.div_euclid(BLOCK));
-    (block, (index.y.rem_euclid(BLOCK) * BLOCK + index.x.rem_euclid(BLOCK)) as usize)
+    let block = (index.x.div_euclid(BLOCK_CELLS), index.y.div_euclid(BLOCK_CELLS));
+    (block, (index.y.rem_euclid(BLOCK_CELLS) * BLOCK_CELLS + index.x.rem_euclid(BLOCK_CELLS)) as usize)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! A LiDAR in the middle of a round hall of 6 m, and what stands there and leaves.
+//! A LiDAR in the centre of a round hall of 6 m radius, with objects that stand there and leave.
 
 use super::*;
 use geometry::Vector3;
@@ -7,71 +7,71 @@ use geometry::Vector3;
 const FLOOR: f64 = -0.55;
 const SENSOR: [f32; 3] = [0.0, 0.0, 0.2];
 
-/// A round thing: middle, radius, and between which heights over the floor.
+/// A cylinder: centre, radius, lowest and highest point above the floor, metres.
 #[derive(Clone, Copy)]
-struct Thing {
-    at: [f64; 2],
+struct Cylinder {
+    centre: [f64; 2],
     radius: f64,
     heights: (f64, f64),
 }
 
-const PERSON: Thing = Thing { at: [2.0, 0.3], radius: 0.25, heights: (0.0, 1.7) };
+const PERSON: Cylinder = Cylinder { centre: [2.0, 0.3], radius: 0.25, heights: (0.0, 1.7) };
 
 /// Where a ray from the LiDAR ends: 6 m away at the latest.
-fn cast(ray: &Vector3, things: &[Thing]) -> f64 {
+fn cast(ray: &Vector3, objects: &[Cylinder]) -> f64 {
     let floor = if ray.z < 0.0 { (FLOOR - f64::from(SENSOR[2])) / ray.z } else { f64::INFINITY };
     let level = ray.xy().norm();
-    let met = things.iter().filter_map(|thing| {
-        let along = (thing.at[0] * ray.x + thing.at[1] * ray.y) / level;
-        let aside = (thing.at[0] * ray.y - thing.at[1] * ray.x) / level;
-        let half = (thing.radius.powi(2) - aside.powi(2)).max(0.0).sqrt();
-        // In steps of 2 cm through the thing, so that what hangs is met from below as well.
+    let met = objects.iter().filter_map(|object| {
+        let along = (object.centre[0] * ray.x + object.centre[1] * ray.y) / level;
+        let aside = (object.centre[0] * ray.y - object.centre[1] * ray.x) / level;
+        let half = (object.radius.powi(2) - aside.powi(2)).max(0.0).sqrt();
+        // In steps of 2 cm through the object, so that a hanging object is met from below too.
         let steps = (2.0 * half / 0.02) as usize;
         (along > 0.0 && half > 0.0).then_some(0..=steps)?.find_map(|step| {
             let range = (along - half + 0.02 * step as f64) / level;
             let height = f64::from(SENSOR[2]) + range * ray.z - FLOOR;
-            (thing.heights.0..=thing.heights.1).contains(&height).then_some(range)
+            (object.heights.0..=object.heights.1).contains(&height).then_some(range)
         })
     });
     met.fold(floor.min(6.0 / level), f64::min)
 }
 
-/// One turn of a LiDAR with 33 beams and so many columns.
-fn scan(columns: usize, things: &[Thing]) -> Vec<[f32; 3]> {
+/// One sweep of a LiDAR with 33 beams.
+fn scan(columns: usize, objects: &[Cylinder]) -> Vec<[f32; 3]> {
     let mut points = Vec::new();
     for column in 0..columns {
         let yaw = (column as f64 + 0.3) * std::f64::consts::TAU / columns as f64;
         for beam in -16..=16 {
             let pitch = f64::from(beam).to_radians();
             let ray = Vector3::new(pitch.cos() * yaw.cos(), pitch.cos() * yaw.sin(), pitch.sin());
-            let end = ray * cast(&ray, things) + Vector3::from(SENSOR.map(f64::from));
+            let end = ray * cast(&ray, objects) + Vector3::from(SENSOR.map(f64::from));
             points.push([end.x as f32, end.y as f32, end.z as f32]);
         }
     }
     points
 }
 
-fn look(terrain: &mut Terrain, scan: &[[f32; 3]], times: usize) {
+fn insert_scans(terrain: &mut Terrain, scan: &[[f32; 3]], times: usize) {
     for _ in 0..times {
-        terrain.observe(&Isometry::identity(), SENSOR, scan, 12.0);
+        terrain.insert_scan(&Isometry::identity(), SENSOR, scan, 12.0);
     }
 }
 
 #[test]
-fn people_who_leave_free_the_way_where_the_robot_sees_no_ground() {
+fn people_who_leave_are_cleared_where_the_robot_sees_no_ground() {
     let mut terrain = Terrain::new(0.1, RobotShape::default());
-    look(&mut terrain, &scan(500, &[PERSON]), 20);
+    insert_scans(&mut terrain, &scan(500, &[PERSON]), 20);
     let edge = terrain.index(1.8, 0.3);
     assert!(!terrain.is_free(edge));
     // The lowest beam meets the floor 2.6 m away.
-    look(&mut terrain, &scan(500, &[]), 15);
+    insert_scans(&mut terrain, &scan(500, &[]), 15);
     assert!(terrain.is_free(edge));
     assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall stays");
 }
 
-/// What a thing shows of itself from farther away, where all of it is in sight, and the floor at its foot.
-fn shown(thing: &Thing) -> Vec<[f32; 3]> {
-    let ([x, y], (foot, top)) = (thing.at.map(|c| c as f32), thing.heights);
+/// Points of an object that is seen whole, and of the floor at its foot.
+fn points_of(object: &Cylinder) -> Vec<[f32; 3]> {
+    let ([x, y], (foot, top)) = (object.centre.map(|c| c as f32), object.heights);
     let at = |share: f64| [x, y, (FLOOR + foot + (top - foot) * share) as f32];
     let mut points: Vec<[f32; 3]> = (0..=20).map(|step| at(f64::from(step) / 20.0)).collect();
     points.push([x, y, FLOOR as f32]);
@@ -79,69 +79,69 @@ fn shown(thing: &Thing) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn what_rays_go_over_or_under_or_through_stays() {
-    let low = Thing { at: [0.95, 0.05], radius: 0.1, heights: (0.0, 0.4) };
-    let table = Thing { at: [2.05, 0.05], radius: 0.4, heights: (0.70, 0.78) };
-    // The bars of a railing: from near, no ray meets them, and some go between them.
-    let bars = [0.5, 1.05].map(|height| Thing {
-        at: [0.65, 0.05],
+fn objects_that_rays_miss_stay() {
+    let low = Cylinder { centre: [0.95, 0.05], radius: 0.1, heights: (0.0, 0.4) };
+    let table = Cylinder { centre: [2.05, 0.05], radius: 0.4, heights: (0.70, 0.78) };
+    // The bars of a railing: from close by no ray meets them, and some pass between them.
+    let bars = [0.5, 1.05].map(|height| Cylinder {
+        centre: [0.65, 0.05],
         radius: 0.1,
         heights: (height - 0.02, height + 0.02),
     });
     // Between two beams of the LiDAR.
-    let rope = Thing { at: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
-    for things in [&[low][..], &[table], &bars, &[rope]] {
+    let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
+    for objects in [&[low][..], &[table], &bars, &[rope]] {
         let mut terrain = Terrain::new(0.1, RobotShape::default());
-        let cell = terrain.index(things[0].at[0], things[0].at[1]);
-        let seen: Vec<[f32; 3]> = things.iter().flat_map(shown).collect();
+        let cell = terrain.index(objects[0].centre[0], objects[0].centre[1]);
+        let seen: Vec<[f32; 3]> = objects.iter().flat_map(points_of).collect();
         for _ in 0..4 {
-            terrain.observe(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+            terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
         }
-        look(&mut terrain, &scan(500, things), 40);
-        assert!(terrain.cell(cell).is_obstacle(), "{:?}", things[0].at);
+        insert_scans(&mut terrain, &scan(500, objects), 40);
+        assert!(terrain.is_obstacle(cell), "{:?}", objects[0].centre);
     }
 }
 
 #[test]
-fn a_pole_stays_that_every_third_scan_meets() {
-    let pole = Thing { at: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
+fn a_pole_that_every_third_scan_meets_stays() {
+    let pole = Cylinder { centre: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
     let mut terrain = Terrain::new(0.1, RobotShape::default());
-    let cell = terrain.index(pole.at[0], pole.at[1]);
+    let cell = terrain.index(pole.centre[0], pole.centre[1]);
     let (met, missed) = (scan(720, &[pole]), scan(720, &[]));
-    look(&mut terrain, &met, 4);
+    insert_scans(&mut terrain, &met, 4);
     for _ in 0..20 {
-        look(&mut terrain, &met, 1);
-        look(&mut terrain, &missed, 2);
-        assert!(terrain.cell(cell).is_obstacle());
+        insert_scans(&mut terrain, &met, 1);
+        insert_scans(&mut terrain, &missed, 2);
+        assert!(terrain.is_obstacle(cell));
     }
-    look(&mut terrain, &missed, 12);
-    assert!(!terrain.cell(cell).is_obstacle(), "pulled out");
+    insert_scans(&mut terrain, &missed, 12);
+    assert!(!terrain.is_obstacle(cell), "pulled out");
 }
 
 #[test]
-fn of_two_things_one_over_the_other_the_one_that_is_gone_is_forgotten() {
-    // A sign over a box that no ray meets from near.
-    let [cat, sign] =
-        [(0.0, 0.45), (0.9, 1.2)].map(|heights| Thing { at: [0.95, 0.05], radius: 0.1, heights });
+fn of_two_objects_above_each_other_the_one_that_left_is_cleared() {
+    // A sign above a box. From close by no ray meets the sign.
+    let [carton, sign] =
+        [(0.0, 0.45), (0.9, 1.2)].map(|heights| Cylinder { centre: [0.95, 0.05], radius: 0.1, heights });
     let mut terrain = Terrain::new(0.1, RobotShape::default());
-    let cell = terrain.index(cat.at[0], cat.at[1]);
-    let seen: Vec<[f32; 3]> = [cat, sign].iter().flat_map(shown).collect();
+    let cell = terrain.index(carton.centre[0], carton.centre[1]);
+    let seen: Vec<[f32; 3]> = [carton, sign].iter().flat_map(points_of).collect();
     for _ in 0..4 {
-        terrain.observe(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
+        terrain.insert_scan(&Isometry::identity(), [0.0, 0.0, 50.0], &seen, 12.0);
     }
-    look(&mut terrain, &scan(500, &[cat]), 40);
-    assert!(terrain.cell(cell).is_obstacle());
+    insert_scans(&mut terrain, &scan(500, &[carton]), 40);
+    assert!(terrain.is_obstacle(cell));
 }
 
 #[test]
-fn what_stands_so_near_that_its_foot_is_out_of_sight_is_no_ground_and_leaves_none() {
+fn an_object_whose_foot_is_out_of_sight_is_not_ground() {
     let mut terrain = Terrain::new(0.1, RobotShape::default());
-    let near = Thing { at: [1.3, 0.3], ..PERSON };
-    look(&mut terrain, &scan(500, &[near]), 20);
+    let near = Cylinder { centre: [1.3, 0.3], ..PERSON };
+    insert_scans(&mut terrain, &scan(500, &[near]), 20);
     let edge = terrain.index(1.06, 0.3);
-    assert!(terrain.cell(edge).is_obstacle());
+    assert!(terrain.is_obstacle(edge));
     assert_eq!(terrain.cell(edge).ground(), None);
-    look(&mut terrain, &scan(500, &[]), 15);
+    insert_scans(&mut terrain, &scan(500, &[]), 15);
     assert!(terrain.is_free(edge));
 }
 
@@ -159,47 +159,47 @@ fn stairs_are_ground_and_an_arm_is_not() {
         }
     }
     let mut terrain = Terrain::new(0.1, RobotShape::default());
-    look(&mut terrain, &points, 30);
+    insert_scans(&mut terrain, &points, 30);
     let top = terrain.cell(terrain.index(4.85, 0.0)).ground();
     assert!(top.is_some_and(|top| (top - FLOOR - 7.0 * 0.17).abs() < 0.02), "{top:?}");
     assert!((0..20_u8).all(|tenth| terrain.is_free(terrain.index(3.0 + 0.1 * f64::from(tenth), 0.0))));
-    // An arm next to the robot, higher than its LiDAR sees there.
-    let arm = Thing { at: [1.2, 0.3], radius: 0.05, heights: (0.85, 1.4) };
+    // An arm beside the robot, above the lowest beam.
+    let arm = Cylinder { centre: [1.2, 0.3], radius: 0.05, heights: (0.85, 1.4) };
     let mut terrain = Terrain::new(0.1, RobotShape::default());
     let mut with_arm = scan(500, &[]);
-    with_arm.extend(shown(&arm).into_iter().filter(|point| point[2] > FLOOR as f32 + 0.1));
-    look(&mut terrain, &with_arm, 20);
+    with_arm.extend(points_of(&arm).into_iter().filter(|point| point[2] > FLOOR as f32 + 0.1));
+    insert_scans(&mut terrain, &with_arm, 20);
     let place = terrain.index(1.2, 0.3);
     assert_eq!(terrain.cell(place).ground(), None);
     assert!(!terrain.is_free(place));
-    look(&mut terrain, &scan(500, &[]), 20);
+    insert_scans(&mut terrain, &scan(500, &[]), 20);
     assert!(terrain.is_free(place));
 }
 
 #[test]
-fn what_hangs_over_the_robot_is_in_nobodys_way() {
+fn an_object_above_the_robot_is_no_obstacle() {
     for (heights, is_free) in [((1.2, 1.4), true), ((0.7, 1.4), false), ((0.25, 0.3), false)] {
         let mut terrain = Terrain::new(0.1, RobotShape::default());
         let mut points = scan(500, &[]);
-        points.extend(shown(&Thing { at: [3.0, 0.3], radius: 0.1, heights }));
-        look(&mut terrain, &points, 5);
+        points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));
+        insert_scans(&mut terrain, &points, 5);
         assert_eq!(terrain.is_free(terrain.index(3.0, 0.3)), is_free, "{heights:?}");
     }
 }
 
 #[test]
-fn what_lies_on_the_floor_under_something_that_hangs_is_in_the_way() {
+fn an_object_on_the_floor_below_a_hanging_one_is_an_obstacle() {
     let mut terrain = Terrain::new(0.1, RobotShape::default());
     let mut points = scan(500, &[]);
     for heights in [(0.0, 0.3), (1.4, 1.6)] {
-        points.extend(shown(&Thing { at: [3.0, 0.3], radius: 0.1, heights }));
+        points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));
     }
-    look(&mut terrain, &points, 20);
+    insert_scans(&mut terrain, &points, 20);
     assert!(!terrain.is_free(terrain.index(3.0, 0.3)));
 }
 
 #[test]
-fn runs_are_of_neighbours() {
+fn runs_hold_neighbouring_bits() {
     assert_eq!(runs(0b1000_0000_0110_1110).collect::<Vec<_>>(), [(1, 3), (5, 2), (15, 1)]);
     assert_eq!(runs(u16::MAX).collect::<Vec<_>>(), [(0, 16)]);
     assert_eq!(runs(0).count(), 0);

@@ -5,7 +5,9 @@
 use super::walk::{REPLAN_EVERY, Step};
 use crate::disambiguation::ExplorationHint;
 use geometry::{Isometry, Vector3};
-use navigation::{Follower, FollowerConfig, Terrain, Velocity, plan, roam};
+use navigation::{
+    ExplorationConfig, PathFollower, PathFollowerConfig, PlannerConfig, Terrain, Velocity, explore, plan,
+};
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
@@ -14,8 +16,6 @@ const STAND_FIRST: Span = Span::from_millis(2_500);
 const STAND: Span = Span::from_millis(1_000);
 /// Where there is no walk, one is looked for so often.
 const TRIES: Span = Span::from_millis(250);
-/// One walk, metres: the lowest beams of a LiDAR on a mast meet the ground three metres away.
-const WALK: f64 = 4.0;
 /// Along the way that tells places apart it looks so far ahead, metres, and a piece of it may lead round so much more.
 const AHEAD: f64 = 6.0;
 const ROUND: f64 = 1.5;
@@ -49,7 +49,7 @@ enum Now {
     /// `tried`: when it last looked for a walk.
     Stands { since: Stamp, tried: Option<Stamp> },
     /// `on`: the way that tells places apart, if it is on that; `passed`: where it was, and when, as it last got any farther.
-    Walks { on: Option<Arc<[Vector3]>>, follower: Follower, planned: Stamp, passed: (Stamp, Vector3) },
+    Walks { on: Option<Arc<[Vector3]>>, follower: PathFollower, planned: Stamp, passed: (Stamp, Vector3) },
 }
 
 /// A path, with the way that tells places apart if it is a piece of that.
@@ -169,7 +169,8 @@ impl Look {
 
     /// Some way to where it has not been.
     fn roam(&self, terrain: &Terrain, here: &Vector3) -> Option<Piece> {
-        roam(terrain, here, &self.been, WALK).map(|path| (None, path))
+        explore(&ExplorationConfig::default(), &PlannerConfig::default(), terrain, here, &self.been)
+            .map(|path| (None, path))
     }
 
     /// On along the way that tells places apart.
@@ -191,8 +192,8 @@ impl Look {
     }
 }
 
-fn to_follow(path: Vec<Vector3>) -> Follower {
-    Follower::new(FollowerConfig::default(), path)
+fn to_follow(path: Vec<Vector3>) -> PathFollower {
+    PathFollower::new(PathFollowerConfig::default(), path)
 }
 
 /// A plan on along a way from where it passes by: to its farthest point to which that leads over ground that is seen.
@@ -213,11 +214,9 @@ fn along(terrain: &Terrain, here: &Vector3, way: &[Vector3]) -> Option<Vec<Vecto
         }
     }
     let is_seen = |end: &Vector3| terrain.cell(terrain.index(end.x, end.y)).ground().is_some();
-    ahead
-        .into_iter()
-        .rev()
-        .filter(|(_, end)| is_seen(end))
-        .find_map(|(metres, end)| plan(terrain, here, end).ok().filter(|path| length(path) <= metres + ROUND))
+    ahead.into_iter().rev().filter(|(_, end)| is_seen(end)).find_map(|(metres, end)| {
+        plan(&PlannerConfig::default(), terrain, here, end).ok().filter(|path| length(path) <= metres + ROUND)
+    })
 }
 
 /// The way to the end of a path as it is seen now; none if nobody would go there for it: it is longer than the whole path, and than the way
@@ -225,7 +224,9 @@ fn along(terrain: &Terrain, here: &Vector3, way: &[Vector3]) -> Option<Vec<Vecto
 fn replan(terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
     let end = path.last()?;
     let nearly = (end - here).norm() + 0.5;
-    plan(terrain, here, end).ok().filter(|now| length(now) <= length(path).max(nearly))
+    plan(&PlannerConfig::default(), terrain, here, end)
+        .ok()
+        .filter(|now| length(now) <= length(path).max(nearly))
 }
 
 fn length(path: &[Vector3]) -> f64 {

@@ -90,7 +90,7 @@ impl Motion {
     /// Learns where one can walk. `points` and the `sensor` that saw them in the base frame, metres.
     pub fn observe(&mut self, at: Stamp, odom_from_base: &Isometry, sensor: [f32; 3], points: &[[f32; 3]]) {
         self.seen = Some(at);
-        self.terrain.observe(odom_from_base, sensor, points, TERRAIN_RANGE);
+        self.terrain.insert_scan(odom_from_base, sensor, points, TERRAIN_RANGE);
     }
 
     /// A new map: what was known of the ground is looked at anew, and walks to points of the old map end. Returns what is to be

@@ -2,7 +2,7 @@
 
 use super::Frames;
 use geometry::{Isometry, Vector3};
-use navigation::{Follower, FollowerConfig, PlanError, Terrain, Velocity, plan};
+use navigation::{PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Terrain, Velocity, plan};
 use vocab::{Span, Stamp};
 
 /// A walk is planned anew this often, because the terrain has been seen better.
@@ -30,7 +30,7 @@ pub(super) struct Walk {
     /// Where the goal was in the odometry's frame when the way was planned.
     pub(super) planned_to: Vector3,
     /// In the odometry's frame.
-    follower: Follower,
+    follower: PathFollower,
     planned: Stamp,
     /// Since when no way has been found, if so.
     pub(super) stuck: Option<Stamp>,
@@ -43,8 +43,9 @@ impl Walk {
     /// When there is no way.
     pub fn plan(at: Stamp, terrain: &Terrain, frames: &Frames, goal: Vector3) -> Result<Self, PlanError> {
         let planned_to = frames.to_odom(&goal);
-        let path = plan(terrain, &frames.odom_from_base.translation.vector, &planned_to)?;
-        let follower = Follower::new(FollowerConfig::default(), path);
+        let path =
+            plan(&PlannerConfig::default(), terrain, &frames.odom_from_base.translation.vector, &planned_to)?;
+        let follower = PathFollower::new(PathFollowerConfig::default(), path);
         Ok(Self { goal, planned_to, follower, planned: at, stuck: None })
     }
 
@@ -52,7 +53,7 @@ impl Walk {
     pub fn resume(at: Stamp, terrain: &Terrain, frames: &Frames, goal: Vector3) -> Self {
         Self::plan(at, terrain, frames, goal).unwrap_or_else(|_| {
             let here = vec![frames.odom_from_base.translation.vector];
-            let follower = Follower::new(FollowerConfig::default(), here);
+            let follower = PathFollower::new(PathFollowerConfig::default(), here);
             Self { goal, planned_to: frames.to_odom(&goal), follower, planned: at, stuck: Some(at) }
         })
     }
@@ -91,9 +92,9 @@ impl Walk {
     /// To `goal`, which is where the walk's goal is now in the odometry's frame.
     fn replan(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry, goal: Vector3) {
         (self.planned, self.planned_to) = (at, goal);
-        match plan(terrain, &odom_from_base.translation.vector, &goal) {
+        match plan(&PlannerConfig::default(), terrain, &odom_from_base.translation.vector, &goal) {
             Ok(path) => {
-                self.follower = Follower::new(FollowerConfig::default(), path);
+                self.follower = PathFollower::new(PathFollowerConfig::default(), path);
                 self.stuck = None;
             }
             Err(_) => self.stuck = self.stuck.or(Some(at)),

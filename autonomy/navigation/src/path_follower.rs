@@ -1,26 +1,40 @@
-//! Pure pursuit: aims at a point some way along the path.
+//! Pure pursuit: the robot steers towards a point ahead of it on the path.
 //!
-//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992; here for a body that can turn
-//! on the spot, so large heading errors are turned off first.
+//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This body can turn on the spot, so a large heading error is
+//! turned off before the robot walks.
 
 use geometry::{Isometry, Vector3};
 
-/// How to follow.
+/// Parameters of [`PathFollower`]. The values suit the simulated legged robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FollowerConfig {
+pub struct PathFollowerConfig {
     /// Walking speed, m/s.
-    pub speed: f64,
-    /// Turning speed at most, rad/s.
-    pub turn: f64,
-    /// Distance along the path to the point aimed at, metres.
-    pub look_ahead: f64,
-    /// Arrived within this, metres.
-    pub tolerance: f64,
+    pub speed_max_mps: f64,
+    /// Highest turning speed, rad/s.
+    pub turn_max_radps: f64,
+    /// Turning speed for each radian of heading error, 1/s.
+    pub turn_gain_per_s: f64,
+    /// Heading error from which on the robot turns on the spot, radians.
+    pub turn_in_place_rad: f64,
+    /// Distance along the path to the point steered towards, metres.
+    pub look_ahead_m: f64,
+    /// Speed at the end of the path, m/s. Each metre before the end adds 1 m/s, so that the robot does not overshoot.
+    pub end_speed_mps: f64,
+    /// Distance to the end at which the robot has arrived, metres.
+    pub goal_tolerance_m: f64,
 }
 
-impl Default for FollowerConfig {
+impl Default for PathFollowerConfig {
     fn default() -> Self {
-        Self { speed: 0.9, turn: 0.9, look_ahead: 0.7, tolerance: 0.15 }
+        Self {
+            speed_max_mps: 0.9,
+            turn_max_radps: 0.9,
+            turn_gain_per_s: 2.0,
+            turn_in_place_rad: 0.8,
+            look_ahead_m: 0.7,
+            end_speed_mps: 0.25,
+            goal_tolerance_m: 0.15,
+        }
     }
 }
 
@@ -35,14 +49,14 @@ pub struct Velocity {
 
 /// A path being followed.
 #[derive(Clone, Debug)]
-pub struct Follower {
-    config: FollowerConfig,
+pub struct PathFollower {
+    config: PathFollowerConfig,
     path: Vec<Vector3>,
 }
 
-impl Follower {
+impl PathFollower {
     /// Follows `path` (map frame, metres).
-    pub fn new(config: FollowerConfig, path: Vec<Vector3>) -> Self {
+    pub fn new(config: PathFollowerConfig, path: Vec<Vector3>) -> Self {
         Self { config, path }
     }
 
@@ -51,28 +65,28 @@ impl Follower {
         &self.path
     }
 
-    /// Metres to go from a place near the path.
+    /// Distance to the end of the path from a place near it, metres.
     pub fn remaining(&self, map_from_base: &Isometry) -> f64 {
         let (segment, along) = self.nearest(&map_from_base.translation.vector);
         self.length_after(segment, along)
     }
 
-    /// Velocity to command now, or `None` on arrival.
+    /// Velocity to command now; `None` on arrival.
     pub fn velocity(&self, map_from_base: &Isometry) -> Option<Velocity> {
         let end = self.path.last()?;
         let here = map_from_base.translation.vector;
         let to_end = (end - here).xy().norm();
-        if to_end < self.config.tolerance {
+        if to_end < self.config.goal_tolerance_m {
             return None;
         }
         let target = self.point_ahead(&here);
         let forward = map_from_base.rotation * Vector3::x();
         let wanted = (target - here).y.atan2((target - here).x);
         let heading_error = wrap(wanted - forward.y.atan2(forward.x));
-        let turn = (2.0 * heading_error).clamp(-self.config.turn, self.config.turn);
-        // Turn first when facing away; slow down towards the end so as not to walk past it.
-        let facing = (1.0 - heading_error.abs() / 0.8).max(0.0);
-        let forward = self.config.speed.min(0.25 + to_end) * facing;
+        let turn = (self.config.turn_gain_per_s * heading_error)
+            .clamp(-self.config.turn_max_radps, self.config.turn_max_radps);
+        let facing = (1.0 - heading_error.abs() / self.config.turn_in_place_rad).max(0.0);
+        let forward = self.config.speed_max_mps.min(self.config.end_speed_mps + to_end) * facing;
         Some(Velocity { forward, turn })
     }
 
@@ -87,7 +101,7 @@ impl Follower {
                 0.0
             };
             let distance = (a + (b - a) * along - here.xy()).norm();
-            // Later segments win ties, so that a path over its own beginning is still walked on.
+            // Later segments win ties, so that the robot goes on where a path crosses its own beginning.
             if distance <= best.2 {
                 best = (index, along, distance);
             }
@@ -109,7 +123,7 @@ impl Follower {
 
     fn point_ahead(&self, here: &Vector3) -> Vector3 {
         let (segment, mut along) = self.nearest(here);
-        let mut left = self.config.look_ahead;
+        let mut left = self.config.look_ahead_m;
         for pair in self.path.windows(2).skip(segment) {
             let length = (pair[1] - pair[0]).xy().norm();
             let rest = length * (1.0 - along);
@@ -130,5 +144,5 @@ fn wrap(angle: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "follower_tests.rs"]
+#[path = "path_follower_tests.rs"]
 mod tests;

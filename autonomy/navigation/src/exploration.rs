@@ -1,0 +1,116 @@
+//! Where to walk when the robot does not know where it is: a short path over ground that has been seen, to where it has not been.
+
+use crate::planner::{GridSearch, PlannerConfig, trace};
+use crate::{CellIndex, Terrain};
+use geometry::Vector3;
+use std::cmp::Reverse;
+
+/// Parameters of [`explore`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExplorationConfig {
+    /// Shortest path that is worth walking, metres: a shorter one shows nothing new.
+    pub distance_min_m: f64,
+    /// Radius within which a goal is searched for, metres: the lowest beams of a LiDAR on a mast meet the ground 3 m away.
+    pub radius_m: f64,
+}
+
+impl Default for ExplorationConfig {
+    fn default() -> Self {
+        Self { distance_min_m: 1.0, radius_m: 4.0 }
+    }
+}
+
+/// Path from `from` to the cell that is farthest from all of `visited` (all in the terrain's frame, metres); `None` where there is none. The goal lies within
+/// [`ExplorationConfig::radius_m`], on ground that was seen and away from obstacles. The path may cross ground that was never seen where there is no
+/// other: beside itself a robot may have seen nothing.
+///
+/// Cost grows with the ground within the radius, times the number of `visited` places.
+pub fn explore(
+    config: &ExplorationConfig,
+    planner: &PlannerConfig,
+    terrain: &Terrain,
+    from: &Vector3,
+    visited: &[Vector3],
+) -> Option<Vec<Vector3>> {
+    let mut search = GridSearch::new(*planner, terrain);
+    let start = search.nearest_free(terrain.index(from.x, from.y))?;
+    let reached = search.reach(start, config.radius_m / terrain.cell_size());
+    let visited: Vec<CellIndex> = visited.iter().map(|place| terrain.index(place.x, place.y)).collect();
+    let distance_squared =
+        |a: CellIndex, b: CellIndex| i64::from(a.x - b.x).pow(2) + i64::from(a.y - b.y).pow(2);
+    let novelty = |cell: CellIndex| {
+        visited.iter().map(|&place| distance_squared(cell, place)).min().unwrap_or(i64::MAX)
+    };
+    let distance_squared_min = (config.distance_min_m / terrain.cell_size()).powi(2) as i64;
+    let mut goals: Vec<CellIndex> = reached
+        .keys()
+        .copied()
+        .filter(|&cell| distance_squared(cell, start) >= distance_squared_min)
+        .collect();
+    goals.sort_by_key(|&cell| Reverse(novelty(cell)));
+    let is_known = |cell: &CellIndex| terrain.cell(*cell).ground().is_some();
+    let goal = goals.into_iter().find(|cell| is_known(cell) && search.is_comfortable(*cell))?;
+    let cells = trace(&reached, goal);
+    Some(search.path(from, &cells))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planner::tests::terrain;
+
+    /// A room with an exit on the right.
+    const ROOM: &str = "
+##########################################
+#......................................###
+#......................................###
+#......................................###
+#....................................  ###
+#....S................................ ###
+#......................................###
+#......................................###
+#......................................###
+##########################################";
+
+    fn explore_within(
+        radius_m: f64,
+        terrain: &Terrain,
+        from: &Vector3,
+        visited: &[Vector3],
+    ) -> Option<Vec<Vector3>> {
+        let config = ExplorationConfig { radius_m, ..ExplorationConfig::default() };
+        explore(&config, &PlannerConfig::default(), terrain, from, visited)
+    }
+
+    #[test]
+    fn the_path_leads_to_where_the_robot_has_not_been_over_ground_that_was_seen() {
+        let (terrain, from, _) = terrain(ROOM.trim_matches('\n'));
+        let Some(first) = explore_within(3.0, &terrain, &from, &[from]) else { panic!("no room") };
+        let end = first[first.len() - 1];
+        assert!((2.5..3.1).contains(&(end - from).xy().norm()) && end.x > from.x + 2.0, "{first:?}");
+        let Some(second) = explore_within(3.0, &terrain, &end, &[from, end]) else { panic!("no room") };
+        assert!(second[second.len() - 1].x > end.x + 2.0, "{second:?}");
+        for pair in first.windows(2).chain(second.windows(2)) {
+            for step in 0..=20 {
+                let at = pair[0].lerp(&pair[1], f64::from(step) / 20.0);
+                assert!(terrain.cell(terrain.index(at.x, at.y)).ground().is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn without_seen_ground_around_the_robot_the_path_leads_to_ground_that_was_seen() {
+        let (terrain, from, _) =
+            terrain("........\n........\n..    ..\n..    ..\n.. S  ..\n..    ..\n........\n........");
+        let path = explore_within(2.0, &terrain, &from, &[from]);
+        let end =
+            path.as_ref().and_then(|path| path.last()).map(|end| terrain.cell(terrain.index(end.x, end.y)));
+        assert!(end.is_some_and(|end| end.ground().is_some()), "{path:?}");
+    }
+
+    #[test]
+    fn without_room_there_is_no_path() {
+        let (terrain, from, _) = terrain("#####\n#...#\n#.S.#\n#...#\n#####");
+        assert_eq!(explore_within(3.0, &terrain, &from, &[from]), None);
+    }
+}
