@@ -1,30 +1,59 @@
-//! The camera: looks at a target from a distance, moves by gestures, flies to new places.
+//! The camera: it looks at a target from a distance, gestures move it, and it flies to new poses.
 //!
-//! Gestures act at once and end a flight. All methods are total: odd input leaves a usable camera.
+//! A gesture acts at once and ends a flight. All methods accept any number: an input that is not finite changes nothing.
 
-use crate::eye::Eye;
+use crate::projection::CameraProjection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// How long a flight takes.
-pub const FLIGHT_SECONDS: f64 = 0.3;
+/// Parameters of [`Camera`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraConfig {
+    /// Duration of a flight, s.
+    pub flight_duration_s: f64,
+    /// Shortest distance between camera and target, m. A hand's breadth, so that a surface can be looked at closely; ten times
+    /// [`CameraProjection::NEAR_M`].
+    pub min_distance_m: f64,
+    /// Longest distance between camera and target, m.
+    pub max_distance_m: f64,
+    /// Lowest pitch, rad. Below the horizon, so that ceilings can be looked at.
+    pub min_pitch_rad: f64,
+    /// Highest pitch, rad: straight down.
+    pub max_pitch_rad: f64,
+    /// Rotation for each logical pixel of an orbiting drag, rad.
+    pub orbit_rad_per_px: f64,
+    /// Lower limit of the foreshortening of the ground while panning (sine of the pitch). Near the horizon a drag would otherwise move the
+    /// target without limit.
+    pub min_foreshortening: f64,
+    /// Share of the free area that a fitted box takes along its tighter side.
+    pub fitted_share: f64,
+}
 
-const DISTANCE_RANGE: [f64; 2] = [0.3, 3000.0];
-/// Straight down is allowed; below the horizon a little, to look up at ceilings.
-const PITCH_RANGE: [f64; 2] = [-0.45 * PI, 0.5 * PI];
-/// Radians for each logical pixel of an orbiting drag.
-const ORBIT_RATE: f64 = 0.006;
+impl Default for CameraConfig {
+    fn default() -> Self {
+        Self {
+            flight_duration_s: 0.3,
+            min_distance_m: 0.1,
+            max_distance_m: 3000.0,
+            min_pitch_rad: -0.45 * PI,
+            max_pitch_rad: 0.5 * PI,
+            orbit_rad_per_px: 0.006,
+            min_foreshortening: 0.35,
+            fitted_share: 0.94,
+        }
+    }
+}
 
 /// Where the camera is: it looks at `target` from `distance` away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraPose {
-    /// The point in the middle of the picture, metres, map frame.
+    /// The point in the middle of the image, m, map frame.
     pub target: DVec3,
-    /// Heading of the line of sight, radians, counter-clockwise from the x axis seen from above.
+    /// Heading of the line of sight, rad, counter-clockwise from the x axis seen from above.
     pub yaw: f64,
-    /// How far the line of sight points downwards, radians; half a turn quarter is straight down.
+    /// Angle by which the line of sight points downwards, rad; a quarter turn is straight down.
     pub pitch: f64,
-    /// From the eye to the target, metres.
+    /// From the camera to the target, m.
     pub distance: f64,
 }
 
@@ -42,33 +71,55 @@ impl CameraPose {
         DVec3::new(cos_yaw * cos_pitch, sin_yaw * cos_pitch, -sin_pitch)
     }
 
-    /// Unit vector to the right of the picture; horizontal.
+    /// Unit vector to the right of the image; horizontal.
     pub fn right(&self) -> DVec3 {
         let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
         DVec3::new(sin_yaw, -cos_yaw, 0.0)
     }
 
-    /// Where the eye is, metres, map frame.
-    pub fn eye_position(&self) -> DVec3 {
+    /// Unit vector to the top of the image.
+    pub fn up(&self) -> DVec3 {
+        self.right().cross(self.forward())
+    }
+
+    /// Position of the camera, m, map frame.
+    pub fn position(&self) -> DVec3 {
         self.target - self.forward() * self.distance
     }
 
-    /// The same with every number in its range.
-    fn sane(mut self, fallback: &Self) -> Self {
+    /// The same pose with every number in its range; `fallback` if a number is not finite.
+    fn clamped(mut self, config: &CameraConfig, fallback: &Self) -> Self {
         let finite = self.target.is_finite() && self.yaw.is_finite() && self.pitch.is_finite();
         if !finite || !self.distance.is_finite() {
             return *fallback;
         }
-        self.pitch = self.pitch.clamp(PITCH_RANGE[0], PITCH_RANGE[1]);
-        self.distance = self.distance.clamp(DISTANCE_RANGE[0], DISTANCE_RANGE[1]);
+        self.pitch = self.pitch.clamp(config.min_pitch_rad, config.max_pitch_rad);
+        self.distance = self.distance.clamp(config.min_distance_m, config.max_distance_m);
         self.yaw = self.yaw.rem_euclid(TAU);
         self
+    }
+}
+
+/// The part of a viewport that nothing covers, pixels from its top left corner, y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeArea {
+    /// Top left corner.
+    pub min_px: DVec2,
+    /// Bottom right corner.
+    pub max_px: DVec2,
+}
+
+impl FreeArea {
+    /// The whole viewport.
+    pub fn whole(viewport_px: [u32; 2]) -> Self {
+        Self { min_px: DVec2::ZERO, max_px: DVec2::from_array(viewport_px.map(f64::from)) }
     }
 }
 
 /// A camera that people move.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Camera {
+    config: CameraConfig,
     pose: CameraPose,
     flight: Option<Flight>,
 }
@@ -77,125 +128,155 @@ pub struct Camera {
 struct Flight {
     from: CameraPose,
     to: CameraPose,
-    seconds_done: f64,
+    elapsed_s: f64,
 }
 
 impl Camera {
     /// A camera at rest.
-    pub fn new(pose: CameraPose) -> Self {
-        Self { pose: pose.sane(&CameraPose::default()), flight: None }
+    pub fn new(config: CameraConfig, pose: CameraPose) -> Self {
+        Self { pose: pose.clamped(&config, &CameraPose::default()), config, flight: None }
     }
 
-    /// Where it is now.
+    /// The present pose.
     pub fn pose(&self) -> CameraPose {
         self.pose
     }
 
     /// Whether a flight is under way, so that another frame is due.
-    pub fn flying(&self) -> bool {
+    pub fn is_flying(&self) -> bool {
         self.flight.is_some()
     }
 
-    /// Goes there at once.
+    /// Takes a pose at once.
     pub fn jump_to(&mut self, pose: CameraPose) {
         self.flight = None;
-        self.pose = pose.sane(&self.pose);
+        self.pose = pose.clamped(&self.config, &self.pose);
     }
 
-    /// Flies there in [`FLIGHT_SECONDS`], the shorter way round.
+    /// Flies to a pose within [`CameraConfig::flight_duration_s`], turning by the smaller angle.
     pub fn fly_to(&mut self, pose: CameraPose) {
-        let mut to = pose.sane(&self.pose);
+        let mut to = pose.clamped(&self.config, &self.pose);
         let turn = (to.yaw - self.pose.yaw + PI).rem_euclid(TAU) - PI;
         to.yaw = self.pose.yaw + turn;
-        self.flight = Some(Flight { from: self.pose, to, seconds_done: 0.0 });
+        self.flight = Some(Flight { from: self.pose, to, elapsed_s: 0.0 });
     }
 
-    /// Lets time pass; returns whether the camera moved.
-    pub fn advance(&mut self, seconds: f64) -> bool {
+    /// Advances a flight by `elapsed_s`; returns whether the camera moved.
+    pub fn advance(&mut self, elapsed_s: f64) -> bool {
         let Some(flight) = &mut self.flight else {
             return false;
         };
-        flight.seconds_done += seconds.max(0.0);
-        let done = (flight.seconds_done / FLIGHT_SECONDS).min(1.0);
-        let eased = done * done * (3.0 - 2.0 * done);
+        flight.elapsed_s += elapsed_s.max(0.0);
+        let progress = (flight.elapsed_s / self.config.flight_duration_s).min(1.0);
+        let eased = progress * progress * (3.0 - 2.0 * progress);
         let (from, to) = (&flight.from, &flight.to);
         let mix = |a: f64, b: f64| a + (b - a) * eased;
         let pose = CameraPose {
             target: from.target.lerp(to.target, eased),
             yaw: mix(from.yaw, to.yaw),
             pitch: mix(from.pitch, to.pitch),
-            // Along the logarithm, so that zooming out by ten feels as even as zooming in.
+            // Interpolated in the logarithm, so that the scale changes evenly.
             distance: mix(from.distance.ln(), to.distance.ln()).exp(),
         };
-        if done >= 1.0 {
+        if progress >= 1.0 {
             self.flight = None;
         }
-        self.pose = pose.sane(&self.pose);
+        self.pose = pose.clamped(&self.config, &self.pose);
         true
     }
 
+    /// Ends a flight at its goal.
+    pub fn finish_flight(&mut self) {
+        self.advance(self.config.flight_duration_s);
+    }
+
     /// Turns about the target by a drag in logical pixels (y down).
-    pub fn orbit(&mut self, drag_pt: DVec2) {
+    pub fn orbit(&mut self, drag_px: DVec2) {
+        let rate = self.config.orbit_rad_per_px;
         self.change(|pose| {
-            pose.yaw -= drag_pt.x * ORBIT_RATE;
-            pose.pitch += drag_pt.y * ORBIT_RATE;
+            pose.yaw -= drag_px.x * rate;
+            pose.pitch += drag_px.y * rate;
         });
     }
 
-    /// Moves the target so that the plane through it follows a drag in pixels (y down), where the picture is
+    /// Moves the target so that the plane through it follows a drag in pixels (y down), where the image is
     /// `height_px` pixels high. Seen from above the horizon, a drag moves along the ground.
     pub fn pan(&mut self, drag_px: DVec2, height_px: f64) {
+        let min_foreshortening = self.config.min_foreshortening;
         self.change(|pose| {
-            let metres_per_px = 2.0 * pose.distance * Eye::TAN_HALF_FOV / height_px.max(1.0);
+            let metres_per_px = 2.0 * pose.distance * CameraProjection::TAN_HALF_FOV / height_px.max(1.0);
             let (sin_yaw, cos_yaw) = pose.yaw.sin_cos();
             let ahead = DVec3::new(cos_yaw, sin_yaw, 0.0);
-            // The ground is foreshortened by the pitch; near the horizon dragging would run away.
-            let foreshortening = pose.pitch.sin().abs().max(0.35);
+            let foreshortening = pose.pitch.sin().abs().max(min_foreshortening);
             pose.target += ahead * (drag_px.y * metres_per_px / foreshortening);
             pose.target -= pose.right() * (drag_px.x * metres_per_px);
         });
     }
 
-    /// Moves the target up (metres).
-    pub fn lift(&mut self, metres: f64) {
-        self.change(|pose| pose.target.z += metres);
-    }
-
-    /// Zooms by `factor` (above 1 goes nearer), keeping `focus` (metres, map frame) where it is in the picture.
+    /// Zooms by `factor` (above 1 goes nearer). `focus` (m, map frame) keeps its pixel.
     pub fn zoom(&mut self, factor: f64, focus: DVec3) {
+        let config = self.config;
         self.change(|pose| {
             if factor > 0.0 && focus.is_finite() {
-                let distance = (pose.distance / factor).clamp(DISTANCE_RANGE[0], DISTANCE_RANGE[1]);
-                let applied = distance / pose.distance;
-                pose.target = focus + (pose.target - focus) * applied;
+                let distance = (pose.distance / factor).clamp(config.min_distance_m, config.max_distance_m);
+                let scale = distance / pose.distance;
+                pose.target = focus + (pose.target - focus) * scale;
                 pose.distance = distance;
             }
         });
     }
 
-    /// Walks or flies: moves eye and target by `metres` along the line of sight, to the right and up.
-    pub fn walk(&mut self, ahead_right_up: DVec3) {
-        self.change(|pose| {
-            let step = ahead_right_up;
-            pose.target += pose.forward() * step.x + pose.right() * step.y + DVec3::Z * step.z;
-        });
+    /// Moves the target along the line of sight to the depth of `point` (m, map frame); the image stays as it is. Orbiting, panning and
+    /// zooming then act on what is seen, and [`CameraConfig::min_distance_m`] holds for the distance to it. A point behind the camera
+    /// changes nothing.
+    pub fn move_target_to_depth_of(&mut self, point: DVec3) {
+        let position = self.pose.position();
+        let depth = (point - position).dot(self.pose.forward());
+        if depth.is_finite() && depth >= self.config.min_distance_m {
+            self.change(|pose| {
+                pose.target = position + pose.forward() * depth;
+                pose.distance = depth;
+            });
+        }
     }
 
-    /// A pose from the present direction that shows a whole box (metres, map frame); the present one for an empty box.
-    pub fn fitting(&self, min: DVec3, max: DVec3, viewport_px: [u32; 2]) -> CameraPose {
-        let radius = 0.5 * (max - min).length();
-        let aspect = f64::from(viewport_px[0].max(1)) / f64::from(viewport_px[1].max(1));
-        let narrow = Eye::TAN_HALF_FOV * aspect.min(1.0);
-        // The sphere around the box touches the narrower side; boxes of rooms are flat, so a little nearer still fits.
-        let distance = 0.85 * radius / narrow.atan().sin();
-        let fitted = CameraPose { target: 0.5 * (min + max), distance, ..self.pose };
-        if min.cmple(max).all() { fitted.sane(&self.pose) } else { self.pose }
+    /// The pose with the present direction that shows a whole box (m, map frame) in the middle of the free area; the present pose for an
+    /// empty box or area.
+    pub fn pose_fitting(&self, min: DVec3, max: DVec3, viewport_px: [u32; 2], free: FreeArea) -> CameraPose {
+        let viewport = DVec2::from_array(viewport_px.map(|side| f64::from(side.max(1))));
+        let half_free = 0.5 * self.config.fitted_share * (free.max_px - free.min_px);
+        if !min.cmple(max).all() || !half_free.cmpgt(DVec2::ZERO).all() {
+            return self.pose;
+        }
+        let focal_px = 0.5 * viewport.y / CameraProjection::TAN_HALF_FOV;
+        let offset_px = 0.5 * (free.min_px + free.max_px - viewport);
+        let (forward, right, up) = (self.pose.forward(), self.pose.right(), self.pose.up());
+        let centre = 0.5 * (min + max);
+        // A corner at (across, depth) from the centre appears (focal across - offset depth) / (distance + depth) pixels from the centre's pixel.
+        // That is within half the free area from this distance on.
+        let distance_for = |corner: DVec3| {
+            let relative = corner - centre;
+            let depth = relative.dot(forward);
+            let across = DVec2::new(relative.dot(right), -relative.dot(up));
+            let needed = (across * focal_px - offset_px * depth).abs() / half_free;
+            needed.max_element() - depth
+        };
+        let corner = |index: usize| {
+            DVec3::from_array(
+                [0, 1, 2].map(|axis| if index >> axis & 1 == 1 { max[axis] } else { min[axis] }),
+            )
+        };
+        let distance = (0..8).map(|index| distance_for(corner(index))).fold(0.0, f64::max);
+        let distance = distance.clamp(self.config.min_distance_m, self.config.max_distance_m);
+        let metres_per_px = distance / focal_px;
+        let target = centre - right * (offset_px.x * metres_per_px) + up * (offset_px.y * metres_per_px);
+        CameraPose { target, distance, ..self.pose }.clamped(&self.config, &self.pose)
     }
 
     fn change(&mut self, with: impl FnOnce(&mut CameraPose)) {
         self.flight = None;
         let mut pose = self.pose;
         with(&mut pose);
-        self.pose = pose.sane(&self.pose);
+        self.pose = pose.clamped(&self.config, &self.pose);
     }
 }

@@ -1,36 +1,35 @@
 //! The 3D scene of the operator's client: point clouds, robot, graph, trajectory, markers.
 //!
-//! It draws with wgpu on WebGPU and on WebGL2 (so no compute and no storage buffers) and knows neither the user
-//! interface nor the server's API: callers hand in plain slices, poses and colours.
+//! It draws with wgpu on WebGPU and on WebGL2, so it uses neither compute shaders nor storage buffers. It knows neither the user interface
+//! nor the server's API: callers pass plain slices, poses and colours.
 //!
-//! How a frame is made:
+//! A frame is drawn in these steps:
 //!
-//! 1. [`Renderer::prepare`] picks tiles by how large their point spacing appears on the screen, coarse first, until
-//!    the point budget is spent, and draws them as single pixels into colour and packed depth. The robot's model
-//!    goes into the same pass.
-//! 2. Two passes grow every point to the size of its spacing, nearest first, which closes surfaces without drawing
-//!    more than one vertex a point.
-//! 3. Eye-dome lighting shades the result by its depth; the background fades behind it.
-//! 4. Grid, lines and markers go on top, faint where something is in front of them.
-//! 5. [`Renderer::paint`] copies the picture into the caller's render pass.
+//! 1. [`Renderer::prepare`] selects tiles by the spacing of their points on the screen (level of detail), coarse first, until the point
+//!    budget is spent. It draws them as single pixels into colour and packed depth, and the robot's mesh with them.
+//! 2. Two passes fill the gaps: they grow every point to the size of its spacing, nearest first. This closes surfaces with one vertex a
+//!    point.
+//! 3. Eye-dome lighting shades the result by its depth, in front of the background's gradient.
+//! 4. Grid, lines and markers are drawn on top, faintly where something is in front of them.
+//! 5. [`Renderer::paint`] copies the image into the caller's render pass.
 //!
-//! Steps 1 to 4 run only when something changed; see [`Renderer::needs_redraw`]. Positions are metres in the map
-//! frame, z up. After a lost device, make a new [`Renderer`] and hand everything in again.
+//! Steps 1 to 4 run only when something changed; see [`Renderer::needs_redraw`]. Positions are in metres in the map frame, z up. After a
+//! lost device, make a new [`Renderer`] and pass everything again.
 
 mod camera;
-mod eye;
-mod lines;
+mod colour_map;
+mod frame_pacing;
+mod level_of_detail;
 mod loops;
 mod overlay;
-mod pace;
-mod pick;
+mod overlay_instances;
+mod picking;
 mod pipelines;
-mod ramp;
+mod projection;
+mod render_targets;
 mod renderer;
 mod robot;
-mod select;
 mod shaders;
-mod targets;
 mod tiles;
 mod uniforms;
 mod view;
@@ -38,14 +37,14 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraPose, FLIGHT_SECONDS};
-pub use eye::{Eye, Ray};
+pub use camera::{Camera, CameraConfig, CameraPose, FreeArea};
+pub use colour_map::ColourMap;
+pub use frame_pacing::{FramePacer, FramePacingConfig};
 pub use loops::{LoopEdge, LoopState};
 pub use overlay::{Marker, Node, Polyline, Shape};
-pub use pace::Pace;
-pub use pick::{Hit, PickOptions};
-pub use ramp::Ramp;
-pub use renderer::{Drawn, Renderer};
+pub use picking::{Hit, PickOptions};
+pub use projection::{CameraProjection, Ray};
+pub use renderer::{FrameStatistics, Renderer};
 pub use robot::RobotState;
 pub use tiles::{AnchorId, PointBlock, TileId, WHOLE_MAP};
 pub use view::{Colour, ColourBy, Options, Palette, View};

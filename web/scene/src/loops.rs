@@ -1,18 +1,18 @@
-//! Loops of the pose graph as the caller gives them, and how they are drawn: closed ones as lines, the others as dashes.
+//! Loops of the pose graph: accepted ones are drawn as lines, the others as dashed lines.
 
-use crate::lines::{Segment, Stroke, push_polyline};
 use crate::overlay::{Node, lifted};
+use crate::overlay_instances::{LineInstance, Stroke, push_polyline};
 use crate::view::{Colour, Palette};
 use glam::DVec3;
 
-/// What became of a loop.
+/// State of a loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LoopState {
-    /// It is no loop.
+    /// Rejected.
     Rejected,
-    /// It waits for others to agree with it.
+    /// Under test: it waits for loops that are consistent with it.
     Open,
-    /// It is an edge of the graph.
+    /// An edge of the graph.
     #[default]
     Closed,
 }
@@ -20,21 +20,21 @@ pub enum LoopState {
 /// A loop between two nodes of the graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopEdge {
-    /// Numbers of its nodes, the older first: what [`crate::Hit::Loop`] says when it is picked.
+    /// Numbers of its nodes, the older first; reported by [`crate::Hit::Loop`] when it is picked.
     pub nodes: [u32; 2],
-    /// Where they are, metres, map frame.
+    /// Their positions, m, map frame.
     pub ends: [DVec3; 2],
-    /// What became of it.
+    /// Its state.
     pub state: LoopState,
 }
 
-/// Dash and gap together, metres.
-const DASH: f64 = 0.3;
+/// Length of a dash with its gap, m.
+const DASH_M: f32 = 0.3;
 
-/// Appends the lines of all loops: those that matter most on top, the one between `selected` nodes above all and with a
-/// rim; where there is none yet, a dashed line of its own.
+/// Appends the lines of all loops, accepted ones on top. The loop between `selected` nodes is above them all and has a rim; a pair
+/// without a loop gets a dashed line.
 pub(crate) fn push_loops(
-    segments: &mut Vec<Segment>,
+    segments: &mut Vec<LineInstance>,
     loops: &[LoopEdge],
     selected: Option<[Node; 2]>,
     palette: &Palette,
@@ -56,7 +56,7 @@ pub(crate) fn push_loops(
 }
 
 fn stroke(state: LoopState, palette: &Palette) -> Stroke {
-    let dash = DASH as f32;
+    let dash = DASH_M;
     match state {
         LoopState::Closed => Stroke { colour: palette.loop_closed, width: 2.5, behind: 0.4, dash: 0.0 },
         LoopState::Open => Stroke { colour: palette.loop_open, width: 2.0, behind: 0.25, dash },
@@ -64,7 +64,7 @@ fn stroke(state: LoopState, palette: &Palette) -> Stroke {
     }
 }
 
-/// A pair that nobody has looked at.
+/// A pair of nodes that has no loop yet.
 fn proposed(palette: &Palette) -> Stroke {
-    Stroke { colour: palette.accent, width: 3.0, behind: 0.5, dash: DASH as f32 }
+    Stroke { colour: palette.accent, width: 3.0, behind: 0.5, dash: DASH_M }
 }

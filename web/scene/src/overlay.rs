@@ -1,17 +1,39 @@
-//! What is drawn on top of the points, as the caller gives it, and its translation into segments and marks.
+//! The overlay on top of the points: graph, trajectory, path, robot and markers, and its translation into line and marker instances.
 
-use crate::lines::{Mark, Segment, Stroke, circle, push_polyline};
 use crate::loops::{LoopEdge, push_loops};
+use crate::overlay_instances::{ALWAYS_VISIBLE, LineInstance, MarkerInstance, Stroke, circle, push_polyline};
 use crate::robot::RobotState;
 use crate::view::{Colour, Palette};
 use glam::DVec3;
 
-/// Trajectories come with every scan; steps shorter than this (metres) cannot be seen.
-const TRAJECTORY_STEP: f64 = 0.05;
-/// Graph and trajectory are drawn this far above their poses' feet, metres, so that they do not sink into the floor.
+/// Parameters of the overlay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OverlayConfig {
+    /// Shortest drawn step of a trajectory, m. Its points come with every scan; shorter steps cannot be seen.
+    pub(crate) min_trajectory_step_m: f64,
+    /// Length of the robot's mesh, m: from the head to the hind legs.
+    pub(crate) robot_length_m: f64,
+    /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place.
+    pub(crate) min_robot_px: f64,
+    /// Radius of that marker, logical px.
+    pub(crate) robot_marker_radius_px: f32,
+}
+
+impl Default for OverlayConfig {
+    fn default() -> Self {
+        Self {
+            min_trajectory_step_m: 0.05,
+            robot_length_m: 0.9,
+            min_robot_px: 24.0,
+            robot_marker_radius_px: 14.0,
+        }
+    }
+}
+
+/// Height above a pose's feet at which graph and trajectory are drawn, m, so that they do not sink into the floor.
 const LIFT: DVec3 = DVec3::new(0.0, 0.0, 0.05);
 
-/// What a marker looks like.
+/// Shape of a marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shape {
     /// A place.
@@ -25,52 +47,54 @@ pub enum Shape {
     Arrow,
     /// Around something.
     Ring,
+    /// A disc with a point along [`Marker::ahead`]: a position and a heading.
+    Heading,
 }
 
-/// A sign of constant size on the screen at a place in the map.
+/// A marker of constant size on the screen at a position in the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marker {
-    /// What [`crate::Hit::Marker`] says when it is picked; none cannot be picked.
+    /// Reported by [`crate::Hit::Marker`] when it is picked; a marker without id cannot be picked.
     pub id: Option<u64>,
-    /// Metres, map frame.
+    /// Position, m, map frame.
     pub position: DVec3,
     /// Direction of an arrow, map frame; zero for upright.
     pub ahead: DVec3,
-    /// What it looks like.
+    /// Its shape.
     pub shape: Shape,
-    /// Logical pixels.
+    /// Radius, logical px.
     pub radius: f32,
-    /// Inside.
+    /// Colour of its inside.
     pub fill: Colour,
-    /// Around it.
+    /// Colour of its rim.
     pub rim: Colour,
 }
 
 /// A line through the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polyline {
-    /// Metres, map frame.
+    /// Vertices, m, map frame.
     pub points: Vec<DVec3>,
-    /// Of the whole line.
+    /// Colour of the whole line.
     pub colour: Colour,
-    /// Logical pixels.
+    /// Width, logical px.
     pub width: f32,
-    /// Length of a dash and its gap, metres; 0 for a solid line.
+    /// Length of a dash with its gap, m; 0 for a solid line.
     pub dash: f32,
 }
 
 /// A node of the pose graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Node {
-    /// What [`crate::Hit::Node`] says when it is picked.
+    /// Reported by [`crate::Hit::Node`] when it is picked.
     pub number: u32,
-    /// Metres, map frame.
+    /// Position, m, map frame.
     pub position: DVec3,
-    /// From 0, known well, to 1, known vaguely: from [`Palette::node`] to [`Palette::doubtful`].
-    pub doubt: f32,
+    /// From 0 (certain, [`Palette::node`]) to 1 (uncertain, [`Palette::uncertain`]).
+    pub uncertainty: f32,
 }
 
-/// Everything on top of the points.
+/// Content of the overlay.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overlay {
     pub(crate) trajectory: Vec<DVec3>,
@@ -81,32 +105,41 @@ pub(crate) struct Overlay {
     pub(crate) path: Vec<DVec3>,
     pub(crate) lines: Vec<Polyline>,
     pub(crate) markers: Vec<Marker>,
-    /// Number of the node that is selected.
+    /// Number of the selected node.
     pub(crate) selected_node: Option<u32>,
     pub(crate) loops: Vec<LoopEdge>,
-    /// Numbers of two nodes that stand out together, the older first.
+    /// Numbers of two highlighted nodes, the older first.
     pub(crate) pair: Option<[u32; 2]>,
 }
 
 impl Overlay {
-    /// Segments and marks in the order in which they are drawn.
-    pub(crate) fn build(&self, palette: &Palette) -> (Vec<Segment>, Vec<Mark>) {
+    /// Line segments and markers in drawing order.
+    pub(crate) fn build(
+        &self,
+        config: &OverlayConfig,
+        palette: &Palette,
+    ) -> (Vec<LineInstance>, Vec<MarkerInstance>) {
         let mut segments = Vec::new();
-        let mut marks = Vec::new();
-        self.push_graph(palette, &mut segments, &mut marks);
-        let trail = Stroke { colour: palette.trajectory, width: 2.5, behind: 0.25, dash: 0.0 };
-        push_polyline(&mut segments, &lifted(&self.trajectory), trail, TRAJECTORY_STEP);
+        let mut markers = Vec::new();
+        self.push_graph(palette, &mut segments, &mut markers);
+        let trajectory = Stroke { colour: palette.trajectory, width: 2.5, behind: 0.25, dash: 0.0 };
+        push_polyline(&mut segments, &lifted(&self.trajectory), trajectory, config.min_trajectory_step_m);
         for line in &self.lines {
             let stroke = Stroke { colour: line.colour, width: line.width, behind: 0.25, dash: line.dash };
             push_polyline(&mut segments, &line.points, stroke, 0.0);
         }
-        self.push_goal(palette, &mut segments, &mut marks);
-        self.push_robot(palette, &mut segments, &mut marks);
-        marks.extend(self.markers.iter().filter(|m| m.position.is_finite()).map(mark_of));
-        (segments, marks)
+        self.push_goal(palette, &mut segments, &mut markers);
+        self.push_robot(config, palette, &mut segments, &mut markers);
+        markers.extend(self.markers.iter().filter(|m| m.position.is_finite()).map(instance_of));
+        (segments, markers)
     }
 
-    fn push_graph(&self, palette: &Palette, segments: &mut Vec<Segment>, marks: &mut Vec<Mark>) {
+    fn push_graph(
+        &self,
+        palette: &Palette,
+        segments: &mut Vec<LineInstance>,
+        markers: &mut Vec<MarkerInstance>,
+    ) {
         let stroke = Stroke { colour: palette.edge, width: 2.0, behind: 0.25, dash: 0.0 };
         for edge in &self.edges {
             push_polyline(segments, &lifted(edge), stroke, 0.0);
@@ -115,43 +148,53 @@ impl Overlay {
             |n: u32| self.nodes.iter().find(|node| node.number == n && node.position.is_finite()).copied();
         let pair = self.pair.and_then(|[older, newer]| Some([number(older)?, number(newer)?]));
         push_loops(segments, &self.loops, pair, palette);
-        // What stands out is drawn last, over its neighbours.
-        let stands_out = |number: u32| self.pair.is_some_and(|pair| pair.contains(&number));
+        // Highlighted nodes are drawn last, over their neighbours.
+        let is_highlighted = |number: u32| self.pair.is_some_and(|pair| pair.contains(&number));
         let finite = || self.nodes.iter().filter(|node| node.position.is_finite());
         let (others, pair_nodes) = (
-            finite().filter(|node| !stands_out(node.number)),
-            finite().filter(|node| stands_out(node.number)),
+            finite().filter(|node| !is_highlighted(node.number)),
+            finite().filter(|node| is_highlighted(node.number)),
         );
         for node in others.chain(pair_nodes) {
             let of_pair = pair.and_then(|pair| pair.iter().position(|end| end.number == node.number));
             let selected = self.selected_node == Some(node.number) || of_pair.is_some();
             let chosen = of_pair.map_or(palette.accent, |newer| palette.pair[newer]);
-            marks.push(Mark {
+            markers.push(MarkerInstance {
                 centre: (node.position + LIFT).as_vec3().to_array(),
                 ahead: [0.0; 3],
-                fill: if selected { chosen } else { between(palette.node, palette.doubtful, node.doubt) },
+                fill: if selected {
+                    chosen
+                } else {
+                    between(palette.node, palette.uncertain, node.uncertainty)
+                },
                 rim: palette.outline,
                 radius_max: if selected { 10.0 } else { 6.5 },
                 radius_min: if selected { 7.0 } else { 2.5 },
                 radius_world: 0.16,
                 shape: shape_number(Shape::Disc),
                 behind: 0.25,
+                visible_px: ALWAYS_VISIBLE,
             });
         }
     }
 
-    fn push_goal(&self, palette: &Palette, segments: &mut Vec<Segment>, marks: &mut Vec<Mark>) {
-        let way = Stroke { colour: palette.accent, width: 5.0, behind: 0.35, dash: 0.0 };
-        push_polyline(segments, &lifted(&self.path), way, 0.0);
+    fn push_goal(
+        &self,
+        palette: &Palette,
+        segments: &mut Vec<LineInstance>,
+        markers: &mut Vec<MarkerInstance>,
+    ) {
+        let path = Stroke { colour: palette.accent, width: 5.0, behind: 0.35, dash: 0.0 };
+        push_polyline(segments, &lifted(&self.path), path, 0.0);
         let Some(goal) = self.goal.filter(|g| g.is_finite()) else {
             return;
         };
-        let ring = Stroke { width: 2.5, ..way };
+        let ring = Stroke { width: 2.5, ..path };
         push_polyline(segments, &circle(goal + LIFT, 0.35), ring, 0.0);
-        // A pin: visible from afar and over racks.
+        // A pin, which is visible from far away and over racks.
         let top = goal + DVec3::new(0.0, 0.0, 0.9);
         push_polyline(segments, &[goal, top], ring, 0.0);
-        marks.push(Mark {
+        markers.push(MarkerInstance {
             centre: top.as_vec3().to_array(),
             ahead: [0.0; 3],
             fill: palette.accent,
@@ -161,10 +204,17 @@ impl Overlay {
             radius_world: 0.14,
             shape: shape_number(Shape::Diamond),
             behind: 0.6,
+            visible_px: ALWAYS_VISIBLE,
         });
     }
 
-    fn push_robot(&self, palette: &Palette, segments: &mut Vec<Segment>, marks: &mut Vec<Mark>) {
+    fn push_robot(
+        &self,
+        config: &OverlayConfig,
+        palette: &Palette,
+        segments: &mut Vec<LineInstance>,
+        markers: &mut Vec<MarkerInstance>,
+    ) {
         let Some(robot) = self.robot.filter(|r| r.is_finite()) else {
             return;
         };
@@ -177,16 +227,33 @@ impl Overlay {
             push_polyline(segments, &circle(feet, robot.ring_radius() + 0.12), halo, 0.0);
         }
         let ahead = robot.ahead();
-        marks.push(Mark {
+        // The arrow belongs to the mesh, and the marker with the heading takes the place of both.
+        const ARROW_RADIUS_M: f32 = 0.17;
+        let least_px_per_m = (config.min_robot_px / config.robot_length_m) as f32;
+        markers.push(MarkerInstance {
             centre: (feet + ahead * (robot.ring_radius() + 0.22)).as_vec3().to_array(),
             ahead: ahead.as_vec3().to_array(),
             fill: colour,
             rim: palette.outline,
             radius_max: 14.0,
             radius_min: 5.0,
-            radius_world: 0.17,
+            radius_world: ARROW_RADIUS_M,
             shape: shape_number(Shape::Arrow),
             behind: 0.5,
+            visible_px: [ARROW_RADIUS_M * least_px_per_m, ALWAYS_VISIBLE[1]],
+        });
+        let half_length_m = (0.5 * config.robot_length_m) as f32;
+        markers.push(MarkerInstance {
+            centre: robot.position.as_vec3().to_array(),
+            ahead: ahead.as_vec3().to_array(),
+            fill: colour,
+            rim: palette.outline,
+            radius_max: config.robot_marker_radius_px,
+            radius_min: config.robot_marker_radius_px,
+            radius_world: half_length_m,
+            shape: shape_number(Shape::Heading),
+            behind: 0.75,
+            visible_px: [0.0, half_length_m * least_px_per_m],
         });
     }
 }
@@ -203,8 +270,8 @@ fn between(from: Colour, to: Colour, share: f32) -> Colour {
     })
 }
 
-fn mark_of(marker: &Marker) -> Mark {
-    Mark {
+fn instance_of(marker: &Marker) -> MarkerInstance {
+    MarkerInstance {
         centre: marker.position.as_vec3().to_array(),
         ahead: marker.ahead.as_vec3().to_array(),
         fill: marker.fill,
@@ -214,10 +281,11 @@ fn mark_of(marker: &Marker) -> Mark {
         radius_world: 0.0,
         shape: shape_number(marker.shape),
         behind: 0.4,
+        visible_px: ALWAYS_VISIBLE,
     }
 }
 
-/// As `edge_distance` of overlay.wgsl counts them.
+/// Number of a shape, as `edge_distance` of overlay.wgsl has it.
 fn shape_number(shape: Shape) -> f32 {
     match shape {
         Shape::Disc => 0.0,
@@ -225,5 +293,6 @@ fn shape_number(shape: Shape) -> f32 {
         Shape::Square => 2.0,
         Shape::Arrow => 3.0,
         Shape::Ring => 4.0,
+        Shape::Heading => 5.0,
     }
 }

@@ -1,18 +1,18 @@
 //! Everything that is compiled once: shaders, layouts, pipelines.
 
-use crate::lines::{Mark, Segment};
+use crate::overlay_instances::{LineInstance, MarkerInstance};
+use crate::render_targets::{DEPTH_FORMAT, FORMAT};
 use crate::robot::Vertex;
 use crate::shaders;
-use crate::targets::{DEPTH_FORMAT, FORMAT};
-use crate::uniforms::{Globals, Piece};
+use crate::uniforms::{DrawUniforms, FrameUniforms};
 use std::collections::BTreeMap;
 use wgpu::{BindGroupLayout, RenderPipeline, ShaderStages, VertexFormat, VertexStepMode};
 
-/// What every picture needs, and the layouts of what pipelines read.
+/// Pipelines that every image needs, and the layouts of the pipelines' bindings.
 pub(crate) struct Pipelines {
-    pub(crate) globals_layout: BindGroupLayout,
-    pub(crate) piece_layout: BindGroupLayout,
-    pub(crate) picture_layout: BindGroupLayout,
+    pub(crate) frame_layout: BindGroupLayout,
+    pub(crate) draw_layout: BindGroupLayout,
+    pub(crate) colour_depth_layout: BindGroupLayout,
     pub(crate) present_layout: BindGroupLayout,
     pub(crate) points: RenderPipeline,
     pub(crate) rows: RenderPipeline,
@@ -21,82 +21,92 @@ pub(crate) struct Pipelines {
     pub(crate) present: RenderPipeline,
 }
 
-/// What is drawn among and over the points.
-pub(crate) struct Figures {
-    pub(crate) solids: RenderPipeline,
+/// Pipelines of the robot's mesh and of the overlay.
+pub(crate) struct OverlayPipelines {
+    pub(crate) meshes: RenderPipeline,
     pub(crate) grid: RenderPipeline,
     pub(crate) lines: RenderPipeline,
-    pub(crate) marks: RenderPipeline,
+    pub(crate) markers: RenderPipeline,
 }
 
 impl Pipelines {
     /// `target_format`: of the pass that [`crate::Renderer::paint`] draws into.
     pub(crate) fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
-        let globals_layout = layout(device, "scene: globals", &[uniform::<Globals>(0, false)]);
-        let piece_layout = layout(device, "scene: piece", &[uniform::<Piece>(0, true)]);
-        let picture_layout = layout(device, "scene: picture", &[texture(0, false), texture(1, false)]);
+        let frame_layout = layout(device, "scene: frame", &[uniform::<FrameUniforms>(0, false)]);
+        let draw_layout = layout(device, "scene: draw", &[uniform::<DrawUniforms>(0, true)]);
+        let colour_depth_layout =
+            layout(device, "scene: colour and depth", &[texture(0, false), texture(1, false)]);
         let present_layout = layout(device, "scene: present", &[texture(0, true), sampler(1)]);
-        let maker = Maker::new(device, &["points", "fill", "shade", "present"]);
-        let piece = [&globals_layout, &piece_layout];
-        let picture = [&globals_layout, &picture_layout];
-        let full = |entry| Draw { vertex: "vs_fill", fragment: entry, ..Draw::new("fill", &picture) };
+        let builder = PipelineBuilder::new(device, &["points", "fill", "shade", "present"]);
+        let draw = [&frame_layout, &draw_layout];
+        let colour_depth = [&frame_layout, &colour_depth_layout];
+        let full = |entry| PipelineParameters {
+            vertex: "vs_fill",
+            fragment: entry,
+            ..PipelineParameters::new("fill", &colour_depth)
+        };
         let present_entry = if target_format.is_srgb() { "fs_present_srgb" } else { "fs_present" };
         Self {
-            points: maker.make(&Draw {
+            points: builder.make(&PipelineParameters {
                 vertex: "vs_points",
                 fragment: "fs_points",
                 buffer: Some((8, VertexStepMode::Vertex, &[VertexFormat::Uint16x4])),
                 topology: wgpu::PrimitiveTopology::PointList,
                 depth: true,
-                ..Draw::new("points", &piece)
+                ..PipelineParameters::new("points", &draw)
             }),
-            rows: maker.make(&full("fs_rows")),
-            columns: maker.make(&full("fs_columns")),
-            shade: maker.make(&Draw {
+            rows: builder.make(&full("fs_rows")),
+            columns: builder.make(&full("fs_columns")),
+            shade: builder.make(&PipelineParameters {
                 vertex: "vs_shade",
                 fragment: "fs_shade",
                 targets: &[FORMAT],
-                ..Draw::new("shade", &picture)
+                ..PipelineParameters::new("shade", &colour_depth)
             }),
-            present: maker.make(&Draw {
+            present: builder.make(&PipelineParameters {
                 vertex: "vs_present",
                 fragment: present_entry,
                 targets: &[target_format],
-                ..Draw::new("present", &[&present_layout])
+                ..PipelineParameters::new("present", &[&present_layout])
             }),
-            globals_layout,
-            piece_layout,
-            picture_layout,
+            frame_layout,
+            draw_layout,
+            colour_depth_layout,
             present_layout,
         }
     }
 }
 
-impl Figures {
-    /// For pictures whose points `pipelines` draws.
+impl OverlayPipelines {
+    /// For images whose points `pipelines` draws.
     pub(crate) fn new(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
-        let maker = Maker::new(device, &["solids", "overlay"]);
-        let piece = [&pipelines.globals_layout, &pipelines.piece_layout];
-        let picture = [&pipelines.globals_layout, &pipelines.picture_layout];
-        let overlay = Draw { blend: true, ..Draw::new("overlay", &picture) };
+        let builder = PipelineBuilder::new(device, &["meshes", "overlay"]);
+        let draw = [&pipelines.frame_layout, &pipelines.draw_layout];
+        let colour_depth = [&pipelines.frame_layout, &pipelines.colour_depth_layout];
+        let overlay = PipelineParameters { blend: true, ..PipelineParameters::new("overlay", &colour_depth) };
         Self {
-            solids: maker.make(&Draw {
-                vertex: "vs_solids",
-                fragment: "fs_solids",
+            meshes: builder.make(&PipelineParameters {
+                vertex: "vs_meshes",
+                fragment: "fs_meshes",
                 buffer: Some((
                     size_of::<Vertex>(),
                     VertexStepMode::Vertex,
                     &[VertexFormat::Float32x3, VertexFormat::Float32x3, VertexFormat::Unorm8x4],
                 )),
                 depth: true,
-                ..Draw::new("solids", &piece)
+                ..PipelineParameters::new("meshes", &draw)
             }),
-            grid: maker.make(&Draw { vertex: "vs_grid", fragment: "fs_grid", targets: &[FORMAT], ..overlay }),
-            lines: maker.make(&Draw {
+            grid: builder.make(&PipelineParameters {
+                vertex: "vs_grid",
+                fragment: "fs_grid",
+                targets: &[FORMAT],
+                ..overlay
+            }),
+            lines: builder.make(&PipelineParameters {
                 vertex: "vs_lines",
                 fragment: "fs_lines",
                 buffer: Some((
-                    size_of::<Segment>(),
+                    size_of::<LineInstance>(),
                     VertexStepMode::Instance,
                     &[
                         VertexFormat::Float32x3,
@@ -108,11 +118,11 @@ impl Figures {
                 targets: &[FORMAT],
                 ..overlay
             }),
-            marks: maker.make(&Draw {
-                vertex: "vs_marks",
-                fragment: "fs_marks",
+            markers: builder.make(&PipelineParameters {
+                vertex: "vs_markers",
+                fragment: "fs_markers",
                 buffer: Some((
-                    size_of::<Mark>(),
+                    size_of::<MarkerInstance>(),
                     VertexStepMode::Instance,
                     &[
                         VertexFormat::Float32x3,
@@ -120,7 +130,7 @@ impl Figures {
                         VertexFormat::Unorm8x4,
                         VertexFormat::Unorm8x4,
                         VertexFormat::Float32x4,
-                        VertexFormat::Float32,
+                        VertexFormat::Float32x3,
                     ],
                 )),
                 targets: &[FORMAT],
@@ -130,9 +140,9 @@ impl Figures {
     }
 }
 
-/// What sets one pipeline apart.
+/// The parameters in which pipelines differ.
 #[derive(Clone, Copy)]
-struct Draw<'a> {
+struct PipelineParameters<'a> {
     shader: &'static str,
     vertex: &'static str,
     fragment: &'static str,
@@ -147,7 +157,7 @@ struct Draw<'a> {
     blend: bool,
 }
 
-impl<'a> Draw<'a> {
+impl<'a> PipelineParameters<'a> {
     fn new(shader: &'static str, layouts: &'a [&'a BindGroupLayout]) -> Self {
         Self {
             shader,
@@ -163,12 +173,12 @@ impl<'a> Draw<'a> {
     }
 }
 
-struct Maker<'a> {
+struct PipelineBuilder<'a> {
     device: &'a wgpu::Device,
     modules: BTreeMap<&'static str, wgpu::ShaderModule>,
 }
 
-impl<'a> Maker<'a> {
+impl<'a> PipelineBuilder<'a> {
     fn new(device: &'a wgpu::Device, shaders: &[&str]) -> Self {
         let wanted = shaders::sources().into_iter().filter(|(name, _)| shaders.contains(name));
         let modules = wanted.map(|(name, source)| {
@@ -181,16 +191,16 @@ impl<'a> Maker<'a> {
         Self { device, modules: modules.collect() }
     }
 
-    fn make(&self, draw: &Draw) -> RenderPipeline {
-        let module = &self.modules[draw.shader];
-        let layouts: Vec<_> = draw.layouts.iter().map(|layout| Some(*layout)).collect();
+    fn make(&self, parameters: &PipelineParameters) -> RenderPipeline {
+        let module = &self.modules[parameters.shader];
+        let layouts: Vec<_> = parameters.layouts.iter().map(|layout| Some(*layout)).collect();
         let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(draw.fragment),
+            label: Some(parameters.fragment),
             bind_group_layouts: &layouts,
             immediate_size: 0,
         });
-        let attributes = draw.buffer.map(|(_, _, formats)| attributes(formats)).unwrap_or_default();
-        let buffers: Vec<_> = draw
+        let attributes = parameters.buffer.map(|(_, _, formats)| attributes(formats)).unwrap_or_default();
+        let buffers: Vec<_> = parameters
             .buffer
             .iter()
             .map(|(stride, step_mode, _)| {
@@ -201,37 +211,40 @@ impl<'a> Maker<'a> {
                 })
             })
             .collect();
-        let blend = draw.blend.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
-        let targets: Vec<_> = draw
+        let blend = parameters.blend.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+        let targets: Vec<_> = parameters
             .targets
             .iter()
             .map(|format| {
                 Some(wgpu::ColorTargetState { format: *format, blend, write_mask: wgpu::ColorWrites::ALL })
             })
             .collect();
-        let depth_stencil = draw.depth.then(|| wgpu::DepthStencilState {
+        let depth_stencil = parameters.depth.then(|| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
-            // 1 is at the near plane and 0 at infinity, where floats are densest.
+            // Reversed depth: 1 at the near plane and 0 at infinity, where floats are densest.
             depth_compare: Some(wgpu::CompareFunction::Greater),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
         });
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(draw.fragment),
+            label: Some(parameters.fragment),
             layout: Some(&layout),
             vertex: wgpu::VertexState {
                 module,
-                entry_point: Some(draw.vertex),
+                entry_point: Some(parameters.vertex),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 buffers: &buffers,
             },
-            primitive: wgpu::PrimitiveState { topology: draw.topology, ..wgpu::PrimitiveState::default() },
+            primitive: wgpu::PrimitiveState {
+                topology: parameters.topology,
+                ..wgpu::PrimitiveState::default()
+            },
             depth_stencil,
             multisample: wgpu::MultisampleState::default(),
             fragment: Some(wgpu::FragmentState {
                 module,
-                entry_point: Some(draw.fragment),
+                entry_point: Some(parameters.fragment),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 targets: &targets,
             }),

@@ -1,90 +1,99 @@
-//! The renderer: what it holds, how it changes, and how a frame is made of it.
+//! The renderer: the content of the scene, and how it changes. How a frame is drawn is in `renderer/frame.rs`.
 
 mod frame;
 
-use crate::eye::Eye;
-use crate::lines::{Mark, Segment};
+use crate::level_of_detail::{LevelOfDetailConfig, SelectedTile, TileCandidate, select_tiles};
 use crate::loops::LoopEdge;
-use crate::overlay::{Marker, Node, Overlay, Polyline};
-use crate::pick::{Cone, Hit, PickOptions, Sign, meant, nearest_loop, nearest_point, nearest_sign};
-use crate::pipelines::{Figures, Pipelines};
-use crate::robot::{self, RobotState};
-use crate::select::{Candidate, Chosen, choose};
-use crate::targets::{Targets, attachment};
-use crate::tiles::{AnchorId, Cloud, PointBlock, TileId, WHOLE_MAP};
-use crate::uniforms::{
-    Globals, PIECE_STRIDE, Piece, RADIUS_MIN_PX, grown_half_spacing, radius_px, unit_range,
+use crate::overlay::{Marker, Node, Overlay, OverlayConfig, Polyline};
+use crate::overlay_instances::{LineInstance, MarkerInstance};
+use crate::picking::{
+    Hit, PickCone, PickOptions, PickTarget, nearest_loop, nearest_point, nearest_target, resolve_pick,
 };
+use crate::pipelines::{OverlayPipelines, Pipelines};
+use crate::projection::CameraProjection;
+use crate::render_targets::{RenderTargets, attachment};
+use crate::robot::{self, RobotState};
+use crate::tiles::{AnchorId, PointBlock, TileId, TilePoints, WHOLE_MAP};
+use crate::uniforms::{DRAW_STRIDE, DrawUniforms, FrameUniforms, PointSizeConfig, unit_range};
 use crate::view::{ColourBy, Palette, View};
 use frame::buffer_with;
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec4};
 use std::collections::BTreeMap;
 
-/// Draws the scene and answers what is under a pixel.
+/// Parameters of the renderer's algorithms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct RendererConfig {
+    level_of_detail: LevelOfDetailConfig,
+    point_size: PointSizeConfig,
+    overlay: OverlayConfig,
+}
+
+/// Draws the scene and finds what is under a pixel.
 pub struct Renderer {
+    config: RendererConfig,
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipelines: Pipelines,
-    /// Made when they are first drawn.
-    figures: Option<Figures>,
-    /// Whether the next picture may do without them.
-    hurried: bool,
-    globals: Uniform,
-    pieces: Uniform,
-    targets: Option<Targets>,
+    /// Compiled when they are first needed.
+    overlay_pipelines: Option<OverlayPipelines>,
+    /// Whether the next image may leave them out.
+    overlay_deferred: bool,
+    frame_uniforms: UniformBuffer,
+    draw_uniforms: UniformBuffer,
+    targets: Option<RenderTargets>,
     tiles: BTreeMap<TileId, Tile>,
     anchors: BTreeMap<AnchorId, DAffine3>,
     live: Option<(Tile, DAffine3)>,
-    /// Scans laid over each other, the older first.
+    /// Scans that are compared, the older first.
     compared: [Option<(Tile, DAffine3)>; 2],
-    robot_model: wgpu::Buffer,
-    robot_corners: u32,
+    robot_mesh: wgpu::Buffer,
+    robot_mesh_vertices: u32,
     overlay: Overlay,
-    segments: Instances,
-    marks: Instances,
-    /// Colours with which segments and marks were built; none when they are out of date.
+    lines: InstanceBuffer,
+    markers: InstanceBuffer,
+    /// Colours with which the instances were built; none when they are out of date.
     overlay_palette: Option<Palette>,
-    /// The view of the finished picture; none when the scene has changed since.
+    /// The view of the finished image; none when the scene has changed since.
     finished_view: Option<View>,
-    drawn: Drawn,
+    statistics: FrameStatistics,
 }
 
-/// What the last frame drew.
+/// Counts of the last frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Drawn {
-    /// Points, the current scan included.
+pub struct FrameStatistics {
+    /// Points drawn, the current scan included.
     pub points: u32,
-    /// Tiles.
+    /// Tiles drawn.
     pub tiles: u32,
     /// Points of all tiles, drawn or not.
     pub points_held: u64,
 }
 
 struct Tile {
-    cloud: Cloud,
+    points: TilePoints,
     buffer: wgpu::Buffer,
 }
 
 /// A uniform buffer with its bind group.
-struct Uniform {
+struct UniformBuffer {
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
 
 /// A vertex buffer of instances that is rewritten as a whole.
-struct Instances {
+struct InstanceBuffer {
     buffer: wgpu::Buffer,
     count: u32,
 }
 
-/// One thing of the first pass.
-struct Item<'a> {
-    piece: Piece,
+/// A draw call of the first pass.
+struct DrawCall<'a> {
+    uniforms: DrawUniforms,
     vertices: &'a wgpu::Buffer,
     count: u32,
-    solid: bool,
-    /// Greatest radius of its points, pixels.
-    radius: f32,
+    is_mesh: bool,
+    /// Largest radius of its points, px.
+    max_radius_px: f32,
 }
 
 impl Renderer {
@@ -93,57 +102,63 @@ impl Renderer {
     ///   encodes by itself gets them decoded.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, target_format: wgpu::TextureFormat) -> Self {
         let pipelines = Pipelines::new(device, target_format);
-        let model = robot::model();
-        let robot_model = buffer_with(device, queue, "scene: robot", bytemuck::cast_slice(&model));
+        let mesh = robot::mesh();
+        let robot_mesh = buffer_with(device, queue, "scene: robot", bytemuck::cast_slice(&mesh));
         Self {
-            globals: Uniform::new(device, &pipelines.globals_layout, 1, size_of::<Globals>() as u64),
-            pieces: Uniform::new(device, &pipelines.piece_layout, 64, size_of::<Piece>() as u64),
+            config: RendererConfig::default(),
+            frame_uniforms: UniformBuffer::new(
+                device,
+                &pipelines.frame_layout,
+                1,
+                size_of::<FrameUniforms>() as u64,
+            ),
+            draw_uniforms: UniformBuffer::new(
+                device,
+                &pipelines.draw_layout,
+                64,
+                size_of::<DrawUniforms>() as u64,
+            ),
             targets: None,
             tiles: BTreeMap::new(),
             anchors: BTreeMap::from([(WHOLE_MAP, DAffine3::IDENTITY)]),
             live: None,
             compared: [None, None],
-            robot_model,
-            robot_corners: model.len() as u32,
+            robot_mesh,
+            robot_mesh_vertices: mesh.len() as u32,
             overlay: Overlay::default(),
-            segments: Instances::new::<Segment>(device, queue, &[]),
-            marks: Instances::new::<Mark>(device, queue, &[]),
+            lines: InstanceBuffer::new::<LineInstance>(device, queue, &[]),
+            markers: InstanceBuffer::new::<MarkerInstance>(device, queue, &[]),
             overlay_palette: None,
             finished_view: None,
-            drawn: Drawn::default(),
-            figures: None,
-            hurried: false,
+            statistics: FrameStatistics::default(),
+            overlay_pipelines: None,
+            overlay_deferred: false,
             pipelines,
             device: device.clone(),
             queue: queue.clone(),
         }
     }
 
-    /// Lets the next picture show points alone, without robot, grid, lines and markers; all of it is in the one after, which
-    /// [`Self::needs_redraw`] asks for. Compiling for them takes as long as for the points.
-    pub fn hurry(&mut self) {
-        self.hurried = true;
+    /// Lets the next image show points alone, without robot, grid, lines and markers. The image after it has all of them, and
+    /// [`Self::needs_redraw`] asks for it. Compiling their pipelines takes as long as those of the points.
+    pub fn defer_overlay(&mut self) {
+        self.overlay_deferred = true;
     }
 
-    /// Puts a tile's points on the GPU, in place of those it had; they are drawn once the anchor has a pose. A block
-    /// without points or with a broken lattice only removes the old one.
+    /// Uploads a tile's points to the GPU and replaces those it had. They are drawn once the anchor has a pose. A block without
+    /// points or with an invalid lattice only removes the old points.
     pub fn upload_tile(&mut self, id: TileId, anchor: AnchorId, block: &PointBlock) {
         self.remove_tile(id);
         if let Some(tile) = self.make_tile(anchor, block) {
             self.tiles.insert(id, tile);
-            self.touch();
+            self.invalidate();
         }
     }
 
-    /// Whether a tile is there.
-    pub fn has_tile(&self, id: TileId) -> bool {
-        self.tiles.contains_key(&id)
-    }
-
-    /// Removes a tile, if it is there.
+    /// Removes a tile, if it exists.
     pub fn remove_tile(&mut self, id: TileId) {
         if self.tiles.remove(&id).is_some() {
-            self.touch();
+            self.invalidate();
         }
     }
 
@@ -151,28 +166,28 @@ impl Renderer {
     pub fn clear_tiles(&mut self) {
         self.tiles.clear();
         self.anchors.retain(|anchor, _| *anchor == WHOLE_MAP);
-        self.touch();
+        self.invalidate();
     }
 
-    /// Places an anchor in the map (metres; a unit quaternion). Costs no upload, however many points hang from it. A pose
-    /// that is not finite is ignored.
+    /// Sets the pose of an anchor (m, map frame; a unit quaternion) without uploading its points again. A pose that is not finite is
+    /// ignored.
     pub fn set_anchor(&mut self, anchor: AnchorId, position: DVec3, orientation: DQuat) {
         let pose = DAffine3::from_rotation_translation(orientation, position);
         if pose.is_finite() && self.anchors.insert(anchor, pose) != Some(pose) {
-            self.touch();
+            self.invalidate();
         }
     }
 
-    /// Shows a scan from a pose of its frame in the map, or none.
+    /// Shows a scan at the pose of its frame in the map, or none.
     pub fn set_live_scan(&mut self, scan: Option<(&PointBlock, DVec3, DQuat)>) {
         self.live = scan.and_then(|scan| self.place_scan(scan));
-        self.touch();
+        self.invalidate();
     }
 
-    /// Shows two scans in the colours of [`Palette::pair`], each from a pose of its frame in the map, or one or none of them.
+    /// Shows two scans in the colours of [`Palette::pair`], each at the pose of its frame in the map, or one or none of them.
     pub fn set_compared(&mut self, scans: [Option<(&PointBlock, DVec3, DQuat)>; 2]) {
         self.compared = scans.map(|scan| scan.and_then(|scan| self.place_scan(scan)));
-        self.touch();
+        self.invalidate();
     }
 
     fn place_scan(
@@ -184,12 +199,12 @@ impl Renderer {
         Some((tile, pose))
     }
 
-    /// The way the robot came, metres, map frame.
+    /// Sets the path that the robot has walked, m, map frame.
     pub fn set_trajectory(&mut self, points: &[DVec3]) {
         self.change_overlay(|overlay| points.clone_into(&mut overlay.trajectory));
     }
 
-    /// The pose graph: its nodes, and the two ends of each edge, metres, map frame.
+    /// Sets the pose graph: its nodes, and the two ends of each edge (m, map frame).
     pub fn set_graph(&mut self, nodes: &[Node], edges: &[[DVec3; 2]]) {
         self.change_overlay(|overlay| {
             nodes.clone_into(&mut overlay.nodes);
@@ -197,20 +212,20 @@ impl Renderer {
         });
     }
 
-    /// The loops of the graph, apart from its other edges.
+    /// Sets the loops of the graph, apart from its other edges.
     pub fn set_loops(&mut self, loops: &[LoopEdge]) {
         let finite = |edge: &&LoopEdge| edge.ends.iter().all(|end| end.is_finite());
         self.change_overlay(|overlay| overlay.loops = loops.iter().filter(finite).copied().collect());
     }
 
-    /// Lets two nodes stand out together with the loop between them, the older first; or none.
+    /// Highlights two nodes (the older first) and the loop between them, or none.
     pub fn select_pair(&mut self, pair: Option<[u32; 2]>) {
         if self.overlay.pair != pair {
             self.change_overlay(|overlay| overlay.pair = pair);
         }
     }
 
-    /// Marks a node as selected, or none.
+    /// Selects a node, or none.
     pub fn select_node(&mut self, number: Option<u32>) {
         if self.overlay.selected_node != number {
             self.change_overlay(|overlay| overlay.selected_node = number);
@@ -224,7 +239,7 @@ impl Renderer {
         }
     }
 
-    /// Where the robot is going and the way there (metres, map frame); none and empty when it is not.
+    /// Sets the robot's goal and the path to it (m, map frame); none and empty without a goal.
     pub fn set_goal(&mut self, goal: Option<DVec3>, path: &[DVec3]) {
         if self.overlay.goal != goal || self.overlay.path != path {
             self.change_overlay(|overlay| {
@@ -234,7 +249,7 @@ impl Renderer {
         }
     }
 
-    /// Lines and markers of the caller's own, in place of the last ones.
+    /// Replaces the caller's own lines and markers.
     pub fn set_annotations(&mut self, lines: Vec<Polyline>, markers: Vec<Marker>) {
         if self.overlay.lines != lines || self.overlay.markers != markers {
             self.change_overlay(|overlay| {
@@ -244,18 +259,9 @@ impl Renderer {
         }
     }
 
-    /// The box around all tiles, metres, map frame; none without tiles.
-    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let balls = self.tiles.values().filter_map(|tile| {
-            let centre = self.anchors.get(&tile.cloud.anchor)?.transform_point3(tile.cloud.centre);
-            Some((centre - tile.cloud.radius, centre + tile.cloud.radius))
-        });
-        balls.reduce(|(min, max), (low, high)| (min.min(low), max.max(high)))
-    }
-
-    /// What the last frame drew.
-    pub fn drawn(&self) -> Drawn {
-        self.drawn
+    /// Counts of the last frame.
+    pub fn statistics(&self) -> FrameStatistics {
+        self.statistics
     }
 
     /// Whether the scene itself changed since it was last drawn.
@@ -268,29 +274,29 @@ impl Renderer {
         self.finished_view != Some(*view)
     }
 
-    /// Draws the scene into its own picture, if anything changed. Call before the pass that paints it begins.
+    /// Draws the scene into its own texture, if anything changed. Call it before the pass begins that paints it.
     pub fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View) {
         if !self.needs_redraw(view) {
             return;
         }
-        let asked = *view;
+        let requested = *view;
         let view = view.as_drawn(self.device.limits().max_texture_dimension_2d);
         let size = view.viewport_px;
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
-            let layouts = (&self.pipelines.picture_layout, &self.pipelines.present_layout);
-            self.targets = Some(Targets::new(&self.device, size, layouts.0, layouts.1));
+            let layouts = (&self.pipelines.colour_depth_layout, &self.pipelines.present_layout);
+            self.targets = Some(RenderTargets::new(&self.device, size, layouts.0, layouts.1));
         }
         self.rebuild_overlay(&view.palette);
-        let eye = Eye::new(view.camera, size);
-        let points_alone = std::mem::take(&mut self.hurried) && self.figures.is_none();
-        if !points_alone && self.figures.is_none() {
-            self.figures = Some(Figures::new(&self.device, &self.pipelines));
+        let projection = CameraProjection::new(view.camera, size);
+        let points_only = std::mem::take(&mut self.overlay_deferred) && self.overlay_pipelines.is_none();
+        if !points_only && self.overlay_pipelines.is_none() {
+            self.overlay_pipelines = Some(OverlayPipelines::new(&self.device, &self.pipelines));
         }
-        self.draw(encoder, &view, &eye);
-        self.finished_view = (!points_alone).then_some(asked);
+        self.draw(encoder, &view, &projection);
+        self.finished_view = (!points_only).then_some(requested);
     }
 
-    /// Copies the picture into the viewport of the caller's pass. Draws nothing before the first [`Self::prepare`].
+    /// Copies the image into the viewport of the caller's pass. Draws nothing before the first [`Self::prepare`].
     pub fn paint(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some(targets) = &self.targets {
             pass.set_pipeline(&self.pipelines.present);
@@ -299,69 +305,80 @@ impl Renderer {
         }
     }
 
-    /// What is under a pixel (from the top left corner of the viewport, y down) of a view.
+    /// Finds what is under a pixel (from the top left corner of the viewport, y down) of a view.
     pub fn pick(&self, view: &View, pixel: DVec2, options: &PickOptions) -> Option<Hit> {
-        let eye = Eye::new(view.camera, view.viewport_px);
-        let sign = nearest_sign(&self.signs(), &eye, pixel, options.sign_px);
-        let line = nearest_loop(&self.overlay.loops, &eye, pixel, options.line_px);
-        meant(sign, line, options.disc_px)
-            .or_else(|| self.pick_point(view, &eye, pixel, options.point_px).map(Hit::Point))
+        let projection = CameraProjection::new(view.camera, view.viewport_px);
+        let target = nearest_target(&self.pick_targets(), &projection, pixel, options.target_px);
+        let line = nearest_loop(&self.overlay.loops, &projection, pixel, options.line_px);
+        resolve_pick(target, line, options.marker_px)
+            .or_else(|| self.pick_point(view, &projection, pixel, options.point_px).map(Hit::Point))
     }
 
-    /// The nearest drawn point under a pixel, metres, map frame, passing over signs.
-    pub fn pick_point(&self, view: &View, eye: &Eye, pixel: DVec2, radius_px: f64) -> Option<DVec3> {
-        let heights = [view.options.floor, view.options.ceiling].map(f64::from);
-        let cone = Cone { ray: eye.ray(pixel), slope: radius_px / eye.focal_px(), heights };
+    /// The nearest drawn point under a pixel (m, map frame), through robot, nodes and markers.
+    pub fn pick_point(
+        &self,
+        view: &View,
+        projection: &CameraProjection,
+        pixel: DVec2,
+        point_radius_px: f64,
+    ) -> Option<DVec3> {
+        let height_range = [view.options.floor, view.options.ceiling].map(f64::from);
+        let cone = PickCone {
+            ray: projection.ray(pixel),
+            slope: point_radius_px / projection.focal_px(),
+            height_range,
+        };
         let tiles = self.tiles.values().filter(|_| view.options.map);
-        let tiles = tiles.filter_map(|t| Some((&t.cloud, self.anchors.get(&t.cloud.anchor)?)));
-        let compared = self.compared.iter().flatten().map(|(tile, pose)| (&tile.cloud, pose));
+        let tiles = tiles.filter_map(|t| Some((&t.points, self.anchors.get(&t.points.anchor)?)));
+        let compared = self.compared.iter().flatten().map(|(tile, pose)| (&tile.points, pose));
         let live =
-            self.live.iter().filter(|_| view.options.live_scan).map(|(tile, pose)| (&tile.cloud, pose));
+            self.live.iter().filter(|_| view.options.live_scan).map(|(tile, pose)| (&tile.points, pose));
         let mut best: Option<(f64, DVec3)> = None;
-        for (cloud, map_from_anchor) in tiles.chain(live).chain(compared) {
+        for (points, map_from_anchor) in tiles.chain(live).chain(compared) {
             let limit = best.map_or(f64::INFINITY, |(along, _)| along);
-            best = nearest_point(cloud, map_from_anchor, &cone, limit).or(best);
+            best = nearest_point(points, map_from_anchor, &cone, limit).or(best);
         }
         best.map(|(_, position)| position)
     }
 
-    fn signs(&self) -> Vec<Sign> {
+    fn pick_targets(&self) -> Vec<PickTarget> {
         let overlay = &self.overlay;
-        let robot = overlay.robot.iter().map(|r| Sign { hit: Hit::Robot, position: r.position });
-        let nodes =
-            overlay.nodes.iter().map(|node| Sign { hit: Hit::Node(node.number), position: node.position });
-        let markers = overlay
-            .markers
+        let robot = overlay.robot.iter().map(|r| PickTarget { hit: Hit::Robot, position: r.position });
+        let nodes = overlay
+            .nodes
             .iter()
-            .filter_map(|marker| Some(Sign { hit: Hit::Marker(marker.id?), position: marker.position }));
+            .map(|node| PickTarget { hit: Hit::Node(node.number), position: node.position });
+        let markers = overlay.markers.iter().filter_map(|marker| {
+            Some(PickTarget { hit: Hit::Marker(marker.id?), position: marker.position })
+        });
         robot.chain(markers).chain(nodes).collect()
     }
 
-    /// The finished picture is out of date.
-    fn touch(&mut self) {
+    /// Marks the finished image as out of date.
+    fn invalidate(&mut self) {
         self.finished_view = None;
     }
 
     fn change_overlay(&mut self, with: impl FnOnce(&mut Overlay)) {
         with(&mut self.overlay);
         self.overlay_palette = None;
-        self.touch();
+        self.invalidate();
     }
 
     fn make_tile(&self, anchor: AnchorId, block: &PointBlock) -> Option<Tile> {
-        let cloud = Cloud::new(anchor, block)?;
+        let points = TilePoints::new(anchor, block)?;
         let buffer =
-            buffer_with(&self.device, &self.queue, "scene: tile", bytemuck::cast_slice(&cloud.points));
-        Some(Tile { cloud, buffer })
+            buffer_with(&self.device, &self.queue, "scene: tile", bytemuck::cast_slice(&points.points));
+        Some(Tile { points, buffer })
     }
 
     fn rebuild_overlay(&mut self, palette: &Palette) {
         if self.overlay_palette == Some(*palette) {
             return;
         }
-        let (segments, marks) = self.overlay.build(palette);
-        self.segments = Instances::new(&self.device, &self.queue, &segments);
-        self.marks = Instances::new(&self.device, &self.queue, &marks);
+        let (lines, markers) = self.overlay.build(&self.config.overlay, palette);
+        self.lines = InstanceBuffer::new(&self.device, &self.queue, &lines);
+        self.markers = InstanceBuffer::new(&self.device, &self.queue, &markers);
         self.overlay_palette = Some(*palette);
     }
 }

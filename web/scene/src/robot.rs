@@ -1,41 +1,41 @@
-//! The robot: its state as the caller knows it, and a small model of a four-legged body.
+//! The robot: its state, and a small mesh of a four-legged body.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3, Mat3, Quat, Vec3};
 
-/// Height of the base frame above the feet when standing, metres.
-const STANDING_HEIGHT: f64 = 0.5;
+/// Height of the base frame above the feet when standing, m.
+const STANDING_HEIGHT_M: f64 = 0.5;
 
-/// Where the robot is and how it fares.
+/// Pose and state of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotState {
-    /// Origin of the base frame, metres, map frame.
+    /// Origin of the base frame, m, map frame.
     pub position: DVec3,
-    /// Of the base frame in the map.
+    /// Orientation of the base frame in the map.
     pub orientation: DQuat,
-    /// Whether it is well; if not, it is drawn in the colour of failure with a dashed ring.
+    /// Whether it is in order; if not, it is drawn in [`crate::Palette::bad`] with a dashed ring.
     pub ok: bool,
     /// Whether the operator selected it.
     pub selected: bool,
-    /// How sure the position is, metres; the ring around the robot is never smaller than the robot.
+    /// Standard deviation of the position, m: the radius of the ring around the robot, which is never smaller than the robot.
     pub accuracy: f64,
 }
 
 impl RobotState {
-    /// Whether it can be drawn at all.
+    /// Whether position and orientation are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.position.is_finite() && self.orientation.is_finite()
     }
 
-    /// Level unit vector to where it faces; along x when it faces straight up.
+    /// Horizontal unit vector of its heading; along x when it faces straight up.
     pub(crate) fn ahead(&self) -> DVec3 {
         let facing = self.orientation * DVec3::X;
         DVec3::new(facing.x, facing.y, 0.0).try_normalize().unwrap_or(DVec3::X)
     }
 
-    /// The ground below the base.
+    /// The point on the ground below the base.
     pub(crate) fn feet(&self) -> DVec3 {
-        self.position - DVec3::Z * STANDING_HEIGHT
+        self.position - DVec3::Z * STANDING_HEIGHT_M
     }
 
     pub(crate) fn ring_radius(&self) -> f64 {
@@ -43,24 +43,24 @@ impl RobotState {
     }
 }
 
-/// A corner of the model, base frame: x ahead, z up, metres.
+/// A vertex of the mesh, base frame (x ahead, z up), m.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Vertex {
     pub(crate) position: [f32; 3],
     pub(crate) normal: [f32; 3],
-    /// Opacity of one half stands for the theme's robot colour.
+    /// An opacity of one half is replaced by the theme's colour of the robot.
     pub(crate) colour: [u8; 4],
 }
 
-/// Painted in the theme's colour.
+/// Replaced by the theme's colour.
 const BODY: [u8; 4] = [255, 255, 255, 128];
 const DARK: [u8; 4] = [44, 49, 58, 255];
 const DARKER: [u8; 4] = [28, 32, 39, 255];
 const GLASS: [u8; 4] = [88, 166, 255, 255];
 
-/// Triangles of the model.
-pub(crate) fn model() -> Vec<Vertex> {
+/// Triangles of the mesh.
+pub(crate) fn mesh() -> Vec<Vertex> {
     let mut mesh = Mesh::default();
     // Torso, its dark belly, shoulders, and a sensor on the back.
     mesh.slab(Vec3::new(0.0, 0.0, 0.03), Vec3::new(0.37, 0.12, 0.07), 0.045, BODY);
@@ -89,7 +89,7 @@ impl Mesh {
         let hip = Vec3::new(x, y, 0.0);
         let thigh = hip + Vec3::new(0.0, 0.05 * side, 0.0);
         let knee = thigh + Vec3::new(-0.13, 0.01 * side, -0.24);
-        let foot = Vec3::new(x - 0.01, thigh.y + 0.01 * side, -STANDING_HEIGHT as f32 + 0.025);
+        let foot = Vec3::new(x - 0.01, thigh.y + 0.01 * side, -STANDING_HEIGHT_M as f32 + 0.025);
         self.limb(hip - Vec3::Y * 0.05 * side, thigh + Vec3::Y * 0.03 * side, [0.058, 0.058], DARK);
         self.limb(thigh, knee, [0.055, 0.036], BODY);
         self.limb(knee, foot, [0.032, 0.02], DARK);

@@ -1,17 +1,17 @@
-//! The shaders' texts, put together from their parts. A unit test runs each through naga.
+//! Sources of the shaders, concatenated from their parts. A unit test validates each with naga.
 
 const COMMON: &str = include_str!("shaders/common.wgsl");
-const PIECE: &str = include_str!("shaders/piece.wgsl");
-const PICTURE: &str = include_str!("shaders/picture.wgsl");
+const DRAW: &str = include_str!("shaders/draw.wgsl");
+const COLOUR_DEPTH: &str = include_str!("shaders/colour_depth.wgsl");
 
-/// Every shader of the scene: its name and its whole text.
+/// Every shader of the scene: its name and its source.
 pub(crate) fn sources() -> [(&'static str, String); 6] {
     [
-        ("points", [COMMON, PIECE, include_str!("shaders/points.wgsl")].concat()),
-        ("solids", [COMMON, PIECE, include_str!("shaders/solids.wgsl")].concat()),
-        ("fill", [COMMON, PICTURE, include_str!("shaders/fill.wgsl")].concat()),
-        ("shade", [COMMON, PICTURE, include_str!("shaders/shade.wgsl")].concat()),
-        ("overlay", [COMMON, PICTURE, include_str!("shaders/overlay.wgsl")].concat()),
+        ("points", [COMMON, DRAW, include_str!("shaders/points.wgsl")].concat()),
+        ("meshes", [COMMON, DRAW, include_str!("shaders/meshes.wgsl")].concat()),
+        ("fill", [COMMON, COLOUR_DEPTH, include_str!("shaders/fill.wgsl")].concat()),
+        ("shade", [COMMON, COLOUR_DEPTH, include_str!("shaders/shade.wgsl")].concat()),
+        ("overlay", [COMMON, COLOUR_DEPTH, include_str!("shaders/overlay.wgsl")].concat()),
         ("present", include_str!("shaders/present.wgsl").to_owned()),
     ]
 }

@@ -1,90 +1,122 @@
-//! One frame: what is drawn, in which passes.
+//! One frame: its draw calls and its passes.
 
 use super::*;
 
 impl Renderer {
-    /// All passes that end in the finished picture.
-    pub(super) fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View, eye: &Eye) {
-        let candidates = if view.options.map { self.candidates() } else { Vec::new() };
-        let chosen = choose(&candidates, eye, view.options.point_budget);
-        let items = self.items(&chosen, view, eye);
-        let points = items.iter().filter(|item| !item.solid).map(|item| item.count).sum();
-        let radius_max = items.iter().map(|item| item.radius).fold(RADIUS_MIN_PX, f32::max);
-        let globals = Globals::new(view, eye, radius_max);
-        self.queue.write_buffer(&self.globals.buffer, 0, bytemuck::bytes_of(&globals));
-        let points_held = self.tiles.values().map(|tile| tile.cloud.points.len() as u64).sum();
-        let pieces: Vec<Piece> = items.iter().map(|item| item.piece).collect();
+    /// Encodes all passes of the finished image.
+    pub(super) fn draw(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &View,
+        projection: &CameraProjection,
+    ) {
+        let candidates = if view.options.map { self.tile_candidates() } else { Vec::new() };
+        let budget = view.options.point_budget;
+        let selected = select_tiles(&self.config.level_of_detail, &candidates, projection, budget);
+        let draw_calls = self.draw_calls(&selected, view, projection);
+        let points = draw_calls.iter().filter(|call| !call.is_mesh).map(|call| call.count).sum();
+        let sizes = &self.config.point_size;
+        let max_radius_px =
+            draw_calls.iter().map(|call| call.max_radius_px).fold(sizes.min_radius_px, f32::max);
+        let frame_uniforms = FrameUniforms::new(sizes, view, projection, max_radius_px);
+        self.queue.write_buffer(&self.frame_uniforms.buffer, 0, bytemuck::bytes_of(&frame_uniforms));
+        let points_held = self.tiles.values().map(|tile| tile.points.points.len() as u64).sum();
+        let uniforms: Vec<DrawUniforms> = draw_calls.iter().map(|call| call.uniforms).collect();
         let grown =
-            self.pieces.write_pieces(&self.device, &self.queue, &self.pipelines.piece_layout, &pieces);
-        let pieces = grown.as_ref().unwrap_or(&self.pieces);
+            self.draw_uniforms.write_draws(&self.device, &self.queue, &self.pipelines.draw_layout, &uniforms);
+        let buffer = grown.as_ref().unwrap_or(&self.draw_uniforms);
         if let Some(targets) = &self.targets {
-            self.draw_surfaces(encoder, targets, pieces, &items);
+            self.draw_surfaces(encoder, targets, buffer, &draw_calls);
             self.fill(encoder, targets);
             self.finish(encoder, targets, view.options.grid);
         }
         if let Some(grown) = grown {
-            self.pieces = grown;
+            self.draw_uniforms = grown;
         }
-        self.drawn = Drawn { points, tiles: chosen.len() as u32, points_held };
+        self.statistics = FrameStatistics { points, tiles: selected.len() as u32, points_held };
     }
 
     /// Tiles whose anchor has a pose.
-    fn candidates(&self) -> Vec<Candidate> {
+    fn tile_candidates(&self) -> Vec<TileCandidate> {
         let placed = self.tiles.iter().filter_map(|(id, tile)| {
-            let map_from_anchor = self.anchors.get(&tile.cloud.anchor)?;
-            Some(Candidate {
+            let map_from_anchor = self.anchors.get(&tile.points.anchor)?;
+            Some(TileCandidate {
                 tile: *id,
-                anchor: tile.cloud.anchor,
-                centre: map_from_anchor.transform_point3(tile.cloud.centre),
-                radius: tile.cloud.radius,
-                spacing: tile.cloud.spacing,
-                points: tile.cloud.points.len() as u32,
+                anchor: tile.points.anchor,
+                centre: map_from_anchor.transform_point3(tile.points.centre),
+                radius: tile.points.radius,
+                spacing: tile.points.spacing,
+                points: tile.points.points.len() as u32,
             })
         });
         placed.collect()
     }
 
-    /// Everything of the first pass.
-    fn items(&self, chosen: &[Chosen], view: &View, eye: &Eye) -> Vec<Item<'_>> {
-        let tiles = chosen.iter().filter_map(|chosen| {
-            let tile = self.tiles.get(&chosen.tile)?;
-            Some(tile.item(self.anchors.get(&tile.cloud.anchor)?, chosen.spacing, Vec4::ZERO, view, eye))
+    /// The draw calls of the first pass.
+    fn draw_calls(
+        &self,
+        selected: &[SelectedTile],
+        view: &View,
+        projection: &CameraProjection,
+    ) -> Vec<DrawCall<'_>> {
+        let sizes = &self.config.point_size;
+        let scan_spacing = sizes.scan_spacing_m;
+        let tiles = selected.iter().filter_map(|selected| {
+            let tile = self.tiles.get(&selected.tile)?;
+            Some(tile.draw_call(
+                sizes,
+                self.anchors.get(&tile.points.anchor)?,
+                selected.spacing,
+                Vec4::ZERO,
+                view,
+                projection,
+            ))
         });
         let live = self.live.iter().filter(|_| view.options.live_scan).map(|(tile, map_from_base)| {
-            // A scan's rings are far apart; its points are drawn a little larger than a dot, not as a surface.
-            tile.item(map_from_base, LIVE_SPACING, unit_range(view.palette.live), view, eye)
+            tile.draw_call(
+                sizes,
+                map_from_base,
+                scan_spacing,
+                unit_range(view.palette.live),
+                view,
+                projection,
+            )
         });
         let compared = self.compared.iter().zip(view.palette.pair).filter_map(|(compared, colour)| {
             let (tile, map_from_scan) = compared.as_ref()?;
-            Some(tile.item(map_from_scan, LIVE_SPACING, unit_range(colour), view, eye))
+            Some(tile.draw_call(sizes, map_from_scan, scan_spacing, unit_range(colour), view, projection))
         });
         let robot =
-            self.overlay.robot.filter(|robot| self.figures.is_some() && robot.is_finite()).map(|robot| {
-                let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
-                let relative =
-                    DAffine3::from_rotation_translation(robot.orientation, robot.position - eye.position());
-                Item {
-                    piece: Piece {
-                        relative_from_local: glam::Mat4::from(relative.as_affine3a()),
-                        kind: Vec4::ZERO,
-                        tint: unit_range(colour),
-                    },
-                    vertices: &self.robot_model,
-                    count: self.robot_corners,
-                    solid: true,
-                    radius: 0.0,
-                }
-            });
+            self.overlay.robot.filter(|robot| self.overlay_pipelines.is_some() && robot.is_finite()).map(
+                |robot| {
+                    let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
+                    let relative = DAffine3::from_rotation_translation(
+                        robot.orientation,
+                        robot.position - projection.camera_position(),
+                    );
+                    DrawCall {
+                        uniforms: DrawUniforms {
+                            relative_from_local: glam::Mat4::from(relative.as_affine3a()),
+                            kind: Vec4::ZERO,
+                            tint: unit_range(colour),
+                        },
+                        vertices: &self.robot_mesh,
+                        count: self.robot_mesh_vertices,
+                        is_mesh: true,
+                        max_radius_px: 0.0,
+                    }
+                },
+            );
         tiles.chain(live).chain(compared).chain(robot).collect()
     }
 
-    /// Points as single pixels and models as triangles, into colour and packed depth.
+    /// Draws points as single pixels and meshes as triangles, into colour and packed depth.
     fn draw_surfaces(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        targets: &Targets,
-        pieces: &Uniform,
-        items: &[Item],
+        targets: &RenderTargets,
+        uniforms: &UniformBuffer,
+        draw_calls: &[DrawCall],
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene: surfaces"),
@@ -99,18 +131,22 @@ impl Renderer {
             }),
             ..wgpu::RenderPassDescriptor::default()
         });
-        pass.set_bind_group(0, &self.globals.group, &[]);
-        for (offset, item) in (0..).step_by(PIECE_STRIDE as usize).zip(items) {
-            let solids = self.figures.as_ref().map(|figures| &figures.solids).filter(|_| item.solid);
-            pass.set_pipeline(solids.unwrap_or(&self.pipelines.points));
-            pass.set_bind_group(1, &pieces.group, &[offset]);
-            pass.set_vertex_buffer(0, item.vertices.slice(..));
-            pass.draw(0..item.count, 0..1);
+        pass.set_bind_group(0, &self.frame_uniforms.group, &[]);
+        for (offset, draw_call) in (0..).step_by(DRAW_STRIDE as usize).zip(draw_calls) {
+            let meshes = self
+                .overlay_pipelines
+                .as_ref()
+                .map(|overlay_pipelines| &overlay_pipelines.meshes)
+                .filter(|_| draw_call.is_mesh);
+            pass.set_pipeline(meshes.unwrap_or(&self.pipelines.points));
+            pass.set_bind_group(1, &uniforms.group, &[offset]);
+            pass.set_vertex_buffer(0, draw_call.vertices.slice(..));
+            pass.draw(0..draw_call.count, 0..1);
         }
     }
 
-    /// Grows the points along rows, then along columns; the result is back in the first picture.
-    fn fill(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets) {
+    /// Grows the points along rows, then along columns. The result is in the first target again.
+    fn fill(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets) {
         let steps = [
             (&targets.scene, &targets.rows, &self.pipelines.rows),
             (&targets.rows, &targets.scene, &self.pipelines.columns),
@@ -122,30 +158,33 @@ impl Renderer {
                 ..wgpu::RenderPassDescriptor::default()
             });
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.globals.group, &[]);
+            pass.set_bind_group(0, &self.frame_uniforms.group, &[]);
             pass.set_bind_group(1, &from.group, &[]);
             pass.draw(0..3, 0..1);
         }
     }
 
-    /// Background and shading, then grid, lines and markers on top.
-    fn finish(&self, encoder: &mut wgpu::CommandEncoder, targets: &Targets, grid: bool) {
+    /// Draws background and shading, then grid, lines and markers on top.
+    fn finish(&self, encoder: &mut wgpu::CommandEncoder, targets: &RenderTargets, grid: bool) {
         let clear = wgpu::LoadOp::Clear(wgpu::Color::BLACK);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene: finish"),
             color_attachments: &[Some(attachment(&targets.finished, clear))],
             ..wgpu::RenderPassDescriptor::default()
         });
-        pass.set_bind_group(0, &self.globals.group, &[]);
+        pass.set_bind_group(0, &self.frame_uniforms.group, &[]);
         pass.set_bind_group(1, &targets.scene.group, &[]);
         pass.set_pipeline(&self.pipelines.shade);
         pass.draw(0..3, 0..1);
-        let Some(Figures { grid: grid_pipeline, lines, marks, .. }) = &self.figures else { return };
+        let Some(OverlayPipelines { grid: grid_pipeline, lines, markers, .. }) = &self.overlay_pipelines
+        else {
+            return;
+        };
         if grid {
             pass.set_pipeline(grid_pipeline);
             pass.draw(0..6, 0..1);
         }
-        for (instances, pipeline) in [(&self.segments, lines), (&self.marks, marks)] {
+        for (instances, pipeline) in [(&self.lines, lines), (&self.markers, markers)] {
             if instances.count > 0 {
                 pass.set_pipeline(pipeline);
                 pass.set_vertex_buffer(0, instances.buffer.slice(..));
@@ -155,38 +194,45 @@ impl Renderer {
     }
 }
 
-/// Size of the points of a scan, metres.
-const LIVE_SPACING: f32 = 0.035;
-
 impl Tile {
-    fn item(&self, map_from_anchor: &DAffine3, spacing: f32, tint: Vec4, view: &View, eye: &Eye) -> Item<'_> {
+    fn draw_call(
+        &self,
+        sizes: &PointSizeConfig,
+        map_from_anchor: &DAffine3,
+        spacing: f32,
+        tint: Vec4,
+        view: &View,
+        projection: &CameraProjection,
+    ) -> DrawCall<'_> {
         let [oldest, newest] = view.options.age_range;
         let age = match view.options.colour_by {
-            ColourBy::Age => ((self.cloud.stamp - oldest) / (newest - oldest).max(1e-3)).clamp(0.0, 1.0),
+            ColourBy::Age => ((self.points.stamp - oldest) / (newest - oldest).max(1e-3)).clamp(0.0, 1.0),
             ColourBy::Height | ColourBy::Intensity | ColourBy::Plain => 0.0,
         };
-        let centre = map_from_anchor.transform_point3(self.cloud.centre);
-        let nearest = eye.depth(centre) - self.cloud.radius;
-        Item {
-            radius: radius_px(view, eye, spacing, nearest),
-            piece: Piece {
-                relative_from_local: self.cloud.relative_from_lattice(map_from_anchor, eye.position()),
-                kind: Vec4::new(grown_half_spacing(spacing), age as f32, 0.0, 1.0),
+        let centre = map_from_anchor.transform_point3(self.points.centre);
+        let nearest = projection.depth(centre) - self.points.radius;
+        DrawCall {
+            max_radius_px: sizes.radius_px(view, projection, spacing, nearest),
+            uniforms: DrawUniforms {
+                relative_from_local: self
+                    .points
+                    .relative_from_lattice(map_from_anchor, projection.camera_position()),
+                kind: Vec4::new(sizes.grown_half_spacing(spacing), age as f32, 0.0, 1.0),
                 tint,
             },
             vertices: &self.buffer,
-            count: self.cloud.points.len() as u32,
-            solid: false,
+            count: self.points.points.len() as u32,
+            is_mesh: false,
         }
     }
 }
 
-impl Uniform {
-    /// Room for `count` entries, of which a shader sees `size` bytes at a time.
+impl UniformBuffer {
+    /// For `count` entries, of which a shader sees `size` bytes at a time.
     pub(super) fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, count: u64, size: u64) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene: uniforms"),
-            size: count * size.next_multiple_of(PIECE_STRIDE),
+            size: count * size.next_multiple_of(DRAW_STRIDE),
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -205,28 +251,28 @@ impl Uniform {
         Self { buffer, group }
     }
 
-    /// Writes all pieces; returns a larger buffer that holds them when this one is too small.
-    fn write_pieces(
+    /// Writes the uniforms of all draw calls; returns a larger buffer with them when this one is too small.
+    fn write_draws(
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         layout: &wgpu::BindGroupLayout,
-        pieces: &[Piece],
+        uniforms: &[DrawUniforms],
     ) -> Option<Self> {
-        let mut bytes = vec![0; pieces.len() * PIECE_STRIDE as usize];
-        for (slot, piece) in bytes.chunks_exact_mut(PIECE_STRIDE as usize).zip(pieces) {
-            slot[..size_of::<Piece>()].copy_from_slice(bytemuck::bytes_of(piece));
+        let mut bytes = vec![0; uniforms.len() * DRAW_STRIDE as usize];
+        for (slot, uniforms) in bytes.chunks_exact_mut(DRAW_STRIDE as usize).zip(uniforms) {
+            slot[..size_of::<DrawUniforms>()].copy_from_slice(bytemuck::bytes_of(uniforms));
         }
         let grown = (self.buffer.size() < bytes.len() as u64).then(|| {
-            let count = (pieces.len() as u64).next_power_of_two();
-            Self::new(device, layout, count, size_of::<Piece>() as u64)
+            let count = (uniforms.len() as u64).next_power_of_two();
+            Self::new(device, layout, count, size_of::<DrawUniforms>() as u64)
         });
         queue.write_buffer(&grown.as_ref().unwrap_or(self).buffer, 0, &bytes);
         grown
     }
 }
 
-impl Instances {
+impl InstanceBuffer {
     pub(super) fn new<T: bytemuck::Pod>(device: &wgpu::Device, queue: &wgpu::Queue, instances: &[T]) -> Self {
         let buffer = buffer_with(device, queue, "scene: overlay", bytemuck::cast_slice(instances));
         Self { buffer, count: instances.len() as u32 }

@@ -1,9 +1,9 @@
-// What all shaders share. Colours are gamma-encoded throughout; positions are metres relative to the eye along the
-// map's axes, which keeps them small and exact.
+// Shared by all shaders. Colours are gamma-encoded throughout. Positions are metres relative to the camera along the map's axes,
+// which keeps them small and exact.
 
-struct Globals {
+struct FrameUniforms {
     clip_from_relative: mat4x4<f32>,
-    eye: vec4<f32>,
+    camera: vec4<f32>,
     viewport: vec4<f32>,
     heights: vec4<f32>,
     style: vec4<f32>,
@@ -12,16 +12,16 @@ struct Globals {
     ground_bottom: vec4<f32>,
     plain: vec4<f32>,
     grid: vec4<f32>,
-    ramp: array<vec4<f32>, 12>,
+    colour_map: array<vec4<f32>, 12>,
 }
 
-@group(0) @binding(0) var<uniform> globals: Globals;
+@group(0) @binding(0) var<uniform> frame: FrameUniforms;
 
 // Depth is kept as a logarithm in 24 bits of an ordinary colour target, because not every browser can draw into
-// floats: 0.03 m to 8 km, a millionth of an octave apart. All ones is "nothing here". The fourth byte is the radius
-// to which the point there grows, in sixteenths of a pixel.
-const DEPTH_LEAST_LOG2: f32 = -5.0;
-const DEPTH_OCTAVES: f32 = 18.0;
+// floats: 0.008 m to 8 km in steps of 1.2 millionths of an octave. All ones means that the pixel is empty. The fourth byte is the
+// radius to which the point there grows, in sixteenths of a pixel.
+const DEPTH_LEAST_LOG2: f32 = -7.0;
+const DEPTH_OCTAVES: f32 = 20.0;
 const DEPTH_STEPS: f32 = 16777215.0;
 
 fn log_depth(depth: f32) -> f32 {
@@ -32,8 +32,8 @@ fn metres(packed_log: f32) -> f32 {
     return exp2(packed_log * DEPTH_OCTAVES + DEPTH_LEAST_LOG2);
 }
 
-fn pack_depth(at: f32, radius: f32) -> vec4<f32> {
-    let whole = u32(at * DEPTH_STEPS);
+fn pack_depth(log_of_depth: f32, radius: f32) -> vec4<f32> {
+    let whole = u32(log_of_depth * DEPTH_STEPS);
     let bytes = vec3<u32>(whole >> 16u, (whole >> 8u) & 255u, whole & 255u);
     return vec4<f32>(vec3<f32>(bytes) / 255.0, clamp(radius * 16.0 / 255.0, 0.0, 1.0));
 }
@@ -47,14 +47,14 @@ fn unpack_radius(packed: vec4<f32>) -> f32 {
     return packed.a * 255.0 / 16.0;
 }
 
-fn ramp_colour(at: f32) -> vec3<f32> {
-    let place = clamp(at, 0.0, 1.0) * 11.0;
-    let below = min(u32(place), 10u);
-    return mix(globals.ramp[below].rgb, globals.ramp[below + 1u].rgb, place - f32(below));
+fn colour_map_at(value: f32) -> vec3<f32> {
+    let position = clamp(value, 0.0, 1.0) * 11.0;
+    let below = min(u32(position), 10u);
+    return mix(frame.colour_map[below].rgb, frame.colour_map[below + 1u].rgb, position - f32(below));
 }
 
-// A triangle that covers the picture.
-fn whole_picture(vertex: u32) -> vec4<f32> {
+// A triangle that covers the whole target.
+fn full_screen_triangle(vertex: u32) -> vec4<f32> {
     let corner = vec2<f32>(f32((vertex << 1u) & 2u), f32(vertex & 2u));
     return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
 }

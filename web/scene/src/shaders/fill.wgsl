@@ -1,18 +1,18 @@
-// Grows points to discs: along rows first, then along columns. Every pixel looks for the nearest point whose disc
-// reaches it. The first pass leaves in the radius what remains of the disc across the second.
+// Gap filling: grows points to discs, along rows first and then along columns. Every pixel takes the nearest point whose disc
+// reaches it. The first pass leaves the half width of the disc in the column's direction as the radius for the second pass.
 
 struct Filled {
     @location(0) colour: vec4<f32>,
     @location(1) depth: vec4<f32>,
 }
 
-// A neighbour takes an occupied pixel only when it is in front by this much of an octave (about 1.5 %): points of
-// one surface keep their own pixels and colours.
-const FRONT_BY: f32 = 0.0012;
+// A neighbour takes an occupied pixel only if it is in front by this share of the depth range, 0.0216 octaves or about 1.5 %. Points
+// of one surface so keep their own pixels and colours.
+const FRONT_BY: f32 = 0.00108;
 
 @vertex
 fn vs_fill(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> {
-    return whole_picture(vertex);
+    return full_screen_triangle(vertex);
 }
 
 fn fill(pixel: vec2<i32>, along: vec2<i32>) -> Filled {
@@ -24,14 +24,14 @@ fn fill(pixel: vec2<i32>, along: vec2<i32>) -> Filled {
     if own.r + own.g + own.b > 2.9999 {
         best_depth = 2.0;
     }
-    let reach = i32(ceil(globals.viewport.w));
+    let reach = i32(ceil(frame.viewport.w));
     for (var i = -reach; i <= reach; i++) {
         let at = inside(pixel + along * i);
-        let candidate = textureLoad(picture_depth, at, 0);
+        let candidate = textureLoad(depth_texture, at, 0);
         let offset = abs(f32(i));
         if offset <= unpack_radius(candidate) && i != 0 {
             let depth = unpack_depth(candidate);
-            // Of points equally near the closer one on the screen wins, so that colours do not smear one way.
+            // Of points at one depth the closer one on the screen wins, so that colours do not smear in one direction.
             if depth < 0.9999995 && depth + 0.00002 * offset < best_depth {
                 best = candidate;
                 best_depth = depth + 0.00002 * offset;
@@ -43,7 +43,7 @@ fn fill(pixel: vec2<i32>, along: vec2<i32>) -> Filled {
     let radius = unpack_radius(best);
     let remains = sqrt(max(radius * radius - best_offset * best_offset, 0.0));
     return Filled(
-        textureLoad(picture_colour, best_pixel, 0),
+        textureLoad(colour_texture, best_pixel, 0),
         vec4<f32>(best.rgb, clamp(remains * 16.0 / 255.0, 0.0, 1.0)),
     );
 }

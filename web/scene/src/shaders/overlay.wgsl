@@ -1,7 +1,7 @@
-// Lines, markers and the grid, on top of the shaded picture. What something stands in front of stays visible, but
-// faint.
+// Lines, markers and the grid, on top of the shaded image. Where something stands in front of them they are drawn faintly.
 
-// Lines lie on floors that are themselves drawn as points: they may be this far behind and still count as in front.
+// Lines lie on floors that are drawn as points. A line still counts as in front up to this distance (m) and ratio of depths behind a
+// point.
 const BEHIND_BY: f32 = 0.12;
 const BEHIND_RATIO: f32 = 1.015;
 
@@ -17,11 +17,11 @@ fn blended(colour: vec4<f32>, inside_px: f32, shown: f32) -> vec4<f32> {
 }
 
 fn clip_of(position: vec3<f32>) -> vec4<f32> {
-    return globals.clip_from_relative * vec4<f32>(position - globals.eye.xyz, 1.0);
+    return frame.clip_from_relative * vec4<f32>(position - frame.camera.xyz, 1.0);
 }
 
 fn pixel_of(clip: vec4<f32>) -> vec2<f32> {
-    return clip.xy / clip.w * globals.viewport.xy * 0.5;
+    return clip.xy / clip.w * frame.viewport.xy * 0.5;
 }
 
 // Two triangles of a quad from -1 to 1.
@@ -44,7 +44,8 @@ struct Line {
     @location(3) over_depth: vec2<f32>,
 }
 
-const NEAR: f32 = 0.06;
+// A little beyond `CameraProjection::NEAR_M`, m.
+const NEAR: f32 = 0.012;
 
 @vertex
 fn vs_lines(
@@ -76,13 +77,13 @@ fn vs_lines(
     let length_px = max(length(span), 0.001);
     let along = select(vec2<f32>(1.0, 0.0), span / length_px, length_px > 0.01);
     let across = vec2<f32>(-along.y, along.x);
-    let half_width = 0.5 * style.x * globals.viewport.z;
+    let half_width = 0.5 * style.x * frame.viewport.z;
     let corner = corner_of(vertex);
     let margin = half_width + 1.0;
     let at_end = corner.x > 0.0;
     let base = select(start, end, at_end);
     let pixel = select(start_px, end_px, at_end) + along * corner.x * margin + across * corner.y * margin;
-    out.clip = vec4<f32>(pixel / (globals.viewport.xy * 0.5), base.z / base.w, 1.0);
+    out.clip = vec4<f32>(pixel / (frame.viewport.xy * 0.5), base.z / base.w, 1.0);
     out.colour = colour;
     out.place = vec2<f32>(select(-margin, length_px + margin, at_end), corner.y * margin);
     out.shape = vec4<f32>(length_px, half_width, style.y, style.z);
@@ -101,7 +102,7 @@ fn fs_lines(in: Line) -> @location(0) vec4<f32> {
     return blended(in.colour, in.shape.y - from_axis, shown);
 }
 
-struct Mark {
+struct MarkerInstance {
     @builtin(position) clip: vec4<f32>,
     @location(0) fill: vec4<f32>,
     @location(1) rim: vec4<f32>,
@@ -113,22 +114,27 @@ struct Mark {
 }
 
 @vertex
-fn vs_marks(
+fn vs_markers(
     @builtin(vertex_index) vertex: u32,
     @location(0) centre_map: vec3<f32>, @location(1) ahead: vec3<f32>,
     @location(2) fill: vec4<f32>, @location(3) rim: vec4<f32>,
-    // Largest and least radius (logical pixels), radius in the world (metres, 0 for the largest), shape.
+    // Largest and smallest radius (logical pixels), radius in the world (metres, 0 for the largest), shape.
     @location(4) style: vec4<f32>,
-    @location(5) behind: f32,
-) -> Mark {
+    // Opacity when hidden, range of the projected radius in which the marker is drawn (logical pixels).
+    @location(5) visible: vec3<f32>,
+) -> MarkerInstance {
     let centre = clip_of(centre_map);
-    var out: Mark;
+    var out: MarkerInstance;
     if centre.w < NEAR {
         out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
         return out;
     }
-    let scale = globals.viewport.z;
-    let world_px = style.z * globals.eye.w / centre.w;
+    let scale = frame.viewport.z;
+    let world_px = style.z * frame.camera.w / centre.w;
+    if world_px < visible.y * scale || world_px >= visible.z * scale {
+        out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
+        return out;
+    }
     let radius = select(clamp(world_px, style.y * scale, style.x * scale), style.x * scale, style.z <= 0.0);
     let margin = radius + 2.0;
     let corner = corner_of(vertex) * margin;
@@ -143,11 +149,11 @@ fn vs_marks(
     }
     let turned = vec2<f32>(corner.x * axis.x - corner.y * axis.y, corner.x * axis.y + corner.y * axis.x);
     let pixel = pixel_of(centre) + turned;
-    out.clip = vec4<f32>(pixel / (globals.viewport.xy * 0.5), centre.z / centre.w, 1.0);
+    out.clip = vec4<f32>(pixel / (frame.viewport.xy * 0.5), centre.z / centre.w, 1.0);
     out.fill = fill;
     out.rim = rim;
     out.place = corner;
-    out.shape = vec4<f32>(radius, style.w, behind, min(1.5 * scale, 0.35 * radius));
+    out.shape = vec4<f32>(radius, style.w, visible.x, min(1.5 * scale, 0.35 * radius));
     out.depth = centre.w;
     return out;
 }
@@ -165,12 +171,17 @@ fn edge_distance(place: vec2<f32>, radius: f32, shape: f32) -> f32 {
         // An arrow head along x.
         let flank = dot(vec2<f32>(place.x - radius, abs(place.y)), vec2<f32>(0.4472, 0.8944));
         return max(flank, -0.7 * radius - place.x);
+    } else if shape < 4.5 {
+        return abs(length(place) - radius * 0.86) - radius * 0.14;
     }
-    return abs(length(place) - radius * 0.86) - radius * 0.14;
+    // A disc of 0.62 of the radius, and a point along x whose flanks are tangents of the disc.
+    let disc = length(place) - 0.62 * radius;
+    let flank = dot(vec2<f32>(place.x, abs(place.y)), vec2<f32>(0.62, 0.7846)) - 0.62 * radius;
+    return min(disc, max(flank, 0.3844 * radius - place.x));
 }
 
 @fragment
-fn fs_marks(in: Mark) -> @location(0) vec4<f32> {
+fn fs_markers(in: MarkerInstance) -> @location(0) vec4<f32> {
     let edge = edge_distance(in.place, in.shape.x, in.shape.y);
     let shown = visibility(in.clip, in.depth, in.shape.z);
     let core = clamp(0.5 - (edge + in.shape.w), 0.0, 1.0);
@@ -188,10 +199,10 @@ struct Ground {
 @vertex
 fn vs_grid(@builtin(vertex_index) vertex: u32) -> Ground {
     let corner = corner_of(vertex);
-    let half = globals.grid_shape.x;
-    let middle = globals.eye.xy;
-    let relative = vec3<f32>(corner * half, globals.style.w - globals.eye.z);
-    let clip = globals.clip_from_relative * vec4<f32>(relative, 1.0);
+    let half = frame.grid_shape.x;
+    let middle = frame.camera.xy;
+    let relative = vec3<f32>(corner * half, frame.style.w - frame.camera.z);
+    let clip = frame.clip_from_relative * vec4<f32>(relative, 1.0);
     return Ground(clip, middle + corner * half, clip.w, corner);
 }
 
@@ -206,11 +217,11 @@ fn line_share(place: vec2<f32>, spacing: f32, width: vec2<f32>) -> f32 {
 
 @fragment
 fn fs_grid(in: Ground) -> @location(0) vec4<f32> {
-    let width = fwidth(in.map) * globals.viewport.z;
-    let fine = line_share(in.map, globals.grid_shape.y, width);
-    let bold = line_share(in.map, globals.grid_shape.y * 10.0, width * 1.4);
+    let width = fwidth(in.map) * frame.viewport.z;
+    let fine = line_share(in.map, frame.grid_shape.y, width);
+    let bold = line_share(in.map, frame.grid_shape.y * 10.0, width * 1.4);
     let fade = clamp(1.0 - length(in.local), 0.0, 1.0);
-    let share = max(fine * 0.45, bold) * fade * globals.grid.a;
+    let share = max(fine * 0.45, bold) * fade * frame.grid.a;
     let shown = visibility(in.clip, in.depth, 0.0);
-    return vec4<f32>(globals.grid.rgb * share * shown, share * shown);
+    return vec4<f32>(frame.grid.rgb * share * shown, share * shown);
 }

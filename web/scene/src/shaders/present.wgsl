@@ -1,4 +1,4 @@
-// Copies the finished picture into the caller's pass, whose viewport places it.
+// Copies the finished image into the caller's pass, whose viewport places it.
 
 @group(0) @binding(0) var finished: texture_2d<f32>;
 @group(0) @binding(1) var finished_sampler: sampler;

@@ -2,20 +2,20 @@
 //!
 //! `AUTOINSPECT_SCENE_PICTURES=DIR` keeps the pictures as PNG files for people to look at.
 
-use super::{Made, palette, view};
-use crate::targets::attachment;
+use super::{TestTile, palette, view};
+use crate::render_targets::attachment;
 use crate::*;
 use glam::{DQuat, DVec2, DVec3};
 
 const SIZE: [u32; 2] = [1280, 800];
 
-struct Studio {
+struct TestGpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     name: String,
 }
 
-impl Studio {
+impl TestGpu {
     /// One for each back end that works here; says so when there is none.
     fn all() -> Vec<Self> {
         let studios: Vec<Self> =
@@ -45,7 +45,7 @@ impl Studio {
     }
 
     /// Prepares and paints a view, and reads it back.
-    fn shoot(&self, renderer: &mut Renderer, view: &View, name: &str) -> Picture {
+    fn render(&self, renderer: &mut Renderer, view: &View, name: &str) -> Image {
         let [width, height] = view.viewport_px;
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let target = self.device.create_texture(&wgpu::TextureDescriptor {
@@ -87,18 +87,18 @@ impl Studio {
         self.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let mapped = back.slice(..).get_mapped_range().unwrap();
         let rows = mapped.chunks(stride as usize).flat_map(|row| &row[..width as usize * 4]);
-        let picture = Picture { width, pixels: rows.copied().collect::<Vec<u8>>() };
+        let picture = Image { width, pixels: rows.copied().collect::<Vec<u8>>() };
         picture.keep(&format!("{name}-{}.png", self.name), height);
         picture
     }
 }
 
-struct Picture {
+struct Image {
     width: u32,
     pixels: Vec<u8>,
 }
 
-impl Picture {
+impl Image {
     fn at(&self, pixel: DVec2) -> [u8; 3] {
         let start = (pixel.y as usize * self.width as usize + pixel.x as usize) * 4;
         [self.pixels[start], self.pixels[start + 1], self.pixels[start + 2]]
@@ -116,7 +116,7 @@ impl Picture {
 }
 
 /// A hall of 24 x 16 m with racks and a pipe, cut into levels as a map is.
-fn hall() -> Vec<Made> {
+fn hall() -> Vec<TestTile> {
     let mut levels: Vec<Vec<DVec3>> = vec![Vec::new(); 3];
     let mut put = |x: f64, y: f64, z: f64, i: i64, j: i64| {
         let level = if i % 4 == 0 && j % 4 == 0 {
@@ -153,11 +153,11 @@ fn hall() -> Vec<Made> {
         }
         plane(corner + z * 2.2, x * 1.0, y * 4.0);
     }
-    levels.iter().zip([0.2, 0.1, 0.05]).map(|(points, spacing)| Made::new(points, spacing)).collect()
+    levels.iter().zip([0.2, 0.1, 0.05]).map(|(points, spacing)| TestTile::new(points, spacing)).collect()
 }
 
-fn furnished(studio: &Studio) -> Renderer {
-    let mut renderer = studio.renderer();
+fn furnished_hall(gpu: &TestGpu) -> Renderer {
+    let mut renderer = gpu.renderer();
     for (id, made) in (0..).zip(hall()) {
         renderer.upload_tile(TileId(id), WHOLE_MAP, &made.block());
     }
@@ -176,8 +176,8 @@ fn furnished(studio: &Studio) -> Renderer {
     renderer
 }
 
-fn node(number: u32, position: DVec3, doubt: f32) -> Node {
-    Node { number, position, doubt }
+fn node(number: u32, position: DVec3, uncertainty: f32) -> Node {
+    Node { number, position, uncertainty }
 }
 
 fn robot() -> RobotState {
@@ -203,59 +203,59 @@ fn differs(a: [u8; 3], b: [u8; 3], by: u8) -> bool {
 
 #[test]
 fn surfaces_are_closed_and_the_background_is_the_themes() {
-    for studio in Studio::all() {
-        let mut renderer = furnished(&studio);
+    for gpu in TestGpu::all() {
+        let mut renderer = furnished_hall(&gpu);
         let view = hall_view();
-        let picture = studio.shoot(&mut renderer, &view, "hall");
-        let eye = Eye::new(view.camera, SIZE);
-        assert!(!differs(picture.at(DVec2::new(640.0, 2.0)), [13, 17, 23], 3), "{}", studio.name);
+        let picture = gpu.render(&mut renderer, &view, "hall");
+        let projection = CameraProjection::new(view.camera, SIZE);
+        assert!(!differs(picture.at(DVec2::new(640.0, 2.0)), [13, 17, 23], 3), "{}", gpu.name);
         // Every pixel of the open floor shows floor: slate, the low end of the ramp, and no hole.
         let mut holes = 0;
         for i in 0..400 {
             let at = DVec3::new(-8.0 + f64::from(i % 20) * 0.2, -7.0 + f64::from(i / 20) * 0.12, 0.0);
-            let (pixel, _) = eye.project(at).unwrap();
+            let (pixel, _) = projection.project(at).unwrap();
             let inside = pixel.cmpge(DVec2::ZERO).all() && pixel.cmplt(DVec2::new(1280.0, 800.0)).all();
             let [r, _, b] = if inside { picture.at(pixel) } else { [44, 62, 88] };
             holes += usize::from(b < r || b < 40);
         }
-        assert!(holes < 8, "{}: {holes} holes in 400 places of the floor", studio.name);
-        assert!(renderer.drawn().points > 300_000);
+        assert!(holes < 8, "{}: {holes} holes in 400 places of the floor", gpu.name);
+        assert!(renderer.statistics().points > 300_000);
     }
 }
 
 #[test]
 fn the_clip_opens_the_ceiling_and_the_robot_is_yellow() {
-    for studio in Studio::all() {
-        let mut renderer = furnished(&studio);
+    for gpu in TestGpu::all() {
+        let mut renderer = furnished_hall(&gpu);
         let mut view = hall_view();
-        let eye = Eye::new(view.camera, SIZE);
+        let projection = CameraProjection::new(view.camera, SIZE);
         let (body, _) =
-            eye.project(robot().position + robot().orientation * DVec3::new(-0.27, 0.0, 0.1)).unwrap();
-        let [r, g, b] = studio.shoot(&mut renderer, &view, "open").at(body);
-        assert!(r > 120 && g > 90 && b < r / 2, "{}: the robot is {r} {g} {b}", studio.name);
+            projection.project(robot().position + robot().orientation * DVec3::new(-0.27, 0.0, 0.1)).unwrap();
+        let [r, g, b] = gpu.render(&mut renderer, &view, "open").at(body);
+        assert!(r > 120 && g > 90 && b < r / 2, "{}: the robot is {r} {g} {b}", gpu.name);
         view.options.ceiling = f32::MAX;
-        let [r, _, b] = studio.shoot(&mut renderer, &view, "closed").at(body);
-        assert!(b > r / 2, "{}: the ceiling does not cover the robot", studio.name);
+        let [r, _, b] = gpu.render(&mut renderer, &view, "closed").at(body);
+        assert!(b > r / 2, "{}: the ceiling does not cover the robot", gpu.name);
     }
 }
 
 #[test]
-fn a_hurried_picture_shows_points_alone_and_the_next_one_all_of_it() {
-    for studio in Studio::all() {
-        let mut renderer = furnished(&studio);
-        renderer.hurry();
-        let first = studio.shoot(&mut renderer, &hall_view(), "hurried");
+fn with_a_deferred_overlay_the_first_image_shows_points_only_and_the_next_all() {
+    for gpu in TestGpu::all() {
+        let mut renderer = furnished_hall(&gpu);
+        renderer.defer_overlay();
+        let first = gpu.render(&mut renderer, &hall_view(), "deferred");
         assert!(renderer.needs_redraw(&hall_view()));
-        let next = studio.shoot(&mut renderer, &hall_view(), "hurried-next");
+        let next = gpu.render(&mut renderer, &hall_view(), "deferred-next");
         assert!(!renderer.needs_redraw(&hall_view()));
-        let mut unhurried = furnished(&studio);
-        let all = studio.shoot(&mut unhurried, &hall_view(), "unhurried");
+        let mut undeferred = furnished_hall(&gpu);
+        let all = gpu.render(&mut undeferred, &hall_view(), "undeferred");
         assert!(next.pixels == all.pixels);
-        let mut bare = studio.renderer();
+        let mut bare = gpu.renderer();
         for (id, made) in (0..).zip(hall()) {
             bare.upload_tile(TileId(id), WHOLE_MAP, &made.block());
         }
-        let points = studio.shoot(&mut bare, &without_grid(), "points");
+        let points = gpu.render(&mut bare, &without_grid(), "points");
         assert!(first.pixels == points.pixels && first.pixels != all.pixels);
     }
 }
@@ -267,46 +267,46 @@ fn without_grid() -> View {
 
 #[test]
 fn moving_an_anchor_moves_its_points() {
-    for studio in Studio::all() {
-        let mut renderer = studio.renderer();
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
         let positions: Vec<DVec3> =
             (0..10_000).map(|i| DVec3::new(0.0, f64::from(i % 100), f64::from(i / 100)) * 0.01).collect();
         let anchor = AnchorId(7);
-        renderer.upload_tile(TileId(1), anchor, &Made::new(&positions, 0.01).block());
+        renderer.upload_tile(TileId(1), anchor, &TestTile::new(&positions, 0.01).block());
         let camera = CameraPose { target: DVec3::new(0.0, 0.5, 0.5), yaw: 0.0, pitch: 0.0, distance: 4.0 };
         let view = view(camera, [400, 400]);
         let middle = DVec2::new(200.0, 200.0);
-        let empty = studio.shoot(&mut renderer, &view, "anchor-unplaced").at(middle);
+        let empty = gpu.render(&mut renderer, &view, "anchor-unplaced").at(middle);
         renderer.set_anchor(anchor, DVec3::ZERO, DQuat::IDENTITY);
         assert!(renderer.needs_redraw(&view));
-        let there = studio.shoot(&mut renderer, &view, "anchor-placed").at(middle);
-        assert!(differs(there, empty, 15), "{}", studio.name);
+        let there = gpu.render(&mut renderer, &view, "anchor-placed").at(middle);
+        assert!(differs(there, empty, 15), "{}", gpu.name);
         assert!(!renderer.needs_redraw(&view));
         renderer.set_anchor(anchor, DVec3::new(0.0, 5.0, 0.0), DQuat::IDENTITY);
-        let gone = studio.shoot(&mut renderer, &view, "anchor-moved").at(middle);
-        assert_eq!(gone, empty, "{}", studio.name);
+        let gone = gpu.render(&mut renderer, &view, "anchor-moved").at(middle);
+        assert_eq!(gone, empty, "{}", gpu.name);
     }
 }
 
 #[test]
 fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
-    for studio in Studio::all() {
-        let mut renderer = furnished(&studio);
+    for gpu in TestGpu::all() {
+        let mut renderer = furnished_hall(&gpu);
         let mut view = hall_view();
         view.options.colour_by = ColourBy::Intensity;
         view.options.grid = true;
         view.options.grid_height = -0.02;
         let close = CameraPose { target: robot().position, yaw: 2.5, pitch: 0.35, distance: 3.0 };
-        studio.shoot(&mut renderer, &view, "intensity");
+        gpu.render(&mut renderer, &view, "intensity");
         view.camera = close;
         view.options.colour_by = ColourBy::Height;
-        studio.shoot(&mut renderer, &view, "close");
-        let eye = Eye::new(close, SIZE);
-        let options = PickOptions { sign_px: 22.0, disc_px: 9.0, line_px: 6.0, point_px: 4.0 };
-        let (body, _) = eye.project(robot().position).unwrap();
+        gpu.render(&mut renderer, &view, "close");
+        let projection = CameraProjection::new(close, SIZE);
+        let options = PickOptions { target_px: 22.0, marker_px: 9.0, line_px: 6.0, point_px: 4.0 };
+        let (body, _) = projection.project(robot().position).unwrap();
         assert_eq!(renderer.pick(&view, body, &options), Some(Hit::Robot));
         let floor = DVec3::new(4.5, -4.5, 0.0);
-        let (pixel, _) = eye.project(floor).unwrap();
+        let (pixel, _) = projection.project(floor).unwrap();
         let Some(Hit::Point(hit)) = renderer.pick(&view, pixel, &options) else {
             panic!("no point under {pixel}");
         };
@@ -316,26 +316,26 @@ fn the_scene_draws_on_the_first_frame_and_picks_what_it_draws() {
 
 #[test]
 fn an_empty_scene_is_only_background() {
-    for studio in Studio::all() {
-        let mut renderer = studio.renderer();
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
         let mut view = view(CameraPose::default(), [300, 200]);
         view.options.grid = true;
-        let picture = studio.shoot(&mut renderer, &view, "empty");
+        let picture = gpu.render(&mut renderer, &view, "empty");
         assert!(!differs(picture.at(DVec2::new(150.0, 1.0)), [13, 17, 23], 3));
-        assert_eq!(renderer.drawn(), Drawn::default());
-        assert_eq!(renderer.bounds(), None);
+        assert_eq!(renderer.statistics(), FrameStatistics::default());
+        assert_eq!(renderer.statistics().points_held, 0);
         assert_eq!(view.palette, palette());
     }
 }
 
 #[test]
 fn compared_scans_have_their_own_colours_and_the_map_can_step_back() {
-    for studio in Studio::all() {
-        let mut renderer = furnished(&studio);
+    for gpu in TestGpu::all() {
+        let mut renderer = furnished_hall(&gpu);
         let wall = |x: f64| -> Vec<DVec3> {
             (0..20_000).map(|i| DVec3::new(x, f64::from(i % 200) * 0.02, f64::from(i / 200) * 0.02)).collect()
         };
-        let scans = [Made::new(&wall(0.0), 0.02), Made::new(&wall(0.0), 0.02)];
+        let scans = [TestTile::new(&wall(0.0), 0.02), TestTile::new(&wall(0.0), 0.02)];
         let [older, newer] = &scans;
         let place = |y: f64| DVec3::new(0.0, y, 20.0);
         renderer.set_compared([
@@ -345,45 +345,46 @@ fn compared_scans_have_their_own_colours_and_the_map_can_step_back() {
         let camera = CameraPose { target: DVec3::new(0.0, 5.0, 21.0), yaw: 0.0, pitch: 0.0, distance: 12.0 };
         let mut view = View { options: Options { map: false, ..Options::default() }, ..view(camera, SIZE) };
         view.options.edl = 0.0;
-        let picture = studio.shoot(&mut renderer, &view, "compared");
-        let eye = Eye::new(camera, SIZE);
+        let picture = gpu.render(&mut renderer, &view, "compared");
+        let projection = CameraProjection::new(camera, SIZE);
         for (y, colour) in [(2.0, palette().pair[0]), (8.0, palette().pair[1])] {
-            let (pixel, _) = eye.project(DVec3::new(0.0, y, 21.0)).unwrap();
-            assert!(!differs(picture.at(pixel), [colour[0], colour[1], colour[2]], 4), "{}", studio.name);
+            let (pixel, _) = projection.project(DVec3::new(0.0, y, 21.0)).unwrap();
+            assert!(!differs(picture.at(pixel), [colour[0], colour[1], colour[2]], 4), "{}", gpu.name);
         }
-        assert_eq!(renderer.drawn().tiles, 0, "{}", studio.name);
+        assert_eq!(renderer.statistics().tiles, 0, "{}", gpu.name);
         renderer.set_compared([None, None]);
-        studio.shoot(&mut renderer, &view, "compared-no-more");
-        assert_eq!(renderer.drawn().points, 0, "{}", studio.name);
+        gpu.render(&mut renderer, &view, "compared-no-more");
+        assert_eq!(renderer.statistics().points, 0, "{}", gpu.name);
     }
 }
 
 #[test]
-fn nodes_take_the_doubtful_colour_by_how_vaguely_they_are_known() {
-    for studio in Studio::all() {
-        let mut renderer = studio.renderer();
+fn nodes_take_the_uncertain_colour_by_their_uncertainty() {
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
         let place = |n: u32| DVec3::new(0.0, 2.0 * f64::from(n), 0.0);
-        let doubts = [0.0, 0.5, 1.0, f32::NAN];
-        let nodes: Vec<Node> = (0..).zip(doubts).map(|(n, doubt)| node(n, place(n), doubt)).collect();
+        let uncertainties = [0.0, 0.5, 1.0, f32::NAN];
+        let nodes: Vec<Node> =
+            (0..).zip(uncertainties).map(|(n, uncertainty)| node(n, place(n), uncertainty)).collect();
         renderer.set_graph(&nodes, &[]);
         let camera = CameraPose { target: place(1), yaw: 0.0, pitch: 1.2, distance: 12.0 };
         let view = view(camera, SIZE);
-        let eye = Eye::new(camera, SIZE);
-        let picture = studio.shoot(&mut renderer, &view, "doubt");
-        let (sure, vague) = (palette().node, palette().doubtful);
+        let projection = CameraProjection::new(camera, SIZE);
+        let picture = gpu.render(&mut renderer, &view, "uncertainty");
+        let (sure, vague) = (palette().node, palette().uncertain);
         let half: [u8; 4] = std::array::from_fn(|i| u8::midpoint(sure[i], vague[i]));
         for (n, wanted) in (0..).zip([sure, half, vague, vague]) {
-            let (at, _) = eye.project(place(n) + DVec3::new(0.0, 0.0, 0.05)).unwrap();
+            let (at, _) = projection.project(place(n) + DVec3::new(0.0, 0.0, 0.05)).unwrap();
             let seen = picture.at(at);
-            assert!(!differs(seen, [wanted[0], wanted[1], wanted[2]], 20), "{} {n}: {seen:?}", studio.name);
+            assert!(!differs(seen, [wanted[0], wanted[1], wanted[2]], 20), "{} {n}: {seen:?}", gpu.name);
         }
     }
 }
 
 #[test]
 fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
-    for studio in Studio::all() {
-        let mut renderer = studio.renderer();
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
         let nodes: Vec<Node> =
             (0..4).map(|n| node(n, DVec3::new(0.0, 2.0 * f64::from(n), 0.0), 0.0)).collect();
         renderer.set_graph(&nodes, &[]);
@@ -394,21 +395,83 @@ fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
         renderer.set_loops(&[edge([0, 1], LoopState::Closed), edge([2, 3], LoopState::Rejected)]);
         let camera = CameraPose { target: DVec3::new(0.0, 3.0, 0.0), yaw: 0.0, pitch: 1.2, distance: 12.0 };
         let view = view(camera, SIZE);
-        let eye = Eye::new(camera, SIZE);
-        let (at, _) = eye.project(DVec3::new(0.0, 1.0, 0.05)).unwrap();
-        let thin = studio.shoot(&mut renderer, &view, "loops");
+        let projection = CameraProjection::new(camera, SIZE);
+        let (at, _) = projection.project(DVec3::new(0.0, 1.0, 0.05)).unwrap();
+        let thin = gpu.render(&mut renderer, &view, "loops");
         let purple = |[r, g, b]: [u8; 3]| r > 120 && b > 160 && g < 170 && g < r;
-        assert!(purple(thin.at(at)), "{}: {:?}", studio.name, thin.at(at));
+        assert!(purple(thin.at(at)), "{}: {:?}", gpu.name, thin.at(at));
         let beside = at + DVec2::new(0.0, 2.5);
-        assert!(!purple(thin.at(beside)), "{}: a thin line", studio.name);
+        assert!(!purple(thin.at(beside)), "{}: a thin line", gpu.name);
         renderer.select_pair(Some([0, 1]));
         assert!(renderer.needs_redraw(&view));
-        let thick = studio.shoot(&mut renderer, &view, "loop-selected");
-        assert!(purple(thick.at(beside - DVec2::new(0.0, 1.0))), "{}", studio.name);
-        let (node, _) = eye.project(DVec3::new(0.0, 0.0, 0.05)).unwrap();
+        let thick = gpu.render(&mut renderer, &view, "loop-selected");
+        assert!(purple(thick.at(beside - DVec2::new(0.0, 1.0))), "{}", gpu.name);
+        let (node, _) = projection.project(DVec3::new(0.0, 0.0, 0.05)).unwrap();
         let colour = palette().pair[0];
-        assert!(!differs(thick.at(node), [colour[0], colour[1], colour[2]], 30), "{}", studio.name);
-        let options = PickOptions { sign_px: 22.0, disc_px: 9.0, line_px: 6.0, point_px: 4.0 };
+        assert!(!differs(thick.at(node), [colour[0], colour[1], colour[2]], 30), "{}", gpu.name);
+        let options = PickOptions { target_px: 22.0, marker_px: 9.0, line_px: 6.0, point_px: 4.0 };
         assert_eq!(renderer.pick(&view, at, &options), Some(Hit::Loop([0, 1])));
     }
+}
+
+/// Pixels of the robot's colour, within `reach_px` of where the robot is.
+fn robot_pixels(image: &Image, view: &View, reach_px: i32) -> usize {
+    let (middle, _) = CameraProjection::new(view.camera, view.viewport_px).project(robot().position).unwrap();
+    let around = (-reach_px..=reach_px).flat_map(|x| (-reach_px..=reach_px).map(move |y| (x, y)));
+    let yellow = |[r, g, b]: [u8; 3]| r > 150 && g > 110 && b < r / 2;
+    around.filter(|&(x, y)| yellow(image.at(middle + DVec2::new(f64::from(x), f64::from(y))))).count()
+}
+
+#[test]
+fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
+        renderer.set_robot(Some(robot()));
+        let at_distance = |distance| {
+            let camera = CameraPose { target: robot().position, yaw: 0.4, pitch: 0.9, distance };
+            view(camera, SIZE)
+        };
+        // A disc of 14 x 0.62 logical pixels with its point, less the rim.
+        for distance in [60.0, 300.0, 2900.0] {
+            let view = at_distance(distance);
+            let yellow = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 20);
+            assert!((150..500).contains(&yellow), "{} at {distance} m: {yellow}", gpu.name);
+        }
+        let half_as_dense = View { pixels_per_point: 2.0, ..at_distance(300.0) };
+        let image = gpu.render(&mut renderer, &half_as_dense, "robot-far-dense");
+        assert!(robot_pixels(&image, &half_as_dense, 40) > 600, "{}: logical pixels", gpu.name);
+        // 0.9 m of mesh at 30 m are 26 pixels: the marker is gone, and the mesh does not fill its place.
+        let near = at_distance(30.0);
+        let image = gpu.render(&mut renderer, &near, "robot-near");
+        let mesh = robot_pixels(&image, &near, 20);
+        let close = at_distance(1.5);
+        let close_image = gpu.render(&mut renderer, &close, "robot-close");
+        assert!(mesh < robot_pixels(&close_image, &close, 20) * 10 && mesh > 0, "{}: {mesh}", gpu.name);
+        let behind = robot().position - robot().ahead() * 0.9;
+        let (beside, _) = CameraProjection::new(close.camera, SIZE).project(behind).unwrap();
+        assert!(close_image.at(beside)[0] < 150, "{}: a marker over the mesh", gpu.name);
+    }
+}
+
+#[test]
+fn surfaces_are_drawn_a_hands_breadth_from_the_camera() {
+    for gpu in TestGpu::all() {
+        let mut renderer = gpu.renderer();
+        let positions: Vec<DVec3> =
+            (0..40_000).map(|i| DVec3::new(0.0, f64::from(i % 200), f64::from(i / 200)) * 0.005).collect();
+        renderer.upload_tile(TileId(1), WHOLE_MAP, &TestTile::new(&positions, 0.005).block());
+        let target = DVec3::new(0.0, 0.5, 0.5);
+        let view = view(CameraPose { target, yaw: 0.0, pitch: 0.0, distance: 0.1 }, [400, 400]);
+        let image = gpu.render(&mut renderer, &view, "hands-breadth");
+        let covered =
+            (0..400).filter(|x| image.at(DVec2::new(f64::from(*x), 200.0)) != image.at(DVec2::ZERO));
+        assert!(covered.count() > 200, "{}", gpu.name);
+        let background = view_of_nothing(&gpu, &view);
+        assert!(differs(image.at(DVec2::splat(200.0)), background, 10), "{}", gpu.name);
+    }
+}
+
+/// The colour in the middle of an empty scene.
+fn view_of_nothing(gpu: &TestGpu, view: &View) -> [u8; 3] {
+    gpu.render(&mut gpu.renderer(), view, "nothing").at(DVec2::splat(200.0))
 }

@@ -2,9 +2,9 @@
 
 mod camera;
 mod drawing;
-mod pace;
+mod frame_pacing;
+mod level_of_detail;
 mod picking;
-mod selection;
 mod shaders;
 
 use crate::*;
@@ -19,7 +19,7 @@ pub(crate) fn palette() -> Palette {
         live: [255, 255, 255, 110],
         grid: [139, 152, 166, 90],
         node: [240, 244, 250, 255],
-        doubtful: [210, 153, 34, 255],
+        uncertain: [210, 153, 34, 255],
         outline: [13, 17, 23, 255],
         edge: [140, 175, 220, 255],
         loop_closed: [188, 140, 255, 230],
@@ -38,13 +38,13 @@ pub(crate) fn view(camera: CameraPose, viewport_px: [u32; 2]) -> View {
 }
 
 /// A block of points from metres, at 5 mm around an origin.
-pub(crate) struct Made {
+pub(crate) struct TestTile {
     pub(crate) origin: [f32; 3],
     pub(crate) points: Vec<[u16; 4]>,
     pub(crate) spacing: f32,
 }
 
-impl Made {
+impl TestTile {
     pub(crate) const STEP: f32 = 0.005;
 
     pub(crate) fn new(positions: &[DVec3], spacing: f32) -> Self {

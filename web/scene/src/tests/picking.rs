@@ -1,22 +1,22 @@
 //! Picking against the slow obvious way: every point of every tile.
 
-use super::Made;
-use crate::eye::{Eye, Ray};
-use crate::pick::{Cone, Hit, Sign, meant, nearest_loop, nearest_point, nearest_sign};
-use crate::tiles::Cloud;
+use super::TestTile;
+use crate::picking::{Hit, PickCone, PickTarget, nearest_loop, nearest_point, nearest_target, resolve_pick};
+use crate::projection::{CameraProjection, Ray};
+use crate::tiles::TilePoints;
 use crate::{CameraPose, LoopEdge, LoopState, WHOLE_MAP};
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use proptest::prelude::*;
 
-fn brute_force(cloud: &Cloud, map_from_anchor: &DAffine3, cone: &Cone) -> Option<f64> {
-    let positions = cloud.points.iter().map(|p| map_from_anchor.transform_point3(cloud.position(p)));
+fn brute_force(points: &TilePoints, map_from_anchor: &DAffine3, cone: &PickCone) -> Option<f64> {
+    let positions = points.points.iter().map(|p| map_from_anchor.transform_point3(points.position(p)));
     positions
-        .filter(|p| p.z >= cone.heights[0] && p.z <= cone.heights[1])
+        .filter(|p| p.z >= cone.height_range[0] && p.z <= cone.height_range[1])
         .filter_map(|p| {
             let relative = p - cone.ray.origin;
             let along = relative.dot(cone.ray.direction);
-            let aside = relative.cross(cone.ray.direction).length();
-            (along >= Eye::NEAR && aside <= along * cone.slope).then_some(along)
+            let off_axis = relative.cross(cone.ray.direction).length();
+            (along >= CameraProjection::NEAR_M && off_axis <= along * cone.slope).then_some(along)
         })
         .reduce(f64::min)
 }
@@ -32,14 +32,14 @@ proptest! {
         let mut positions: Vec<DVec3> = positions.into_iter().map(DVec3::from_array).collect();
         // Blocks are only small boxes when neighbours follow each other.
         positions.sort_by(|a, b| a.x.total_cmp(&b.x));
-        let made = Made::new(&positions, 0.1);
-        let cloud = Cloud::new(WHOLE_MAP, &made.block()).unwrap();
+        let made = TestTile::new(&positions, 0.1);
+        let points = TilePoints::new(WHOLE_MAP, &made.block()).unwrap();
         let pose = DAffine3::from_rotation_translation(DQuat::from_rotation_z(turn), DVec3::new(1.0, 2.0, 0.5));
         let direction = DVec3::from_array(towards).try_normalize().unwrap_or(DVec3::X);
         let ray = Ray { origin: DVec3::from_array(from), direction };
-        let cone = Cone { ray, slope, heights: [floor, ceiling] };
-        let found = nearest_point(&cloud, &pose, &cone, f64::INFINITY).map(|(along, _)| along);
-        let expected = brute_force(&cloud, &pose, &cone);
+        let cone = PickCone { ray, slope, height_range: [floor, ceiling] };
+        let found = nearest_point(&points, &pose, &cone, f64::INFINITY).map(|(along, _)| along);
+        let expected = brute_force(&points, &pose, &cone);
         prop_assert_eq!(found.is_some(), expected.is_some());
         if let (Some(found), Some(expected)) = (found, expected) {
             prop_assert!((found - expected).abs() < 1e-9);
@@ -51,12 +51,13 @@ proptest! {
 fn points_above_the_clip_are_looked_through() {
     let wall: Vec<DVec3> = (0..100).map(|i| DVec3::new(5.0, 0.0, f64::from(i) * 0.05)).collect();
     let floor = [DVec3::new(9.0, 0.0, 0.0)];
-    let clouds = [&wall[..], &floor].map(|p| Cloud::new(WHOLE_MAP, &Made::new(p, 0.05).block()).unwrap());
+    let pointss =
+        [&wall[..], &floor].map(|p| TilePoints::new(WHOLE_MAP, &TestTile::new(p, 0.05).block()).unwrap());
     let origin = DVec3::new(0.0, 0.0, 4.0);
     let direction = (floor[0] - origin).normalize();
     let hit = |ceiling: f64| {
-        let cone = Cone { ray: Ray { origin, direction }, slope: 0.01, heights: [-1.0, ceiling] };
-        let all = clouds.iter().filter_map(|c| nearest_point(c, &DAffine3::IDENTITY, &cone, f64::INFINITY));
+        let cone = PickCone { ray: Ray { origin, direction }, slope: 0.01, height_range: [-1.0, ceiling] };
+        let all = pointss.iter().filter_map(|c| nearest_point(c, &DAffine3::IDENTITY, &cone, f64::INFINITY));
         all.map(|(_, at)| at.x).reduce(f64::min).unwrap()
     };
     assert!((hit(10.0) - 5.0).abs() < 0.01);
@@ -64,17 +65,17 @@ fn points_above_the_clip_are_looked_through() {
 }
 
 #[test]
-fn the_sign_nearest_to_the_finger_is_picked() {
+fn the_target_nearest_to_the_finger_is_picked() {
     let camera = CameraPose { target: DVec3::ZERO, yaw: 0.0, pitch: 0.5, distance: 10.0 };
-    let eye = Eye::new(camera, [1000, 800]);
+    let projection = CameraProjection::new(camera, [1000, 800]);
     let place = |y: f64| DVec3::new(0.0, y, 0.0);
-    let signs = [
-        Sign { hit: Hit::Node(1), position: place(0.0) },
-        Sign { hit: Hit::Node(2), position: place(0.3) },
-        Sign { hit: Hit::Robot, position: place(5.0) },
+    let targets = [
+        PickTarget { hit: Hit::Node(1), position: place(0.0) },
+        PickTarget { hit: Hit::Node(2), position: place(0.3) },
+        PickTarget { hit: Hit::Robot, position: place(5.0) },
     ];
-    let at = |y: f64| eye.project(place(y)).unwrap().0;
-    let nearest = |pixel| nearest_sign(&signs, &eye, pixel, 22.0).map(|(_, hit)| hit);
+    let at = |y: f64| projection.project(place(y)).unwrap().0;
+    let nearest = |pixel| nearest_target(&targets, &projection, pixel, 22.0).map(|(_, hit)| hit);
     assert_eq!(nearest(at(0.05)), Some(Hit::Node(1)));
     assert_eq!(nearest(at(0.28)), Some(Hit::Node(2)));
     assert_eq!(nearest(at(5.0) + DVec2::new(0.0, 21.0)), Some(Hit::Robot));
@@ -88,41 +89,41 @@ fn loop_edge(nodes: [u32; 2], ends: [[f64; 3]; 2], state: LoopState) -> LoopEdge
 #[test]
 fn the_loop_whose_line_is_nearest_is_picked_and_only_near_it() {
     let camera = CameraPose { target: DVec3::ZERO, yaw: 0.0, pitch: 0.5, distance: 10.0 };
-    let eye = Eye::new(camera, [1000, 800]);
+    let projection = CameraProjection::new(camera, [1000, 800]);
     let loops = [
         loop_edge([1, 9], [[0.0, -2.0, 0.0], [0.0, 2.0, 0.0]], LoopState::Closed),
         loop_edge([2, 8], [[1.0, -2.0, 0.0], [1.0, 2.0, 0.0]], LoopState::Rejected),
-        // From in front of the eye to far behind it.
+        // From in front of the camera to far behind it.
         loop_edge([3, 7], [[-4.0, 3.0, 0.0], [-60.0, 3.0, 0.0]], LoopState::Open),
     ];
-    let at = |x: f64, y: f64| eye.project(DVec3::new(x, y, 0.0)).unwrap().0;
-    let pick = |pixel| nearest_loop(&loops, &eye, pixel, 6.0);
+    let at = |x: f64, y: f64| projection.project(DVec3::new(x, y, 0.0)).unwrap().0;
+    let pick = |pixel| nearest_loop(&loops, &projection, pixel, 6.0);
     assert_eq!(pick(at(0.0, 1.3)), Some(Hit::Loop([1, 9])));
     assert_eq!(pick(at(1.0, -1.9)), Some(Hit::Loop([2, 8])));
     assert_eq!(pick(at(0.0, 0.0) + DVec2::new(0.0, 5.0)), Some(Hit::Loop([1, 9])));
     assert_eq!(pick(at(0.0, 0.0) + DVec2::new(0.0, 7.0)), None);
     assert_eq!(pick(at(0.0, 2.0) - DVec2::new(7.0, 0.0)), None, "past its end");
-    assert_eq!(pick(at(-4.5, 3.0)), Some(Hit::Loop([3, 7])), "the part before the eye");
+    assert_eq!(pick(at(-4.5, 3.0)), Some(Hit::Loop([3, 7])), "the part in front of the camera");
     let behind = loop_edge([4, 6], [[-40.0, 0.0, 0.0], [-60.0, 0.0, 0.0]], LoopState::Closed);
-    assert_eq!(nearest_loop(&[behind], &eye, at(0.0, 0.0), 1e9), None);
+    assert_eq!(nearest_loop(&[behind], &projection, at(0.0, 0.0), 1e9), None);
 }
 
 #[test]
 fn of_loops_on_top_of_each_other_the_one_that_matters_more_is_picked() {
-    let eye = Eye::new(CameraPose::default(), [1000, 800]);
+    let projection = CameraProjection::new(CameraPose::default(), [1000, 800]);
     let ends = [[0.0; 3], [1.0, 1.0, 0.0]];
     let edges = [LoopState::Closed, LoopState::Rejected, LoopState::Open];
     let loops: Vec<LoopEdge> = (0..).zip(edges).map(|(n, state)| loop_edge([n, 9], ends, state)).collect();
-    let at = eye.project(DVec3::new(0.5, 0.5, 0.0)).unwrap().0;
-    assert_eq!(nearest_loop(&loops, &eye, at, 6.0), Some(Hit::Loop([0, 9])));
+    let at = projection.project(DVec3::new(0.5, 0.5, 0.0)).unwrap().0;
+    assert_eq!(nearest_loop(&loops, &projection, at, 6.0), Some(Hit::Loop([0, 9])));
 }
 
 #[test]
-fn a_node_is_meant_where_it_is_drawn_and_a_loop_beside_it() {
+fn a_node_is_picked_where_it_is_drawn_and_a_loop_beside_it() {
     let (node, line) = (Hit::Node(3), Hit::Loop([3, 9]));
-    assert_eq!(meant(Some((4.0, node)), Some(line), 9.0), Some(node));
-    assert_eq!(meant(Some((15.0, node)), Some(line), 9.0), Some(line));
-    assert_eq!(meant(Some((15.0, node)), None, 9.0), Some(node));
-    assert_eq!(meant(None, Some(line), 9.0), Some(line));
-    assert_eq!(meant(None, None, 9.0), None);
+    assert_eq!(resolve_pick(Some((4.0, node)), Some(line), 9.0), Some(node));
+    assert_eq!(resolve_pick(Some((15.0, node)), Some(line), 9.0), Some(line));
+    assert_eq!(resolve_pick(Some((15.0, node)), None, 9.0), Some(node));
+    assert_eq!(resolve_pick(None, Some(line), 9.0), Some(line));
+    assert_eq!(resolve_pick(None, None, 9.0), None);
 }

@@ -1,36 +1,36 @@
-//! The pictures between the passes, sized to the viewport.
+//! Render targets: the textures between the passes, sized to the viewport.
 
-/// Colour and packed depth alike: what every browser can draw into and read.
+/// Of colour and of packed depth: every browser can draw into it and read it.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// A colour and a packed depth picture.
-pub(crate) struct Picture {
+/// A colour texture and a packed depth texture.
+pub(crate) struct ColourDepthTarget {
     pub(crate) colour: wgpu::TextureView,
     pub(crate) depth: wgpu::TextureView,
     /// Both, for a pass that reads them.
     pub(crate) group: wgpu::BindGroup,
 }
 
-/// All pictures of one viewport size.
-pub(crate) struct Targets {
+/// All textures for one viewport size.
+pub(crate) struct RenderTargets {
     pub(crate) size: [u32; 2],
-    /// Points and models; later the filled picture.
-    pub(crate) scene: Picture,
+    /// Points and meshes; after the fill passes the filled image.
+    pub(crate) scene: ColourDepthTarget,
     /// Between the two fill passes.
-    pub(crate) rows: Picture,
+    pub(crate) rows: ColourDepthTarget,
     /// For the depth test of the first pass.
     pub(crate) z: wgpu::TextureView,
-    /// The finished picture.
+    /// The finished image.
     pub(crate) finished: wgpu::TextureView,
     pub(crate) finished_group: wgpu::BindGroup,
 }
 
-impl Targets {
+impl RenderTargets {
     pub(crate) fn new(
         device: &wgpu::Device,
         size: [u32; 2],
-        picture: &wgpu::BindGroupLayout,
+        colour_depth: &wgpu::BindGroupLayout,
         present: &wgpu::BindGroupLayout,
     ) -> Self {
         let finished = texture(device, "scene: finished", size, FORMAT);
@@ -49,8 +49,8 @@ impl Targets {
         });
         Self {
             size,
-            scene: Picture::new(device, size, picture),
-            rows: Picture::new(device, size, picture),
+            scene: ColourDepthTarget::new(device, size, colour_depth),
+            rows: ColourDepthTarget::new(device, size, colour_depth),
             z: texture(device, "scene: z", size, DEPTH_FORMAT),
             finished,
             finished_group,
@@ -58,12 +58,12 @@ impl Targets {
     }
 }
 
-impl Picture {
+impl ColourDepthTarget {
     fn new(device: &wgpu::Device, size: [u32; 2], layout: &wgpu::BindGroupLayout) -> Self {
         let colour = texture(device, "scene: colour", size, FORMAT);
         let depth = texture(device, "scene: packed depth", size, FORMAT);
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene: picture"),
+            label: Some("scene: colour and depth"),
             layout,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&colour) },

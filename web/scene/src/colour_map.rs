@@ -1,15 +1,15 @@
-//! Colour ramps for heights, intensities and ages.
+//! Colour maps of heights, intensities and ages.
 
-/// Stops of a ramp; the GPU interpolates between them.
+/// Evenly spaced colours that the shader interpolates between.
 pub(crate) const STOPS: usize = 12;
 
-/// From a value between 0 and 1 to a colour.
+/// Maps a value between 0 and 1 to a colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Ramp {
-    /// Slate, teal, sand: quiet, so that what is drawn on top stands out.
+pub enum ColourMap {
+    /// Slate, teal, sand. Muted, so that the overlay stands out.
     #[default]
     Muted,
-    /// Google's Turbo: every height differs.
+    /// Google's Turbo: distinguishes the most values.
     Turbo,
     /// Matplotlib's viridis: readable for the colour-blind and in print.
     Viridis,
@@ -17,16 +17,16 @@ pub enum Ramp {
     Grey,
 }
 
-impl Ramp {
-    /// Colour at `at`, clamped to 0..=1; gamma-encoded red, green, blue between 0 and 1.
-    pub fn colour(self, at: f32) -> [f32; 3] {
+impl ColourMap {
+    /// Colour of `value`, clamped to 0..=1; gamma-encoded red, green, blue between 0 and 1.
+    pub fn colour(self, value: f32) -> [f32; 3] {
         let table = self.table();
-        let place = at.clamp(0.0, 1.0) * (table.len() - 1) as f32;
-        let below = (place as usize).min(table.len() - 2);
-        let along = place - below as f32;
+        let position = value.clamp(0.0, 1.0) * (table.len() - 1) as f32;
+        let below = (position as usize).min(table.len() - 2);
+        let fraction = position - below as f32;
         std::array::from_fn(|i| {
             let (a, b) = (f32::from(table[below][i]), f32::from(table[below + 1][i]));
-            (a + (b - a) * along) / 255.0
+            (a + (b - a) * fraction) / 255.0
         })
     }
 

@@ -1,13 +1,13 @@
-//! What the overlay shader reads for each line segment and each marker, and how polylines become segments.
+//! Instances of the overlay shader: one for each line segment and each marker. Polylines are split into segments here.
 
 use crate::view::Colour;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// One segment; see `vs_lines`.
+/// A line segment, as `vs_lines` reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Segment {
+pub(crate) struct LineInstance {
     pub(crate) from: [f32; 3],
     pub(crate) to: [f32; 3],
     pub(crate) colour: Colour,
@@ -21,24 +21,30 @@ pub(crate) struct Segment {
     pub(crate) along: f32,
 }
 
-/// One marker; see `vs_marks`.
+/// A marker, as `vs_markers` reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(crate) struct Mark {
+pub(crate) struct MarkerInstance {
     pub(crate) centre: [f32; 3],
-    /// Direction that the marker's x axis follows on the screen; zero keeps it upright.
+    /// Direction of the marker's x axis, map frame; zero keeps it upright.
     pub(crate) ahead: [f32; 3],
     pub(crate) fill: Colour,
     pub(crate) rim: Colour,
-    /// Greatest and least radius, logical pixels.
+    /// Largest and smallest radius, logical pixels.
     pub(crate) radius_max: f32,
     pub(crate) radius_min: f32,
-    /// Radius in the world, metres; 0 draws the greatest radius at every distance.
+    /// Radius in the map, m, which perspective scales; 0 draws the largest radius at every distance.
     pub(crate) radius_world: f32,
-    /// As `edge_distance` in the shader counts them.
+    /// Number of the shape, as `edge_distance` of overlay.wgsl has it.
     pub(crate) shape: f32,
+    /// Opacity where something stands in front.
     pub(crate) behind: f32,
+    /// Range of the projected radius in which the marker is drawn, logical pixels.
+    pub(crate) visible_px: [f32; 2],
 }
+
+/// Visible at every distance.
+pub(crate) const ALWAYS_VISIBLE: [f32; 2] = [0.0, 1e9];
 
 /// How a line looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,9 +55,13 @@ pub(crate) struct Stroke {
     pub(crate) dash: f32,
 }
 
-/// Appends the segments of a polyline. Points nearer than `step_min` (metres) to the last one drawn are skipped, but
-/// never the end.
-pub(crate) fn push_polyline(segments: &mut Vec<Segment>, points: &[DVec3], stroke: Stroke, step_min: f64) {
+/// Appends the segments of a polyline. Points nearer than `min_step_m` to the last kept one are skipped, except the last point.
+pub(crate) fn push_polyline(
+    segments: &mut Vec<LineInstance>,
+    points: &[DVec3],
+    stroke: Stroke,
+    min_step_m: f64,
+) {
     let mut finite = points.iter().copied().filter(|p| p.is_finite()).peekable();
     let Some(mut from) = finite.next() else {
         return;
@@ -59,10 +69,10 @@ pub(crate) fn push_polyline(segments: &mut Vec<Segment>, points: &[DVec3], strok
     let mut along = 0.0;
     while let Some(to) = finite.next() {
         let length = from.distance(to);
-        if length < step_min && finite.peek().is_some() {
+        if length < min_step_m && finite.peek().is_some() {
             continue;
         }
-        segments.push(Segment {
+        segments.push(LineInstance {
             from: from.as_vec3().to_array(),
             to: to.as_vec3().to_array(),
             colour: stroke.colour,
@@ -76,7 +86,7 @@ pub(crate) fn push_polyline(segments: &mut Vec<Segment>, points: &[DVec3], strok
     }
 }
 
-/// The points of a level circle (metres), closed.
+/// The points of a closed horizontal circle (m).
 pub(crate) fn circle(centre: DVec3, radius: f64) -> Vec<DVec3> {
     const CORNERS: u32 = 48;
     (0..=CORNERS)

@@ -1,0 +1,49 @@
+//! Slow machines draw less while things move, and more once nothing moves.
+
+use super::view;
+use crate::{CameraPose, FramePacer, View};
+
+fn requested() -> View {
+    view(CameraPose::default(), [800, 600])
+}
+
+/// Draws changed frames at an interval; returns when the last was and what it was.
+fn run(pacer: &mut FramePacer, from: f64, interval: f64, frames: u32) -> (f64, View) {
+    (1..=frames).fold((from, requested()), |_, i| {
+        let now = from + interval * f64::from(i);
+        (now, pacer.plan_frame(now, &requested(), true).0)
+    })
+}
+
+#[test]
+fn late_frames_cost_points_and_pixels_and_a_rest_brings_some_back() {
+    let mut pacer = FramePacer::default();
+    assert_eq!(pacer.plan_frame(0.0, &requested(), true), (requested(), None));
+    let (now, slow) = run(&mut pacer, 0.0, 1.0, 6);
+    assert!(slow.options.point_budget < 150_000 && slow.options.resolution <= 0.5, "{:?}", slow.options);
+    let (same, due) = pacer.plan_frame(now + 0.1, &requested(), false);
+    assert_eq!(same, slow);
+    assert!(due.is_some_and(|due| (0.25..0.35).contains(&due)), "{due:?}");
+    let (still, due) = pacer.plan_frame(now + 0.45, &requested(), false);
+    assert!(still.options.point_budget > 2 * slow.options.point_budget && due.is_none());
+    assert_eq!(pacer.plan_frame(now + 9.0, &requested(), false), (still, None), "refined once only");
+}
+
+#[test]
+fn frames_in_time_restore_the_quality_and_scans_at_ten_hertz_do_not_lower_it() {
+    let mut pacer = FramePacer::default();
+    let (now, _) = run(&mut pacer, 0.0, 0.3, 8);
+    let (now, quick) = run(&mut pacer, now, 0.016, 80);
+    assert_eq!(quick, requested());
+    let (now, steady) = run(&mut pacer, now, 0.12, 50);
+    assert_eq!(steady, requested());
+    assert_eq!(pacer.plan_frame(now + 1.0, &requested(), false), (requested(), None));
+}
+
+#[test]
+fn a_pause_says_nothing_about_speed_and_a_moved_camera_is_a_change() {
+    let mut pacer = FramePacer::default();
+    assert_eq!(run(&mut pacer, 0.0, 20.0, 20).1, requested());
+    let moved = View { pixels_per_point: 2.0, ..requested() };
+    assert_eq!(pacer.plan_frame(400.05, &moved, false).0, moved);
+}
