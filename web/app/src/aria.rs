@@ -54,12 +54,12 @@ struct Mirror {
 /// An element and what it says.
 struct Shown {
     element: HtmlElement,
-    said: Said,
+    said: AriaAttributes,
 }
 
 /// Everything an element says; set again only when it differs.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Said {
+struct AriaAttributes {
     role: &'static str,
     name: String,
     text: String,
@@ -74,7 +74,7 @@ impl Mirror {
     fn listen(&mut self, ctx: &egui::Context) {
         self.root = browser::element("aria");
         let Some(root) = &self.root else {
-            browser::complain("the page has no element #aria: the client's controls are not accessible");
+            browser::log_warning("the page has no element #aria: the client's controls are not accessible");
             return;
         };
         for event in ["click", "keydown"] {
@@ -101,7 +101,7 @@ impl Mirror {
         if let Some(tree) = &update.tree {
             collect(tree.root, &nodes, &mut order);
         }
-        let wanted: Vec<(NodeId, Said)> =
+        let wanted: Vec<(NodeId, AriaAttributes)> =
             order.iter().filter_map(|id| Some((*id, said(nodes.get(id)?, &nodes)?))).collect();
         let ids: Vec<NodeId> = wanted.iter().map(|(id, _)| *id).collect();
         let known: std::collections::BTreeSet<NodeId> = ids.iter().copied().collect();
@@ -118,7 +118,7 @@ impl Mirror {
                 None => {
                     if let Some(element) = browser::create("div") {
                         let _ = element.set_attribute("data-node", &id.0.to_string());
-                        let mut shown = Shown { element, said: Said::default() };
+                        let mut shown = Shown { element, said: AriaAttributes::default() };
                         shown.say(said);
                         self.shown.insert(id, shown);
                     }
@@ -138,7 +138,7 @@ impl Mirror {
 }
 
 impl Shown {
-    fn say(&mut self, said: Said) {
+    fn say(&mut self, said: AriaAttributes) {
         if said == self.said {
             return;
         }
@@ -193,7 +193,7 @@ fn collect(id: NodeId, nodes: &BTreeMap<NodeId, &Node>, order: &mut Vec<NodeId>)
 }
 
 /// What the element of a node says; `None` for nodes that are only there to hold others.
-fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<Said> {
+fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<AriaAttributes> {
     let role = aria_role(node.role())?;
     let labelled = || {
         let names: Vec<&str> = node.labelled_by().iter().filter_map(|id| nodes.get(id)?.value()).collect();
@@ -213,7 +213,7 @@ fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<Said> {
         bounds.height(),
     );
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value}"));
-    Some(Said {
+    Some(AriaAttributes {
         role,
         name,
         text,

@@ -100,7 +100,7 @@ pub(crate) fn lasting_storage() -> Option<Storage> {
 }
 
 /// Says something in the browser's console, for whoever looks after the client.
-pub(crate) fn complain(what: &str) {
+pub(crate) fn log_warning(what: &str) {
     web_sys::console::warn_1(&what.into());
 }
 

@@ -11,7 +11,7 @@ const REPAINT: Duration = Duration::from_millis(90);
 
 /// Something that came in.
 #[derive(Debug)]
-pub(crate) enum Arrival {
+pub(crate) enum InboundMessage {
     /// For the model.
     Event(ClientEvent),
     /// Bytes of a tile, to be decoded.
@@ -35,7 +35,7 @@ pub(crate) enum Arrival {
 /// A queue that wakes the client once there is something to wake.
 #[derive(Clone, Default)]
 pub(crate) struct Inbox {
-    queue: Rc<RefCell<VecDeque<Arrival>>>,
+    queue: Rc<RefCell<VecDeque<InboundMessage>>>,
     ctx: Rc<OnceCell<egui::Context>>,
 }
 
@@ -47,7 +47,7 @@ impl Inbox {
     }
 
     /// Leaves something for the next frame, and sees to it that there is one.
-    pub(crate) fn leave(&self, arrival: Arrival) {
+    pub(crate) fn leave(&self, arrival: InboundMessage) {
         self.queue.borrow_mut().push_back(arrival);
         if let Some(ctx) = self.ctx.get() {
             ctx.request_repaint_after(REPAINT);
@@ -55,7 +55,7 @@ impl Inbox {
     }
 
     /// The oldest of what is there.
-    pub(crate) fn take(&self) -> Option<Arrival> {
+    pub(crate) fn take(&self) -> Option<InboundMessage> {
         self.queue.borrow_mut().pop_front()
     }
 }

@@ -8,25 +8,25 @@ mod aria;
 #[cfg(target_arch = "wasm32")]
 mod browser;
 #[cfg(target_arch = "wasm32")]
-mod client;
+mod client_app;
 #[cfg(target_arch = "wasm32")]
-mod core;
+mod downloads;
 #[cfg(target_arch = "wasm32")]
-mod fetch;
-#[cfg(target_arch = "wasm32")]
-mod gpu;
+mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
 #[cfg(target_arch = "wasm32")]
-mod inputs;
+mod runtime;
 #[cfg(target_arch = "wasm32")]
-mod labels;
+mod scene_labels;
+#[cfg(target_arch = "wasm32")]
+mod scene_sync;
 #[cfg(target_arch = "wasm32")]
 mod sockets;
 #[cfg(target_arch = "wasm32")]
-mod stage;
+mod text_inputs;
 #[cfg(target_arch = "wasm32")]
-mod upload;
+mod uploads;
 #[cfg(target_arch = "wasm32")]
 mod viewport;
 
@@ -35,9 +35,9 @@ pub use web::start;
 
 #[cfg(target_arch = "wasm32")]
 mod web {
-    use crate::client::{self, Client};
-    use crate::core::reach_server;
-    use crate::{browser, gpu};
+    use crate::client_app::{self, ClientApp};
+    use crate::runtime::wait_for_first_tile;
+    use crate::{browser, graphics};
     use eframe::WebRunner;
     use wasm_bindgen::prelude::*;
 
@@ -46,13 +46,13 @@ mod web {
     pub async fn start(canvas_id: String) -> Result<(), JsValue> {
         let canvas = browser::element::<web_sys::HtmlCanvasElement>(&canvas_id)
             .ok_or_else(|| JsValue::from_str("the page has no canvas of that name"))?;
-        let core = client::connect();
+        let runtime = client_app::connect();
         // Making a graphics context blocks the page for up to a second where the processor draws.
-        reach_server(&core).await;
-        let back_end = gpu::choose().await;
-        let create = Box::new(|context: &eframe::CreationContext<'_>| Client::create(core, context));
-        WebRunner::new().start(canvas, gpu::options(back_end), create).await?;
-        wasm_bindgen_futures::spawn_local(gpu::find_out());
+        wait_for_first_tile(&runtime).await;
+        let back_end = graphics::choose_backend().await;
+        let create = Box::new(|context: &eframe::CreationContext<'_>| ClientApp::create(runtime, context));
+        WebRunner::new().start(canvas, graphics::web_options(back_end), create).await?;
+        wasm_bindgen_futures::spawn_local(graphics::probe_webgpu());
         Ok(())
     }
 }

@@ -1,14 +1,14 @@
 //! The two WebSockets: what they say becomes events, effects become messages.
 
 use crate::browser;
-use crate::inbox::{Arrival, Inbox};
+use crate::inbox::{InboundMessage, Inbox};
 use client_model::{ClientEvent, Socket};
 use wasm_bindgen::JsCast;
 use wasm_bindgen::prelude::Closure;
 use web_sys::{BinaryType, CloseEvent, MessageEvent, WebSocket};
 
 /// Both sockets; each is opened anew after every loss.
-pub(crate) struct Sockets {
+pub(crate) struct SocketConnections {
     inbox: Inbox,
     control: Option<Connection>,
     stream: Option<Connection>,
@@ -32,7 +32,7 @@ impl Drop for Connection {
     }
 }
 
-impl Sockets {
+impl SocketConnections {
     pub(crate) fn new(inbox: Inbox) -> Self {
         Self { inbox, control: None, stream: None }
     }
@@ -48,7 +48,7 @@ impl Sockets {
     pub(crate) fn open(&mut self, which: Socket) {
         let connection = Connection::open(which, &self.inbox);
         if connection.is_none() {
-            self.inbox.leave(Arrival::Event(ClientEvent::SocketClosed {
+            self.inbox.leave(InboundMessage::Event(ClientEvent::SocketClosed {
                 socket: which,
                 jitter: browser::random_unit(),
             }));
@@ -82,12 +82,14 @@ impl Connection {
         socket.set_binary_type(BinaryType::Arraybuffer);
         let opened = {
             let inbox = inbox.clone();
-            Closure::<dyn FnMut()>::new(move || inbox.leave(Arrival::Event(ClientEvent::SocketOpened(which))))
+            Closure::<dyn FnMut()>::new(move || {
+                inbox.leave(InboundMessage::Event(ClientEvent::SocketOpened(which)))
+            })
         };
         let closed = {
             let inbox = inbox.clone();
             Closure::<dyn FnMut(CloseEvent)>::new(move |_| {
-                inbox.leave(Arrival::Event(ClientEvent::SocketClosed {
+                inbox.leave(InboundMessage::Event(ClientEvent::SocketClosed {
                     socket: which,
                     jitter: browser::random_unit(),
                 }));
@@ -96,7 +98,7 @@ impl Connection {
         let message = {
             let inbox = inbox.clone();
             Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-                inbox.leave(Arrival::Event(event_of(which, &event)));
+                inbox.leave(InboundMessage::Event(event_of(which, &event)));
             })
         };
         socket.set_onopen(Some(opened.as_ref().unchecked_ref()));

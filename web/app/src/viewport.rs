@@ -1,110 +1,164 @@
-//! The scene on the screen: gestures move the camera, clicks select or say where to walk.
+//! The viewport: gestures move the camera, clicks select things or set a goal.
 
-use crate::stage::{BASE_HEIGHT_M, SharedRenderer, Stage, vector};
-use crate::{browser, labels};
+use crate::scene_sync::{BASE_HEIGHT_M, SceneSync, SharedRenderer, vector};
+use crate::{browser, scene_labels};
 use client_model::{Bookmark, CameraMove, ClientCommand, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
 use glam::{DVec2, DVec3, Vec3};
 use panels::SceneLabel;
-use scene::{Camera, CameraPose, Eye, Hit, Pace, PickOptions, View};
+use scene::{
+    Camera, CameraConfig, CameraPose, CameraProjection, FramePacer, FreeArea, Hit, PickOptions, View,
+};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use vocab::MapId;
 
-/// The camera looks at the robot's body, a little above the ground, metres.
-const LOOK_HEIGHT_M: f64 = 0.3;
-/// How far from the pointer a sign still counts, points: half a fingertip.
-const SIGN_REACH: f64 = 22.0;
-/// How far from the pointer a point of the map still counts, points.
-const POINT_REACH: f64 = 6.0;
-/// How large signs are drawn, points: there they come before the lines of loops.
-const SIGN_DISC: f64 = 10.0;
-/// How far from the pointer the line of a loop still counts, points.
-const LINE_REACH: f64 = 7.0;
-/// A wheel's notch of about 50 points doubles the scale in five.
-const ZOOM_PER_POINT: f64 = 0.0028;
-/// How near the camera goes to a loop at least, metres, and in lengths of the loop.
-const LOOP_VIEW_M: f64 = 14.0;
-const LOOP_VIEW_LENGTHS: f64 = 2.5;
-/// How far the camera looks down at a loop at least, radians: scans are compared from above.
-const LOOP_PITCH: f64 = 0.9;
-/// A walk goal is offered at most this far away, metres: farther clicks are slips.
-const WALK_M_MAX: f64 = 80.0;
+/// Parameters of [`Viewport`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ViewportConfig {
+    /// Height of the camera's target over the ground while it follows the robot, m: the robot's body.
+    followed_height_m: f64,
+    /// Distance from the pointer within which robot, nodes and markers are picked, logical px: half of a touch target of 44.
+    target_reach_px: f64,
+    /// Radius of drawn nodes and markers, logical px. Within it they precede the lines of loops.
+    marker_radius_px: f64,
+    /// Distance from the pointer within which the line of a loop is picked, logical px.
+    line_reach_px: f64,
+    /// Distance from the pointer within which a point of the map is picked, logical px.
+    point_reach_px: f64,
+    /// Zoom for each logical pixel of scrolling (natural logarithm of the factor). A notch of a wheel is about 50 px, so five double the
+    /// scale.
+    zoom_per_px: f64,
+    /// Shortest camera distance to a loop, m.
+    min_loop_distance_m: f64,
+    /// Camera distance to a loop, in lengths of the loop.
+    loop_distance_ratio: f64,
+    /// Lowest pitch of the camera over a loop, rad: scans are compared from above.
+    min_loop_pitch_rad: f64,
+    /// Longest camera distance after moving to the robot, m.
+    max_robot_distance_m: f64,
+    /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away is an accident.
+    max_goal_distance_m: f64,
+    /// Share of the camera's distance that a double click leaves.
+    double_click_ratio: f64,
+    /// Shortest camera distance after a double click, m.
+    min_double_click_distance_m: f64,
+    /// Where the pointer is over no point of the map, zooming goes to the ground there, up to this many camera distances away.
+    max_ground_focus_ratio: f64,
+}
 
-/// The camera and what is between it and the person.
+impl Default for ViewportConfig {
+    fn default() -> Self {
+        Self {
+            followed_height_m: 0.3,
+            target_reach_px: 22.0,
+            marker_radius_px: 10.0,
+            line_reach_px: 7.0,
+            point_reach_px: 6.0,
+            zoom_per_px: 0.0028,
+            min_loop_distance_m: 14.0,
+            loop_distance_ratio: 2.5,
+            min_loop_pitch_rad: 0.9,
+            max_robot_distance_m: 25.0,
+            max_goal_distance_m: 80.0,
+            double_click_ratio: 0.5,
+            min_double_click_distance_m: 1.0,
+            max_ground_focus_ratio: 2.0,
+        }
+    }
+}
+
+/// The camera and its gestures.
 pub(crate) struct Viewport {
+    config: ViewportConfig,
     camera: Camera,
-    placed: bool,
-    /// What was drawn last, perhaps coarser than wanted.
+    /// Whether the camera has been moved to the robot once.
+    centred_on_robot: bool,
+    /// The view that was drawn last, perhaps at a lower quality than requested.
     view: Option<View>,
-    pace: Pace,
-    /// Where a person who shows where the robot stands pressed the ground, and where the pointer is, map frame.
-    placing: Option<[DVec3; 2]>,
-    /// The saved map on show, and from where those shown before were looked at last.
+    frame_pacer: FramePacer,
+    /// The robot's position that an operator drags: where the ground was pressed, and where the pointer is, m, map frame.
+    dragged_pose: Option<[DVec3; 2]>,
+    /// The part of the viewport that no card covers.
+    free_area: Option<FreeArea>,
+    /// The saved map on show.
     viewed: Option<MapId>,
-    left: BTreeMap<MapId, CameraPose>,
+    /// The last camera pose in the saved maps that were on show before.
+    last_poses: BTreeMap<MapId, CameraPose>,
 }
 
 impl Viewport {
-    /// `pace` is how much is drawn at first.
-    pub(crate) fn new(pace: Pace) -> Self {
+    /// `frame_pacer`: with the quality of the first images.
+    pub(crate) fn new(config: ViewportConfig, frame_pacer: FramePacer) -> Self {
         Self {
-            camera: Camera::new(first_pose()),
-            placed: false,
+            config,
+            camera: Camera::new(CameraConfig::default(), first_pose()),
+            centred_on_robot: false,
             view: None,
-            pace,
-            placing: None,
+            frame_pacer,
+            dragged_pose: None,
+            free_area: None,
             viewed: None,
-            left: BTreeMap::new(),
+            last_poses: BTreeMap::new(),
         }
     }
 
-    /// From where the map is looked at, for the choice of tiles.
-    pub(crate) fn eye(&self) -> Option<client_model::Viewpoint> {
-        self.view.map(|view| eye_of(view.camera, view.viewport_px))
+    /// The viewpoint, for the selection of tiles to fetch.
+    pub(crate) fn viewpoint(&self) -> Option<client_model::Viewpoint> {
+        self.view.map(|view| viewpoint_of(view.camera, view.viewport_px))
     }
 
-    /// From where to where a person drags who shows where the robot stands, map frame, metres.
-    pub(crate) fn placing(&self) -> Option<[DVec3; 2]> {
-        self.placing
+    /// The robot's position and a point in its heading that an operator drags, m, map frame.
+    pub(crate) fn dragged_pose(&self) -> Option<[DVec3; 2]> {
+        self.dragged_pose
     }
 
-    /// Draws the scene and takes what is done to it.
-    pub(crate) fn show(&mut self, ui: &mut Ui, model: &Model, stage: &Stage, out: &mut Vec<ClientCommand>) {
+    /// Draws the scene and handles its gestures.
+    pub(crate) fn show(
+        &mut self,
+        ui: &mut Ui,
+        model: &Model,
+        scene: &SceneSync,
+        out: &mut Vec<ClientCommand>,
+    ) {
         let rect = ui.max_rect();
         let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         ui.ctx().accesskit_node_builder(response.id, |node| {
             node.set_role(egui::Role::Canvas);
             node.set_label("Map in 3D");
         });
-        self.change_map(model);
-        self.follow_robot(model, stage);
+        self.free_area = Some(free_area(ui.ctx(), rect));
+        self.switch_map(model);
+        self.follow_robot(model, scene);
         if model.is_picking_pose() {
-            self.place_robot(ui, &response, model, stage, out);
+            self.drag_robot_pose(ui, &response, model, scene, out);
         } else {
-            self.placing = None;
-            self.gestures(ui, &response, model, out);
+            self.dragged_pose = None;
+            self.gestures(ui, &response, model, scene, out);
         }
         let seconds = f64::from(ui.input(|input| input.stable_dt)).min(0.1);
-        if self.camera.flying() {
-            self.camera.advance(if browser::reduced_motion() { scene::FLIGHT_SECONDS } else { seconds });
+        if self.camera.is_flying() {
+            if browser::reduced_motion() {
+                self.camera.finish_flight();
+            } else {
+                self.camera.advance(seconds);
+            }
             ui.ctx().request_repaint();
         }
         let pixels_per_point = ui.ctx().pixels_per_point();
         let viewport_px =
             [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(1.0) as u32);
-        let wanted = stage.view(model, self.camera.pose(), viewport_px, pixels_per_point);
-        let view = self.paced(ui.ctx(), wanted, stage);
+        let requested = scene.view(model, self.camera.pose(), viewport_px, pixels_per_point);
+        let view = self.paced_view(ui.ctx(), requested, scene);
         ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, ScenePaint { view }));
-        self.clicks(&response, model, stage, out);
+        self.clicks(&response, model, scene, out);
     }
 
-    /// The view to draw for the one that is wanted: as much as the machine can do while things move, more once
-    /// they rest.
-    fn paced(&mut self, ctx: &egui::Context, wanted: View, stage: &Stage) -> View {
+    /// The view to draw for a requested one: at the quality that the machine can do while things move, at a higher one once nothing moves.
+    fn paced_view(&mut self, ctx: &egui::Context, requested: View, scene: &SceneSync) -> View {
         let now = browser::now_ms() * 1e-3;
-        let (view, refine_in) = self.pace.view(now, &wanted, &stage.renderer.borrow());
+        let (view, refine_in) = self.frame_pacer.next_view(now, &requested, &scene.renderer.borrow());
         if let Some(seconds) = refine_in {
             ctx.request_repaint_after(Duration::from_secs_f64(seconds));
         }
@@ -112,49 +166,54 @@ impl Viewport {
         view
     }
 
-    /// The things of the scene that have names, the most important first.
+    /// Labels of the scene, the most important first.
     pub(crate) fn labels(&self, model: &Model) -> Vec<SceneLabel> {
         let Some(view) = self.view else { return Vec::new() };
-        let eye = Eye::new(view.camera, view.viewport_px);
-        let place = |at: DVec3| {
-            let (pixel, depth) = eye.project(at)?;
+        let projection = CameraProjection::new(view.camera, view.viewport_px);
+        let project = |at: DVec3| {
+            let (pixel, depth) = projection.project(at)?;
             let inside = pixel.cmpge(DVec2::ZERO).all()
                 && pixel.x <= f64::from(view.viewport_px[0])
                 && pixel.y <= f64::from(view.viewport_px[1]);
             let point = pixel / f64::from(view.pixels_per_point);
             inside.then_some((egui::pos2(point.x as f32, point.y as f32), depth))
         };
-        labels::of(model, place)
+        scene_labels::scene_labels(model, project)
     }
 
-    /// Carries out a movement of the camera. Returns settings that changed by it.
-    pub(crate) fn go(&mut self, to: &CameraMove, model: &Model) -> Option<ViewSettings> {
+    /// Moves the camera. Returns the view settings if they changed by it.
+    pub(crate) fn move_camera(&mut self, to: &CameraMove, model: &Model) -> Option<ViewSettings> {
         let pose = self.camera.pose();
         match to {
             CameraMove::Fit => {
-                // Who goes to and fro between two maps to pick points goes on where they were.
-                self.change_map(model);
-                let left = model.viewed_map().and_then(|map| self.left.remove(&map));
-                if let Some(pose) = left.filter(|_| model.alignment().is_some()) {
+                // Going back to a map while points are picked in two maps restores the last view of it.
+                self.switch_map(model);
+                let last_pose = model.viewed_map().and_then(|map| self.last_poses.remove(&map));
+                if let Some(pose) = last_pose.filter(|_| model.alignment().is_some()) {
                     self.camera.jump_to(pose);
-                } else if let Some(fit) = self.fitting(model) {
+                } else if let Some(fit) = self.pose_fitting_map(model) {
                     self.camera.fly_to(fit);
                 }
             }
             CameraMove::Top => {
-                let fit = self.fitting(model).unwrap_or(pose);
+                let fit = self.pose_fitting_map(model).unwrap_or(pose);
                 let pitch = 0.5 * std::f64::consts::PI;
                 self.camera.fly_to(CameraPose { pitch, yaw: 0.5 * std::f64::consts::PI, ..fit });
             }
             CameraMove::Robot => {
                 if let Some(target) = robot_target(model) {
-                    self.camera.fly_to(CameraPose { target, distance: pose.distance.min(25.0), ..pose });
+                    self.camera.fly_to(CameraPose {
+                        target,
+                        distance: pose.distance.min(self.config.max_robot_distance_m),
+                        ..pose
+                    });
                 }
             }
             CameraMove::Loop(pair) => {
                 if let Some([a, b]) = ends(model, *pair) {
-                    let distance = (LOOP_VIEW_LENGTHS * a.distance(b)).max(LOOP_VIEW_M);
-                    let pitch = pose.pitch.max(LOOP_PITCH);
+                    let distance = (self.config.loop_distance_ratio * a.distance(b))
+                        .max(self.config.min_loop_distance_m);
+                    let pitch = pose.pitch.max(self.config.min_loop_pitch_rad);
                     self.camera.fly_to(CameraPose { target: a.midpoint(b), distance, pitch, ..pose });
                 }
             }
@@ -180,41 +239,53 @@ impl Viewport {
         None
     }
 
-    /// The pose from which the whole map on show is seen; of its list of tiles, whether they are here or not.
-    fn fitting(&self, model: &Model) -> Option<CameraPose> {
+    /// The pose that shows the whole displayed map in the free area; of all its tiles, loaded or not.
+    fn pose_fitting_map(&self, model: &Model) -> Option<CameraPose> {
         let view = self.view?;
         let bounds = model.displayed_map().bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
-        Some(self.camera.fitting(min, max, view.viewport_px))
+        Some(self.camera.pose_fitting(
+            min,
+            max,
+            view.viewport_px,
+            self.free_area.unwrap_or_else(|| FreeArea::whole(view.viewport_px)),
+        ))
     }
 
-    /// Remembers from where the map was looked at that is not on show any more.
-    fn change_map(&mut self, model: &Model) {
-        let now = model.viewed_map();
-        if self.viewed != now {
-            let before = std::mem::replace(&mut self.viewed, now);
+    /// Keeps the camera pose in the map that is not on show any more.
+    fn switch_map(&mut self, model: &Model) {
+        let viewed = model.viewed_map();
+        if self.viewed != viewed {
+            let before = std::mem::replace(&mut self.viewed, viewed);
             if model.alignment().is_none() {
-                self.left.clear();
+                self.last_poses.clear();
             }
-            self.left.extend(before.map(|before| (before, self.camera.pose())));
+            self.last_poses.extend(before.map(|before| (before, self.camera.pose())));
         }
     }
 
-    fn follow_robot(&mut self, model: &Model, stage: &Stage) {
+    fn follow_robot(&mut self, model: &Model, scene: &SceneSync) {
         if model.viewed_map().is_some() {
             return;
         }
         let Some(target) = robot_target(model) else { return };
-        if !self.placed {
-            self.placed = true;
+        if !self.centred_on_robot {
+            self.centred_on_robot = true;
             self.camera.jump_to(CameraPose { target, ..self.camera.pose() });
-        } else if model.view_settings().follow && !self.camera.flying() {
-            let height = stage.ground() + LOOK_HEIGHT_M;
+        } else if model.view_settings().follow && !self.camera.is_flying() {
+            let height = scene.ground() + self.config.followed_height_m;
             self.camera.jump_to(CameraPose { target: target.with_z(height), ..self.camera.pose() });
         }
     }
 
-    fn gestures(&mut self, ui: &Ui, response: &Response, model: &Model, out: &mut Vec<ClientCommand>) {
+    fn gestures(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        model: &Model,
+        scene: &SceneSync,
+        out: &mut Vec<ClientCommand>,
+    ) {
         let height = f64::from(response.rect.height());
         let mut pan = DVec2::ZERO;
         if let Some(touch) = ui
@@ -222,7 +293,7 @@ impl Viewport {
             .filter(|_| response.contains_pointer() || response.dragged())
         {
             pan = DVec2::new(f64::from(touch.translation_delta.x), f64::from(touch.translation_delta.y));
-            self.zoom(f64::from(touch.zoom_delta), touch.center_pos, response, model);
+            self.zoom(f64::from(touch.zoom_delta), touch.center_pos, response, model, scene);
         } else if response.dragged() {
             let drag = response.drag_delta();
             let drag = DVec2::new(f64::from(drag.x), f64::from(drag.y));
@@ -241,69 +312,82 @@ impl Viewport {
             && let Some(at) = response.hover_pos()
         {
             let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-            let factor = (f64::from(scroll) * ZOOM_PER_POINT).exp() * f64::from(pinch);
+            let factor = (f64::from(scroll) * self.config.zoom_per_px).exp() * f64::from(pinch);
             if factor != 1.0 {
-                self.zoom(factor, at, response, model);
+                self.zoom(factor, at, response, model, scene);
             }
         }
     }
 
-    /// A press says where the robot stands, the way from there to the release where it looks. Without a way it looks where it is thought
-    /// to look now.
-    fn place_robot(
+    /// A press sets the robot's position, the drag from there its heading. A click without a drag keeps the estimated heading.
+    fn drag_robot_pose(
         &mut self,
         ui: &Ui,
         response: &Response,
         model: &Model,
-        stage: &Stage,
+        scene: &SceneSync,
         out: &mut Vec<ClientCommand>,
     ) {
         let Some(view) = self.view else { return };
         let (pressed, pointer) =
             ui.input(|input| (input.pointer.press_origin(), input.pointer.interact_pos()));
-        let dragged = response.dragged_by(PointerButton::Primary);
-        if let (true, Some(from), Some(to)) = (dragged, pressed, pointer) {
-            let ground = |at| self.ground_at(&view, pixel(at, response, &view), stage);
-            let from = self.placing.map(|[from, _]| from).or_else(|| ground(from));
-            let eye = Eye::new(view.camera, view.viewport_px);
-            self.placing = from.and_then(|from| {
-                let to = eye.ray(pixel(to, response, &view)).at_height(from.z)?;
+        let dragging = response.dragged_by(PointerButton::Primary);
+        if let (true, Some(from), Some(to)) = (dragging, pressed, pointer) {
+            let ground = |at| self.ground_at(&view, pixel(at, response, &view), scene);
+            let from = self.dragged_pose.map(|[from, _]| from).or_else(|| ground(from));
+            let projection = CameraProjection::new(view.camera, view.viewport_px);
+            self.dragged_pose = from.and_then(|from| {
+                let to = projection.ray(pixel(to, response, &view)).at_height(from.z)?;
                 Some([from, to])
             });
         }
-        let shown = if response.drag_stopped_by(PointerButton::Primary) {
-            self.placing.take().map(|[from, to]| (from, (to - from).y.atan2((to - from).x)))
+        let dragged = if response.drag_stopped_by(PointerButton::Primary) {
+            self.dragged_pose.take().map(|[from, to]| (from, (to - from).y.atan2((to - from).x)))
         } else if response.clicked_by(PointerButton::Primary) {
             let at = response.interact_pointer_pos();
-            let ground = at.and_then(|at| self.ground_at(&view, pixel(at, response, &view), stage));
-            ground.map(|from| (from, yaw_now(model)))
+            let ground = at.and_then(|at| self.ground_at(&view, pixel(at, response, &view), scene));
+            ground.map(|from| (from, estimated_yaw(model)))
         } else {
             None
         };
-        if let Some((from, yaw)) = shown {
+        if let Some((from, yaw)) = dragged {
             let (sin, cos) = (0.5 * yaw).sin_cos();
-            let position = vocab::Vec3::new(from.x, from.y, stage.ground() + BASE_HEIGHT_M);
+            let position = vocab::Vec3::new(from.x, from.y, scene.ground() + BASE_HEIGHT_M);
             let orientation = vocab::Quat { x: 0.0, y: 0.0, z: sin, w: cos };
             out.push(ClientCommand::SetPose(vocab::Pose { position, orientation }));
         }
     }
 
-    /// Zooms about what is under the pointer, or about the robot while following it.
-    fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model) {
+    /// Zooms to the point of the map under the pointer, else to the ground there; to the robot while the camera follows it.
+    fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model, scene: &SceneSync) {
         let pose = self.camera.pose();
-        let focus = self
-            .view
-            .filter(|_| !model.view_settings().follow || model.viewed_map().is_some())
-            .and_then(|view| {
-                let eye = Eye::new(view.camera, view.viewport_px);
-                let ground = eye.ray(pixel(at, response, &view)).at_height(pose.target.z)?;
-                (ground.distance(pose.target) < 2.0 * pose.distance).then_some(ground)
-            })
-            .unwrap_or(pose.target);
-        self.camera.zoom(factor, focus);
+        let view = self.view.filter(|_| !model.view_settings().follow || model.viewed_map().is_some());
+        let Some(view) = view else {
+            self.camera.zoom(factor, pose.target);
+            return;
+        };
+        let projection = CameraProjection::new(view.camera, view.viewport_px);
+        let at = pixel(at, response, &view);
+        let reach = self.config.point_reach_px * f64::from(view.pixels_per_point);
+        if let Some(point) = scene.renderer.borrow().pick_point(&view, &projection, at, reach) {
+            // The target goes to the surface, so that the shortest camera distance is one to the surface.
+            self.camera.move_target_to_depth_of(point);
+            self.camera.zoom(factor, point);
+            return;
+        }
+        let max_distance = self.config.max_ground_focus_ratio * pose.distance;
+        let ground = projection.ray(at).at_height(pose.target.z);
+        let focus = ground.filter(|ground| ground.distance(pose.target) < max_distance);
+        self.camera.zoom(factor, focus.unwrap_or(pose.target));
     }
 
-    fn clicks(&mut self, response: &Response, model: &Model, stage: &Stage, out: &mut Vec<ClientCommand>) {
+    fn clicks(
+        &mut self,
+        response: &Response,
+        model: &Model,
+        scene: &SceneSync,
+        out: &mut Vec<ClientCommand>,
+    ) {
         let (Some(view), Some(at)) = (self.view, response.interact_pointer_pos()) else { return };
         if !response.clicked_by(PointerButton::Primary) || model.is_picking_pose() {
             return;
@@ -311,15 +395,20 @@ impl Viewport {
         let at = pixel(at, response, &view);
         let scale = f64::from(view.pixels_per_point);
         if model.is_picking_goal() {
-            match self.ground_at(&view, at, stage) {
+            match self.ground_at(&view, at, scene) {
                 Some(goal) => out.push(ClientCommand::WalkTo(vocab::Vec3::from(goal.to_array()))),
                 None => out.push(ClientCommand::PickGoal(false)),
             }
             return;
         }
         if model.alignment().is_some_and(|align| align.onto.is_some()) {
-            let eye = Eye::new(view.camera, view.viewport_px);
-            let point = stage.renderer.borrow().pick_point(&view, &eye, at, POINT_REACH * scale);
+            let projection = CameraProjection::new(view.camera, view.viewport_px);
+            let point = scene.renderer.borrow().pick_point(
+                &view,
+                &projection,
+                at,
+                self.config.point_reach_px * scale,
+            );
             // The second click of two would pick in the other map.
             let point = point.filter(|_| !response.double_clicked());
             out.extend(
@@ -327,18 +416,20 @@ impl Viewport {
             );
             return;
         }
-        let reach = PickOptions {
-            sign_px: SIGN_REACH * scale,
-            disc_px: SIGN_DISC * scale,
-            line_px: LINE_REACH * scale,
-            point_px: POINT_REACH * scale,
+        let options = PickOptions {
+            target_px: self.config.target_reach_px * scale,
+            marker_px: self.config.marker_radius_px * scale,
+            line_px: self.config.line_reach_px * scale,
+            point_px: self.config.point_reach_px * scale,
         };
-        let hit = stage.renderer.borrow().pick(&view, at, &reach);
+        let hit = scene.renderer.borrow().pick(&view, at, &options);
         if response.double_clicked() {
             if let Some(Hit::Point(target)) = hit {
                 stop_following(model, out);
                 let pose = self.camera.pose();
-                self.camera.fly_to(CameraPose { target, distance: (0.5 * pose.distance).max(3.0), ..pose });
+                let distance = (self.config.double_click_ratio * pose.distance)
+                    .max(self.config.min_double_click_distance_m.min(pose.distance));
+                self.camera.fly_to(CameraPose { target, distance, ..pose });
             }
             return;
         }
@@ -352,41 +443,43 @@ impl Viewport {
         }));
     }
 
-    /// The place under a pixel: a point of the map there, else the ground plane of the robot.
-    fn ground_at(&self, view: &View, pixel: DVec2, stage: &Stage) -> Option<DVec3> {
-        let eye = Eye::new(view.camera, view.viewport_px);
-        let reach = POINT_REACH * f64::from(view.pixels_per_point);
-        let point = stage.renderer.borrow().pick_point(view, &eye, pixel, reach);
-        let plane = || eye.ray(pixel).at_height(stage.ground());
-        point.or_else(plane).filter(|goal| goal.distance(eye.position()) < WALK_M_MAX + view.camera.distance)
+    /// The position under a pixel, m, map frame: a point of the map, else a point of the robot's ground plane.
+    fn ground_at(&self, view: &View, pixel: DVec2, scene: &SceneSync) -> Option<DVec3> {
+        let projection = CameraProjection::new(view.camera, view.viewport_px);
+        let reach = self.config.point_reach_px * f64::from(view.pixels_per_point);
+        let point = scene.renderer.borrow().pick_point(view, &projection, pixel, reach);
+        let plane = || projection.ray(pixel).at_height(scene.ground());
+        point.or_else(plane).filter(|goal| {
+            goal.distance(projection.camera_position())
+                < self.config.max_goal_distance_m + view.camera.distance
+        })
     }
 }
 
-/// Where the two keyframes of a loop are, metres, map frame; none while they are not known.
+/// Positions of the two keyframes of a loop, m, map frame; none while they are unknown.
 fn ends(model: &Model, pair: LoopPair) -> Option<[DVec3; 2]> {
-    let place = |id| model.displayed_map().map_from_anchor(api::Anchor::Keyframe(id));
-    Some([vector(place(pair.from)?.position), vector(place(pair.to)?.position)])
+    let pose_of = |id| model.displayed_map().map_from_anchor(api::Anchor::Keyframe(id));
+    Some([vector(pose_of(pair.from)?.position), vector(pose_of(pair.to)?.position)])
 }
 
-/// From where the first picture is drawn, once it is known where the robot is: for fetching what it will show while there is
-/// nothing yet to draw it with.
-pub(crate) fn first_eye(model: &Model) -> Option<client_model::Viewpoint> {
+/// The viewpoint of the first image, once the robot's pose is known: its tiles are fetched before there is a graphics device.
+pub(crate) fn first_viewpoint(model: &Model) -> Option<client_model::Viewpoint> {
     let camera = CameraPose { target: robot_target(model)?, ..first_pose() };
-    Some(eye_of(camera, browser::window_px()))
+    Some(viewpoint_of(camera, browser::window_px()))
 }
 
 fn first_pose() -> CameraPose {
     CameraPose { pitch: 0.75, distance: 22.0, ..CameraPose::default() }
 }
 
-fn eye_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Viewpoint {
-    let eye = Eye::new(camera, viewport_px);
+fn viewpoint_of(camera: CameraPose, viewport_px: [u32; 2]) -> client_model::Viewpoint {
+    let projection = CameraProjection::new(camera, viewport_px);
     let [width, height] = viewport_px.map(f64::from);
-    let corner_tan = Eye::TAN_HALF_FOV * (width / height).hypot(1.0);
+    let corner_tan = CameraProjection::TAN_HALF_FOV * (width / height).hypot(1.0);
     client_model::Viewpoint {
-        position: eye.position().to_array(),
+        position: projection.camera_position().to_array(),
         forward: camera.forward().as_vec3().to_array(),
-        focal_px: eye.focal_px() as f32,
+        focal_px: projection.focal_px() as f32,
         corner_cos: (1.0 / corner_tan.hypot(1.0)) as f32,
     }
 }
@@ -396,8 +489,8 @@ fn robot_target(model: &Model) -> Option<DVec3> {
     Some(vector(estimate.value.map_from_base.position)).filter(|at| at.is_finite())
 }
 
-/// Where the robot is thought to look, radians from the map's x axis.
-fn yaw_now(model: &Model) -> f64 {
+/// Estimated heading of the robot, rad from the map's x axis.
+fn estimated_yaw(model: &Model) -> f64 {
     let q = model.robot.estimate.as_ref().map(|estimate| estimate.value.map_from_base.orientation);
     q.map_or(0.0, |q| (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z)))
 }
@@ -408,13 +501,23 @@ fn stop_following(model: &Model, out: &mut Vec<ClientCommand>) {
     }
 }
 
-/// Physical pixels from the scene's left upper corner.
+/// The part of the viewport at `rect` that no card covers, physical px.
+fn free_area(ctx: &egui::Context, rect: egui::Rect) -> FreeArea {
+    let free = panels::Layout::of(ctx.content_rect()).free;
+    let px = |at: egui::Pos2| {
+        let from_corner = (at - rect.min) * ctx.pixels_per_point();
+        DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y))
+    };
+    FreeArea { min_px: px(free.min), max_px: px(free.max) }
+}
+
+/// Physical pixels from the viewport's top left corner.
 fn pixel(at: egui::Pos2, response: &Response, view: &View) -> DVec2 {
     let from_corner = at - response.rect.min;
     DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y)) * f64::from(view.pixels_per_point)
 }
 
-/// The scene in egui's picture. Callbacks must be `Send`, which the renderer is not: it is found among the resources.
+/// Paints the scene into egui's image. Callbacks must be `Send`, which the renderer is not, so it is found among the resources.
 struct ScenePaint {
     view: View,
 }

@@ -431,25 +431,19 @@ fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
             let camera = CameraPose { target: robot().position, yaw: 0.4, pitch: 0.9, distance };
             view(camera, SIZE)
         };
-        // A disc of 14 x 0.62 logical pixels with its point, less the rim.
+        // A disc of 18 x 0.62 logical pixels, less its rim, fills the square around its centre.
         for distance in [60.0, 300.0, 2900.0] {
             let view = at_distance(distance);
-            let yellow = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 20);
-            assert!((150..500).contains(&yellow), "{} at {distance} m: {yellow}", gpu.name);
+            let filled = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 6);
+            assert!(filled > 160, "{} at {distance} m: {filled} of 169", gpu.name);
         }
-        let half_as_dense = View { pixels_per_point: 2.0, ..at_distance(300.0) };
-        let image = gpu.render(&mut renderer, &half_as_dense, "robot-far-dense");
-        assert!(robot_pixels(&image, &half_as_dense, 40) > 600, "{}: logical pixels", gpu.name);
-        // 0.9 m of mesh at 30 m are 26 pixels: the marker is gone, and the mesh does not fill its place.
-        let near = at_distance(30.0);
-        let image = gpu.render(&mut renderer, &near, "robot-near");
-        let mesh = robot_pixels(&image, &near, 20);
-        let close = at_distance(1.5);
-        let close_image = gpu.render(&mut renderer, &close, "robot-close");
-        assert!(mesh < robot_pixels(&close_image, &close, 20) * 10 && mesh > 0, "{}: {mesh}", gpu.name);
-        let behind = robot().position - robot().ahead() * 0.9;
-        let (beside, _) = CameraProjection::new(close.camera, SIZE).project(behind).unwrap();
-        assert!(close_image.at(beside)[0] < 150, "{}: a marker over the mesh", gpu.name);
+        let dense = View { pixels_per_point: 2.0, ..at_distance(300.0) };
+        let filled = robot_pixels(&gpu.render(&mut renderer, &dense, "robot-far-dense"), &dense, 12);
+        assert!(filled > 600, "{}: {filled} of 625 with two physical pixels a logical one", gpu.name);
+        // 0.9 m of mesh at 20 m are 39 pixels: legs and sensor leave gaps that the marker would fill.
+        let near = at_distance(20.0);
+        let filled = robot_pixels(&gpu.render(&mut renderer, &near, "robot-near"), &near, 6);
+        assert!((1..120).contains(&filled), "{}: {filled} of 169", gpu.name);
     }
 }
 

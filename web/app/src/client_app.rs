@@ -1,10 +1,10 @@
 //! The running client: takes what came in, lets the model decide, draws.
 
-use crate::core::{Cloud, Core, keep_alive, now};
-use crate::inputs::Inputs;
-use crate::stage::Stage;
-use crate::viewport::Viewport;
-use crate::{aria, browser, gpu};
+use crate::runtime::{ClientRuntime, Cloud, install_page_events, now};
+use crate::scene_sync::SceneSync;
+use crate::text_inputs::Inputs;
+use crate::viewport::{Viewport, ViewportConfig};
+use crate::{aria, browser, graphics};
 use client_model::{ClientCommand, ClientEffect, ClientEvent, Ids, Model, Theme, ViewSettings};
 use panels::PanelState;
 use panels::theme::{self, Tokens};
@@ -23,31 +23,31 @@ const CLIENT_KEY: &str = "autoinspect.client";
 const VIEW_KEY: &str = "autoinspect.view";
 
 /// Begins to connect. Before there is anything to draw with: the server answers while the browser looks for graphics.
-pub(crate) fn connect() -> Rc<RefCell<Core>> {
+pub(crate) fn connect() -> Rc<RefCell<ClientRuntime>> {
     let ids = Ids::new(browser::random_u128());
-    let model = Model::new(client_id(), ids, kept_view(), now());
-    let core = Rc::new(RefCell::new(Core::new(model)));
-    keep_alive(&core);
-    core
+    let model = Model::new(load_client_id(), ids, load_view_settings(), now());
+    let runtime = Rc::new(RefCell::new(ClientRuntime::new(model)));
+    install_page_events(&runtime);
+    runtime
 }
 
 /// The client.
-pub(crate) struct Client {
-    core: Rc<RefCell<Core>>,
+pub(crate) struct ClientApp {
+    runtime: Rc<RefCell<ClientRuntime>>,
     panels: PanelState,
-    stage: Stage,
+    scene: SceneSync,
     viewport: Viewport,
     inputs: Inputs,
     commands: Vec<ClientCommand>,
     theme: Option<Theme>,
-    start: Start,
+    start: StartupStage,
     /// Whether the frame to come is the first.
     bare: bool,
 }
 
 /// How far the page has come since it was opened; each step is noted once in the browser's timeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Start {
+enum StartupStage {
     /// Nothing is drawn yet.
     Opened,
     /// Frames are drawn, without a map.
@@ -60,10 +60,10 @@ enum Start {
 
 type CreateError = Box<dyn std::error::Error + Send + Sync>;
 
-impl Client {
-    /// Makes the client that draws what `core` knows.
+impl ClientApp {
+    /// Makes the client that draws what `runtime` knows.
     pub(crate) fn create(
-        core: Rc<RefCell<Core>>,
+        runtime: Rc<RefCell<ClientRuntime>>,
         context: &eframe::CreationContext<'_>,
     ) -> Result<Box<dyn eframe::App>, CreateError> {
         let device = context.wgpu_render_state.as_ref().ok_or("the browser gave no graphics device")?;
@@ -71,56 +71,59 @@ impl Client {
         theme::install_fonts(ctx);
         browser::add_font("Inter", theme::INTER_REGULAR);
         aria::install(ctx);
-        core.borrow().wake(ctx);
+        runtime.borrow().wake(ctx);
         let mut renderer = scene::Renderer::new(&device.device, &device.queue, device.target_format);
-        renderer.hurry();
-        let stage = Stage::new(renderer);
-        device.renderer.write().callback_resources.insert(stage.renderer.clone());
+        renderer.defer_overlay();
+        let scene = SceneSync::new(renderer);
+        device.renderer.write().callback_resources.insert(scene.renderer.clone());
         Ok(Box::new(Self {
-            core,
+            runtime,
             panels: PanelState::for_page(browser::utc_offset_s()),
-            stage,
-            viewport: Viewport::new(gpu::pace(&device.adapter.get_info())),
+            scene,
+            viewport: Viewport::new(
+                ViewportConfig::default(),
+                graphics::initial_frame_pacer(&device.adapter.get_info()),
+            ),
             inputs: Inputs::new(ctx.clone()),
             commands: Vec::new(),
             theme: None,
-            start: Start::Opened,
+            start: StartupStage::Opened,
             bare: true,
         }))
     }
 
-    fn show_scan(&mut self, core: &mut Core) {
-        let Some(scan) = core.take_scan() else { return };
-        if core.model.viewed_map().is_some() {
+    fn set_live_scan(&mut self, runtime: &mut ClientRuntime) {
+        let Some(scan) = runtime.take_scan() else { return };
+        if runtime.model.viewed_map().is_some() {
             return;
         }
         match map_codec::decode(&scan.points) {
-            Ok(chunk) => self.stage.show_scan(&chunk, &scan.map_from_base),
-            Err(error) => browser::complain(&format!("a scan could not be decoded: {error}")),
+            Ok(chunk) => self.scene.set_live_scan(&chunk, &scan.map_from_base),
+            Err(error) => browser::log_warning(&format!("a scan could not be decoded: {error}")),
         }
     }
 
     /// Decodes tiles for a few milliseconds.
-    fn decode_tiles(&mut self, core: &mut Core) {
+    fn decode_tiles(&mut self, runtime: &mut ClientRuntime) {
         let begun = browser::now_ms();
-        while let Some((hash, bytes)) = core.next_tile() {
+        while let Some((hash, bytes)) = runtime.next_tile() {
             let event = match map_codec::decode(&bytes) {
                 Ok(chunk) => {
-                    let map = core.model.displayed_map();
+                    let map = runtime.model.displayed_map();
                     if let Some((entry, _)) = map.tiles.get(&hash) {
-                        self.stage.add_tile(hash, &chunk, entry, map);
-                        if self.start == Start::Framed {
-                            self.start = Start::Mapping;
+                        self.scene.add_tile(hash, &chunk, entry, map);
+                        if self.start == StartupStage::Framed {
+                            self.start = StartupStage::Mapping;
                         }
                     }
                     ClientEvent::TileReady { hash, bytes: bytes.len() }
                 }
                 Err(error) => {
-                    browser::complain(&format!("tile {hash} could not be decoded: {error}"));
+                    browser::log_warning(&format!("tile {hash} could not be decoded: {error}"));
                     ClientEvent::TileFailed { hash }
                 }
             };
-            core.apply(event);
+            runtime.apply(event);
             if browser::now_ms() - begun > DECODE_MS {
                 break;
             }
@@ -128,54 +131,54 @@ impl Client {
     }
 
     /// Decodes scans of keyframes: two at a time at most, and quick.
-    fn decode_clouds(&mut self, core: &mut Core) {
-        while let Some(Cloud { session, keyframe, bytes }) = core.next_cloud() {
+    fn decode_clouds(&mut self, runtime: &mut ClientRuntime) {
+        while let Some(Cloud { session, keyframe, bytes }) = runtime.next_cloud() {
             let result = match map_codec::decode(&bytes) {
                 Ok(chunk) => {
-                    self.stage.keep_cloud(keyframe, chunk);
+                    self.scene.insert_keyframe_scan(keyframe, chunk);
                     Ok(())
                 }
                 Err(error) => {
-                    browser::complain(&format!(
+                    browser::log_warning(&format!(
                         "the scan of keyframe {} could not be decoded: {error}",
                         keyframe.0
                     ));
                     Err(format!("The scan of keyframe {} cannot be read. Reload the page.", keyframe.0))
                 }
             };
-            core.apply(ClientEvent::CloudFetched { session, keyframe, result });
+            runtime.apply(ClientEvent::CloudFetched { session, keyframe, result });
         }
     }
 
     /// What the model left for the frame to do.
-    fn carry_out(&mut self, core: &mut Core) {
-        while let Some(effect) = core.next_effect() {
+    fn execute_effects(&mut self, runtime: &mut ClientRuntime) {
+        while let Some(effect) = runtime.next_effect() {
             match effect {
-                ClientEffect::RemoveTile(hash) => self.stage.drop_tile(hash),
+                ClientEffect::RemoveTile(hash) => self.scene.remove_tile(hash),
                 ClientEffect::MoveCamera(to) => {
-                    if let Some(settings) = self.viewport.go(&to, &core.model) {
-                        core.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
+                    if let Some(settings) = self.viewport.move_camera(&to, &runtime.model) {
+                        runtime.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
                     }
                 }
-                ClientEffect::SaveSettings(settings) => keep_view(&settings),
-                // The core carries out all others by itself.
+                ClientEffect::SaveSettings(settings) => save_view_settings(&settings),
+                // The runtime carries out all others by itself.
                 _ => {}
             }
         }
     }
 
     /// Notes in the browser's timeline how far the page has come.
-    fn note_start(&mut self) {
+    fn mark_startup(&mut self) {
         let (moment, next) = match self.start {
-            Start::Opened => ("autoinspect: first frame begins", Start::Framed),
-            Start::Mapping => ("autoinspect: first map drawn", Start::Mapped),
-            Start::Framed | Start::Mapped => return,
+            StartupStage::Opened => ("autoinspect: first frame begins", StartupStage::Framed),
+            StartupStage::Mapping => ("autoinspect: first map drawn", StartupStage::Mapped),
+            StartupStage::Framed | StartupStage::Mapped => return,
         };
         browser::mark(moment);
         self.start = next;
     }
 
-    fn dress(&mut self, ctx: &egui::Context, theme: Theme) {
+    fn apply_theme(&mut self, ctx: &egui::Context, theme: Theme) {
         if self.theme != Some(theme) {
             self.theme = Some(theme);
             theme::install(ctx, theme);
@@ -183,45 +186,45 @@ impl Client {
     }
 }
 
-impl eframe::App for Client {
+impl eframe::App for ClientApp {
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
-        let core = Rc::clone(&self.core);
-        let mut core = core.borrow_mut();
-        self.note_start();
-        core.frame();
+        let runtime = Rc::clone(&self.runtime);
+        let mut runtime = runtime.borrow_mut();
+        self.mark_startup();
+        runtime.frame();
         // What was dropped goes before what came: it may be the same tile, fetched again.
-        self.carry_out(&mut core);
-        self.stage.change_map(&core.model);
-        self.show_scan(&mut core);
-        self.decode_tiles(&mut core);
-        self.decode_clouds(&mut core);
+        self.execute_effects(&mut runtime);
+        self.scene.switch_map(&runtime.model);
+        self.set_live_scan(&mut runtime);
+        self.decode_tiles(&mut runtime);
+        self.decode_clouds(&mut runtime);
         self.inputs.read(&mut self.panels);
-        if core.has_tiles() {
+        if runtime.has_tiles() {
             ctx.request_repaint();
         }
-        let driving = core.model.driven_velocity().is_some();
+        let driving = runtime.model.driven_velocity().is_some();
         ctx.request_repaint_after(if driving { DRIVE_REPAINT } else { IDLE_REPAINT });
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        let core = Rc::clone(&self.core);
-        let mut core = core.borrow_mut();
+        let runtime = Rc::clone(&self.runtime);
+        let mut runtime = runtime.borrow_mut();
         let ctx = ui.ctx().clone();
-        let theme = core.model.view_settings().theme;
-        self.dress(&ctx, theme);
+        let theme = runtime.model.view_settings().theme;
+        self.apply_theme(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
-        self.stage.follow(&core.model, self.viewport.placing());
-        self.viewport.show(ui, &core.model, &self.stage, &mut commands);
-        if let Some(eye) = self.viewport.eye() {
-            core.apply(ClientEvent::ViewpointChanged(eye));
+        self.scene.follow(&runtime.model, self.viewport.dragged_pose());
+        self.viewport.show(ui, &runtime.model, &self.scene, &mut commands);
+        if let Some(viewpoint) = self.viewport.viewpoint() {
+            runtime.apply(ClientEvent::ViewpointChanged(viewpoint));
         }
         if std::mem::take(&mut self.bare) {
             // The map first: shaping all text for the first time takes as long as all else, and can follow a frame later.
             ctx.request_repaint();
         } else {
-            panels::show_labels(ui, &tokens, &self.viewport.labels(&core.model), &mut commands);
-            panels::show(&ctx, &core.model, &mut self.panels, &mut commands);
+            panels::show_labels(ui, &tokens, &self.viewport.labels(&runtime.model), &mut commands);
+            panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
             self.inputs.lay(&self.panels, &tokens);
         }
         for command in commands.drain(..) {
@@ -229,10 +232,10 @@ impl eframe::App for Client {
             if !matches!(command, ClientCommand::SetVelocity(_)) {
                 ctx.request_repaint();
             }
-            core.apply(ClientEvent::Command(command));
+            runtime.apply(ClientEvent::Command(command));
         }
         self.commands = commands;
-        self.carry_out(&mut core);
+        self.execute_effects(&mut runtime);
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
@@ -241,7 +244,7 @@ impl eframe::App for Client {
 }
 
 /// This tab's id: kept over reloads, so that a reload keeps control of the robot.
-fn client_id() -> ClientId {
+fn load_client_id() -> ClientId {
     let storage = browser::tab_storage();
     let kept = storage.as_ref().and_then(|storage| storage.get_item(CLIENT_KEY).ok().flatten());
     if let Some(id) = kept.and_then(|text| text.parse().ok()) {
@@ -255,14 +258,14 @@ fn client_id() -> ClientId {
     id
 }
 
-fn kept_view() -> ViewSettings {
+fn load_view_settings() -> ViewSettings {
     browser::lasting_storage()
         .and_then(|storage| storage.get_item(VIEW_KEY).ok().flatten())
         .and_then(|text| serde_json::from_str(&text).ok())
         .unwrap_or_default()
 }
 
-fn keep_view(settings: &ViewSettings) {
+fn save_view_settings(settings: &ViewSettings) {
     if let (Some(storage), Ok(text)) = (browser::lasting_storage(), serde_json::to_string(settings)) {
         // A full or forbidden storage only means that the next visit starts afresh.
         let _ = storage.set_item(VIEW_KEY, &text);

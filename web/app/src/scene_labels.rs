@@ -1,6 +1,6 @@
 //! The things of the scene that have names: robot, goal, docks, picked points, keyframes.
 
-use crate::stage::{BASE_HEIGHT_M, vector};
+use crate::scene_sync::{BASE_HEIGHT_M, vector};
 use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::{LabelKind, SceneLabel};
@@ -13,7 +13,7 @@ const KEYFRAME_LABELS_MAX: usize = 24;
 type Spot = (egui::Pos2, f64);
 
 /// Labels of what is in the picture, the most important first. `place` says where a point of the map is in it.
-pub(crate) fn of(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<SceneLabel> {
+pub(crate) fn scene_labels(model: &Model, place: impl Fn(DVec3) -> Option<Spot>) -> Vec<SceneLabel> {
     let mut labels = Vec::new();
     if model.viewed_map().is_none() && model.has_pose_in_map() {
         robot_labels(model, &place, &mut labels);

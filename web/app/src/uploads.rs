@@ -3,7 +3,7 @@
 //! With `XMLHttpRequest`, because no browser says of `fetch` how much of a body has been sent.
 
 use crate::browser;
-use crate::inbox::{Arrival, Inbox};
+use crate::inbox::{InboundMessage, Inbox};
 use client_model::ClientEvent;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -47,7 +47,7 @@ impl Uploads {
                 input.set_value("");
                 input.click();
             }
-            None => browser::complain("the page has no input for files"),
+            None => browser::log_warning("the page has no input for files"),
         }
     }
 
@@ -82,7 +82,7 @@ impl Uploads {
 
 fn send(inbox: &Inbox, under_way: &Rc<RefCell<Option<UnderWay>>>, file: &File) {
     let upload = UploadId(Uuid::from_u128(browser::random_u128()));
-    inbox.leave(Arrival::Event(ClientEvent::UploadStarted { upload, file: file.name() }));
+    inbox.leave(InboundMessage::Event(ClientEvent::UploadStarted { upload, file: file.name() }));
     match begin(inbox, under_way, upload, file) {
         Some(begun) => *under_way.borrow_mut() = Some(begun),
         None => tell(inbox, upload, Err("This browser cannot send files.".to_owned())),
@@ -90,7 +90,7 @@ fn send(inbox: &Inbox, under_way: &Rc<RefCell<Option<UnderWay>>>, file: &File) {
 }
 
 fn tell(inbox: &Inbox, upload: UploadId, result: Result<(), String>) {
-    inbox.leave(Arrival::Event(ClientEvent::UploadFinished { upload, result }));
+    inbox.leave(InboundMessage::Event(ClientEvent::UploadFinished { upload, result }));
 }
 
 fn begin(
@@ -107,7 +107,7 @@ fn begin(
         let inbox = inbox.clone();
         Closure::<dyn FnMut(ProgressEvent)>::new(move |event: ProgressEvent| {
             let share = (event.loaded() / event.total().max(1.0)) as f32;
-            inbox.leave(Arrival::Event(ClientEvent::UploadProgress { upload, share }));
+            inbox.leave(InboundMessage::Event(ClientEvent::UploadProgress { upload, share }));
         })
     };
     let (loaded, failed) = [true, false]

@@ -12,7 +12,7 @@ use wasm_bindgen_futures::JsFuture;
 
 /// What to draw with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum BackEnd {
+pub(crate) enum GraphicsBackend {
     /// WebGL2: everywhere.
     WebGl,
     /// WebGPU: on secure origins with hardware.
@@ -26,17 +26,17 @@ const GOOD: &str = "webgpu";
 const ASK_AFTER_MS: i32 = 10_000;
 
 /// `?gpu=webgl` and `?gpu=webgpu` decide; else what was good at the last visit, if it still is.
-pub(crate) async fn choose() -> BackEnd {
+pub(crate) async fn choose_backend() -> GraphicsBackend {
     match browser::query("gpu").as_deref() {
-        Some("webgpu") => BackEnd::WebGpu,
-        Some("webgl") => BackEnd::WebGl,
-        _ if was_good() && webgpu_on_hardware().await.unwrap_or(false) => BackEnd::WebGpu,
-        _ => BackEnd::WebGl,
+        Some("webgpu") => GraphicsBackend::WebGpu,
+        Some("webgl") => GraphicsBackend::WebGl,
+        _ if was_webgpu_usable() && webgpu_on_hardware().await.unwrap_or(false) => GraphicsBackend::WebGpu,
+        _ => GraphicsBackend::WebGl,
     }
 }
 
 /// Finds out for the next visit whether WebGPU is good.
-pub(crate) async fn find_out() {
+pub(crate) async fn probe_webgpu() {
     browser::pause(ASK_AFTER_MS).await;
     let good = webgpu_on_hardware().await.unwrap_or(false);
     let Some(storage) = browser::lasting_storage() else { return };
@@ -44,7 +44,7 @@ pub(crate) async fn find_out() {
     let _ = if good { storage.set_item(KEPT_KEY, GOOD) } else { storage.remove_item(KEPT_KEY) };
 }
 
-fn was_good() -> bool {
+fn was_webgpu_usable() -> bool {
     let kept = browser::lasting_storage().and_then(|storage| storage.get_item(KEPT_KEY).ok().flatten());
     kept.as_deref() == Some(GOOD)
 }
@@ -64,10 +64,10 @@ async fn webgpu_on_hardware() -> Option<bool> {
 }
 
 /// How eframe shall set up its canvas.
-pub(crate) fn options(back_end: BackEnd) -> eframe::WebOptions {
+pub(crate) fn web_options(back_end: GraphicsBackend) -> eframe::WebOptions {
     let backends = match back_end {
-        BackEnd::WebGl => wgpu::Backends::GL,
-        BackEnd::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
+        GraphicsBackend::WebGl => wgpu::Backends::GL,
+        GraphicsBackend::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
     };
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     setup.instance_descriptor.backends = backends;
@@ -81,11 +81,18 @@ pub(crate) fn options(back_end: BackEnd) -> eframe::WebOptions {
     }
 }
 
-/// How much to draw at first: little where the processor draws, which takes a second for a full picture.
-pub(crate) fn pace(adapter: &wgpu::AdapterInfo) -> scene::Pace {
+/// Quality of the first images on a software device, where an image at full quality takes a second.
+const SOFTWARE_QUALITY: f32 = 0.1;
+
+/// The frame pacer for a graphics adapter: it begins with a low quality on software devices.
+pub(crate) fn initial_frame_pacer(adapter: &wgpu::AdapterInfo) -> scene::FramePacer {
     const ON_THE_PROCESSOR: [&str; 4] = ["swiftshader", "llvmpipe", "softpipe", "software"];
     let name = format!("{} {}", adapter.name, adapter.driver_info).to_lowercase();
     let slow = adapter.device_type == wgpu::DeviceType::Cpu
         || ON_THE_PROCESSOR.iter().any(|word| name.contains(word));
-    if slow { scene::Pace::starting_at(0.1) } else { scene::Pace::default() }
+    if slow {
+        scene::FramePacer::new(scene::FramePacingConfig::default(), SOFTWARE_QUALITY)
+    } else {
+        scene::FramePacer::default()
+    }
 }

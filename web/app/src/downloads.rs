@@ -1,6 +1,6 @@
 //! Downloads: tiles, lists of tiles, pose graphs.
 
-use crate::inbox::{Arrival, Inbox};
+use crate::inbox::{InboundMessage, Inbox};
 use api::TileHash;
 use client_model::ClientEvent;
 use std::cell::RefCell;
@@ -12,21 +12,21 @@ use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{AbortController, RequestInit, Response};
 
 /// Downloads under way.
-pub(crate) struct Fetches {
+pub(crate) struct Downloads {
     inbox: Inbox,
     tiles: Rc<RefCell<BTreeMap<TileHash, AbortController>>>,
 }
 
-impl Fetches {
+impl Downloads {
     pub(crate) fn new(inbox: Inbox) -> Self {
         Self { inbox, tiles: Rc::default() }
     }
 
-    /// Fetches a tile; it arrives as [`Arrival::Tile`], or as [`ClientEvent::TileFailed`].
+    /// Downloads a tile; it arrives as [`InboundMessage::Tile`], or as [`ClientEvent::TileFailed`].
     pub(crate) fn tile(&self, hash: TileHash) {
         let inbox = self.inbox.clone();
         let Ok(abort) = AbortController::new() else {
-            inbox.leave(Arrival::Event(ClientEvent::TileFailed { hash }));
+            inbox.leave(InboundMessage::Event(ClientEvent::TileFailed { hash }));
             return;
         };
         let signal = abort.signal();
@@ -41,8 +41,8 @@ impl Fetches {
             }
             under_way.borrow_mut().remove(&hash);
             inbox.leave(match result {
-                Ok(bytes) => Arrival::Tile { hash, bytes },
-                Err(_) => Arrival::Event(ClientEvent::TileFailed { hash }),
+                Ok(bytes) => InboundMessage::Tile { hash, bytes },
+                Err(_) => InboundMessage::Event(ClientEvent::TileFailed { hash }),
             });
         });
     }
@@ -54,29 +54,31 @@ impl Fetches {
         }
     }
 
-    /// Fetches the scan of a keyframe; it arrives as [`Arrival::Cloud`], or as [`ClientEvent::CloudFetched`] with a sentence.
+    /// Downloads the scan of a keyframe; it arrives as [`InboundMessage::Cloud`], or as [`ClientEvent::CloudFetched`] with a sentence.
     pub(crate) fn cloud(&self, session: SessionId, keyframe: KeyframeId) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
             let path = api::paths::CLOUD_PATH.replace("{session}", &session.to_string());
             let path = path.replace("{keyframe}", &keyframe.0.to_string());
             inbox.leave(match bytes(&path, &RequestInit::new()).await {
-                Ok(bytes) => Arrival::Cloud { session, keyframe, bytes },
-                Err(sentence) => {
-                    Arrival::Event(ClientEvent::CloudFetched { session, keyframe, result: Err(sentence) })
-                }
+                Ok(bytes) => InboundMessage::Cloud { session, keyframe, bytes },
+                Err(sentence) => InboundMessage::Event(ClientEvent::CloudFetched {
+                    session,
+                    keyframe,
+                    result: Err(sentence),
+                }),
             });
         });
     }
 
-    /// Fetches the tile list and the pose graph of a saved map.
+    /// Downloads the tile list and the pose graph of a saved map.
     pub(crate) fn map(&self, map: MapId) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
             let result = json(&api::paths::MAP_GRAPH_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(Arrival::Event(ClientEvent::GraphLoaded { map, result }));
+            inbox.leave(InboundMessage::Event(ClientEvent::GraphLoaded { map, result }));
             let result = json(&api::paths::MAP_TILES_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(Arrival::Event(ClientEvent::TilesListed { map, result }));
+            inbox.leave(InboundMessage::Event(ClientEvent::TilesListed { map, result }));
         });
     }
 }

@@ -1,4 +1,4 @@
-//! The model on the stage: what the client knows becomes what the renderer draws, sent only when it changed.
+//! The model on the scene: what the client knows becomes what the renderer draws, sent only when it changed.
 
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
@@ -33,14 +33,14 @@ const UNSURE_M: f32 = 0.3;
 /// Older than this, seconds, the robot is drawn as one whose place is not known.
 const ROBOT_STALE_S: f64 = 3.0;
 
-/// The renderer, in the hands of stage and paint callback.
+/// The renderer, in the hands of scene and paint callback.
 pub(crate) type SharedRenderer = Rc<RefCell<Renderer>>;
 
 /// The renderer and what it was told last.
-pub(crate) struct Stage {
+pub(crate) struct SceneSync {
     /// Shared with the paint callback, which finds it among egui's callback resources.
     pub(crate) renderer: SharedRenderer,
-    told: Told,
+    told: SyncedRevisions,
     ground: f64,
     /// Scans of the keyframes that are compared.
     clouds: BTreeMap<KeyframeId, PointChunk>,
@@ -48,7 +48,7 @@ pub(crate) struct Stage {
 
 /// Revisions of what the renderer holds.
 #[derive(Default, PartialEq)]
-struct Told {
+struct SyncedRevisions {
     map: Option<MapId>,
     graph: Option<u64>,
     graph_shown: bool,
@@ -61,11 +61,11 @@ struct Told {
     scan: bool,
 }
 
-impl Stage {
+impl SceneSync {
     pub(crate) fn new(renderer: Renderer) -> Self {
         Self {
             renderer: Rc::new(RefCell::new(renderer)),
-            told: Told::default(),
+            told: SyncedRevisions::default(),
             ground: -BASE_HEIGHT_M,
             clouds: BTreeMap::new(),
         }
@@ -76,7 +76,7 @@ impl Stage {
         self.ground
     }
 
-    /// Puts a decoded tile on the stage.
+    /// Puts a decoded tile on the scene.
     pub(crate) fn add_tile(
         &self,
         hash: api::TileHash,
@@ -95,36 +95,36 @@ impl Stage {
     }
 
     /// Keeps the scan of a keyframe for as long as it is compared.
-    pub(crate) fn keep_cloud(&mut self, keyframe: KeyframeId, chunk: PointChunk) {
+    pub(crate) fn insert_keyframe_scan(&mut self, keyframe: KeyframeId, chunk: PointChunk) {
         self.clouds.insert(keyframe, chunk);
     }
 
-    /// Takes a tile off the stage.
-    pub(crate) fn drop_tile(&self, hash: api::TileHash) {
+    /// Takes a tile off the scene.
+    pub(crate) fn remove_tile(&self, hash: api::TileHash) {
         self.renderer.borrow_mut().remove_tile(tile_id(hash));
     }
 
     /// Shows a scan from the pose of its base in the map.
-    pub(crate) fn show_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
+    pub(crate) fn set_live_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
         let (position, orientation) = glam_pose(map_from_base);
         self.renderer.borrow_mut().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
         self.told.scan = true;
     }
 
-    /// Clears the stage when another map is to be seen. Before anything of that map comes: what is cleared away does not come again.
-    pub(crate) fn change_map(&mut self, model: &Model) {
+    /// Clears the scene when another map is to be seen. Before anything of that map comes: what is cleared away does not come again.
+    pub(crate) fn switch_map(&mut self, model: &Model) {
         if self.told.map != model.viewed_map() {
             let mut renderer = self.renderer.borrow_mut();
             renderer.clear_tiles();
             renderer.set_live_scan(None);
             renderer.set_compared([None, None]);
-            self.told = Told { map: model.viewed_map(), ..Told::default() };
+            self.told = SyncedRevisions { map: model.viewed_map(), ..SyncedRevisions::default() };
         }
     }
 
     /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
     pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
-        self.change_map(model);
+        self.switch_map(model);
         let shown = model.displayed_map();
         let mut renderer = self.renderer.borrow_mut();
         let live = model.viewed_map().is_none();
@@ -338,7 +338,7 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &
         .map(|node| Node {
             number: node.id.0,
             position: vector(node.map_from_keyframe.position),
-            doubt: quality.deviation_of(node.id).map_or(0.0, doubt),
+            uncertainty: quality.deviation_of(node.id).map_or(0.0, uncertainty),
         })
         .collect();
     let edges: Vec<[DVec3; 2]> =
@@ -346,8 +346,8 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &
     renderer.set_graph(&nodes, &edges);
 }
 
-/// How much of the doubtful colour a node takes, from one standard deviation in metres: each tenfold step looks alike.
-fn doubt(deviation: f32) -> f32 {
+/// How much of the uncertain colour a node takes, from one standard deviation in metres: each tenfold step looks alike.
+fn uncertainty(deviation: f32) -> f32 {
     (deviation / SURE_M).log10() / (UNSURE_M / SURE_M).log10()
 }
 
@@ -436,7 +436,7 @@ fn palette(settings: &ViewSettings) -> Palette {
         grid: with(tokens.dim, 60),
         node: solid(if tokens.dark { tokens.text } else { tokens.card }),
         outline: solid(if tokens.dark { tokens.ground } else { tokens.text }),
-        doubtful: solid(tokens.warn),
+        uncertain: solid(tokens.warn),
         edge: with(panels::theme::mix(tokens.accent, tokens.text, 0.35), 170),
         loop_closed: solid(tokens.closed),
         loop_open: solid(tokens.warn),

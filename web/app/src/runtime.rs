@@ -4,10 +4,10 @@
 //! go on meanwhile, moved by a timer of the page; what only concerns the picture is left for the next frame.
 
 use crate::browser;
-use crate::fetch::Fetches;
-use crate::inbox::{Arrival, Inbox};
-use crate::sockets::Sockets;
-use crate::upload::Uploads;
+use crate::downloads::Downloads;
+use crate::inbox::{InboundMessage, Inbox};
+use crate::sockets::SocketConnections;
+use crate::uploads::Uploads;
 use client_model::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Model, Socket};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -31,10 +31,10 @@ const REACH_TILE_MS: f64 = 600.0;
 const REACH_EVERY_MS: i32 = 5;
 
 /// The model with its connections.
-pub(crate) struct Core {
+pub(crate) struct ClientRuntime {
     pub(crate) model: Model,
-    sockets: Sockets,
-    fetches: Fetches,
+    sockets: SocketConnections,
+    fetches: Downloads,
     uploads: Uploads,
     inbox: Inbox,
     for_frame: VecDeque<ClientEffect>,
@@ -58,14 +58,14 @@ pub(crate) struct Cloud {
     pub(crate) bytes: Vec<u8>,
 }
 
-impl Core {
+impl ClientRuntime {
     /// Begins to connect.
     pub(crate) fn new(mut model: Model) -> Self {
         let inbox = Inbox::default();
         let mut effects = Vec::new();
         model.connect(&mut effects);
-        let (sockets, fetches) = (Sockets::new(inbox.clone()), Fetches::new(inbox.clone()));
-        let mut core = Self {
+        let (sockets, fetches) = (SocketConnections::new(inbox.clone()), Downloads::new(inbox.clone()));
+        let mut runtime = Self {
             model,
             sockets,
             fetches,
@@ -77,15 +77,15 @@ impl Core {
             clouds: VecDeque::new(),
             framed_ms: browser::now_ms(),
         };
-        core.carry_out(effects);
-        core
+        runtime.execute_effects(effects);
+        runtime
     }
 
     /// Whether something of what the first picture shows is here, or there is nothing to wait for.
-    fn reached(&mut self) -> bool {
-        self.pump();
-        if let Some(eye) = crate::viewport::first_eye(&self.model) {
-            self.apply(ClientEvent::ViewpointChanged(eye));
+    fn is_first_image_ready(&mut self) -> bool {
+        self.process_inbox();
+        if let Some(viewpoint) = crate::viewport::first_viewpoint(&self.model) {
+            self.apply(ClientEvent::ViewpointChanged(viewpoint));
         }
         let tiles = &self.model.displayed_map().tiles;
         self.has_tiles() || (tiles.listed() && tiles.is_empty())
@@ -100,25 +100,25 @@ impl Core {
     pub(crate) fn apply(&mut self, event: ClientEvent) {
         let mut effects = Vec::new();
         self.model.handle_event(now(), event, &mut effects);
-        self.carry_out(effects);
+        self.execute_effects(effects);
     }
 
     /// Takes what came in and lets time pass.
-    pub(crate) fn pump(&mut self) {
+    pub(crate) fn process_inbox(&mut self) {
         while let Some(arrival) = self.inbox.take() {
             match arrival {
-                Arrival::Tile { hash, bytes } => self.tiles.push_back((hash, bytes)),
-                Arrival::Cloud { session, keyframe, bytes } => {
+                InboundMessage::Tile { hash, bytes } => self.tiles.push_back((hash, bytes)),
+                InboundMessage::Cloud { session, keyframe, bytes } => {
                     self.clouds.push_back(Cloud { session, keyframe, bytes });
                 }
-                Arrival::Event(ClientEvent::Scan { mut frame, bytes }) => {
+                InboundMessage::Event(ClientEvent::Scan { mut frame, bytes }) => {
                     // Only the latest of several is drawn.
                     let points = std::mem::take(&mut frame.points);
                     self.scan =
                         Some(Scan { points, map_from_base: frame.map_from_base, sequence: frame.sequence });
                     self.apply(ClientEvent::Scan { frame, bytes });
                 }
-                Arrival::Event(event) => self.apply(event),
+                InboundMessage::Event(event) => self.apply(event),
             }
         }
         self.apply(ClientEvent::Tick);
@@ -127,7 +127,7 @@ impl Core {
     /// A frame begins.
     pub(crate) fn frame(&mut self) {
         self.framed_ms = browser::now_ms();
-        self.pump();
+        self.process_inbox();
     }
 
     /// Something left for the frame to do.
@@ -159,27 +159,27 @@ impl Core {
     }
 
     /// The page's timer.
-    fn beat(&mut self) {
+    fn on_timer(&mut self) {
         if browser::hidden() || browser::now_ms() - self.framed_ms > BLIND_MS {
-            self.let_go();
+            self.release_drive();
         }
-        self.pump();
+        self.process_inbox();
     }
 
     /// A key or pointer was let go. Frames in time see that themselves, and better.
-    fn released(&mut self) {
+    fn on_release(&mut self) {
         if browser::now_ms() - self.framed_ms > LATE_MS {
-            self.let_go();
+            self.release_drive();
         }
     }
 
-    fn let_go(&mut self) {
+    fn release_drive(&mut self) {
         if self.model.driven_velocity().is_some() {
             self.apply(ClientEvent::Command(ClientCommand::SetVelocity(None)));
         }
     }
 
-    fn carry_out(&mut self, effects: Vec<ClientEffect>) {
+    fn execute_effects(&mut self, effects: Vec<ClientEffect>) {
         for effect in effects {
             match effect {
                 ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
@@ -207,49 +207,52 @@ impl Core {
 
 /// Waits for the first tile, so that the first picture shows a map, but not for long: others come while the page can do
 /// nothing else.
-pub(crate) async fn reach_server(core: &Rc<RefCell<Core>>) {
+pub(crate) async fn wait_for_first_tile(runtime: &Rc<RefCell<ClientRuntime>>) {
     let begun = browser::now_ms();
     loop {
-        let (reached, listed) = {
-            let mut core = core.borrow_mut();
-            (core.reached(), core.model.displayed_map().tiles.listed())
+        let (is_first_image_ready, listed) = {
+            let mut runtime = runtime.borrow_mut();
+            (runtime.is_first_image_ready(), runtime.model.displayed_map().tiles.listed())
         };
-        // Also when reached: only a pause lets the requests out.
+        // Also when is_first_image_ready: only a pause lets the requests out.
         browser::pause(REACH_EVERY_MS).await;
         let longest = if listed { REACH_TILE_MS } else { REACH_MS };
-        if reached || browser::now_ms() - begun >= longest {
+        if is_first_image_ready || browser::now_ms() - begun >= longest {
             return;
         }
     }
 }
 
-/// Moves the core from now on, frames or not. The listeners live as long as the page.
-pub(crate) fn keep_alive(core: &Rc<RefCell<Core>>) {
+/// Moves the runtime from now on, frames or not. The listeners live as long as the page.
+pub(crate) fn install_page_events(runtime: &Rc<RefCell<ClientRuntime>>) {
     let Some(window) = browser::window() else { return };
-    let beat = with_core(core, Core::beat);
+    let on_timer = with_runtime(runtime, ClientRuntime::on_timer);
     if window
-        .set_interval_with_callback_and_timeout_and_arguments_0(beat.as_ref().unchecked_ref(), BEAT_MS)
+        .set_interval_with_callback_and_timeout_and_arguments_0(on_timer.as_ref().unchecked_ref(), BEAT_MS)
         .is_ok()
     {
-        beat.forget();
+        on_timer.forget();
     }
     for event in ["keyup", "pointerup", "pointercancel", "blur"] {
-        let released = with_core(core, Core::released);
+        let on_release = with_runtime(runtime, ClientRuntime::on_release);
         // Before anything else hears of it, and whoever keeps it from the others.
-        let listening =
-            window.add_event_listener_with_callback_and_bool(event, released.as_ref().unchecked_ref(), true);
+        let listening = window.add_event_listener_with_callback_and_bool(
+            event,
+            on_release.as_ref().unchecked_ref(),
+            true,
+        );
         if listening.is_ok() {
-            released.forget();
+            on_release.forget();
         }
     }
 }
 
-fn with_core(core: &Rc<RefCell<Core>>, act: fn(&mut Core)) -> Closure<dyn FnMut()> {
-    let core = Rc::clone(core);
+fn with_runtime(runtime: &Rc<RefCell<ClientRuntime>>, act: fn(&mut ClientRuntime)) -> Closure<dyn FnMut()> {
+    let runtime = Rc::clone(runtime);
     Closure::new(move || {
         // Taken only while a frame is at it, which takes care of the same things.
-        if let Ok(mut core) = core.try_borrow_mut() {
-            act(&mut core);
+        if let Ok(mut runtime) = runtime.try_borrow_mut() {
+            act(&mut runtime);
         }
     })
 }
