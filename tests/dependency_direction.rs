@@ -110,8 +110,7 @@ const HOMES: &[(&str, &[&str])] = &[
 ];
 
 /// What the core may use of others' crates: mathematics and bytes, nothing that knows a file, a thread or a clock.
-const AUTONOMY_MAY_USE: &[&str] =
-    &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "rayon", "thiserror"];
+const AUTONOMY_MAY_USE: &[&str] = &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "thiserror"];
 
 /// What the core never says, with what it says instead.
 const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[

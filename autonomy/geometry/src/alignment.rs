@@ -1,4 +1,4 @@
-//! Moving an estimate onto the truth as well as possible.
+//! Least-squares alignment of an estimated trajectory or point set with the true one.
 //!
 //! Source: S. Umeyama, "Least-Squares Estimation of Transformation Parameters Between Two Point Patterns", IEEE TPAMI
 //! 13(4), 1991.
@@ -6,22 +6,22 @@
 use crate::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Point3, Rotation3, Translation3};
 
-/// A rigid motion after a scale.
+/// A similarity transform: a scale, then a rigid motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Similarity {
-    /// The estimate's lengths are multiplied by this first.
+    /// Factor applied to the estimate's translations first.
     pub scale: f64,
-    /// Then it is moved by this.
+    /// Rigid motion applied after the scale.
     pub truth_from_estimate: Isometry,
 }
 
 impl Similarity {
-    /// Changes nothing.
+    /// Scale 1 and no motion.
     pub fn identity() -> Self {
         Self { scale: 1.0, truth_from_estimate: Isometry::identity() }
     }
 
-    /// The pose as the truth's frame sees it.
+    /// An estimated pose expressed in the frame of the truth.
     pub fn apply(&self, pose: &Isometry) -> Isometry {
         let scaled =
             Isometry::from_parts(Translation3::from(pose.translation.vector * self.scale), pose.rotation);
@@ -29,8 +29,8 @@ impl Similarity {
     }
 }
 
-/// The motion that brings the estimate's positions nearest to the truth's; none for fewer than three points or points on
-/// one line, which leave a rotation open.
+/// The similarity (or rigid motion, if `with_scale` is false) that minimises the sum of squared distances between the truth and
+/// the moved estimate. `None` for fewer than three points or for points on one line: both leave a rotation undetermined.
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similarity> {
@@ -67,8 +67,9 @@ pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similar
     Some(Similarity { scale, truth_from_estimate })
 }
 
-/// The motion that brings the estimate's positions nearest to the truth's where both frames are level: a heading and a translation; none for
-/// fewer than two points, or points above each other, which leave the heading open.
+/// The rotation about z and the translation that minimise the sum of squared distances between the truth and the moved
+/// estimate, for two frames whose z axes are vertical. `None` for fewer than two points or for points above each other: both
+/// leave the yaw undetermined.
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn align_yaw_only(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
@@ -85,18 +86,19 @@ pub fn align_yaw_only(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
     if pairs.len() < 2 || along.hypot(across) <= 1e-9 * spread.max(1e-9) {
         return None;
     }
-    let heading = Rotation::from_axis_angle(&Vector3::z_axis(), across.atan2(along));
-    Some(Isometry::from_parts(Translation3::from(truth_mean - heading * estimate_mean), heading))
+    let yaw = Rotation::from_axis_angle(&Vector3::z_axis(), across.atan2(along));
+    Some(Isometry::from_parts(Translation3::from(truth_mean - yaw * estimate_mean), yaw))
 }
 
-/// Root mean square distance that remains after the best rigid motion, metres; none where [`umeyama`] finds no motion.
+/// Root mean square distance after the best rigid motion, metres (absolute trajectory error). `None` where [`umeyama`] finds no
+/// motion.
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn aligned_rmse(pairs: &[(Vector3, Vector3)]) -> Option<f64> {
     Some(rms_distance(pairs, &umeyama(pairs, false)?.truth_from_estimate))
 }
 
-/// Root mean square distance of pairs (truth, estimate) under a motion, metres; not a number where there are none.
+/// Root mean square distance of pairs (truth, estimate) after a given motion, metres. NaN for an empty slice.
 pub fn rms_distance(pairs: &[(Vector3, Vector3)], truth_from_estimate: &Isometry) -> f64 {
     let square = |(truth, estimate): &(Vector3, Vector3)| {
         (truth_from_estimate.transform_point(&Point3::from(*estimate)).coords - truth).norm_squared()
@@ -124,13 +126,13 @@ mod tests {
     }
 
     #[test]
-    fn points_on_a_line_leave_a_rotation_open() {
+    fn points_on_a_line_leave_a_rotation_undetermined() {
         let pairs: Vec<_> = (0..9).map(|i| Vector3::new(f64::from(i), 0.0, 0.0)).map(|p| (p, p)).collect();
         assert_eq!(umeyama(&pairs, false), None);
     }
 
     #[test]
-    fn two_level_points_are_enough_where_both_frames_are_level() {
+    fn yaw_alignment_needs_two_points_that_are_not_above_each_other() {
         let motion = Isometry::from_parts(
             Translation3::new(3.0, -2.0, 0.5),
             Rotation::from_euler_angles(0.0, 0.0, -2.8),
@@ -148,9 +150,9 @@ mod tests {
     }
 
     #[test]
-    fn what_no_motion_explains_remains() {
+    fn the_residual_that_no_motion_explains_is_reported() {
         let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-        // Every corner is a tenth higher or lower than a plane: nothing rigid mends that.
+        // Every corner is 0.1 m above or below a plane: no rigid motion removes that.
         let pairs: Vec<_> = corners
             .map(|[x, y]| (Vector3::new(x, y, 0.1 * x * y), Vector3::new(5.0 - y, x, 2.0)))
             .into_iter()

@@ -1,6 +1,8 @@
-//! Rigid transforms whose type says which frame they are in and which they place.
+//! Rigid transforms that carry their two frames in their type.
+//!
+//! Used where a mistaken frame is most likely: the mounting poses of the sensors, which come from configuration files.
 
-use crate::{Isometry, Vector3};
+use crate::Isometry;
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Mul;
@@ -12,48 +14,43 @@ macro_rules! frames {
 }
 
 frames! {
-    /// The map of a session: z up, origin where it began.
-    Map,
-    /// Smooth but drifting frame of an odometry.
-    Odom,
-    /// The robot's body: x forward, y left, z up.
+    /// The robot's base: x forward, y left, z up.
     Base,
+    /// The frame that the odometry estimates: the IMU, or the base of a robot without an IMU.
+    Body,
     /// The LiDAR.
     Lidar,
-    /// The inertial unit.
+    /// The inertial measurement unit.
     Imu,
+    /// The frame whose pose an external odometry reports.
+    External,
 }
 
-/// Where frame `Child` is, seen from frame `Parent`. `map_from_base * base_from_lidar` compiles, the reverse does not.
+/// Pose of frame `Child` in frame `Parent`: `body_from_base * base_from_lidar` compiles, the reverse order does not.
 pub struct Transform<Parent, Child> {
-    iso: Isometry,
+    isometry: Isometry,
     frames: PhantomData<fn(Child) -> Parent>,
 }
 
 impl<Parent, Child> Transform<Parent, Child> {
-    /// The frames coincide.
+    /// Both frames coincide.
     pub fn identity() -> Self {
         Self::new(Isometry::identity())
     }
 
-    /// Declares that `iso` places `Child` in `Parent`.
-    pub const fn new(iso: Isometry) -> Self {
-        Self { iso, frames: PhantomData }
+    /// States that `isometry` is the pose of `Child` in `Parent`.
+    pub const fn new(isometry: Isometry) -> Self {
+        Self { isometry, frames: PhantomData }
     }
 
-    /// Without frames.
+    /// The transform without its frames.
     pub const fn isometry(&self) -> &Isometry {
-        &self.iso
+        &self.isometry
     }
 
-    /// The other way round.
+    /// Pose of `Parent` in `Child`.
     pub fn inverse(&self) -> Transform<Child, Parent> {
-        Transform::new(self.iso.inverse())
-    }
-
-    /// A point of `Child` in `Parent`, metres.
-    pub fn point(&self, point_in_child: &Vector3) -> Vector3 {
-        self.iso.rotation * point_in_child + self.iso.translation.vector
+        Transform::new(self.isometry.inverse())
     }
 }
 
@@ -67,19 +64,19 @@ impl<Parent, Child> Copy for Transform<Parent, Child> {}
 
 impl<Parent, Child> fmt::Debug for Transform<Parent, Child> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.iso.fmt(f)
+        self.isometry.fmt(f)
     }
 }
 
 impl<Parent, Child> PartialEq for Transform<Parent, Child> {
     fn eq(&self, other: &Self) -> bool {
-        self.iso == other.iso
+        self.isometry == other.isometry
     }
 }
 
 impl<A, B, C> Mul<Transform<B, C>> for Transform<A, B> {
     type Output = Transform<A, C>;
     fn mul(self, rhs: Transform<B, C>) -> Transform<A, C> {
-        Transform::new(self.iso * rhs.iso)
+        Transform::new(self.isometry * rhs.isometry)
     }
 }

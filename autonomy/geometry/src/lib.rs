@@ -1,7 +1,7 @@
-//! Rotations, rigid transforms with frames in their types, alignment of point sets, and seeded randomness.
+//! Rotations, rigid transforms, alignment of point sets, and seeded random numbers.
 //!
-//! Conventions, everywhere in the core: metres, radians, seconds; `parent_from_child` transforms; perturbations on
-//! the *right* (`T * exp(error)`), error order `[rotation; translation]`; Hamilton quaternions.
+//! Conventions of the whole core: metres, radians, seconds; `parent_from_child` transforms; Hamilton quaternions; errors of a
+//! pose have the order `[rotation; translation]` and are applied on the *right* of the pose ([`se3::retract`]).
 
 mod alignment;
 mod frames;
@@ -11,7 +11,7 @@ pub mod se3;
 pub mod so3;
 
 pub use alignment::{Similarity, align_yaw_only, aligned_rmse, rms_distance, umeyama};
-pub use frames::{Base, Imu, Lidar, Map, Odom, Transform};
+pub use frames::{Base, Body, External, Imu, Lidar, Transform};
 pub use plain::{isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 pub use random::{Rng, RngTree};
 

@@ -1,4 +1,4 @@
-//! To and from the plain poses that messages carry.
+//! Conversion between nalgebra types and the plain vectors and poses of messages.
 
 use crate::{Isometry, Rotation, Vector3};
 use nalgebra::{Quaternion, Translation3};
@@ -14,7 +14,8 @@ pub fn vec_to_plain(v: &Vector3) -> Vec3 {
     Vec3::new(v.x, v.y, v.z)
 }
 
-/// Plain pose to nalgebra. `None` when it is not finite or the quaternion is too short to name a rotation.
+/// Plain pose to nalgebra; the quaternion is normalised. `None` if a component is not finite or the quaternion is shorter than
+/// 0.001, so that its direction is rounding noise.
 pub fn isometry_from_pose(pose: &Pose) -> Option<Isometry> {
     let q = pose.orientation;
     let quaternion = Quaternion::new(q.w, q.x, q.y, q.z);

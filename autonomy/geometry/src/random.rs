@@ -1,21 +1,22 @@
-//! Seeded randomness: one root seed, named children, so that adding a consumer never changes the others' numbers.
+//! Seeded random numbers: one root seed with named children. A new consumer takes a new name, so the numbers of the existing
+//! consumers do not change.
 
 use rand_core::{RngCore, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// A seed from which named generators grow.
+/// A seed that derives child seeds by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RngTree {
     seed: u64,
 }
 
 impl RngTree {
-    /// Root of a tree.
+    /// The root of a tree.
     pub const fn new(seed: u64) -> Self {
         Self { seed }
     }
 
-    /// The subtree of that name. FNV-1a mixed with the parent's seed, then finished by SplitMix64.
+    /// The child of that name: FNV-1a of the name, started with the parent's seed, finished by the mixer of SplitMix64.
     pub fn child(&self, name: &str) -> Self {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64 ^ self.seed;
         for byte in name.bytes() {
@@ -26,13 +27,13 @@ impl RngTree {
         Self { seed: hash ^ (hash >> 31) }
     }
 
-    /// The generator of this node.
+    /// A generator seeded by this node.
     pub fn rng(&self) -> Rng {
         Rng { generator: Pcg64::seed_from_u64(self.seed), spare: None }
     }
 }
 
-/// A generator of uniform and normal numbers.
+/// A generator of uniform and normal random numbers (PCG-64).
 #[derive(Clone, Debug)]
 pub struct Rng {
     generator: Pcg64,

@@ -5,7 +5,7 @@
 use crate::{Matrix3, Rotation, Vector3};
 use nalgebra::Quaternion;
 
-/// Below this squared angle the series is exact to rounding (next term is of order angle⁴/1920 relative).
+/// Below this squared angle (rad²) the truncated series is exact to rounding: its next term is of relative order angle⁴/1920.
 const SMALL_ANGLE_SQUARED: f64 = 1e-8;
 
 /// Cross-product matrix: `hat(a) * b == a × b`.
@@ -13,7 +13,7 @@ pub fn hat(v: &Vector3) -> Matrix3 {
     Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
 }
 
-/// Rotation by the vector `v` (axis times angle, radians). Total.
+/// Rotation by the vector `v` (axis times angle, radians). Defined for every finite `v`.
 pub fn exp(v: &Vector3) -> Rotation {
     let angle_squared = v.norm_squared();
     let (w, scale) = if angle_squared < SMALL_ANGLE_SQUARED {
@@ -25,10 +25,10 @@ pub fn exp(v: &Vector3) -> Rotation {
     Rotation::from_quaternion(Quaternion::new(w, v.x * scale, v.y * scale, v.z * scale))
 }
 
-/// Rotation vector of `r`, radians, of length at most π. At exactly π either of the two axes.
+/// Rotation vector of `r` (axis times angle, radians), of length at most π. At exactly π it is either of the two possible axes.
 pub fn log(r: &Rotation) -> Vector3 {
     let q = r.quaternion();
-    // The shorter of the two rotations that q and -q name.
+    // q and -q are the same rotation; the one with w >= 0 has the shorter vector.
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     let (w, v) = (q.w * sign, q.imag() * sign);
     let sin_squared = v.norm_squared();
@@ -52,7 +52,7 @@ pub fn right_jacobian(v: &Vector3) -> Matrix3 {
     Matrix3::identity() - hat_v * a + hat_v * hat_v * b
 }
 
-/// Inverse of [`right_jacobian`]: `log(exp(v) * exp(dv)) ≈ v + right_jacobian_inverse(v) * dv`. Singular at 2π only.
+/// Inverse of [`right_jacobian`]: `log(exp(v) * exp(dv)) ≈ v + right_jacobian_inverse(v) * dv`. Singular only at an angle of 2π.
 pub fn right_jacobian_inverse(v: &Vector3) -> Matrix3 {
     let angle_squared = v.norm_squared();
     let hat_v = hat(v);
@@ -66,7 +66,7 @@ pub fn right_jacobian_inverse(v: &Vector3) -> Matrix3 {
     Matrix3::identity() + hat_v * 0.5 + hat_v * hat_v * b
 }
 
-/// Inverse of the left Jacobian: `right_jacobian_inverse(-v)`. Singular at 2π only.
+/// Inverse of the left Jacobian: `right_jacobian_inverse(-v)`. Singular only at an angle of 2π.
 pub fn left_jacobian_inverse(v: &Vector3) -> Matrix3 {
     right_jacobian_inverse(v).transpose()
 }
@@ -74,7 +74,7 @@ pub fn left_jacobian_inverse(v: &Vector3) -> Matrix3 {
 /// Derivative of `left_jacobian_inverse(v) * t` with respect to `v`.
 pub fn left_jacobian_inverse_derivative(v: &Vector3, t: &Vector3) -> Matrix3 {
     let angle_squared = v.norm_squared();
-    // The product is t - v × t / 2 + b v × (v × t); `slope` is b's derivative with respect to the angle, by the angle.
+    // The product is t - v × t / 2 + b v × (v × t). `slope` is the derivative of b by the angle, divided by the angle.
     let (b, slope) = if angle_squared < 1e-4 {
         (1.0 / 12.0 + angle_squared / 720.0, 1.0 / 360.0 + angle_squared / 7560.0)
     } else {
@@ -89,61 +89,4 @@ pub fn left_jacobian_inverse_derivative(v: &Vector3, t: &Vector3) -> Matrix3 {
     hat(t) * 0.5
         + (Matrix3::identity() * v.dot(t) + v * t.transpose() - t * v.transpose() * 2.0) * b
         + inner * v.transpose() * slope
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::RngTree;
-
-    fn random_vectors(scale: f64) -> Vec<Vector3> {
-        let mut rng = RngTree::new(7).child("so3").rng();
-        (0..200)
-            .map(|_| {
-                Vector3::new(rng.normal(), rng.normal(), rng.normal()).normalize() * (rng.uniform() * scale)
-            })
-            .collect()
-    }
-
-    #[test]
-    fn derivative_of_the_inverse_left_jacobian_matches_central_differences() {
-        for (v, t) in
-            random_vectors(3.0).iter().chain(&random_vectors(1e-2)).zip(random_vectors(2.0).iter().cycle())
-        {
-            let h = 1e-6;
-            for axis in 0..3 {
-                let mut d = Vector3::zeros();
-                d[axis] = h;
-                let numeric =
-                    (left_jacobian_inverse(&(v + d)) * t - left_jacobian_inverse(&(v - d)) * t) / (2.0 * h);
-                let analytic = left_jacobian_inverse_derivative(v, t);
-                assert!((numeric - analytic.column(axis)).norm() < 2e-6 * (1.0 + analytic.norm()), "{v} {t}");
-            }
-        }
-    }
-
-    #[test]
-    fn log_undoes_exp_up_to_a_half_turn() {
-        for v in random_vectors(std::f64::consts::PI - 1e-6).iter().chain(&random_vectors(1e-5)) {
-            assert!((log(&exp(v)) - v).norm() < 1e-9, "{v}");
-        }
-    }
-
-    #[test]
-    fn right_jacobian_matches_central_differences() {
-        for v in random_vectors(3.0).iter().chain(&random_vectors(1e-6)) {
-            let h = 1e-6;
-            for axis in 0..3 {
-                let mut d = Vector3::zeros();
-                d[axis] = h;
-                let numeric = (log(&(exp(v).inverse() * exp(&(v + d))))
-                    - log(&(exp(v).inverse() * exp(&(v - d)))))
-                    / (2.0 * h);
-                assert!((numeric - right_jacobian(v).column(axis)).norm() < 1e-7);
-            }
-            let product = right_jacobian(v) * right_jacobian_inverse(v);
-            assert!((product - Matrix3::identity()).norm() < 1e-9);
-            assert!((left_jacobian_inverse(v) - right_jacobian_inverse(&-v)).norm() < 1e-12);
-        }
-    }
 }
