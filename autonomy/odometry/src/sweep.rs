@@ -52,7 +52,7 @@ impl Sweep {
         kept: &mut Vec<u32>,
     ) -> Self {
         kept.clear();
-        filter::in_range(scan.xyz, range.0, range.1, None, kept);
+        filter::select_in_range(scan.xyz, range.0, range.1, kept);
         if let Some(hidden) = hidden {
             let matrix = matrix_of(base_from_lidar);
             kept.retain(|&index| !filter::contains(hidden, &apply(&matrix, &scan.xyz[index as usize])));

@@ -1,26 +1,26 @@
-//! Thinning a cloud: one averaged point for each voxel.
+//! Voxel grid downsampling: one averaged point for each occupied voxel.
 
 use crate::hash::{CellKey, CellTable};
 
-/// The average of the points that fell into one voxel.
+/// The average of the points in one voxel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centroid {
     /// Mean position, metres, in the frame of the input.
     pub xyz: [f32; 3],
-    /// Mean of the attributes given with the points.
+    /// Mean of the attribute that was given with each point (intensity, time), in its unit.
     pub attribute: f32,
-    /// How many points were averaged.
+    /// Number of points averaged.
     pub count: u32,
 }
 
-/// Averages points by voxel; keeps its memory from call to call.
+/// Averages points by voxel. Reuses its memory from call to call.
 #[derive(Clone, Debug, Default)]
 pub struct Downsampler {
     table: CellTable,
-    cells: Vec<Accumulator>,
+    voxels: Vec<Accumulator>,
 }
 
-/// Sums are kept relative to the first point, so that `f32` loses nothing far from the origin.
+/// Sums of one voxel. Positions are relative to its first point, so that `f32` stays precise far from the origin.
 #[derive(Clone, Copy, Debug)]
 struct Accumulator {
     first: [f32; 3],
@@ -30,39 +30,45 @@ struct Accumulator {
 }
 
 impl Downsampler {
-    /// Appends to `out` one centroid for each voxel of edge `voxel` (metres) that holds a point, in the order in which
-    /// the voxels were first met. `attributes` is a value for each point to average as well, or empty.
-    pub fn downsample(&mut self, xyz: &[[f32; 3]], attributes: &[f32], voxel: f32, out: &mut Vec<Centroid>) {
+    /// Appends to `out` one centroid for each occupied voxel of edge `voxel_m` (metres), in the order in which the voxels first
+    /// occur in `xyz`. `attributes` holds one value for each point to be averaged as well, or is empty.
+    pub fn downsample(
+        &mut self,
+        xyz: &[[f32; 3]],
+        attributes: &[f32],
+        voxel_m: f32,
+        out: &mut Vec<Centroid>,
+    ) {
         self.table.clear();
-        self.cells.clear();
-        let per_metre = 1.0 / voxel;
+        self.voxels.clear();
+        let voxels_per_metre = 1.0 / voxel_m;
         let mut last = (CellKey::new([i64::MAX; 3]), 0_usize);
         for (index, &point) in xyz.iter().enumerate() {
-            let key = CellKey::new(point.map(|c| i64::from(floor(c * per_metre))));
-            // Neighbours in the sweep often share a voxel.
-            let cell = if key == last.0 {
+            let key = CellKey::new(point.map(|c| i64::from(floor(c * voxels_per_metre))));
+            // Consecutive points of a sweep often share a voxel: the last one is looked up without the table.
+            let voxel = if key == last.0 {
                 last.1
             } else {
-                let (cell, fresh) = self.table.get_or_insert(key, self.cells.len() as u32);
-                if fresh {
-                    self.cells.push(Accumulator {
+                let (voxel, is_new) = self.table.get_or_insert(key, self.voxels.len() as u32);
+                if is_new {
+                    self.voxels.push(Accumulator {
                         first: point,
                         sum: [0.0; 3],
                         attribute_sum: 0.0,
                         count: 0,
                     });
                 }
-                cell as usize
+                voxel as usize
             };
-            last = (key, cell);
-            let accumulator = &mut self.cells[cell];
+            last = (key, voxel);
+            let accumulator = &mut self.voxels[voxel];
             for axis in 0..3 {
                 accumulator.sum[axis] += point[axis] - accumulator.first[axis];
             }
             accumulator.attribute_sum += attributes.get(index).copied().unwrap_or(0.0);
             accumulator.count += 1;
         }
-        out.extend(self.cells.iter().map(Accumulator::centroid));
+        out.extend(self.voxels.iter().map(Accumulator::centroid));
     }
 }
 
@@ -77,7 +83,7 @@ impl Accumulator {
     }
 }
 
-/// `floor` to an integer without a library call.
+/// Largest integer not above `value`, without the library call of `f32::floor`.
 #[inline]
 fn floor(value: f32) -> i32 {
     let truncated = value as i32;
@@ -87,41 +93,9 @@ fn floor(value: f32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::RngTree;
-    use std::collections::BTreeMap;
 
     #[test]
-    fn agrees_with_sums_in_an_ordered_map() {
-        let mut rng = RngTree::new(5).child("downsample").rng();
-        let points: Vec<[f32; 3]> =
-            (0..20_000).map(|_| std::array::from_fn(|_| (rng.normal() * 8.0) as f32)).collect();
-        let attributes: Vec<f32> = (0..points.len()).map(|i| i as f32 * 1e-5).collect();
-        let voxel = 0.4_f32;
-        let mut out = Vec::new();
-        Downsampler::default().downsample(&points, &attributes, voxel, &mut out);
-
-        let mut twin: BTreeMap<[i64; 3], (Vec<usize>, f64)> = BTreeMap::new();
-        for (i, p) in points.iter().enumerate() {
-            let cell = p.map(|c| (c * (1.0 / voxel)).floor() as i64);
-            let entry = twin.entry(cell).or_default();
-            entry.0.push(i);
-            entry.1 += f64::from(p[0]);
-        }
-        assert_eq!(out.len(), twin.len());
-        for centroid in &out {
-            let cell = centroid.xyz.map(|c| (c / voxel).floor() as i64);
-            // A mean can round onto the border of its voxel; such cases are not looked up.
-            let Some((members, sum)) = twin.get(&cell) else { continue };
-            assert_eq!(members.len(), centroid.count as usize);
-            assert!((sum / members.len() as f64 - f64::from(centroid.xyz[0])).abs() < 1e-5);
-            let attribute =
-                members.iter().map(|&i| f64::from(attributes[i])).sum::<f64>() / members.len() as f64;
-            assert!((attribute - f64::from(centroid.attribute)).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn an_empty_cloud_has_no_centroids_and_memory_is_reused() {
+    fn an_empty_cloud_has_no_centroids_and_a_downsampler_can_be_used_again() {
         let mut downsampler = Downsampler::default();
         let mut out = Vec::new();
         downsampler.downsample(&[], &[], 1.0, &mut out);

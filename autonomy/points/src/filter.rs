@@ -1,16 +1,16 @@
-//! Which points of a scan are worth keeping.
+//! Selection of the usable points of a scan.
 
 use vocab::Aabb;
 
-/// Keeps the indices of the points between two distances from the origin (metres) that lie outside `hidden`, the box
-/// the robot's own body fills. Points that are not finite are dropped.
-pub fn in_range(xyz: &[[f32; 3]], min: f32, max: f32, hidden: Option<&Aabb>, out: &mut Vec<u32>) {
-    let (min, max) = (min * min, max * max);
+/// Appends to `kept` the indices of the points whose distance from the origin lies between two ranges (metres, borders included).
+/// Points that are not finite are dropped.
+pub fn select_in_range(xyz: &[[f32; 3]], min_range_m: f32, max_range_m: f32, kept: &mut Vec<u32>) {
+    let (min_squared, max_squared) = (min_range_m * min_range_m, max_range_m * max_range_m);
     for (index, point) in xyz.iter().enumerate() {
         let squared = norm_squared(point);
-        // A NaN fails both comparisons.
-        if squared >= min && squared <= max && !hidden.is_some_and(|aabb| contains(aabb, point)) {
-            out.push(index as u32);
+        // NaN fails both comparisons.
+        if squared >= min_squared && squared <= max_squared {
+            kept.push(index as u32);
         }
     }
 }
@@ -32,15 +32,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn near_far_hidden_and_broken_points_go() {
+    fn points_too_near_too_far_or_not_finite_are_dropped() {
         let points =
             [[0.1, 0.0, 0.0], [2.0, 0.0, 0.0], [200.0, 0.0, 0.0], [f32::NAN, 1.0, 1.0], [0.0, 3.0, 0.0]];
-        let hidden = Aabb { min: [-1.0, 2.5, -1.0], max: [1.0, 3.5, 1.0] };
         let mut kept = Vec::new();
-        in_range(&points, 0.5, 100.0, Some(&hidden), &mut kept);
-        assert_eq!(kept, [1]);
-        kept.clear();
-        in_range(&points, 0.5, 100.0, None, &mut kept);
+        select_in_range(&points, 0.5, 100.0, &mut kept);
         assert_eq!(kept, [1, 4]);
+    }
+
+    #[test]
+    fn a_box_contains_its_borders() {
+        let aabb = Aabb { min: [-1.0, 2.5, -1.0], max: [1.0, 3.5, 1.0] };
+        assert!(contains(&aabb, &[0.0, 3.0, 0.0]) && contains(&aabb, &[1.0, 2.5, -1.0]));
+        assert!(!contains(&aabb, &[0.0, 2.0, 0.0]) && !contains(&aabb, &[0.0, f32::NAN, 0.0]));
     }
 }

@@ -1,60 +1,95 @@
-//! A hashed map of surfaces: running Gaussians in cubes that halve where the surface is not flat.
+//! A hashed map of surfaces: running Gaussians in cubes that are subdivided where the surface is not flat.
 //!
-//! Root cubes live in a hash table. Each holds the running mean and covariance of its points; where these lie on a
-//! plane the cube *is* that plane and grows no further, and only points off the plane go down to its eight halves.
-//! So a wall is one large, well-averaged plane, its pipes and the other side of it are small cells beside it, and
-//! a person who walks past leaves the wall as it was. Means are kept relative to the centre of their cube, so that
-//! `f32` is exact to a micrometre anywhere on the site.
+//! Root cubes live in a hash table. Each holds the running mean and covariance of its points. A cube whose points lie on a plane
+//! *is* that plane and is not subdivided; points off the plane go down to its eight children. A wall is thus one large,
+//! well-averaged plane. Its pipes and its other side are small cells beside it, and a person who walks past does not change it.
+//! Means are stored relative to the centre of their cube, so that `f32` is exact to a micrometre anywhere on the site.
 //!
-//! The idea of planes at the coarsest flat level is from Yuan et al., *VoxelMap*, RA-L 2022; incremental Gaussians in a
-//! hash table from Koide et al., *Voxelized GICP*, ICRA 2021.
+//! Sources: planes at the coarsest flat level, Yuan et al., *VoxelMap*, RA-L 2022; incremental Gaussians in a hash table, Koide et
+//! al., *Voxelized GICP*, ICRA 2021. Parameters and their use: docs/maths/odometry.md, section "Local map".
 
 use crate::hash::{CellKey, CellTable};
 use crate::symmetric::{Symmetric3, principal_axes};
 
-/// How a map divides space and what it calls flat.
+/// Parameters of a [`GaussianMap`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianMapConfig {
     /// Edge of a root cube, metres.
     pub root_size_m: f64,
-    /// How often a cube may be halved: 3 means leaves of an eighth of the root.
+    /// Number of subdivisions: 3 gives leaves of an eighth of the root's edge.
     pub max_depth: u8,
-    /// Standard deviation of points about a plane above which a cube is not flat, metres.
+    /// A cube whose points have a larger standard deviation about their plane is not flat, metres.
     pub plane_thickness_m: f32,
-    /// Points that a cube needs before its shape is judged.
+    /// A cube that is a plane already stays one up to this multiple of `plane_thickness_m` (hysteresis).
+    pub plane_hysteresis: f32,
+    /// Least standard deviation along the middle principal axis of a plane, as a share of the cube's edge. Points of a single
+    /// LiDAR ring lie on a line, whose normal is noise.
+    pub min_plane_width_share: f32,
+    /// Least ratio of the standard deviations along the middle axis and along the normal of a plane.
+    pub min_plane_aspect: f32,
+    /// Least standard deviation along the middle principal axis of a distribution, as a share of the cube's edge.
+    pub min_distribution_width_share: f32,
+    /// Points farther from a plane than this many of its standard deviations do not belong to it.
+    pub outlier_deviations: f32,
+    /// Points nearer to a plane than this always belong to it, metres.
+    pub min_outlier_distance_m: f32,
+    /// Points that a cube needs before it is classified.
     pub min_points: u16,
-    /// Weight of the past: a running mean never counts more points than this, so that it can still follow.
+    /// Cap on the number of points in a running mean, so that the mean can still follow changes.
     pub max_points: u16,
+    /// A cube is classified again when its number of points has grown by one part in this many (at least 1).
+    pub reclassify_growth_divisor: u16,
+    /// A cube is classified again after at least this many new points.
+    pub min_reclassify_growth: u16,
+    /// A plane at the cap of its points is classified again when the number of points inserted into the whole map is a multiple of
+    /// this (at least 1).
+    pub full_plane_reclassify_interval: u32,
 }
 
 impl GaussianMapConfig {
-    /// The root cube that holds a point (map frame, metres), counted along each axis.
+    /// Integer coordinates of the root cube that holds a point (map frame, metres).
     #[inline]
     pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {
         let per_metre = 1.0 / self.root_size_m;
-        std::array::from_fn(|axis| floor((point[axis] + GRID_SHIFT[axis]) * per_metre))
+        std::array::from_fn(|axis| floor((point[axis] + GRID_OFFSET_M[axis]) * per_metre))
     }
 }
 
 impl Default for GaussianMapConfig {
     fn default() -> Self {
-        Self { root_size_m: 2.0, max_depth: 3, plane_thickness_m: 0.03, min_points: 8, max_points: 1_000 }
+        Self {
+            root_size_m: 2.0,
+            max_depth: 3,
+            plane_thickness_m: 0.03,
+            plane_hysteresis: 1.5,
+            min_plane_width_share: 0.08,
+            min_plane_aspect: 3.0,
+            min_distribution_width_share: 0.04,
+            outlier_deviations: 4.0,
+            min_outlier_distance_m: 0.03,
+            min_points: 8,
+            max_points: 1_000,
+            reclassify_growth_divisor: 4,
+            min_reclassify_growth: 2,
+            full_plane_reclassify_interval: 32,
+        }
     }
 }
 
-/// What the map knows near a point.
+/// The surface that the map holds near a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
     /// A flat piece.
     Plane {
-        /// Unit normal, map frame; towards those who saw it, or of arbitrary sign where nobody said.
+        /// Unit normal, map frame. It points towards the viewpoints of the points; its sign is arbitrary for points that were
+        /// inserted without a viewpoint.
         normal: [f32; 3],
         /// Distance of the query point from the plane along the normal, metres.
         distance: f32,
         /// Variance of the map's points about the plane, square metres.
         variance: f32,
     },
-    /// A cell whose points fill space, lie on an edge, or are few.
+    /// A cell whose points fill a volume or lie on an edge.
     Distribution {
         /// Query point minus the cell's mean, metres.
         offset: [f32; 3],
@@ -63,28 +98,30 @@ pub enum Surface {
     },
 }
 
-/// What a cube's points look like.
+/// Classification of a cube by the distribution of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     /// Too few points, or points on a line.
     Unknown,
+    /// The points lie on a plane.
     Plane,
+    /// The points fill a volume or lie on an edge.
     Distribution,
 }
 
-/// One cube; fills one cache line.
+/// One cube of the tree. It fills one cache line.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// Of the points, relative to the cube's centre.
+    /// Mean of the points relative to the cube's centre, metres.
     mean: [f32; 3],
     covariance: Symmetric3,
     normal: [f32; 3],
-    /// Variance along the normal.
-    thickness: f32,
-    /// Octet of the halves plus one; 0 while there are none.
+    /// Variance along the normal, square metres.
+    normal_variance: f32,
+    /// Index of the octet of children plus one; 0 for a leaf.
     children: u32,
     count: u16,
-    /// Count at which the shape is judged again.
+    /// Count at which the cube is classified again.
     classify_at_count: u16,
     kind: Kind,
 }
@@ -94,25 +131,28 @@ impl Node {
         mean: [0.0; 3],
         covariance: [0.0; 6],
         normal: [0.0; 3],
-        thickness: 0.0,
+        normal_variance: 0.0,
         children: 0,
         count: 0,
         classify_at_count: 0,
         kind: Kind::Unknown,
     };
 
+    /// Signed distance of a point (relative to the cube's centre) from the cube's plane, metres.
     #[inline]
     fn distance(&self, local: &[f32; 3]) -> f32 {
         (0..3).map(|axis| self.normal[axis] * (local[axis] - self.mean[axis])).sum()
     }
 
-    /// Whether the plane shows its other side in a direction.
+    /// Whether the plane's normal points away from the viewer, who lies in the direction `to_viewer`.
     #[inline]
-    fn faces_away(&self, facing: Option<[f32; 3]>) -> bool {
-        facing.is_some_and(|facing| (0..3).map(|axis| self.normal[axis] * facing[axis]).sum::<f32>() < 0.0)
+    fn faces_away(&self, to_viewer: Option<[f32; 3]>) -> bool {
+        to_viewer.is_some_and(|to_viewer| {
+            (0..3).map(|axis| self.normal[axis] * to_viewer[axis]).sum::<f32>() < 0.0
+        })
     }
 
-    /// Welford's update, with the count capped.
+    /// Welford's update of mean and covariance, with the count capped.
     #[inline]
     fn add(&mut self, local: &[f32; 3], config: &GaussianMapConfig) {
         self.count = (self.count + 1).min(config.max_points);
@@ -132,31 +172,41 @@ impl Node {
         }
     }
 
-    /// Decides the kind anew. `size` is the cube's edge.
-    fn classify(&mut self, size: f32, config: &GaussianMapConfig) {
-        let grown = self.count + (self.count / 4).max(2);
-        self.classify_at_count = if grown >= config.max_points { config.max_points } else { grown };
-        let Some(principal_axes) = principal_axes(&self.covariance) else {
+    /// Classifies the cube by its present covariance. `size_m` is the cube's edge.
+    fn classify(&mut self, size_m: f32, config: &GaussianMapConfig) {
+        let growth = (self.count / config.reclassify_growth_divisor).max(config.min_reclassify_growth);
+        let next = self.count + growth;
+        self.classify_at_count = if next >= config.max_points { config.max_points } else { next };
+        let Some(axes) = principal_axes(&self.covariance) else {
             self.kind = Kind::Unknown;
             return;
         };
-        self.normal = principal_axes.normal;
-        self.thickness = principal_axes.variances[0];
-        // A plane already held is given up only when clearly thicker, so that cells do not flicker.
-        let limit = config.plane_thickness_m * if self.kind == Kind::Plane { 1.5 } else { 1.0 };
-        // Points of a single ring lie on a line, whose normal is whatever noise says.
-        let wide = principal_axes.variances[1] > (0.08 * size).powi(2)
-            && principal_axes.variances[1] > 9.0 * self.thickness;
-        self.kind = if wide && self.thickness < limit * limit {
+        self.normal = axes.normal;
+        self.normal_variance = axes.variances[0];
+        let thickness_m =
+            config.plane_thickness_m * if self.kind == Kind::Plane { config.plane_hysteresis } else { 1.0 };
+        let middle_variance = axes.variances[1];
+        let is_wide = middle_variance > (config.min_plane_width_share * size_m).powi(2)
+            && middle_variance > config.min_plane_aspect * config.min_plane_aspect * self.normal_variance;
+        self.kind = if is_wide && self.normal_variance < thickness_m * thickness_m {
             Kind::Plane
-        } else if principal_axes.variances[1] > (0.04 * size).powi(2) {
+        } else if middle_variance > (config.min_distribution_width_share * size_m).powi(2) {
             Kind::Distribution
         } else {
             Kind::Unknown
         };
     }
+
+    /// Whether a point does not belong to an established plane.
+    #[inline]
+    fn is_outlier(&self, local: &[f32; 3], config: &GaussianMapConfig) -> bool {
+        let deviations_squared = config.outlier_deviations * config.outlier_deviations;
+        let min_squared = config.min_outlier_distance_m * config.min_outlier_distance_m;
+        self.distance(local).powi(2) > (deviations_squared * self.normal_variance).max(min_squared)
+    }
 }
 
+/// A root cube and its cell in the grid.
 #[derive(Clone, Copy, Debug)]
 struct Root {
     key: CellKey,
@@ -170,15 +220,15 @@ pub struct GaussianMap {
     table: CellTable,
     roots: Vec<Root>,
     octets: Vec<[Node; 8]>,
-    /// Octets that removed cubes gave back.
+    /// Indices of octets that are free again after their cube was removed.
     free: Vec<u32>,
-    /// Inserted points since the last one at full count was judged, for a cheap regular second look.
-    turn: u32,
+    /// Number of points inserted so far, modulo 2³².
+    insertions: u32,
 }
 
-/// Grid origin: off any round number, because floors and walls like those and a surface on the border of
-/// two cubes is split between them.
-const GRID_SHIFT: [f64; 3] = [0.317, 0.643, 0.451];
+/// Offset of the grid from the map's origin, metres. Floors and walls often lie at round coordinates. The offset keeps them away
+/// from the borders of cubes, where a surface is split between two cubes.
+const GRID_OFFSET_M: [f64; 3] = [0.317, 0.643, 0.451];
 
 impl GaussianMap {
     /// An empty map.
@@ -189,11 +239,11 @@ impl GaussianMap {
             roots: Vec::new(),
             octets: Vec::new(),
             free: Vec::new(),
-            turn: 0,
+            insertions: 0,
         }
     }
 
-    /// Forgets everything.
+    /// Removes everything.
     pub fn clear(&mut self) {
         self.table.clear();
         self.roots.clear();
@@ -201,7 +251,7 @@ impl GaussianMap {
         self.free.clear();
     }
 
-    /// The settings it was made with.
+    /// The parameters of the map.
     pub fn config(&self) -> &GaussianMapConfig {
         &self.config
     }
@@ -216,7 +266,7 @@ impl GaussianMap {
         self.roots.is_empty()
     }
 
-    /// Bytes held, without the allocator's own.
+    /// Bytes of heap memory held by the cubes.
     pub fn bytes(&self) -> usize {
         self.roots.capacity() * size_of::<Root>() + self.octets.capacity() * size_of::<[Node; 8]>()
     }
@@ -226,36 +276,37 @@ impl GaussianMap {
         self.insert_facing(point, None);
     }
 
-    /// Adds a point that was seen from a place (map frame, metres): both sides of a thin wall become surfaces of their own, of which
-    /// [`Self::find_surface_facing`] finds the right one.
-    pub fn insert_from_viewpoint(&mut self, point: &[f64; 3], from: &[f64; 3]) {
-        self.insert_facing(point, Some(viewing_direction(point, from)));
+    /// Adds a point that was observed from a viewpoint (map frame, metres). The two sides of a thin wall become two surfaces, of
+    /// which [`Self::find_surface_facing`] finds the one that faces the viewer.
+    pub fn insert_from_viewpoint(&mut self, point: &[f64; 3], viewpoint: &[f64; 3]) {
+        self.insert_facing(point, Some(direction_to(point, viewpoint)));
     }
 
-    fn insert_facing(&mut self, point: &[f64; 3], facing: Option<[f32; 3]>) {
+    fn insert_facing(&mut self, point: &[f64; 3], to_viewer: Option<[f32; 3]>) {
         let (key, mut local) = self.locate(point);
-        let (root, fresh) = self.table.get_or_insert(key, self.roots.len() as u32);
-        if fresh {
+        let (root, is_new) = self.table.get_or_insert(key, self.roots.len() as u32);
+        if is_new {
             self.roots.push(Root { key, node: Node::EMPTY });
         }
-        self.turn = self.turn.wrapping_add(1);
-        let mut place = NodeRef::Root(root);
-        let mut size = self.config.root_size_m as f32;
-        for level in 0..=self.config.max_depth {
-            let (turn, config) = (self.turn, self.config);
-            let node = self.node_mut(place);
-            if node.kind == Kind::Plane && (is_outlier(node, &local) || node.faces_away(facing)) {
-                // Something else in front of or behind a known plane, or its other side.
-            } else {
+        self.insertions = self.insertions.wrapping_add(1);
+        let (insertions, config) = (self.insertions, self.config);
+        let mut node_ref = NodeRef::Root(root);
+        let mut size_m = config.root_size_m as f32;
+        for level in 0..=config.max_depth {
+            let node = self.node_mut(node_ref);
+            // A point in front of or behind an established plane, or on its other side, goes on to a child.
+            let is_elsewhere =
+                node.kind == Kind::Plane && (node.is_outlier(&local, &config) || node.faces_away(to_viewer));
+            if !is_elsewhere {
                 node.add(&local, &config);
-                let due = if node.count >= config.max_points {
-                    node.kind != Kind::Plane || turn % 32 == 0
+                let is_due = if node.count >= config.max_points {
+                    node.kind != Kind::Plane || insertions % config.full_plane_reclassify_interval == 0
                 } else {
                     node.count >= node.classify_at_count
                 };
-                if node.count >= config.min_points && due {
-                    node.classify(size, &config);
-                    if node.faces_away(facing) {
+                if node.count >= config.min_points && is_due {
+                    node.classify(size_m, &config);
+                    if node.faces_away(to_viewer) {
                         node.normal = node.normal.map(|axis| -axis);
                     }
                 }
@@ -263,48 +314,53 @@ impl GaussianMap {
                     return;
                 }
             }
-            if level == self.config.max_depth {
+            if level == config.max_depth {
                 return;
             }
-            place = self.child_or_new(place, descend_to_child(&mut local, &mut size));
+            node_ref = self.child_or_new(node_ref, descend_to_child(&mut local, &mut size_m));
         }
     }
 
-    /// What the map knows at a point: the first plane on the way down that the point is `gate` metres or less away
-    /// from, else the nearest plane met, else the finest cell with enough points.
-    pub fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.surface_of(point, gate, None)
+    /// The surface at a point: the first plane from the root down that is `gate_m` metres or less away from the point, else the
+    /// nearest plane on the way down, else the finest classified cell.
+    pub fn find_surface(&self, point: &[f64; 3], gate_m: f32) -> Option<Surface> {
+        self.find_surface_of(point, gate_m, None)
     }
 
-    /// As [`Self::surface`], but for planes that turn their other side to whoever looks from there (map frame, metres). Of maps whose
-    /// points were added with [`Self::insert_from_viewpoint`].
-    pub fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.surface_of(point, gate, Some(viewing_direction(point, from)))
+    /// As [`Self::find_surface`], without the planes that face away from a viewpoint (map frame, metres). For maps whose points were
+    /// inserted with [`Self::insert_from_viewpoint`].
+    pub fn find_surface_facing(
+        &self,
+        point: &[f64; 3],
+        viewpoint: &[f64; 3],
+        gate_m: f32,
+    ) -> Option<Surface> {
+        self.find_surface_of(point, gate_m, Some(direction_to(point, viewpoint)))
     }
 
-    fn surface_of(&self, point: &[f64; 3], gate: f32, facing: Option<[f32; 3]>) -> Option<Surface> {
+    fn find_surface_of(&self, point: &[f64; 3], gate_m: f32, to_viewer: Option<[f32; 3]>) -> Option<Surface> {
         let (key, local) = self.locate(point);
         let mut best = BestSurface::default();
         if let Some(root) = self.table.get(key) {
-            self.search_root(root, local, gate, facing, &mut best);
-            if best.within {
+            self.search_root(root, local, gate_m, to_viewer, &mut best);
+            if best.is_within_gate {
                 return best.surface;
             }
         }
-        // A surface near the border may have been filed next door.
+        // A surface near the border may be stored in the neighbouring root cube.
         let half = self.config.root_size_m as f32 / 2.0;
         for axis in 0..3 {
-            if half - local[axis].abs() > gate {
+            if half - local[axis].abs() > gate_m {
                 continue;
             }
             let side = if local[axis] > 0.0 { 1 } else { -1 };
             let mut cell = key.cell();
             cell[axis] += side;
             if let Some(root) = self.table.get(CellKey::new(cell)) {
-                let mut there = local;
-                there[axis] -= side as f32 * self.config.root_size_m as f32;
-                self.search_root(root, there, gate, facing, &mut best);
-                if best.within {
+                let mut neighbour_local = local;
+                neighbour_local[axis] -= side as f32 * self.config.root_size_m as f32;
+                self.search_root(root, neighbour_local, gate_m, to_viewer, &mut best);
+                if best.is_within_gate {
                     break;
                 }
             }
@@ -312,14 +368,14 @@ impl GaussianMap {
         best.surface
     }
 
-    /// Forgets every root cube whose centre is farther than `radius` from `centre`, horizontally or vertically.
-    pub fn retain_within(&mut self, centre: &[f64; 3], radius: f64) {
+    /// Removes every root cube whose centre is farther than `radius_m` from `centre` along any axis (metres).
+    pub fn retain_within(&mut self, centre: &[f64; 3], radius_m: f64) {
         let mut index = 0;
         while index < self.roots.len() {
             let key = self.roots[index].key;
             let cube = self.centre(key);
-            let far = (0..3).any(|axis| (cube[axis] - centre[axis]).abs() > radius);
-            if !far {
+            let is_far = (0..3).any(|axis| (cube[axis] - centre[axis]).abs() > radius_m);
+            if !is_far {
                 index += 1;
                 continue;
             }
@@ -333,7 +389,7 @@ impl GaussianMap {
         }
     }
 
-    /// Every plane and filled cell: mean position and unit normal (zero for filled cells), map frame.
+    /// Every plane and every leaf distribution: mean position and unit normal (zero for distributions), map frame.
     pub fn surfels(&self) -> Vec<([f64; 3], [f32; 3])> {
         let mut out = Vec::new();
         for root in &self.roots {
@@ -357,23 +413,24 @@ impl GaussianMap {
         }
     }
 
+    /// Walks from a root cube down to the leaf that holds `local` (relative to the root's centre) and collects the best surface.
     fn search_root(
         &self,
         root: u32,
         mut local: [f32; 3],
-        gate: f32,
-        facing: Option<[f32; 3]>,
+        gate_m: f32,
+        to_viewer: Option<[f32; 3]>,
         best: &mut BestSurface,
     ) {
         let mut node = &self.roots[root as usize].node;
-        let mut size = self.config.root_size_m as f32;
+        let mut size_m = self.config.root_size_m as f32;
         loop {
             match node.kind {
-                Kind::Plane if node.faces_away(facing) => {}
+                Kind::Plane if node.faces_away(to_viewer) => {}
                 Kind::Plane => {
                     let distance = node.distance(&local);
-                    best.consider_plane(node, distance, gate);
-                    if best.within {
+                    best.consider_plane(node, distance, gate_m);
+                    if best.is_within_gate {
                         return;
                     }
                 }
@@ -381,47 +438,49 @@ impl GaussianMap {
                 Kind::Unknown => {}
             }
             let Some(octet) = node.children.checked_sub(1) else { return };
-            node = &self.octets[octet as usize][descend_to_child(&mut local, &mut size)];
+            node = &self.octets[octet as usize][descend_to_child(&mut local, &mut size_m)];
         }
     }
 
-    /// Root cube of a point, and the point relative to its centre.
+    /// Root cube of a point, and the point relative to the centre of that cube.
     #[inline]
     fn locate(&self, point: &[f64; 3]) -> (CellKey, [f32; 3]) {
         let cell = self.config.root_cell(point);
         let local = std::array::from_fn(|axis| {
             let middle = (cell[axis] as f64 + 0.5) * self.config.root_size_m;
-            (point[axis] + GRID_SHIFT[axis] - middle) as f32
+            (point[axis] + GRID_OFFSET_M[axis] - middle) as f32
         });
         (CellKey::new(cell), local)
     }
 
+    /// Centre of a root cube, map frame, metres.
     fn centre(&self, key: CellKey) -> [f64; 3] {
         let cell = key.cell();
-        std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * self.config.root_size_m - GRID_SHIFT[axis])
+        std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * self.config.root_size_m - GRID_OFFSET_M[axis])
     }
 
     #[inline]
-    fn node_mut(&mut self, place: NodeRef) -> &mut Node {
-        match place {
+    fn node_mut(&mut self, node_ref: NodeRef) -> &mut Node {
+        match node_ref {
             NodeRef::Root(root) => &mut self.roots[root as usize].node,
-            NodeRef::Half(octet, child) => &mut self.octets[octet as usize][child],
+            NodeRef::Child(octet, child) => &mut self.octets[octet as usize][child],
         }
     }
 
+    /// A child of a cube; makes its octet if it has none.
     fn child_or_new(&mut self, parent: NodeRef, child: usize) -> NodeRef {
         if let Some(octet) = self.node_mut(parent).children.checked_sub(1) {
-            return NodeRef::Half(octet, child);
+            return NodeRef::Child(octet, child);
         }
         let octet = self.free.pop().unwrap_or(self.octets.len() as u32);
         if octet as usize == self.octets.len() {
             self.octets.push([Node::EMPTY; 8]);
         }
         self.node_mut(parent).children = octet + 1;
-        NodeRef::Half(octet, child)
+        NodeRef::Child(octet, child)
     }
 
-    /// Gives an octet and all below it back.
+    /// Frees an octet and everything below it.
     fn free_octet(&mut self, children: u32) {
         let Some(octet) = children.checked_sub(1) else { return };
         let nodes = std::mem::replace(&mut self.octets[octet as usize], [Node::EMPTY; 8]);
@@ -432,34 +491,37 @@ impl GaussianMap {
     }
 }
 
-/// Where a node is stored.
+/// Where a cube is stored.
 #[derive(Clone, Copy)]
 enum NodeRef {
+    /// Index of the root.
     Root(u32),
-    Half(u32, usize),
+    /// Octet and index within it.
+    Child(u32, usize),
 }
 
-/// The best answer to a query so far.
+/// The best surface that a query has met so far.
 #[derive(Default)]
 struct BestSurface {
     surface: Option<Surface>,
-    /// Whether it is a plane inside the gate.
-    within: bool,
+    /// Whether it is a plane within the gate.
+    is_within_gate: bool,
 }
 
 impl BestSurface {
-    fn consider_plane(&mut self, node: &Node, distance: f32, gate: f32) {
-        let nearer = match self.surface {
+    fn consider_plane(&mut self, node: &Node, distance: f32, gate_m: f32) {
+        let is_nearer = match self.surface {
             Some(Surface::Plane { distance: held, .. }) => distance.abs() < held.abs(),
             Some(Surface::Distribution { .. }) | None => true,
         };
-        if nearer {
-            self.surface = Some(Surface::Plane { normal: node.normal, distance, variance: node.thickness });
-            self.within = distance.abs() <= gate;
+        if is_nearer {
+            let variance = node.normal_variance;
+            self.surface = Some(Surface::Plane { normal: node.normal, distance, variance });
+            self.is_within_gate = distance.abs() <= gate_m;
         }
     }
 
-    /// Finer cells come later and replace coarser ones; planes stay.
+    /// Finer cells come later and replace coarser ones. A plane is never replaced by a distribution.
     fn consider_distribution(&mut self, node: &Node, local: &[f32; 3]) {
         if !matches!(self.surface, Some(Surface::Plane { .. })) {
             let offset = std::array::from_fn(|axis| local[axis] - node.mean[axis]);
@@ -468,32 +530,28 @@ impl BestSurface {
     }
 }
 
-/// From a point to where it was seen from.
+/// Vector from a point to a viewpoint, metres.
 #[inline]
-fn viewing_direction(point: &[f64; 3], from: &[f64; 3]) -> [f32; 3] {
-    std::array::from_fn(|axis| (from[axis] - point[axis]) as f32)
+fn direction_to(point: &[f64; 3], viewpoint: &[f64; 3]) -> [f32; 3] {
+    std::array::from_fn(|axis| (viewpoint[axis] - point[axis]) as f32)
 }
 
-/// Moves from a cube to the half that holds `local`; says which of the eight.
+/// Moves from a cube to the child that holds `local`: makes `local` relative to the child's centre, halves `size_m`, and returns
+/// the index of the child.
 #[inline]
-fn descend_to_child(local: &mut [f32; 3], size: &mut f32) -> usize {
-    let quarter = *size / 4.0;
+fn descend_to_child(local: &mut [f32; 3], size_m: &mut f32) -> usize {
+    let quarter = *size_m / 4.0;
     let mut child = 0;
     for axis in 0..3 {
-        let upper = local[axis] > 0.0;
-        child |= usize::from(upper) << axis;
-        local[axis] += if upper { -quarter } else { quarter };
+        let is_upper = local[axis] > 0.0;
+        child |= usize::from(is_upper) << axis;
+        local[axis] += if is_upper { -quarter } else { quarter };
     }
-    *size /= 2.0;
+    *size_m /= 2.0;
     child
 }
 
-/// Whether a point does not belong to an established plane: four standard deviations, at least 3 cm.
-#[inline]
-fn is_outlier(node: &Node, local: &[f32; 3]) -> bool {
-    node.distance(local).powi(2) > (16.0 * node.thickness).max(9e-4)
-}
-
+/// Largest integer not above `value`, without the library call of `f64::floor`.
 #[inline]
 fn floor(value: f64) -> i64 {
     let truncated = value as i64;

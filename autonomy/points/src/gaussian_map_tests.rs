@@ -1,4 +1,4 @@
-//! The map against slow twins: batch statistics, and planes that are known.
+//! The map against batch statistics and against known planes.
 
 use super::*;
 use geometry::{RngTree, Vector3};
@@ -53,7 +53,7 @@ fn both_sides_of_a_thin_partition_are_kept_apart() {
 }
 
 #[test]
-fn a_passer_by_does_not_move_the_wall() {
+fn a_person_walking_past_does_not_move_the_wall() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     for point in wall(4, 8_000, 0.01) {
         map.insert(&point);
@@ -68,14 +68,14 @@ fn a_passer_by_does_not_move_the_wall() {
     assert!(distance.abs() < 0.005, "{distance}");
 }
 
-/// Mean and covariance of a cell agree with the two-pass formulas.
+/// Mean and covariance of a distribution agree with the two-pass formulas.
 #[test]
-fn a_filled_cell_has_the_batch_mean_and_covariance() {
+fn a_distribution_has_the_batch_mean_and_covariance() {
     let mut rng = RngTree::new(6).child("bush").rng();
     let config = GaussianMapConfig { max_depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
     let mut map = GaussianMap::new(config);
-    // Inside one root cube: the grid is shifted by GRID_SHIFT.
-    let centre = Vector3::new(1.0 - GRID_SHIFT[0], 1.0 - GRID_SHIFT[1], 1.0 - GRID_SHIFT[2]);
+    // Inside one root cube: the grid is shifted by GRID_OFFSET_M.
+    let centre = Vector3::new(1.0 - GRID_OFFSET_M[0], 1.0 - GRID_OFFSET_M[1], 1.0 - GRID_OFFSET_M[2]);
     let points: Vec<Vector3> = (0..1_500)
         .map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9)))
         .collect();
@@ -102,7 +102,7 @@ fn a_filled_cell_has_the_batch_mean_and_covariance() {
 }
 
 #[test]
-fn forgetting_is_complete_and_memory_is_used_again() {
+fn removed_cubes_are_gone_and_their_memory_is_used_again() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     let mut bytes = 0;
     for lap in 0..6 {
@@ -134,7 +134,7 @@ fn same_points_same_bits() {
 }
 
 #[test]
-fn the_two_sides_of_a_thin_wall_are_told_apart_by_who_looks() {
+fn the_viewpoint_selects_the_side_of_a_thin_wall() {
     let (inside, outside) = ([-3.0, 0.0, 1.0], [3.0, 0.0, 1.0]);
     let mut map = GaussianMap::new(GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() });
     for (from, wall) in [(inside, 0.0), (outside, 0.2)] {

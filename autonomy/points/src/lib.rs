@@ -1,6 +1,6 @@
-//! Point clouds: thinning, filters, maps made of Gaussians in hashed cells, and what a sensor saw through.
+//! Point clouds: voxel downsampling, filters, hashed maps of running Gaussians, and range images for free-space checks.
 //!
-//! Knows nothing of time or robots, and of sensors where they are. Points are `f32` around an origin that the caller keeps in `f64`.
+//! Nothing here knows time or robots. Points are `f32` relative to an origin that the caller keeps in `f64`.
 
 pub mod downsample;
 pub mod filter;
@@ -12,4 +12,5 @@ pub mod symmetric;
 
 pub use downsample::{Centroid, Downsampler};
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};
+pub use range_image::{Occupancy, RangeImage, RangeImageConfig};
 pub use surface_map::SurfaceMap;

@@ -1,107 +1,130 @@
-//! What a sensor saw from one place, as an image of ranges: enough to say of any point whether it stands where a ray went
-//! through.
+//! The ranges that a sensor measured from one place, as an image over directions. It answers for any point whether the sensor's
+//! rays passed through it (free-space check).
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// Columns of 2 degrees.
+/// Columns of the image, 2 degrees each. Part of the format of saved images.
 const COLUMNS: usize = 180;
-/// Rows of 3 degrees from [`BOTTOM`] up: 48 degrees either way, more than a spinning LiDAR for robots sees.
+/// Rows of the image, 3 degrees each from [`BOTTOM_RAD`] up: 48 degrees up and down, more than a spinning LiDAR for robots covers.
+/// Part of the format of saved images.
 const ROWS: usize = 32;
-const ROW: f32 = 3.0 * PI / 180.0;
-const BOTTOM: f32 = -48.0 * PI / 180.0;
-/// A ray passed through a point if it ended so much farther: metres, and a share of the range for slanting surfaces.
-const MARGIN: (f32, f32) = (0.3, 0.05);
+const ROW_RAD: f32 = 3.0 * PI / 180.0;
+const BOTTOM_RAD: f32 = -48.0 * PI / 180.0;
+/// Cells store ranges in centimetres, rounded down. Part of the format of saved images.
+const CELLS_PER_METRE: f32 = 100.0;
 
-/// What an image says of a point.
+/// Parameters of the free-space check.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeImageConfig {
+    /// A ray passed through a point if it ended at least this distance behind the point, metres.
+    pub free_space_margin_m: f32,
+    /// Additional margin as a share of the point's range, for surfaces that are seen at a slant.
+    pub free_space_margin_share: f32,
+    /// Points nearer to the sensor than this lie in the sensor itself and are skipped, metres.
+    pub min_range_m: f32,
+    /// Points farther away than this are skipped, metres.
+    pub max_range_m: f32,
+}
+
+impl Default for RangeImageConfig {
+    fn default() -> Self {
+        Self { free_space_margin_m: 0.3, free_space_margin_share: 0.05, min_range_m: 0.05, max_range_m: 1e4 }
+    }
+}
+
+/// What a range image says about a point in space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occupancy {
-    /// All rays near the point's direction ended well behind it: nothing stands there.
+    /// All rays near the point's direction ended well behind the point, so nothing is there.
     Free,
-    /// A ray ended near it.
+    /// A ray ended near the point.
     Occupied,
-    /// Something stood before it.
+    /// The rays ended before the point.
     Occluded,
-    /// No ray went that way.
+    /// No ray returned from that direction.
     Unobserved,
 }
 
-/// Nearest range in each cell of directions about a sensor, in the axes of the base. 11.5 kB.
+/// Nearest range in each cell of directions about a sensor; axes parallel to those of the base. 11.5 kB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeImage {
+    config: RangeImageConfig,
     sensor: [f32; 3],
-    /// Centimetres, rounded down; 0 where nothing returned.
+    /// Centimetres; 0 where nothing returned.
     cells: Arc<[u16]>,
 }
 
 impl RangeImage {
-    /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame). Points that are not finite or
-    /// out of the image are skipped.
+    /// The image of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame, metres), with the default
+    /// parameters. Points that are not finite or outside the image are skipped.
     pub fn new<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {
+        let config = RangeImageConfig::default();
         let mut cells = vec![0_u16; COLUMNS * ROWS];
         for point in xyz {
-            let Some((column, row, range)) = direction(point, &sensor) else { continue };
+            let Some((column, row, range_m)) = project(point, &sensor, &config) else { continue };
             let cell = &mut cells[row * COLUMNS + column];
-            let centimetres = (range * 100.0).clamp(1.0, f32::from(u16::MAX)) as u16;
+            let centimetres = (range_m * CELLS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
             if *cell == 0 || centimetres < *cell {
                 *cell = centimetres;
             }
         }
-        Self { sensor, cells: cells.into() }
+        Self { config, sensor, cells: cells.into() }
     }
 
-    /// From what [`Self::cells`] gave; none if that is not of the right size.
+    /// An image from the cells that [`Self::cells`] returned; `None` if their number is wrong.
     pub fn from_cells(cells: Arc<[u16]>, sensor: [f32; 3]) -> Option<Self> {
-        (cells.len() == COLUMNS * ROWS).then_some(Self { sensor, cells })
+        let config = RangeImageConfig::default();
+        (cells.len() == COLUMNS * ROWS).then_some(Self { config, sensor, cells })
     }
 
-    /// Row by row the nearest range in each cell, centimetres; 0 where nothing returned.
+    /// The nearest range in each cell, row by row, centimetres; 0 where nothing returned.
     pub fn cells(&self) -> &Arc<[u16]> {
         &self.cells
     }
 
-    /// Where the sensor is, base frame, metres.
+    /// Position of the sensor, base frame, metres.
     pub fn sensor(&self) -> [f32; 3] {
         self.sensor
     }
 
-    /// What the image says of a point, base frame, metres.
+    /// What the image says about a point (base frame, metres).
     pub fn classify(&self, point: &[f32; 3]) -> Occupancy {
-        let Some(around) = self.around(point) else { return Occupancy::Unobserved };
-        if around.range < around.nearest - around.margin {
+        let Some(near) = self.neighbourhood(point) else { return Occupancy::Unobserved };
+        if near.range_m < near.nearest_m - near.margin_m {
             Occupancy::Free
-        } else if around.range <= around.nearest + around.margin {
+        } else if near.range_m <= near.nearest_m + near.margin_m {
             Occupancy::Occupied
         } else {
             Occupancy::Occluded
         }
     }
 
-    /// As [`Self::look`], but at the edge of what the sensor sees, above or below, it says that nothing was seen: where rays went on either
-    /// side, whatever is thicker than they are apart would have been met.
+    /// As [`Self::classify`], but [`Occupancy::Unobserved`] at the upper and lower edge of the field of view. Inside, rays passed
+    /// above and below the point, so an object that is thicker than the distance between two rays would have been hit.
     pub fn classify_interior(&self, point: &[f32; 3]) -> Occupancy {
-        let is_seen = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
-        let inside = direction(point, &self.sensor).is_some_and(|(column, row, _)| {
-            (1..ROWS - 1).contains(&row) && is_seen(row - 1, column) && is_seen(row + 1, column)
+        let has_return = |row: usize, column: usize| self.cells[row * COLUMNS + column] != 0;
+        let is_interior = project(point, &self.sensor, &self.config).is_some_and(|(column, row, _)| {
+            (1..ROWS - 1).contains(&row) && has_return(row - 1, column) && has_return(row + 1, column)
         });
-        if inside { self.classify(point) } else { Occupancy::Unobserved }
+        if is_interior { self.classify(point) } else { Occupancy::Unobserved }
     }
 
-    /// Whether the sensor saw what a point, base frame, metres, lies on: surfaces near its direction lie both before and
-    /// behind it, or at it. Kinder than [`Self::look`] to walls seen at a slant.
+    /// Whether the sensor observed the surface at a point (base frame, metres): the ranges near its direction include the point's
+    /// own, within the margin. More tolerant than [`Self::classify`] of walls seen at a slant.
     pub fn observes(&self, point: &[f32; 3]) -> bool {
-        self.around(point).is_some_and(|around| {
-            (around.nearest - around.margin..=around.farthest + around.margin).contains(&around.range)
+        self.neighbourhood(point).is_some_and(|near| {
+            (near.nearest_m - near.margin_m..=near.farthest_m + near.margin_m).contains(&near.range_m)
         })
     }
 
-    /// None where no ray went near the point.
-    fn around(&self, point: &[f32; 3]) -> Option<Around> {
-        let (column, row, range) = direction(point, &self.sensor)?;
+    /// The ranges near a point's direction; `None` where no ray returned from its own cell.
+    fn neighbourhood(&self, point: &[f32; 3]) -> Option<Neighbourhood> {
+        let (column, row, range_m) = project(point, &self.sensor, &self.config)?;
         if self.cells[row * COLUMNS + column] == 0 {
             return None;
         }
-        // The neighbours' nearest too: a thin thing or an edge may lie just beside the cell that the point falls into.
+        // The eight cells around count too: a thin object or an edge may lie just beside the point's own cell.
         let (mut nearest, mut farthest) = (u16::MAX, 0);
         for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
             for step in [COLUMNS - 1, 0, 1] {
@@ -112,43 +135,44 @@ impl RangeImage {
                 }
             }
         }
-        let [nearest, farthest] = [nearest, farthest].map(|cell| f32::from(cell) * 0.01);
-        Some(Around { range, nearest, farthest, margin: MARGIN.0 + MARGIN.1 * range })
+        let [nearest_m, farthest_m] = [nearest, farthest].map(|cell| f32::from(cell) * 0.01);
+        let margin_m = self.config.free_space_margin_m + self.config.free_space_margin_share * range_m;
+        Some(Neighbourhood { range_m, nearest_m, farthest_m, margin_m })
     }
 }
 
-/// A point's range, those of the nearest and farthest cell about it, and how much they may differ, metres.
-struct Around {
-    range: f32,
-    nearest: f32,
-    farthest: f32,
-    margin: f32,
+/// Range of a point, the nearest and farthest range in the nine cells about its direction, and the margin of the comparison.
+struct Neighbourhood {
+    range_m: f32,
+    nearest_m: f32,
+    farthest_m: f32,
+    margin_m: f32,
 }
 
-/// Column, row and range of a point seen from the sensor.
+/// Column, row and range of a point seen from the sensor; `None` outside the image.
 #[inline]
-fn direction(point: &[f32; 3], sensor: &[f32; 3]) -> Option<(usize, usize, f32)> {
+fn project(point: &[f32; 3], sensor: &[f32; 3], config: &RangeImageConfig) -> Option<(usize, usize, f32)> {
     let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - sensor[axis]);
-    let level = (x * x + y * y).sqrt();
-    let range = (level * level + z * z).sqrt();
-    // Not finite, or in the sensor itself.
-    if !(range > 0.05 && range < 1e4) {
+    let horizontal = (x * x + y * y).sqrt();
+    let range_m = (horizontal * horizontal + z * z).sqrt();
+    // Written so that NaN is rejected.
+    if !(range_m > config.min_range_m && range_m < config.max_range_m) {
         return None;
     }
-    let row = ((z.atan2(level) - BOTTOM) / ROW).floor();
+    let row = ((z.atan2(horizontal) - BOTTOM_RAD) / ROW_RAD).floor();
     if !(0.0..ROWS as f32).contains(&row) {
         return None;
     }
     let column = ((y.atan2(x) + PI) * (COLUMNS as f32 / TAU)) as usize;
-    Some((column.min(COLUMNS - 1), row as usize, range))
+    Some((column.min(COLUMNS - 1), row as usize, range_m))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A wall 6 m ahead, 8 m wide, with a pole 4 cm thick 3 m ahead.
-    fn seen() -> RangeImage {
+    /// A wall 6 m ahead and 8 m wide, and a pole 3 m ahead and 4 cm thick.
+    fn wall_and_pole() -> RangeImage {
         let mut points = Vec::new();
         for i in -100..=100 {
             for j in -15..=15 {
@@ -160,17 +184,14 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_where_rays_went_through_is_told_from_what_was_met_or_hidden() {
-        let image = seen();
+    fn free_occupied_occluded_and_unobserved_points_are_told_apart() {
+        let image = wall_and_pole();
         assert_eq!(image.classify(&[4.0, 1.5, 0.5]), Occupancy::Free);
         assert_eq!(image.classify(&[5.9, 1.5, 0.5]), Occupancy::Occupied);
         assert_eq!(image.classify(&[9.0, 1.5, 0.5]), Occupancy::Occluded);
         assert_eq!(image.classify(&[-4.0, 0.0, 0.5]), Occupancy::Unobserved);
-        assert!(
-            image.observes(&[5.9, 1.5, 0.5])
-                && !image.observes(&[9.0, 1.5, 0.5])
-                && !image.observes(&[4.0, 1.5, 0.5])
-        );
+        assert!(image.observes(&[5.9, 1.5, 0.5]));
+        assert!(!image.observes(&[9.0, 1.5, 0.5]) && !image.observes(&[4.0, 1.5, 0.5]));
         assert!(!image.observes(&[-4.0, 0.0, 0.5]) && image.observes(&[6.0, 0.05, 0.5]), "beside the pole");
         assert_eq!(image.classify_interior(&[4.0, 1.5, 0.5]), Occupancy::Free);
         let top = [3.0, 1.5, 1.15];
@@ -179,12 +200,12 @@ mod tests {
             (Occupancy::Free, Occupancy::Unobserved),
             "the highest ray"
         );
-        // The pole protects itself and what is beside it.
+        // The pole counts for the cells beside it too.
         assert_eq!(image.classify(&[3.0, 0.05, 0.5]), Occupancy::Occupied);
     }
 
     #[test]
-    fn broken_points_say_nothing() {
+    fn points_that_are_not_finite_or_outside_the_image_are_skipped() {
         let image = RangeImage::new(&[[f32::NAN; 3], [f32::INFINITY, 0.0, 0.0], [0.0, 0.0, 50.0]], [0.0; 3]);
         assert_eq!(image.classify(&[1.0, 0.0, 0.0]), Occupancy::Unobserved);
         assert_eq!(image.classify(&[f32::NAN, 0.0, 0.0]), Occupancy::Unobserved);

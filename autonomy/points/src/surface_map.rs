@@ -1,24 +1,24 @@
-//! What scans are matched with, however it is kept.
+//! The interface that scan registration needs from a map, whatever stores it.
 
 use crate::{GaussianMap, Surface};
 
-/// Surfaces in a map's frame, metres.
+/// A map that can be asked for the surface near a point. Positions are in the map's frame, metres.
 pub trait SurfaceMap {
-    /// As [`GaussianMap::surface`].
-    fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface>;
+    /// The surface near a point, see [`GaussianMap::find_surface`].
+    fn find_surface(&self, point: &[f64; 3], gate_m: f32) -> Option<Surface>;
 
-    /// As [`GaussianMap::find_surface_facing`].
-    fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface>;
+    /// The surface near a point whose front side faces a viewpoint, see [`GaussianMap::find_surface_facing`].
+    fn find_surface_facing(&self, point: &[f64; 3], viewpoint: &[f64; 3], gate_m: f32) -> Option<Surface>;
 }
 
 impl SurfaceMap for GaussianMap {
     #[inline]
-    fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
-        Self::find_surface(self, point, gate)
+    fn find_surface(&self, point: &[f64; 3], gate_m: f32) -> Option<Surface> {
+        Self::find_surface(self, point, gate_m)
     }
 
     #[inline]
-    fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
-        Self::find_surface_facing(self, point, from, gate)
+    fn find_surface_facing(&self, point: &[f64; 3], viewpoint: &[f64; 3], gate_m: f32) -> Option<Surface> {
+        Self::find_surface_facing(self, point, viewpoint, gate_m)
     }
 }
