@@ -1,55 +1,75 @@
-//! Which directions of a pose a scan did not see, and normal equations freed of what it only seems to have seen.
+//! Directions of a pose that a scan does not observe, and normal equations without the information that only noise contributes.
 //!
-//! Surfaces are never measured perfectly flat: in a featureless corridor the noise of thousands of normals adds up
-//! to an apparent grip along its axis. That grip is a small share of the strongest direction's, so eigenvalues
-//! have that share taken off before anything trusts them. Source of the eigenvalue view: Zhang, Kaess, Singh, *On
-//! Degeneracy of Optimization-based State Estimation Problems*, ICRA 2016.
+//! Measured surfaces are never perfectly flat. In a corridor without features, the noise of thousands of normals sums up to an
+//! apparent information along its axis. It is a small share of the information about the strongest direction, so that share is
+//! subtracted from all eigenvalues. Source of the analysis by eigenvalues: Zhang, Kaess, Singh, *On Degeneracy of
+//! Optimization-based State Estimation Problems*, ICRA 2016.
 
 use geometry::{Matrix3, Matrix6, Vector3, Vector6};
 use nalgebra::SymmetricEigen;
 
-/// Normal equations with the apparent grip removed, and what remains blind.
+/// How much information a scan is granted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanInformationConfig {
+    /// Scans with fewer downsampled points than this are not registered.
+    pub min_points: usize,
+    /// Information that noisy normals can contribute to an unobserved direction, as a share of the largest eigenvalue.
+    pub eigenvalue_shrinkage: f64,
+    /// Number of points that share one error (of map, calibration, timing) and therefore count as one.
+    pub correlated_points: f64,
+    /// Least lever arm at which rotations are compared with translations, metres.
+    pub min_lever_arm_m: f64,
+}
+
+impl Default for ScanInformationConfig {
+    fn default() -> Self {
+        Self { min_points: 60, eigenvalue_shrinkage: 1e-3, correlated_points: 10.0, min_lever_arm_m: 0.5 }
+    }
+}
+
+/// Normal equations after [`shrink_eigenvalues`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShrunkEquations {
     /// Information, order `[rotation; translation]`.
     pub information: Matrix6,
-    /// Gradient, reduced in the same directions.
+    /// Gradient, reduced by the same factors in the same directions.
     pub gradient: Vector6,
 }
 
-/// Takes `share` of the greatest eigenvalue off all eigenvalues, and as much of the gradient. Rotations are
-/// compared with translations at `arm` metres, the typical range of the points.
+/// Subtracts `share` of the largest eigenvalue from all eigenvalues (down to zero) and reduces the gradient in proportion
+/// (docs/maths/odometry.md, equation 14). Rotations are compared with translations at `lever_arm_m` metres, the typical range of
+/// the points.
 pub fn shrink_eigenvalues(
     information: &Matrix6,
     gradient: &Vector6,
-    arm: f64,
+    lever_arm_m: f64,
     share: f64,
 ) -> ShrunkEquations {
-    let scale = Vector6::new(1.0 / arm, 1.0 / arm, 1.0 / arm, 1.0, 1.0, 1.0);
+    let scale = Vector6::new(1.0 / lever_arm_m, 1.0 / lever_arm_m, 1.0 / lever_arm_m, 1.0, 1.0, 1.0);
     let scaled = Matrix6::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
-    let floor = eigen.eigenvalues.max() * share;
+    let noise_floor = eigen.eigenvalues.max() * share;
     let mut kept_information = Matrix6::zeros();
-    let mut kept = Matrix6::zeros();
+    let mut kept_share = Matrix6::zeros();
     for index in 0..6 {
         let value = eigen.eigenvalues[index];
         let vector = eigen.eigenvectors.column(index);
-        let rest = (value - floor).max(0.0);
+        let rest = (value - noise_floor).max(0.0);
         let outer = vector * vector.transpose();
         kept_information += outer * rest;
         if value > 0.0 {
-            kept += outer * (rest / value);
+            kept_share += outer * (rest / value);
         }
     }
     let unscale = scale.map(|s| 1.0 / s);
-    let gradient = (kept * gradient.component_mul(&scale)).component_mul(&unscale);
+    let gradient = (kept_share * gradient.component_mul(&scale)).component_mul(&unscale);
     let information = Matrix6::from_fn(|i, j| kept_information[(i, j)] * unscale[i] * unscale[j]);
     ShrunkEquations { information, gradient }
 }
 
-/// Directions of translation, as unit vectors in the frame of the information, whose standard deviation with the
-/// rotation unknown exceeds `limit` metres; weakest first.
-pub fn degenerate_directions(information: &Matrix6, limit: f64) -> [Option<Vector3>; 3] {
+/// Directions of translation whose standard deviation, with the rotation unknown, exceeds `max_deviation_m` metres
+/// (docs/maths/odometry.md, equation 18): unit vectors in the frame of the information, weakest first.
+pub fn degenerate_directions(information: &Matrix6, max_deviation_m: f64) -> [Option<Vector3>; 3] {
     let rotation: Matrix3 = information.fixed_view::<3, 3>(0, 0).into();
     let coupling: Matrix3 = information.fixed_view::<3, 3>(0, 3).into();
     let translation: Matrix3 = information.fixed_view::<3, 3>(3, 3).into();
@@ -61,8 +81,8 @@ pub fn degenerate_directions(information: &Matrix6, limit: f64) -> [Option<Vecto
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     order.map(|index| {
-        let blind = eigen.eigenvalues[index] * limit * limit < 1.0;
-        blind.then(|| eigen.eigenvectors.column(index).into_owned())
+        let is_degenerate = eigen.eigenvalues[index] * max_deviation_m * max_deviation_m < 1.0;
+        is_degenerate.then(|| eigen.eigenvectors.column(index).into_owned())
     })
 }
 
@@ -72,8 +92,9 @@ mod tests {
     use crate::linearise::plane_jacobian;
     use geometry::RngTree;
 
-    /// Points on floor, ceiling and walls of a corridor along x, with normals that are off by a hundredth of a radian.
-    fn corridor(ends: usize) -> (Matrix6, Vector6) {
+    /// Points on floor, ceiling and walls of a corridor along x. Normals have an error of 0.01 rad. `end_points` more lie on a wall
+    /// across the corridor.
+    fn corridor(end_points: usize) -> (Matrix6, Vector6) {
         let mut rng = RngTree::new(1).child("corridor").rng();
         let mut information = Matrix6::zeros();
         let mut gradient = Vector6::zeros();
@@ -93,7 +114,7 @@ mod tests {
                 _ => add(Vector3::new(along, -1.2, z), Vector3::y(), noise),
             }
         }
-        for _ in 0..ends {
+        for _ in 0..end_points {
             let (y, z) = (rng.range(-1.2, 1.2), rng.range(-0.5, 2.0));
             add(Vector3::new(18.0, y, z), -Vector3::x(), Vector3::zeros());
         }
@@ -101,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corridor_without_ends_is_blind_along_its_axis_and_with_an_end_it_is_not() {
+    fn a_corridor_is_degenerate_along_its_axis_unless_its_end_is_visible() {
         let (information, gradient) = corridor(0);
         let open = shrink_eigenvalues(&information, &gradient, 8.0, 1e-3);
         let [Some(axis), None, None] = degenerate_directions(&open.information, 0.01) else {

@@ -1,0 +1,126 @@
+//! The Gauss-Newton iteration that scan registrations share: wide matching first, then narrower, until the step is short.
+
+use crate::linearise::MatchingConfig;
+use geometry::{Matrix6, Vector6};
+
+/// How the matching narrows from its initial width to 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WidthSchedule {
+    /// By the same amount in every iteration, so that the last possible iteration has width 1. The iteration may converge at any
+    /// width.
+    Linear,
+    /// By half in every iteration. The iteration converges at width 1 only.
+    Halving,
+}
+
+/// Parameters of [`gauss_newton`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussNewtonConfig {
+    /// Greatest number of iterations.
+    pub max_iterations: usize,
+    /// A step shorter than this (norm of radians and metres) ends the iteration.
+    pub min_step: f64,
+    /// Factor on gate and kernel width of the matching in the first iteration, at least 1.
+    pub initial_width: f32,
+    /// How the factor goes down to 1.
+    pub schedule: WidthSchedule,
+    /// Damping added to the diagonal of the information, as a share of its trace. It keeps directions without information where they
+    /// are.
+    pub relative_damping: f64,
+    /// Damping added to the diagonal of the information, in its own units, for an information of zero.
+    pub absolute_damping: f64,
+}
+
+impl Default for GaussNewtonConfig {
+    fn default() -> Self {
+        Self {
+            max_iterations: 10,
+            min_step: 1e-5,
+            initial_width: 5.0,
+            schedule: WidthSchedule::Linear,
+            relative_damping: 1e-6,
+            absolute_damping: 1e-9,
+        }
+    }
+}
+
+impl GaussNewtonConfig {
+    /// The step `-(H + damping)⁻¹ g` that minimises the damped quadratic cost (docs/maths/odometry.md, equation 16). `None` if the
+    /// damped information is not positive definite.
+    pub fn solve(&self, information: &Matrix6, gradient: &Vector6) -> Option<Vector6> {
+        let damping = information.trace() * self.relative_damping + self.absolute_damping;
+        let factor = (information + Matrix6::identity() * damping).cholesky()?;
+        Some(factor.solve(&-gradient))
+    }
+
+    /// Factor on gate and kernel width in an iteration, counted from 0.
+    fn width(&self, iteration: usize) -> f32 {
+        match self.schedule {
+            WidthSchedule::Linear => {
+                let progress = (iteration + 1) as f32 / self.max_iterations as f32;
+                1.0 + (self.initial_width - 1.0) * (1.0 - progress)
+            }
+            WidthSchedule::Halving => {
+                (0..iteration).fold(self.initial_width, |width, _| (width * 0.5).max(1.0))
+            }
+        }
+    }
+}
+
+/// Iterates from `start`. `step` computes the next state and the length of the step to it (norm of radians and metres) from the
+/// present state and the widened matching; `None` ends the iteration.
+pub fn gauss_newton<State>(
+    start: State,
+    matching: &MatchingConfig,
+    config: &GaussNewtonConfig,
+    mut step: impl FnMut(&State, &MatchingConfig) -> Option<(State, f64)>,
+) -> State {
+    let mut state = start;
+    for iteration in 0..config.max_iterations {
+        let width = config.width(iteration);
+        let Some((next, length)) = step(&state, &matching.widened(width)) else { break };
+        state = next;
+        let may_converge = config.schedule == WidthSchedule::Linear || width <= 1.0;
+        if may_converge && length < config.min_step {
+            break;
+        }
+    }
+    state
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn widths(config: &GaussNewtonConfig, length: f64) -> Vec<f32> {
+        let mut widths = Vec::new();
+        gauss_newton(
+            (),
+            &MatchingConfig { gate_m: 1.0, ..MatchingConfig::default() },
+            config,
+            |(), matching| {
+                widths.push(matching.gate_m);
+                Some(((), length))
+            },
+        );
+        widths
+    }
+
+    #[test]
+    fn the_width_goes_down_to_one() {
+        let linear =
+            GaussNewtonConfig { max_iterations: 4, initial_width: 5.0, ..GaussNewtonConfig::default() };
+        assert_eq!(widths(&linear, 1.0), [4.0, 3.0, 2.0, 1.0]);
+        let halving = GaussNewtonConfig { schedule: WidthSchedule::Halving, initial_width: 3.0, ..linear };
+        assert_eq!(widths(&halving, 1.0), [3.0, 1.5, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn a_short_step_ends_a_linear_schedule_at_once_and_a_halving_one_at_width_one() {
+        let linear =
+            GaussNewtonConfig { max_iterations: 9, initial_width: 4.0, ..GaussNewtonConfig::default() };
+        assert_eq!(widths(&linear, 1e-6).len(), 1);
+        let halving = GaussNewtonConfig { schedule: WidthSchedule::Halving, ..linear };
+        assert_eq!(widths(&halving, 1e-6), [4.0, 2.0, 1.0]);
+    }
+}
