@@ -46,6 +46,8 @@ pub(crate) struct MapSummaryDocument {
     points: u64,
     /// Bytes on disk.
     bytes: u64,
+    /// Whether its keyframes and edges were measured by a robot that walked. Those of an imported cloud are virtual viewpoints.
+    has_pose_graph: bool,
 }
 
 /// Every tile of a saved map.
@@ -56,6 +58,8 @@ pub(crate) struct TileListDocument {
     bounds: BoundsDocument,
     /// Coarse levels first.
     tiles: Vec<TileEntryDocument>,
+    /// Box round most points, map frame, to be shown first: stray points do not widen it.
+    robust_bounds: Option<BoundsDocument>,
 }
 
 /// A tile that can be fetched.

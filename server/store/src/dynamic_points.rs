@@ -3,7 +3,7 @@
 //! Clouds pass through one after the other. A cloud waits only until the keyframes that vote on it have been seen, so
 //! memory holds a few metres of the walk.
 
-use crate::MapCloud;
+use crate::map_cloud::MapCloud;
 use geometry::Isometry;
 use mapping::dynamic_points::{VOTERS, moving_points};
 use mapping::range_image::RangeImage;

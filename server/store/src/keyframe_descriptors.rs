@@ -8,7 +8,8 @@
 //!
 //! All little-endian. Clouds are the truth: a file that is not there, of another version or broken is as if it had never been.
 
-use crate::map_clouds::{MapCloud, map_clouds_and_sensors};
+use crate::map_cloud::MapCloud;
+use crate::map_clouds::map_clouds_and_sensors;
 use crate::{StoreError, files};
 use geometry::isometry_from_pose;
 use mapping::{KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts};

@@ -4,29 +4,35 @@
 //! final name is complete: things are written under a temporary name, handed to the disk, and then renamed. What a
 //! crash leaves half-written is removed when the store is next opened.
 
+mod cloud_files;
 mod dynamic_points;
 mod error;
 mod files;
 mod keyframe_descriptors;
+mod map_cloud;
 mod map_clouds;
 mod map_files;
 mod map_points;
 mod maps;
 mod recordings;
+mod robust_bounds;
 mod saved;
 mod sessions;
 mod tiles;
+mod viewpoint_clouds;
 
+pub use cloud_files::{VirtualKeyframes, copy_viewpoint_files, write_cloud};
 pub use error::StoreError;
 pub use files::write_json;
 pub use keyframe_descriptors::keyframe_descriptors;
-pub use map_clouds::{CloudSelection, MapCloud, MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
+pub use map_cloud::{CloudSelection, MapCloud};
+pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;
 pub use recordings::{RecordingSpace, Recordings};
 pub use saved::SavedMap;
-pub use sessions::write_cloud;
 pub use tiles::TileFiles;
+pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 
 use messages::PlaceInMap;
 use ports::DataDir;

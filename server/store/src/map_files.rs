@@ -6,16 +6,17 @@
 //! graph.json         pose graph for the client, an api::Graph
 //! loops.json         what was decided on loops, with the evidence, a list of messages::LoopDecision
 //! places.bin         what each keyframe leaves behind for being found again
-//! clouds/NNNNNN.pcd  one motion-corrected cloud per keyframe, in its frame (there already)
+//! clouds/            one motion-corrected cloud per keyframe, or what virtual viewpoints see (there already)
 //! tiles.json         tiles of the whole map, an api::TileList; the tiles lie in a directory of their own
 //! map.ply            all points in the map frame, if asked for
 //! map.json           an api::MapSummary, written last
 //! ```
 
 use crate::keyframe_descriptors::write_keyframe_descriptors;
-use crate::map_clouds::KeyframePose;
+use crate::map_cloud::{CloudSelection, KeyframePose};
+use crate::robust_bounds::{RobustBoundsConfig, robust_bounds};
 use crate::tiles::Durability;
-use crate::{CloudSelection, MapClouds, MapPoints, StoreError, TileFiles, files};
+use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeOptions;
@@ -26,10 +27,19 @@ use std::time::{Duration, Instant};
 use vocab::Aabb;
 
 /// What to write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MapFileOptions {
     /// Whether `map.ply` is wanted.
     pub ply: bool,
+    /// As [`MapSummary::has_pose_graph`].
+    pub has_pose_graph: bool,
+}
+
+impl Default for MapFileOptions {
+    /// Of a map that was walked, without `map.ply`.
+    fn default() -> Self {
+        Self { ply: false, has_pose_graph: true }
+    }
 }
 
 /// What was written, and how long each stage took.
@@ -54,7 +64,7 @@ pub fn write_map_files(
     dir: &Path,
     tiles: &TileFiles,
     finished: &FinishedMap,
-    wanted: MapFileOptions,
+    options: MapFileOptions,
 ) -> Result<MapFilesReport, StoreError> {
     let start = Instant::now();
     let keyframes = finished.graph.nodes.iter().map(|node| KeyframePose {
@@ -62,11 +72,12 @@ pub fn write_map_files(
         stamp: node.stamp,
         map_from_keyframe: node.map_from_keyframe,
     });
-    let settled = CloudSelection { spacing: BakeOptions::default().finest_spacing, moving: false };
-    let clouds = MapClouds::new(dir.join("clouds"), keyframes.collect(), settled);
+    let selection =
+        CloudSelection { spacing_m: BakeOptions::default().finest_spacing, include_dynamic: false };
+    let clouds = MapClouds::open(&dir.join("clouds"), keyframes.collect(), selection)?;
     let points = MapPoints::read(clouds)?;
     let merge_time = start.elapsed();
-    let report = write_map_files_of(dir, tiles, finished, wanted, points)?;
+    let report = write_map_files_of(dir, tiles, finished, options, points)?;
     Ok(MapFilesReport { merge_time, ..report })
 }
 
@@ -78,12 +89,11 @@ pub fn write_map_files_of(
     dir: &Path,
     tiles: &TileFiles,
     finished: &FinishedMap,
-    wanted: MapFileOptions,
+    options: MapFileOptions,
     points: MapPoints,
 ) -> Result<MapFilesReport, StoreError> {
-    let options = BakeOptions::default();
     let merged = Instant::now();
-    let list = write_tiles(tiles, &points, &options)?;
+    let list = write_tiles(tiles, &points, &BakeOptions::default())?;
     let tiled = Instant::now();
 
     files::write_json(&dir.join("tiles.json"), &list)?;
@@ -92,7 +102,7 @@ pub fn write_map_files_of(
     files::write_json(&dir.join("loops.json"), &finished.decisions)?;
     files::write_durably(&dir.join("trajectory.tum"), |out| formats::tum::write(out, &finished.trajectory))?;
     files::write_durably(&dir.join("graph.g2o"), |out| write_g2o(out, &finished.graph))?;
-    if wanted.ply {
+    if options.ply {
         let ply = dir.join("map.ply");
         files::write_durably(&ply, |out| formats::ply::write(out, &points.xyz, &points.intensity))?;
     }
@@ -100,6 +110,8 @@ pub fn write_map_files_of(
         files::sync_file(&cloud)?;
     }
     let tile_bytes: u64 = list.tiles.iter().map(|tile| u64::from(tile.bytes)).sum();
+    // Tiles lie below `dir` for `autoinspect map --out`, and elsewhere for a data directory.
+    let other_bytes = files::bytes_below(dir)?.saturating_sub(files::bytes_below(&dir.join("tiles"))?);
     let summary = MapSummary {
         id: finished.map,
         name: finished.name.clone(),
@@ -107,7 +119,8 @@ pub fn write_map_files_of(
         distance: finished.distance,
         keyframes: finished.graph.nodes.len() as u32,
         points: list.tiles.iter().map(|tile| u64::from(tile.points)).sum(),
-        bytes: files::bytes_below(dir)? + tile_bytes,
+        bytes: other_bytes + tile_bytes,
+        has_pose_graph: options.has_pose_graph,
     };
     files::write_json(&dir.join("map.json"), &summary)?;
     files::sync_directory(&dir.join("clouds"))?;
@@ -121,7 +134,8 @@ pub fn write_map_files_of(
 }
 
 fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeOptions) -> Result<TileList, StoreError> {
-    let mut list = TileList { bounds: Aabb::EMPTY, tiles: Vec::new() };
+    let robust_bounds = robust_bounds(&points.xyz, &RobustBoundsConfig::default());
+    let mut list = TileList { bounds: Aabb::EMPTY, tiles: Vec::new(), robust_bounds };
     for tile in map_codec::bake(&points.xyz, &points.intensity, options) {
         list.bounds.include(tile.bounds.min);
         list.bounds.include(tile.bounds.max);

@@ -1,6 +1,7 @@
 //! Map versions: immutable directories that appear whole or not at all.
 
-use crate::sessions::{cloud_name, remove_encoded};
+use crate::cloud_files::copy_cloud_files;
+use crate::sessions::remove_encoded;
 use crate::{
     MapFileOptions, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
     write_map_files_of,
@@ -77,14 +78,14 @@ impl Store {
     pub fn add_map(
         &self,
         finished: &FinishedMap,
+        options: MapFileOptions,
         points: MapPoints,
         prepare: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
         let temporary = self.make_room(finished.map)?;
         let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
-        let written = written.and_then(|()| {
-            write_map_files_of(&temporary, &self.tiles(), finished, MapFileOptions::default(), points)
-        });
+        let written =
+            written.and_then(|()| write_map_files_of(&temporary, &self.tiles(), finished, options, points));
         self.publish(finished.map, written, || Ok(()))
     }
 
@@ -169,12 +170,8 @@ impl Store {
     ) -> Result<Cow<'a, FinishedMap>, StoreError> {
         let Some(map) = finished.extends else { return Ok(Cow::Borrowed(finished)) };
         let before = self.map(map)?;
-        for name in (0..before.poses.len() as u32).map(|number| cloud_name(KeyframeId(number))) {
-            let (from, to) = (before.path.join("clouds").join(&name), clouds.join(&name));
-            if !to.exists() {
-                fs::copy(&from, &to).map_err(|source| StoreError::io("write", &to, source))?;
-            }
-        }
+        let keyframes = (0..before.poses.len() as u32).map(KeyframeId);
+        copy_cloud_files(&before.path.join("clouds"), clouds, keyframes, 0)?;
         let mut whole = finished.clone();
         let now = finished.graph.nodes.iter().zip(&before.poses).map(|(node, pose)| {
             // A pose that is none was never one of the graph's.

@@ -4,38 +4,18 @@
 //! saving moves the directory. Beside each lies `NNNNNN.scan`, the same encoded for clients, a fifth of its size, which goes
 //! when the map is saved. They are worthless once the process that ran the session is gone.
 
-use crate::{CloudSelection, MapCloud, Store, StoreError, copy_clouds, files, map_clouds};
+use crate::cloud_files::{cloud_name, write_cloud};
+use crate::map_cloud::{CloudSelection, MapCloud};
+use crate::map_clouds::{copy_clouds, map_clouds};
+use crate::{Store, StoreError, files};
 use messages::Keyframe;
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId, SessionId};
-
-/// Name of a keyframe's cloud within its directory.
-pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
-    format!("{:06}.pcd", keyframe.0)
-}
 
 /// Ending of the names of clouds that are encoded for clients.
 const ENCODED: &str = "scan";
 /// Greatest step of their lattice, metres: as fine as the live map's.
 const ENCODED_RESOLUTION: f32 = 0.01;
-
-/// Writes a keyframe's cloud (keyframe frame, metres) into `directory`, as saved maps have it, with the LiDAR's place as its
-/// viewpoint.
-///
-/// # Errors
-/// When the disk does.
-pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreError> {
-    let path = directory.join(cloud_name(keyframe.id));
-    let cloud = &keyframe.cloud;
-    let write = || {
-        let mut file = BufWriter::new(File::create(&path)?);
-        formats::pcd::write(&mut file, keyframe.lidar, &cloud.xyz, &cloud.intensity)?;
-        file.flush()
-    };
-    write().map_err(|source| StoreError::io("write", &path, source))
-}
 
 fn write_encoded(
     directory: &Path,
@@ -73,7 +53,7 @@ impl Store {
         let (from, directory) = (self.dir().map(map), self.session(session));
         files::make_directory(&directory)?;
         copy_clouds(&from, &directory, 0)?;
-        for cloud in map_clouds(&from, CloudSelection { spacing: 0.0, moving: true })? {
+        for cloud in map_clouds(&from, CloudSelection::ALL)? {
             let MapCloud { keyframe, xyz, intensity, .. } = cloud?;
             write_encoded(&directory, keyframe, &xyz, &intensity)?;
         }

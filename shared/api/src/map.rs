@@ -22,6 +22,14 @@ pub struct MapSummary {
     pub points: u64,
     /// Bytes on disk.
     pub bytes: u64,
+    /// Whether its keyframes and edges were measured by a robot that walked. Those of an imported cloud are virtual viewpoints, of
+    /// interest to localisation only. Maps of versions that did not write this count as walked.
+    #[serde(default = "walked")]
+    pub has_pose_graph: bool,
+}
+
+fn walked() -> bool {
+    true
 }
 
 /// BLAKE3 of a tile's bytes: its name. Hexadecimal in JSON and paths.
@@ -123,6 +131,10 @@ pub struct TileList {
     pub bounds: Aabb,
     /// Coarse levels first.
     pub tiles: Vec<TileEntry>,
+    /// Box round most points, map frame, to be shown first: stray points do not widen it. None in maps of versions that did not write
+    /// this, and where there are no points.
+    #[serde(default)]
+    pub robust_bounds: Option<Aabb>,
 }
 
 /// An error over HTTP: `application/problem+json`, RFC 9457.

@@ -99,6 +99,7 @@ fn map(number: u128, name: &str) -> MapSummary {
         keyframes: 60,
         points: 2_345_678,
         bytes: 7_000_000,
+        has_pose_graph: true,
     }
 }
 

@@ -100,9 +100,10 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     copy_clouds(&args.map, &args.out.join("clouds"), 0).map_err(Failure::failed)?;
     let finished = moved(&saved, aligned.map_from_cloud(), &name);
     let tiles = TileFiles::new(args.out.join("tiles"));
+    let options =
+        MapFileOptions { has_pose_graph: saved.summary.has_pose_graph, ..MapFileOptions::default() };
     progress.is(0.2);
-    let files = write_map_files_of(&args.out, &tiles, &finished, MapFileOptions::default(), points)
-        .map_err(Failure::failed)?;
+    let files = write_map_files_of(&args.out, &tiles, &finished, options, points).map_err(Failure::failed)?;
     progress.ends();
     let report = Report {
         map: saved.summary.id,

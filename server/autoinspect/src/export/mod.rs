@@ -87,8 +87,9 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
         ))
     })?;
     let map = summary(&args.map)?;
-    let clouds = map_clouds(&args.map, CloudSelection { spacing: args.spacing, moving: args.moving })
-        .map_err(Failure::usage)?;
+    let clouds =
+        map_clouds(&args.map, CloudSelection { spacing_m: args.spacing, include_dynamic: args.moving })
+            .map_err(Failure::usage)?;
     // Under another name first: what carries the wanted name is complete.
     let unfinished = unfinished(&args.out);
     let written = write(args, format, map.id, clouds, &unfinished).and_then(|points| {

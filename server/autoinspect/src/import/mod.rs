@@ -13,19 +13,23 @@ use formats::survey::{self, Station, Survey};
 use geometry::{Isometry, Vector3, isometry_from_pose, pose_from_isometry};
 use mapping::KeyframeDescriptor;
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoint, VirtualViewpoints, find_viewpoints};
-use messages::{Cloud, EdgeKind, FinishedMap, GraphEdge, GraphNode, Keyframe, PoseGraph, RevisitCounts};
-use nalgebra::Point3;
+use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, PoseGraph, RevisitCounts};
 use points::Downsampler;
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Instant, UNIX_EPOCH};
-use store::{MapFileOptions, MapPoints, Store, StoreError, TileFiles, write_cloud, write_map_files_of};
+use store::{
+    MapFileOptions, MapPoints, Store, TileFiles, Viewpoint, visible_points, write_map_files_of,
+    write_viewpoint_clouds,
+};
 use upright::Up;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, SessionId, Stamp};
 
+/// Its keyframes are no poses that a robot measured.
+const IMPORTED: MapFileOptions = MapFileOptions { ply: false, has_pose_graph: false };
 /// Keyframes' clouds are thinned to this, metres.
 const THINNED: f32 = 0.1;
 /// How well neighbouring places are known against each other: radians and metres.
@@ -183,21 +187,21 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let began = Instant::now();
     Progress::new(args.background, ImportStage::Writing).is(0.0);
     let finished = finished(&args.file, &origin, &found, id(&thinned, &options));
+    let viewpoints = viewpoints(&found, &options);
     let prepare = |map: &Path| {
-        write_clouds(&map.join("clouds"), &finished, &found, &thinned, &options)?;
+        write_viewpoint_clouds(&map.join("clouds"), KeyframeId(0), &thinned, &viewpoints)?;
         store::write_json(&map.join("import.json"), &origin)
     };
     let out = if let Some(data) = &args.data {
         let store = Store::open(data).map_err(Failure::usage)?;
-        store.add_map(&finished, points, prepare).map_err(Failure::failed)?;
+        store.add_map(&finished, IMPORTED, points, prepare).map_err(Failure::failed)?;
         store.dir().map(finished.map)
     } else {
         let out = args.out.clone().unwrap_or_default();
         map::prepare(&out)?;
         prepare(&out).map_err(Failure::failed)?;
         let tiles = TileFiles::new(out.join("tiles"));
-        write_map_files_of(&out, &tiles, &finished, MapFileOptions::default(), points)
-            .map_err(Failure::failed)?;
+        write_map_files_of(&out, &tiles, &finished, IMPORTED, points).map_err(Failure::failed)?;
         out
     };
     seconds.write = began.elapsed().as_secs_f64();
@@ -249,7 +253,12 @@ fn seen(
         let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
         (
             place.map_from_base,
-            KeyframeDescriptor::new(&seen_from(place, thinned), rotation, sensor, &mut downsampler),
+            KeyframeDescriptor::new(
+                &visible_points(&viewpoint(place, options), &thinned.xyz),
+                rotation,
+                sensor,
+                &mut downsampler,
+            ),
         )
     };
     found.places.iter().map(place_of).collect()
@@ -381,39 +390,17 @@ fn modified(file: &Path) -> Stamp {
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
 }
 
-fn write_clouds(
-    clouds: &Path,
-    finished: &FinishedMap,
-    found: &VirtualViewpoints,
-    points: &MapPoints,
-    options: &ViewpointConfig,
-) -> Result<(), StoreError> {
-    for (node, place) in finished.graph.nodes.iter().zip(&found.places) {
-        let cloud = Cloud {
-            xyz: seen_from(place, points),
-            intensity: place.seen.iter().map(|index| points.intensity[*index as usize]).collect(),
-        };
-        let keyframe = Keyframe {
-            session: finished.session,
-            id: node.id,
-            stamp: node.stamp,
-            map_from_keyframe: node.map_from_keyframe,
-            cloud: Arc::new(cloud),
-            lidar: [0.0, 0.0, options.lidar_height],
-        };
-        write_cloud(clouds, &keyframe)?;
-    }
-    Ok(())
+/// The places with what is visible from them, as the store keeps them.
+fn viewpoints<'a>(found: &'a VirtualViewpoints, options: &ViewpointConfig) -> Vec<Viewpoint<'a>> {
+    found.places.iter().map(|place| viewpoint(place, options)).collect()
 }
 
-/// What is seen from a place, in its own frame.
-fn seen_from(place: &VirtualViewpoint, points: &MapPoints) -> Vec<[f32; 3]> {
-    let base_from_map = place.map_from_base.inverse();
-    let about = |index: &u32| {
-        let point = points.xyz[*index as usize].map(f64::from);
-        base_from_map.transform_point(&Point3::from(point)).coords.map(|coordinate| coordinate as f32).into()
-    };
-    place.seen.iter().map(about).collect()
+fn viewpoint<'a>(place: &'a VirtualViewpoint, options: &ViewpointConfig) -> Viewpoint<'a> {
+    Viewpoint {
+        cloud_from_base: place.map_from_base,
+        lidar: [0.0, 0.0, options.lidar_height],
+        visible: &place.seen,
+    }
 }
 
 fn describe(report: &Report) -> String {

@@ -73,8 +73,13 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
 
     process::reset_peak_memory();
     let tiles = TileFiles::new(args.out.join("tiles"));
-    let files = write_map_files(&args.out, &tiles, &mapped.finished, MapFileOptions { ply: true })
-        .map_err(Failure::failed)?;
+    let files = write_map_files(
+        &args.out,
+        &tiles,
+        &mapped.finished,
+        MapFileOptions { ply: true, ..MapFileOptions::default() },
+    )
+    .map_err(Failure::failed)?;
     let stages = stages(&mapped, &files, mapping_memory, process::peak_memory());
     let summary = Summary::new(args, &mapped, &files, stages, start.elapsed());
     summary.write(&args.out.join("summary.json"))?;

@@ -83,8 +83,9 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
     let tiles = TileFiles::new(args.out.join("tiles"));
     let finished = joined.finish(&maps, &args.name);
-    let files = write_map_files(&args.out, &tiles, &finished, MapFileOptions { ply: true })
-        .map_err(Failure::failed)?;
+    let has_pose_graph = maps.iter().any(|map| map.summary.has_pose_graph);
+    let options = MapFileOptions { ply: true, has_pose_graph };
+    let files = write_map_files(&args.out, &tiles, &finished, options).map_err(Failure::failed)?;
     let report = Report {
         out: args.out.clone(),
         keyframes: u64::from(files.summary.keyframes),

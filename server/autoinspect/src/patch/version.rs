@@ -12,7 +12,8 @@ use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 use store::{
-    MapCloud, MapFileOptions, SavedMap, StoreError, TileFiles, map_clouds_and_sensors, write_map_files,
+    MapCloud, MapFileOptions, SavedMap, StoreError, TileFiles, copy_viewpoint_files, map_clouds_and_sensors,
+    write_map_files,
 };
 use uuid::Uuid;
 use vocab::{MapId, SessionId};
@@ -57,6 +58,9 @@ pub fn write_version(
     }
     let added_points = added_points(saved, looks, &mut shown);
     let mut changes = Changes { come: added_points.len() as u64, ..Changes::default() };
+    let out_clouds = out.join("clouds");
+    let virtual_keyframes =
+        copy_viewpoint_files(&saved.path.join("clouds"), &out_clouds, 0).map_err(Failure::failed)?;
     for (read, gone) in clouds()?.zip(left) {
         let (mut cloud, sensor) = read.map_err(Failure::usage)?;
         cloud.drop_points(&gone);
@@ -66,13 +70,17 @@ pub fn write_version(
         put_in(&mut cloud, &pose, &view, &added_points);
         changes.keyframes += 1;
         changes.gone += gone.len() as u64;
-        changes.keyframes_changed += u64::from(!gone.is_empty() || cloud.xyz.len() > before);
-        write_cloud(&out.join("clouds"), saved, cloud, sensor).map_err(Failure::failed)?;
+        let is_changed = !gone.is_empty() || cloud.xyz.len() > before;
+        changes.keyframes_changed += u64::from(is_changed);
+        // A virtual keyframe that did not change is in the shared file already.
+        if is_changed || !virtual_keyframes.contains(cloud.keyframe) {
+            write_cloud(&out_clouds, saved, cloud, sensor).map_err(Failure::failed)?;
+        }
     }
     let finished = finished(saved, looks, name);
     let tiles = TileFiles::new(out.join("tiles"));
-    let files =
-        write_map_files(out, &tiles, &finished, MapFileOptions { ply: true }).map_err(Failure::failed)?;
+    let options = MapFileOptions { ply: true, has_pose_graph: saved.summary.has_pose_graph };
+    let files = write_map_files(out, &tiles, &finished, options).map_err(Failure::failed)?;
     Ok((files.summary, changes))
 }
 

@@ -56,6 +56,21 @@ fn a_cloud_becomes_a_map_like_any_other() {
     json(&["import", text(&file), "--out", text(&again)]);
     let graph = |map: &std::path::Path| fs::read(map.join("graph.json")).expect("readable");
     assert_eq!(graph(&out), graph(&again));
+    // One file holds what all viewpoints see, and the map says that nobody walked there.
+    let clouds = fs::read_dir(out.join("clouds")).expect("readable").count();
+    let document = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(out.join(name)).expect("readable")).expect("JSON")
+    };
+    assert_eq!((clouds, &document("map.json")["has_pose_graph"]), (1, &false.into()));
+    assert!(document("tiles.json")["robust_bounds"]["min"][0].is_number());
+    // Laid into the frame of its twin by picked points, it is the same map again.
+    let aligned = path("aligned");
+    let pairs = ["0,0,0=1,0,0", "2,0,0=3,0,0"];
+    let [map, onto, to] = [&out, &again, &aligned].map(|path| text(path));
+    json(&["align", map, "--onto", onto, "--out", to, "--pair", pairs[0], "--pair", pairs[1]]);
+    let moved = json(&["export", to, "--out", text(&path("aligned.ply")), "--spacing", "0"]);
+    let whole = json(&["export", map, "--out", text(&path("whole.ply")), "--spacing", "0"]);
+    assert_eq!(moved["points"], whole["points"]);
     // Into a platform's data, once.
     let added = json(&["import", text(&file), "--data", text(&store), "--name", "Room"]);
     assert_eq!(added["name"], "Room");

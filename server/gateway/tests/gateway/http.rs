@@ -24,6 +24,7 @@ async fn maps_are_those_of_the_last_event() {
         keyframes: 3,
         points: 4,
         bytes: 5,
+        has_pose_graph: false,
     };
     core.tell(Event::Maps(vec![map.clone()])).await;
     let mut client = gateway.client(client_id(1)).await;

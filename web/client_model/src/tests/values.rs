@@ -37,7 +37,7 @@ fn a_saved_map_is_shown_as_soon_as_it_is_written_and_the_live_one_with_the_next_
     assert!(bench.take().contains(&ClientEffect::LoadMap(map)));
     bench.apply(ClientEvent::TilesListed {
         map,
-        result: Ok(TileList { bounds: Aabb::EMPTY, tiles: vec![tile(1, 0, 0.0, 9)] }),
+        result: Ok(TileList { bounds: Aabb::EMPTY, tiles: vec![tile(1, 0, 0.0, 9)], robust_bounds: None }),
     });
     assert_eq!(bench.model.displayed_map().tiles.points(), 9);
     assert!(bench.take().contains(&ClientEffect::MoveCamera(CameraMove::Fit)), "one sees all of it first");
