@@ -4,8 +4,8 @@ use crate::thread_ms;
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
-    BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobDone, JobResult, PriorMap,
-    Publication, StackEffect,
+    BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobDone, JobResult, Principal,
+    PriorMap, Publication, StackEffect,
 };
 use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
 use stack::{ComputeJob, Stack};
@@ -50,7 +50,7 @@ enum Waiting {
     /// What the stack hands out.
     ComputeJob(u64),
     /// Reading a saved map.
-    Map(u64, MapId),
+    Map(u64),
 }
 
 /// A robot that walks a route of its site again and again while it maps.
@@ -139,7 +139,11 @@ impl StackWalk {
         let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
         for order in orders {
             self.orders += 1;
-            let command = Command { id: CommandId(Uuid::from_u128(self.orders)), by, kind: order };
+            let command = Command {
+                id: CommandId(Uuid::from_u128(self.orders)),
+                by: Principal::operator(by),
+                kind: order,
+            };
             self.step(now, StepOf::Other, Input::Command(command), heard);
             self.work(now, heard);
         }
@@ -232,13 +236,12 @@ impl StackWalk {
     fn work(&mut self, at: Stamp, heard: Heard<'_>) {
         while let Some(waiting) = self.jobs.pop_front() {
             let (job, result) = match (waiting, &self.known) {
-                (Waiting::ComputeJob(job), _) => (
-                    job,
-                    self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run),
-                ),
-                (Waiting::Map(job, _), Some(known)) => (job, JobResult::MapLoaded(Arc::clone(known))),
-                (Waiting::Map(job, map), None) => {
-                    (job, JobResult::MapNotLoaded { map, reason: "there is no map".to_owned() })
+                (Waiting::ComputeJob(job), _) => {
+                    (job, self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run))
+                }
+                (Waiting::Map(job), Some(known)) => (job, JobResult::MapLoaded(Arc::clone(known))),
+                (Waiting::Map(job), None) => {
+                    (job, JobResult::Failed { reason: "there is no map".to_owned() })
                 }
             };
             self.step(at, StepOf::Verified, Input::JobDone(JobDone { job, result }), heard);
@@ -260,8 +263,8 @@ impl StackWalk {
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
                 } => self.jobs.push_back(Waiting::ComputeJob(job)),
-                StackEffect::StartJob { job, work: Job::ReadMap(map) } => {
-                    self.jobs.push_back(Waiting::Map(job, map));
+                StackEffect::StartJob { job, work: Job::ReadMap(_) } => {
+                    self.jobs.push_back(Waiting::Map(job));
                 }
                 StackEffect::Drive(drive) => self.obeys = self.obeys.map(|_| drive),
                 StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),

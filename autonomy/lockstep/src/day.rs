@@ -3,13 +3,13 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, CommandKind, FinishedMap, Input, Job, LocalisationState, MappingState, MotionState, PlaceInMap,
-    PoseGraph, PriorMap, Publication, RelocalisationTask, StackEffect,
+    Command, CommandKind, FinishedMap, GoalKind, Input, Job, LocalisationState, MappingState, MotionState,
+    PlaceInMap, PoseGraph, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
 use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span};
+use vocab::{ClientId, CommandId, GoalId, MapId, Pose, SessionId, Span};
 
 /// The map of the first day.
 pub(crate) const FIRST: MapId = MapId(Uuid::from_u128(5));
@@ -74,7 +74,14 @@ impl Day {
     pub(crate) fn order(&mut self, order: CommandKind) {
         self.commands += 1;
         let (id, by) = (CommandId(Uuid::from_u128(self.commands)), ClientId(Uuid::from_u128(1)));
-        self.lockstep.give(Input::Command(Command { id, by, kind: order }));
+        self.lockstep.give(Input::Command(Command { id, by: Principal::operator(by), kind: order }));
+    }
+
+    /// Begins a goal of an identity of its own.
+    pub(crate) fn start_goal(&mut self, kind: GoalKind) -> GoalId {
+        let goal = GoalId(Uuid::from_u128(self.commands + 1));
+        self.order(CommandKind::StartGoal { goal, kind });
+        goal
     }
 
     pub(crate) fn run(&mut self, seconds: f64) {

@@ -4,8 +4,8 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    BatteryState, BootRecord, CommandKind, Input, LocalisationState, MotionState, PlaceInMap, PriorMap,
-    Sensor,
+    BatteryState, BootRecord, CommandKind, GoalKind, Input, LocalisationState, MotionState, PlaceInMap,
+    PriorMap, Sensor,
 };
 use sim::{SiteName, Start};
 use stack::Stack;
@@ -53,7 +53,7 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
     let mut day = Day::on(SiteName::Twins, 0, at([47.0, 8.0], 0.0), 44, None);
     day.lockstep.keep_map(Arc::clone(known));
     day.order(CommandKind::Localise { map: FIRST, at: None });
-    day.order(CommandKind::LookAbout);
+    day.start_goal(GoalKind::Relocalise);
     let mut tenths = 0;
     while day.localisation != LOCALISED && tenths < 350 {
         day.run(0.1);
@@ -97,7 +97,7 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "not charged yet");
-    day.order(CommandKind::LookAbout);
+    day.start_goal(GoalKind::Relocalise);
     charged(&mut day, 30);
     assert_eq!(day.motion, MotionState::Idle, "there is nothing left to look for");
     assert_eq!(day.localisation, LOCALISED);

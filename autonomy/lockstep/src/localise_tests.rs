@@ -4,8 +4,8 @@ use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
 use geometry::Vector3;
 use messages::{
-    BootRecord, CommandKind, DegradationReason, Input, JobDone, JobResult, LocalisationState, MotionState,
-    PlaceInMap, PoseHypothesis, RelocalisationResponse,
+    BootRecord, CommandKind, DegradationReason, GoalKind, Input, JobDone, JobResult, LocalisationState,
+    MotionState, PlaceInMap, PoseHypothesis, RelocalisationResponse,
 };
 use sim::{Fault, SiteName, Start};
 use stack::Stack;
@@ -228,7 +228,7 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
     day.run(3.0);
     assert_eq!(day.localisation, LOCALISED);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
-    day.order(CommandKind::WalkTo(goal));
+    day.start_goal(GoalKind::WalkTo(goal));
     day.run(2.0);
     assert!(matches!(day.motion, MotionState::Walking { .. }), "{:?} {:?}", day.motion, day.refusals);
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
@@ -238,7 +238,7 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
         "it felt that somebody carried it: {:?}",
         day.motion
     );
-    day.order(CommandKind::WalkTo(goal));
+    day.start_goal(GoalKind::WalkTo(goal));
     day.run(0.1);
     assert_eq!(day.refusals.len(), 1, "it does not know where that is");
     until_it_stands(&mut day, 90);
@@ -256,7 +256,7 @@ fn blinded_on_its_way_it_waits_and_goes_on() {
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     let goal = Vec3::new(21.5 - origin.x, 17.2 - origin.y, 0.0);
-    day.order(CommandKind::WalkTo(goal));
+    day.start_goal(GoalKind::WalkTo(goal));
     day.run(2.0);
     let now = day.lockstep.simulator().elapsed();
     day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
@@ -291,7 +291,7 @@ fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_s
 fn a_map_that_does_not_exist_is_said_and_left() {
     let mut day = another_day(at([29.0, 21.5], -1.5), 16);
     let absent = MapId(uuid::Uuid::from_u128(99));
-    day.order(CommandKind::LookAbout);
+    day.start_goal(GoalKind::Relocalise);
     day.run(0.2);
     assert_eq!(
         (day.motion.clone(), day.refusals.len()),

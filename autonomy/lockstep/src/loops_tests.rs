@@ -4,7 +4,7 @@ use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
 use messages::{
     Command, CommandKind, EdgeKind, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
-    LoopVerdict, PoseGraph, Publication, StackEffect,
+    LoopVerdict, PoseGraph, Principal, Publication, StackEffect,
 };
 use sim::{Fault, Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
 use stack::{ComputeJob, Stack};
@@ -142,8 +142,8 @@ impl Told {
                         | Job::PlanDisambiguation(_),
                 } => {
                     let result =
-                        self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
-                    assert_ne!(result, JobResult::LoopNotVerified, "nothing to do for job {job}");
+                        self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
+                    assert_ne!(result, JobResult::not_done(), "nothing to do for job {job}");
                     self.done.push_back(JobDone { job, result });
                 }
                 StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
@@ -158,7 +158,7 @@ impl Told {
     fn order(&mut self, order: CommandKind) -> Option<String> {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.step(self.at, Input::Command(Command { id, by: ME, kind: order }));
+        self.step(self.at, Input::Command(Command { id, by: Principal::operator(ME), kind: order }));
         self.answers.last().cloned().flatten()
     }
 

@@ -1,12 +1,14 @@
 //! Whole behaviour, closed loop: the stack sees sensors only; the truth is used to judge it.
 
 use crate::{Lockstep, Stepper, replay};
-use messages::{Command, CommandKind, Input, MappingState, MotionState, Publication, StackEffect};
+use messages::{
+    Command, CommandKind, GoalKind, Input, MappingState, MotionState, Principal, Publication, StackEffect,
+};
 use sim::{SimConfig, SiteName};
 use stack::Stack;
 use std::hash::{BuildHasher, RandomState};
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{ClientId, CommandId, GoalId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
 
 const COLUMNS: u32 = 200;
 
@@ -39,7 +41,12 @@ impl Scene {
     fn order(&mut self, by: u128, order: CommandKind) {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
-        self.lockstep.give(Input::Command(Command { id, by: ClientId(Uuid::from_u128(by)), kind: order }));
+        self.lockstep.give(Input::Command(Command { id, by: operator(by), kind: order }));
+    }
+
+    fn walk_to(&mut self, point: Vec3) {
+        let goal = GoalId(Uuid::from_u128(self.commands + 1));
+        self.order(1, CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) });
     }
 
     fn run(&mut self, seconds: f64) {
@@ -60,6 +67,10 @@ impl Scene {
     fn true_position(&mut self) -> Vec3 {
         self.lockstep.simulator().truth().site_from_base.position
     }
+}
+
+fn operator(client: u128) -> Principal {
+    Principal::operator(ClientId(Uuid::from_u128(client)))
 }
 
 fn apart(a: Vec3, b: Vec3) -> f64 {
@@ -93,7 +104,7 @@ fn walks_to_a_point_and_knows_where_it_is() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let start = scene.true_position();
-    scene.order(1, CommandKind::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.walk_to(Vec3::new(3.0, 0.5, 0.0));
     scene.run(0.2);
     assert!(matches!(scene.motion, MotionState::Walking { .. }), "{:?} {:?}", scene.motion, scene.refusals);
     scene.run(14.0);
@@ -108,7 +119,7 @@ fn walks_to_a_point_and_knows_where_it_is() {
 fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
-    scene.order(1, CommandKind::WalkTo(Vec3::new(3.0, 0.5, 0.0)));
+    scene.walk_to(Vec3::new(3.0, 0.5, 0.0));
     scene.run(2.0);
     scene.order(2, CommandKind::StopMotion);
     scene.run(1.0);
@@ -129,7 +140,7 @@ fn a_repeated_command_is_answered_but_done_once() {
     scene.run(3.0);
     let id = CommandId(Uuid::from_u128(77));
     let finish = CommandKind::FinishMapping { map: MapId(Uuid::from_u128(5)), name: "Hall".to_owned() };
-    let command = Command { id, by: ClientId(Uuid::from_u128(1)), kind: finish };
+    let command = Command { id, by: operator(1), kind: finish };
     for _ in 0..3 {
         scene.lockstep.give(Input::Command(command.clone()));
         scene.run(0.2);
@@ -157,7 +168,7 @@ impl Stepper for Broken {
 fn a_log_repeats_bit_for_bit_and_a_broken_stack_is_found_out() {
     let mut scene = Scene::new(true);
     scene.run(2.5);
-    scene.order(1, CommandKind::WalkTo(Vec3::new(2.0, 0.3, 0.0)));
+    scene.walk_to(Vec3::new(2.0, 0.3, 0.0));
     scene.run(2.5);
     let live = scene.lockstep.digest().hex();
     let log = scene.lockstep.log();

@@ -168,18 +168,22 @@ impl Lockstep {
                         | Job::PlanDisambiguation(_),
                 } => {
                     let result =
-                        self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
+                        self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
                 StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_place(&keyframe),
-                StackEffect::Publish(_) | StackEffect::Answer { .. } => {}
+                StackEffect::Publish(_)
+                | StackEffect::Answer { .. }
+                | StackEffect::Commit { .. }
+                | StackEffect::CallAction { .. }
+                | StackEffect::CancelAction(_) => {}
             }
         }
         self.effects = effects;
     }
 
     fn read_map(&mut self, job: u64, map: MapId) {
-        let absent = || JobResult::MapNotLoaded { map, reason: "there is no such map".to_owned() };
+        let absent = || JobResult::Failed { reason: "there is no such map".to_owned() };
         let result = self.maps.get(&map).map_or_else(absent, |known| JobResult::MapLoaded(Arc::clone(known)));
         self.working.push((self.pace.ticks, JobDone { job, result }));
     }

@@ -15,7 +15,7 @@ use crate::{
     TICKS_PER_IMU,
 };
 use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
-use messages::{BootRecord, Drive, Mounting, Sensor, Sources};
+use messages::{BootRecord, Drive, Mounting, RobotProfile, Sensor, Sources};
 use nalgebra::Translation3;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -196,7 +196,11 @@ impl Simulator {
     /// What the configuration of a real robot would say.
     pub fn boot(&self) -> BootRecord {
         BootRecord {
-            robot: format!("Simulated walker ({})", self.site.name()),
+            profile: RobotProfile {
+                name: format!("Simulated walker ({})", self.site.name()),
+                standing_height_m: STANDING_HEIGHT,
+                ..RobotProfile::default()
+            },
             mounting: Mounting {
                 base_from_lidar: Some(geometry::pose_from_isometry(&base_from_lidar())),
                 base_from_imu: Some(geometry::pose_from_isometry(&base_from_imu())),

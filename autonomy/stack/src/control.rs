@@ -1,6 +1,6 @@
 //! Who may command, and each command once.
 
-use messages::{Command, CommandKind, ControlState};
+use messages::{Command, CommandKind, ControlState, Role};
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
@@ -35,26 +35,29 @@ impl Control {
         if let Some((_, answer)) = self.answered.iter().rev().find(|(id, _)| *id == command.id) {
             return Admission::Repeated(answer.clone());
         }
+        if command.by.role == Role::Viewer && command.kind != CommandKind::StopMotion {
+            return Admission::Refused("This account may only watch, and stop motion.".to_owned());
+        }
         match &command.kind {
             CommandKind::StopMotion => Admission::Granted { changed: false },
             CommandKind::TakeControl { name } => {
-                let changed = self.take(command.by, name);
+                let changed = self.take(command.by.client, name);
                 Admission::Granted { changed }
             }
             CommandKind::ReleaseControl => {
-                let held = self.state.owner == Some(command.by);
+                let held = self.state.owner == Some(command.by.client);
                 if held {
                     self.state = ControlState::default();
                 }
                 Admission::Granted { changed: held }
             }
             _ => match self.state.owner {
-                Some(owner) if owner == command.by => Admission::Granted { changed: false },
+                Some(owner) if owner == command.by.client => Admission::Granted { changed: false },
                 Some(_) => Admission::Refused(format!(
                     "{} is in control. Take control first; the change of hands is recorded.",
                     self.state.name
                 )),
-                None => Admission::Granted { changed: self.take(command.by, "Operator") },
+                None => Admission::Granted { changed: self.take(command.by.client, "Operator") },
             },
         }
     }

@@ -36,13 +36,13 @@ use loops::LoopEvents;
 use mapping::Odometer;
 use mapping_phase::{MapUpdate, MappingPhase, rows};
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, Input, Job, JobDone, JobResult,
-    Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, GoalKind, Input, Job, JobDone,
+    JobResult, Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
 };
 use motion::{Frames, Motion};
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use std::sync::Arc;
-use vocab::{Covariance6, Span, Stamp};
+use vocab::{Covariance6, MapId, Span, Stamp};
 
 /// Scans teach the terrain at most this often: people walk 0.3 m in between.
 const OBSERVE_EVERY: Span = Span::from_millis(180);
@@ -65,6 +65,8 @@ struct Running {
     docks: Docks,
     motion: Motion,
     jobs: u64,
+    /// The job that saves a map, and which.
+    saving: Option<(u64, MapId)>,
     points_used: u32,
     odometer: Odometer,
     last: Option<Box<LocatedScan>>,
@@ -94,7 +96,15 @@ impl Stack {
                     "The log does not begin with a boot record, so nothing in it can be used.".to_owned();
                 effects.push(notice(at, Severity::Error, text));
             }
-            (None, _) => {}
+            // Nothing in the stack depends on these yet; they are part of the log's schema.
+            (
+                Some(_),
+                Input::WallClock { .. }
+                | Input::Committed { .. }
+                | Input::ActionFeedback { .. }
+                | Input::ActionDone { .. },
+            )
+            | (None, _) => {}
         }
     }
 
@@ -127,6 +137,7 @@ impl Running {
             docks: Docks::new(&record.docks),
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
+            saving: None,
             points_used: 0,
             odometer: Odometer::default(),
             last: None,
@@ -361,7 +372,7 @@ impl Running {
     fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
         let refused = match self.control.admit(command) {
             Admission::Repeated(answer) => {
-                effects.push(StackEffect::Answer { id: command.id, to: command.by, refused: answer });
+                effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused: answer });
                 return;
             }
             Admission::Refused(reason) => Some(reason),
@@ -373,7 +384,7 @@ impl Running {
             }
         };
         self.control.answered(command.id, refused.clone());
-        effects.push(StackEffect::Answer { id: command.id, to: command.by, refused });
+        effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused });
         self.publish_changes(effects);
     }
 
@@ -419,19 +430,23 @@ impl Running {
                 Ok(())
             }
             CommandKind::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
-            CommandKind::WalkTo(_) if self.localisation.is_looking() => {
+            CommandKind::StartGoal { kind: GoalKind::WalkTo(_), .. } if self.localisation.is_looking() => {
                 Err("The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned())
             }
-            CommandKind::WalkTo(goal) => {
+            CommandKind::StartGoal { kind: GoalKind::WalkTo(goal), .. } => {
                 let frames = self.frames(self.last.as_deref());
                 self.motion.walk_to(at, &frames, vec_from_plain(*goal))
             }
-            CommandKind::LookAbout if !self.localisation.is_looking() => {
+            CommandKind::StartGoal { kind: GoalKind::Relocalise, .. } if !self.localisation.is_looking() => {
                 Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned())
             }
-            CommandKind::LookAbout => self.motion.look_about(at),
+            CommandKind::StartGoal { kind: GoalKind::Relocalise, .. } => self.motion.look_about(at),
+            CommandKind::CancelGoal(_) => {
+                effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
+                Ok(())
+            }
             CommandKind::StopMotion => {
-                self.motion.stop(Some(command.by));
+                self.motion.stop(Some(command.by.client));
                 // At once, not at the next tick.
                 let frames = self.frames(self.last.as_deref());
                 effects.extend(self.motion.tick(at, &frames, &ExplorationHint::default()).map(StackEffect::Drive));
@@ -460,6 +475,7 @@ impl Running {
     /// Starts saving the map of a session that has been ended, when it is ready for it.
     fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         if let Some(finished) = self.mapping.closed(at) {
+            self.saving = Some((self.jobs, finished.map));
             effects.push(StackEffect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
             self.jobs += 1;
         }
@@ -472,32 +488,36 @@ impl Running {
                 self.publish_transition(at, turn, effects);
             }
             JobResult::DisambiguationPlanned(told) => self.localisation.told_apart(done.job, Some(&told)),
-            JobResult::LoopVerified(_)
-            | JobResult::RevisitCompared(_)
-            | JobResult::MapSearched(_)
-            | JobResult::LoopNotVerified => {
-                self.localisation.answered(done.job, None);
-                self.localisation.told_apart(done.job, None);
+            JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
                 self.save_closed_map(at, effects);
             }
             JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
-            JobResult::MapNotLoaded { reason, .. } => {
-                let reason = format!("The map cannot be used: {reason}.");
-                self.loaded(at, done.job, Err(&reason), effects);
-            }
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);
                 effects.push(notice(at, Severity::Info, "The map is saved.".to_owned()));
             }
-            JobResult::MapNotSaved { map, reason } => {
-                self.mapping.saved(map, false);
-                let text = format!("The map was not saved: {reason} The session goes on; try again.");
-                effects.push(notice(at, Severity::Error, text));
-            }
+            JobResult::Failed { reason } => self.job_failed(at, done.job, &reason, effects),
         }
         self.publish_changes(effects);
+    }
+
+    /// Tells whoever started a job that it was not done.
+    fn job_failed(&mut self, at: Stamp, job: u64, reason: &str, effects: &mut Vec<StackEffect>) {
+        if let Some((_, map)) = self.saving.take_if(|(saving, _)| *saving == job) {
+            self.mapping.saved(map, false);
+            let text = format!("The map was not saved: {reason}. The session goes on; try again.");
+            effects.push(notice(at, Severity::Error, text));
+            return;
+        }
+        self.localisation.answered(job, None);
+        self.localisation.told_apart(job, None);
+        self.loaded(at, job, Err(&format!("The map cannot be used: {reason}.")), effects);
+        let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
+        let news = self.mapping.looked_at(&failed);
+        self.tell_loops(at, news, effects);
+        self.save_closed_map(at, effects);
     }
 }
 

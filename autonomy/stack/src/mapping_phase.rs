@@ -338,7 +338,7 @@ impl MappingPhase {
             (Some((session, loops)), JobResult::RevisitCompared(found)) => {
                 loops.compared(done.job, found, session)
             }
-            (Some((_, loops)), JobResult::LoopNotVerified) => {
+            (Some((_, loops)), JobResult::Failed { .. }) => {
                 loops.not_verified(done.job);
                 LoopEvents::default()
             }

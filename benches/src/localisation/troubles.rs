@@ -6,10 +6,11 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
-use messages::{CommandKind, LocalisationState, Publication, StackEffect};
+use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect};
 use sim::{Fault, Site, Start};
 use std::sync::Arc;
-use vocab::{Pose, Span, Vec3};
+use uuid::Uuid;
+use vocab::{GoalId, Pose, Span, Vec3};
 
 /// Time that a recovery may take, seconds, and how long it is waited for.
 const BAR: f64 = 15.0;
@@ -110,7 +111,10 @@ impl Day<'_> {
             if matches!(self.heard.state, LocalisationState::Relocalising { .. }) {
                 // As it does by itself on its way to a goal. Whoever looks about already goes on with that.
                 let heard = &mut self.heard;
-                self.walk.give(CommandKind::LookAbout, &mut |_, _, effects| heard.hear(effects));
+                self.walk.give(
+                    CommandKind::StartGoal { goal: GoalId(Uuid::from_u128(1)), kind: GoalKind::Relocalise },
+                    &mut |_, _, effects| heard.hear(effects),
+                );
             }
             let right = self.go(Span::from_millis(100))?;
             waited += 0.1;

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use links::{ReplayLink, ReplaySource, SimLink, SimLinkConfig};
-use messages::{BootRecord, Sources};
+use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
 use recorder::{Recording, TopicSelection};
 use sim::{FULL_COLUMNS, SimConfig, SiteName};
@@ -106,7 +106,7 @@ impl RobotArgs {
 /// What the stack is told of a robot that only a recording knows.
 pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
     BootRecord {
-        robot: "Recorded robot".to_owned(),
+        profile: RobotProfile { name: "Recorded robot".to_owned(), ..RobotProfile::default() },
         mounting: recording.mounting(),
         sources,
         start_mapping: None,

@@ -102,7 +102,7 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     };
     let mut simulator = Simulator::on(site, config);
     let meta = RecordingMeta {
-        robot: simulator.boot().robot,
+        robot: simulator.boot().profile.name,
         origin: format!("simulated site {}, route {}, seed {}", args.site, args.route, args.seed),
     };
     let mut writer =

@@ -8,7 +8,7 @@ use api::{Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platfor
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = DOCKS + 1;
+const LATEST_KINDS: usize = GOALS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -223,7 +223,8 @@ impl Snapshot {
 
 const MAPS: usize = 7;
 /// The last of them.
-const DOCKS: usize = 12;
+/// The last of them.
+const GOALS: usize = 14;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -240,7 +241,9 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Quality(_) => Some(9),
         Event::Localisation(_) => Some(10),
         Event::Import(_) => Some(11),
-        Event::Docks(_) => Some(DOCKS),
+        Event::Docks(_) => Some(12),
+        Event::Executive(_) => Some(13),
+        Event::Goals(_) => Some(GOALS),
         Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
     }
 }

@@ -2,12 +2,14 @@
 
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
+use crate::legacy::{INPUT_SCHEMA_V3, InputV3};
 use crate::selection::TopicRole;
 use crate::topics;
 use formats::cdr::Encoding;
 use formats::ros::{BatteryState, Header, Imu, Odometry, PointCloud2, PoseStamped, RosMessage};
 use formats::{FormatError, ScanReport};
 use messages::{Input, Sensor};
+use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
@@ -61,15 +63,26 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
     if role != TopicRole::Journal {
         return Ok(sensor(raw, topic, role)?.map(|(sensor, _)| Input::Sensor(sensor)));
     }
-    if topic.type_name != topics::INPUT_SCHEMA {
-        return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
+    let decoded = match topic.type_name.as_str() {
+        topics::INPUT_SCHEMA => whole(raw.bytes()),
+        INPUT_SCHEMA_V3 => whole::<InputV3>(raw.bytes()).map(Input::from),
+        _ => return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() }),
+    };
+    decoded.map(Some).map_err(|problem| message_error(raw, topic, journal_error(&problem)))
+}
+
+/// Whether journals of this schema can be read.
+pub(crate) fn is_known_journal(schema: &str) -> bool {
+    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V3].contains(&schema)
+}
+
+/// A value that takes up all of the bytes.
+fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        Ok(_) => Err("bytes are left over".to_owned()),
+        Err(error) => Err(error.to_string()),
     }
-    let (input, rest) = postcard::take_from_bytes(raw.bytes())
-        .map_err(|error| message_error(raw, topic, journal_error(&error.to_string())))?;
-    if !rest.is_empty() {
-        return Err(message_error(raw, topic, journal_error("bytes are left over")));
-    }
-    Ok(Some(input))
 }
 
 /// A true pose with its stamp.

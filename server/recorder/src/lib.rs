@@ -7,6 +7,7 @@ mod display;
 mod error;
 mod frames;
 mod info;
+mod legacy;
 mod problems;
 mod recording;
 mod selection;

@@ -113,7 +113,7 @@ impl Recording {
     ) -> Result<impl Iterator<Item = Result<(Stamp, Input), ReadError>> + Send, ReadError> {
         let journal = self.container.topics().iter().find(|topic| topic.name == crate::topics::INPUT);
         let Some(topic) = journal else { return Err(ReadError::NotAJournal) };
-        if topic.type_name != crate::topics::INPUT_SCHEMA {
+        if !decode::is_known_journal(&topic.type_name) {
             return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() });
         }
         let roles: Vec<_> = self.topics().map(|(topic, _)| crate::journal_role(&topic.name)).collect();

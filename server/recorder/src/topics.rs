@@ -18,8 +18,8 @@ pub const TRUTH: &str = "/truth";
 pub const POSE: &str = "/autoinspect/pose";
 /// Everything else that entered the stack: `messages::Input` in postcard's encoding.
 pub const INPUT: &str = "/autoinspect/input";
-/// Name of the schema of [`INPUT`]; its number counts up with every change of `messages::Input`.
-pub const INPUT_SCHEMA: &str = "autoinspect.Input.v3";
+/// Name of the schema of [`INPUT`]; its number counts up with every change of `messages::Input`. Earlier ones are read too.
+pub const INPUT_SCHEMA: &str = "autoinspect.Input.v4";
 /// Message and schema encoding of [`INPUT`].
 pub const INPUT_ENCODING: &str = "postcard";
 

@@ -10,8 +10,8 @@ mod support;
 
 use formats::cdr::Encoding;
 use messages::{
-    BatteryState, BootRecord, Command, CommandKind, ExternalOdometry, ImuSample, Input, JobDone, JobResult,
-    LegOdometry, Scan, Sensor, Sources,
+    ActionOutcome, BatteryState, BootRecord, Command, CommandKind, ExternalOdometry, GoalKind, ImuSample,
+    Input, JobDone, JobResult, LegOdometry, Principal, RobotProfile, Scan, Sensor, Sources,
 };
 use proptest::prelude::*;
 use recorder::{ReadError, Recording, RecordingMeta, RecordingWriter, TopicRole};
@@ -19,7 +19,9 @@ use std::path::Path;
 use std::sync::Arc;
 use support::{START, mounting, one_of_each, open, pose, scan, write_recording};
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Pose, Quat, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{
+    ActionCallId, ClientId, CommandId, GoalId, MapId, Pose, Quat, SessionId, Span, Stamp, Twist, Vec3,
+};
 
 /// Bytes, because NaN does not equal itself.
 fn bytes(entry: &(Stamp, Input)) -> Vec<u8> {
@@ -131,7 +133,11 @@ fn any_order() -> impl Strategy<Value = CommandKind> {
         (any_uuid(), any::<bool>(), any_pose())
             .prop_map(|(map, told, at)| CommandKind::Localise { map: MapId(map), at: told.then_some(at) }),
         any_twist().prop_map(CommandKind::Teleoperate),
-        any_vec3().prop_map(CommandKind::WalkTo),
+        (any_uuid(), any_vec3()).prop_map(|(goal, point)| CommandKind::StartGoal {
+            goal: GoalId(goal),
+            kind: GoalKind::WalkTo(point)
+        }),
+        any_uuid().prop_map(|goal| CommandKind::CancelGoal(GoalId(goal))),
         Just(CommandKind::StopMotion),
     ]
 }
@@ -141,7 +147,7 @@ fn any_input() -> impl Strategy<Value = Input> {
         4 => any_sensor().prop_map(Input::Sensor),
         1 => Just(Input::Tick),
         1 => (any_uuid(), any_uuid(), any_order()).prop_map(|(id, by, order)| {
-            Input::Command(Command { id: CommandId(id), by: ClientId(by), kind: order })
+            Input::Command(Command { id: CommandId(id), by: Principal::operator(ClientId(by)), kind: order })
         }),
         1 => (any::<u64>(), any_uuid(), any::<u64>()).prop_map(|(job, map, bytes)| {
             Input::JobDone(JobDone { job, result: JobResult::MapSaved { map: MapId(map), bytes } })
@@ -149,7 +155,18 @@ fn any_input() -> impl Strategy<Value = Input> {
         1 => (any::<String>(), any::<bool>()).prop_map(|(robot, imu)| {
             let sources = Sources { imu, ..Sources::default() };
             let mounting = mounting();
-            Input::Boot(Box::new(BootRecord { robot, mounting, sources, ..BootRecord::default() }))
+            let profile = RobotProfile { name: robot, ..RobotProfile::default() };
+            Input::Boot(Box::new(BootRecord { profile, mounting, sources, ..BootRecord::default() }))
+        }),
+        1 => (any::<i64>(), any::<bool>())
+            .prop_map(|(utc_ns, synchronised)| Input::WallClock { utc_ns, synchronised }),
+        1 => any::<u64>().prop_map(|seq| Input::Committed { seq }),
+        1 => (any_uuid(), any::<Option<f32>>(), any::<String>()).prop_map(|(call, progress, text)| {
+            Input::ActionFeedback { call: ActionCallId(call), progress, text }
+        }),
+        1 => (any_uuid(), any::<String>()).prop_map(|(call, result)| Input::ActionDone {
+            call: ActionCallId(call),
+            outcome: ActionOutcome::Succeeded { result },
         }),
     ]
 }

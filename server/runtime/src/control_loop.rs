@@ -10,11 +10,13 @@ use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, select};
-use messages::{BootRecord, Command, Input, JobDone, PlaceInMap, Publication, StackEffect};
+use messages::{ActionOutcome, BootRecord, Command, Input, JobDone, PlaceInMap, Publication, StackEffect};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
+use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use vocab::{ClientId, CommandId, Span, Stamp};
 
 /// Time between ticks on the robot's clock.
@@ -23,6 +25,10 @@ const TICK: Span = Span::from_millis(50);
 const GAP_MAX: Span = Span::from_millis(2_000);
 /// After so long without an arrival, on this computer's clock, the loop ticks by itself.
 const SILENCE: Duration = Duration::from_millis(250);
+/// Time between two readings of the calendar time, on this computer's clock.
+const WALL_CLOCK_PERIOD: Duration = Duration::from_secs(1);
+/// systemd-timesyncd makes this file once the clock follows a time server. Under another time service the clock counts as not synchronised.
+const CLOCK_SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
 /// A request of a client that the control loop handles.
 pub enum ClientRequest {
@@ -76,7 +82,14 @@ impl ControlLoop {
         let Some(first) = first else {
             return;
         };
-        let mut running = Running { now: first.at, next_tick: first.at, effects: Vec::new(), parts: self };
+        let mut running = Running {
+            now: first.at,
+            next_tick: first.at,
+            wall_clock_read: None,
+            replies: VecDeque::new(),
+            effects: Vec::new(),
+            parts: self,
+        };
         let docks = std::mem::take(&mut running.parts.docks).into();
         let boot = BootRecord { last_place: running.parts.last_place, docks, ..running.parts.link.boot() };
         running.feed(Input::Boot(Box::new(boot)));
@@ -90,6 +103,10 @@ struct Running {
     /// Instant of the last input.
     now: Stamp,
     next_tick: Stamp,
+    /// When the calendar time was read last, on this computer's monotonic clock.
+    wall_clock_read: Option<Instant>,
+    /// Inputs that answer effects of the last step.
+    replies: VecDeque<Input>,
     /// Kept for its memory.
     effects: Vec<StackEffect>,
 }
@@ -99,6 +116,7 @@ impl Running {
         let silent = crossbeam_channel::never();
         let mut arrivals = &sources.arrivals;
         loop {
+            self.read_wall_clock();
             let heard = Instant::now();
             select! {
                 recv(arrivals) -> arrival => match arrival {
@@ -117,6 +135,15 @@ impl Running {
                 recv(sources.stop) -> _ => return,
                 default(SILENCE) => self.tick_until(self.now + span(heard.elapsed())),
             }
+        }
+    }
+
+    /// Gives the stack the calendar time, if that is due.
+    fn read_wall_clock(&mut self) {
+        let now = Instant::now();
+        if self.wall_clock_read.is_none_or(|read| now - read >= WALL_CLOCK_PERIOD) {
+            self.wall_clock_read = Some(now);
+            self.feed(wall_clock());
         }
     }
 
@@ -154,17 +181,25 @@ impl Running {
 
     /// Records one input, steps the stack with it, and does what the stack wants done.
     fn feed(&mut self, input: Input) {
+        self.step(input);
+        while let Some(reply) = self.replies.pop_front() {
+            self.step(reply);
+        }
+    }
+
+    fn step(&mut self, input: Input) {
         self.parts.clock.set(self.now);
         self.parts.recorder.record(self.now, &input);
         self.parts.stack.step(self.now, input, &mut self.effects);
         for effect in self.effects.drain(..) {
-            self.parts.execute(effect);
+            self.replies.extend(self.parts.execute(effect));
         }
     }
 }
 
 impl ControlLoop {
-    fn execute(&mut self, effect: StackEffect) {
+    /// Does what the stack wants done. Returns the input that answers it, if it is answered at once.
+    fn execute(&mut self, effect: StackEffect) -> Option<Input> {
         match effect {
             StackEffect::Drive(drive) => self.link.drive(drive),
             StackEffect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
@@ -175,7 +210,16 @@ impl ControlLoop {
                 self.mailbox.post(publication);
             }
             StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),
+            // There is no ledger on disk, so a commit is answered at once.
+            StackEffect::Commit { seq, events: _ } => return Some(Input::Committed { seq }),
+            // There are no action servers, so a call fails at once and has ended when it could be cancelled.
+            StackEffect::CallAction { call, action, parameters: _ } => {
+                let reason = format!("No action server offers \"{action}\".");
+                return Some(Input::ActionDone { call, outcome: ActionOutcome::Failed { reason } });
+            }
+            StackEffect::CancelAction(_) => {}
         }
+        None
     }
 }
 
@@ -189,6 +233,13 @@ fn describe_fault(fault: SimulatedFault) -> String {
         SimulatedFault::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
         SimulatedFault::End => "all is well again".to_owned(),
     }
+}
+
+/// The calendar time as the computer has it.
+fn wall_clock() -> Input {
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let utc_ns = i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX);
+    Input::WallClock { utc_ns, synchronised: Path::new(CLOCK_SYNCHRONISED).exists() }
 }
 
 fn span(duration: Duration) -> Span {

@@ -45,7 +45,8 @@ pub fn route(command: Command) -> RoutedCommand {
         Command::FinishMapping { map, name } => CommandKind::FinishMapping { map, name },
         Command::DiscardMapping => CommandKind::DiscardMapping,
         Command::Teleoperate(velocity) => CommandKind::Teleoperate(velocity),
-        Command::WalkTo(goal) => CommandKind::WalkTo(goal),
+        Command::StartGoal { goal, kind } => CommandKind::StartGoal { goal, kind: goal_kind(kind) },
+        Command::CancelGoal(goal) => CommandKind::CancelGoal(goal),
         Command::StopMotion => CommandKind::StopMotion,
         Command::AllowMotion => CommandKind::AllowMotion,
         Command::AcceptLoop { from, to } => CommandKind::AcceptLoop { from, to },
@@ -53,7 +54,6 @@ pub fn route(command: Command) -> RoutedCommand {
         Command::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
         Command::Localise { map, at } => CommandKind::Localise { map, at },
         Command::LeaveMap => CommandKind::LeaveMap,
-        Command::LookAbout => CommandKind::LookAbout,
     })
 }
 
@@ -179,6 +179,7 @@ pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
 pub fn event(publication: Publication) -> Option<Event> {
     Some(match publication {
         Publication::Motion(state) => Event::Motion(motion(state)),
+        Publication::Executive(status) => Event::Executive(executive(status)),
         Publication::Control(state) => Event::Control(api::Control { owner: state.owner, name: state.name }),
         Publication::Health(state) => Event::Health(health(state)),
         Publication::LoopDecided(decision) => {
@@ -198,6 +199,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Mapping(_)
         | Publication::Localisation(_)
         | Publication::Docks(_)
+        | Publication::Goal(_)
         | Publication::Battery(_) => return None,
     })
 }
@@ -220,6 +222,101 @@ fn quality(quality: messages::MapQuality) -> api::Quality {
         from_afar: quality.from_afar,
         deviations: quality.deviations,
         places: quality.places.into_iter().map(place).collect(),
+    }
+}
+
+fn goal_kind(kind: api::GoalKind) -> messages::GoalKind {
+    match kind {
+        api::GoalKind::WalkTo(point) => messages::GoalKind::WalkTo(point),
+        api::GoalKind::Relocalise => messages::GoalKind::Relocalise,
+    }
+}
+
+/// A goal of the robot.
+pub fn goal(update: messages::GoalUpdate) -> api::Goal {
+    api::Goal {
+        id: update.id,
+        kind: match update.kind {
+            messages::GoalKind::WalkTo(point) => api::GoalKind::WalkTo(point),
+            messages::GoalKind::Relocalise => api::GoalKind::Relocalise,
+        },
+        by: update.by.client,
+        accepted: update.accepted,
+        status: goal_status(update.status),
+    }
+}
+
+fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
+    use messages::{CancelCause, GoalAttempt, GoalFailure, GoalStatus, WaitReason};
+    match status {
+        GoalStatus::Accepted => api::GoalStatus::Accepted,
+        GoalStatus::Running(progress) => api::GoalStatus::Running(api::GoalProgress {
+            remaining_m: progress.remaining_m,
+            waits_for: progress.waits_for.map(|reason| match reason {
+                WaitReason::Sight => api::WaitReason::Sight,
+                WaitReason::FreePath => api::WaitReason::FreePath,
+                WaitReason::Place => api::WaitReason::Place,
+            }),
+        }),
+        GoalStatus::Succeeded(result) => {
+            api::GoalStatus::Succeeded { map_from_base: result.map_from_base, took: result.took }
+        }
+        GoalStatus::Failed { reason, tried } => api::GoalStatus::Failed {
+            reason: match reason {
+                GoalFailure::PathBlocked => api::GoalFailure::PathBlocked,
+                GoalFailure::PlaceNotFound => api::GoalFailure::PlaceNotFound,
+                GoalFailure::MapReplaced => api::GoalFailure::MapReplaced,
+            },
+            tried: tried
+                .into_iter()
+                .map(|attempt| match attempt {
+                    GoalAttempt::PlannedPaths(count) => api::GoalAttempt::PlannedPaths(count),
+                    GoalAttempt::WaitedForPath(span) => api::GoalAttempt::WaitedForPath(span),
+                    GoalAttempt::SearchedForPlace(span) => api::GoalAttempt::SearchedForPlace(span),
+                    GoalAttempt::ExploredPaths(count) => api::GoalAttempt::ExploredPaths(count),
+                })
+                .collect(),
+        },
+        GoalStatus::Cancelled { by, cause } => api::GoalStatus::Cancelled {
+            by: by.client,
+            cause: match cause {
+                CancelCause::Requested => api::CancelCause::Requested,
+                CancelCause::MotionStopped => api::CancelCause::MotionStopped,
+                CancelCause::DrivenByHand => api::CancelCause::DrivenByHand,
+                CancelCause::Replaced(goal) => api::CancelCause::Replaced(goal),
+            },
+        },
+    }
+}
+
+fn executive(status: messages::ExecutiveStatus) -> api::Executive {
+    use messages::{ExecutiveEvent, ExecutiveState};
+    api::Executive {
+        state: match status.state {
+            ExecutiveState::Stopped => api::ExecutiveState::Stopped,
+            ExecutiveState::ManualDriving => api::ExecutiveState::ManualDriving,
+            ExecutiveState::Recovering => api::ExecutiveState::Recovering,
+            ExecutiveState::Executing => api::ExecutiveState::Executing,
+            ExecutiveState::Idle => api::ExecutiveState::Idle,
+        },
+        since: status.since,
+        cause: match status.cause {
+            ExecutiveEvent::Started => api::ExecutiveEvent::Started,
+            ExecutiveEvent::StopRequested => api::ExecutiveEvent::StopRequested,
+            ExecutiveEvent::MotionAllowed => api::ExecutiveEvent::MotionAllowed,
+            ExecutiveEvent::VelocityCommanded => api::ExecutiveEvent::VelocityCommanded,
+            ExecutiveEvent::VelocityTimedOut => api::ExecutiveEvent::VelocityTimedOut,
+            ExecutiveEvent::LeaseLost => api::ExecutiveEvent::LeaseLost,
+            ExecutiveEvent::GoalRequested => api::ExecutiveEvent::GoalRequested,
+            ExecutiveEvent::CancelRequested => api::ExecutiveEvent::CancelRequested,
+            ExecutiveEvent::BehaviourSucceeded => api::ExecutiveEvent::BehaviourSucceeded,
+            ExecutiveEvent::BehaviourFailed => api::ExecutiveEvent::BehaviourFailed,
+            ExecutiveEvent::PlaceLost => api::ExecutiveEvent::PlaceLost,
+            ExecutiveEvent::PlaceFound => api::ExecutiveEvent::PlaceFound,
+            ExecutiveEvent::OdometryRestarted => api::ExecutiveEvent::OdometryRestarted,
+            ExecutiveEvent::MapReplaced => api::ExecutiveEvent::MapReplaced,
+        },
+        goal: status.goal,
     }
 }
 

@@ -104,9 +104,10 @@ impl Core {
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
             live_map: LiveMap::new(Arc::clone(&store)),
-            platform: PlatformProbe::new(link.boot().robot, link.site(), store.recordings()),
+            platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings()),
             battery: BatteryForecast::default(),
             place: PlaceKeeper::new(Arc::clone(&store)),
+            goals: Vec::new(),
             docks: None,
         };
         let (imports, importing) =

@@ -3,7 +3,7 @@
 use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
-use messages::{BootRecord, Command, CommandKind, Drive, ImuSample, Input, Sensor};
+use messages::{BootRecord, Command, CommandKind, Drive, ImuSample, Input, Principal, RobotProfile, Sensor};
 use ports::{Arrival, Journal, JournalError, RobotEvent, SimulatedFault};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
@@ -28,7 +28,10 @@ struct FakeLink {
 
 impl RobotLink for FakeLink {
     fn boot(&self) -> BootRecord {
-        BootRecord { robot: "Fake".to_owned(), ..BootRecord::default() }
+        BootRecord {
+            profile: RobotProfile { name: "Fake".to_owned(), ..RobotProfile::default() },
+            ..BootRecord::default()
+        }
     }
     fn arrivals(&self) -> Receiver<Arrival> {
         self.arrivals.clone()
@@ -178,7 +181,7 @@ fn every_input_is_recorded_once_in_the_order_of_the_robots_clock() {
         let (millis, input) = bench.written();
         heard.push(match input {
             Input::Boot(boot) => {
-                assert_eq!(boot.robot, "Fake");
+                assert_eq!(boot.profile.name, "Fake");
                 (millis, "boot")
             }
             Input::Tick => (millis, "tick"),
@@ -229,7 +232,10 @@ fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
         }
     };
     let kind = CommandKind::TakeControl { name: "Ada".to_owned() };
-    assert_eq!(recorded, Command { id: CommandId(Uuid::from_u128(1)), by: CLIENT, kind });
+    assert_eq!(
+        recorded,
+        Command { id: CommandId(Uuid::from_u128(1)), by: Principal::operator(CLIENT), kind }
+    );
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::imports::Imports;
 use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
-use messages::Command;
+use messages::{Command, Principal};
 use std::fs;
 use std::io::{self, BufReader, Read, Write};
 use std::net::Shutdown;
@@ -161,7 +161,9 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
             }
             GatewayMessage::Command { id, by, command } => {
                 let request = match convert::route(command) {
-                    RoutedCommand::Stack(kind) => ClientRequest::Command(Command { id, by, kind }),
+                    RoutedCommand::Stack(kind) => {
+                        ClientRequest::Command(Command { id, by: Principal::operator(by), kind })
+                    }
                     RoutedCommand::SimulatedFault(fault) => ClientRequest::InjectFault { id, by, fault },
                     RoutedCommand::Import(import) => {
                         shared.state_publisher.answer(id, by, shared.imports.begin(import).err());

@@ -98,7 +98,7 @@ impl Jobs {
             | Job::Relocalise(_)
             | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {
                 Some(work) => self.start(Work::Look { job, work }),
-                None => self.answer(job, JobResult::LoopNotVerified),
+                None => self.answer(job, JobResult::not_done()),
             },
         }
     }
@@ -110,16 +110,15 @@ impl Jobs {
 
     fn refuse(&self, work: Work) {
         match work {
-            Work::Save { job, map } => {
+            Work::Save { job, .. } => {
                 let reason = "the disk is too slow; wait a minute and save again".to_owned();
-                let result = JobResult::MapNotSaved { map: map.map, reason };
-                self.answer(job, result);
+                self.answer(job, JobResult::Failed { reason });
             }
-            Work::Load { job, map, .. } => {
+            Work::Load { job, .. } => {
                 let reason = "the disk is too slow; wait a minute and try again".to_owned();
-                self.answer(job, JobResult::MapNotLoaded { map, reason });
+                self.answer(job, JobResult::Failed { reason });
             }
-            Work::Look { job, .. } => self.answer(job, JobResult::LoopNotVerified),
+            Work::Look { job, .. } => self.answer(job, JobResult::not_done()),
             Work::KeepCloud(keyframe) => {
                 let text = format!(
                     "The disk is too slow: the cloud of keyframe {} will be missing from the saved map.",
@@ -170,7 +169,7 @@ impl Worker {
             }
             Err(error) => {
                 tracing::error!("map {} was not saved: {}", map.map, sentence(&error));
-                JobResult::MapNotSaved { map: map.map, reason: sentence(&error) }
+                JobResult::Failed { reason: sentence(&error) }
             }
         }
     }
@@ -180,7 +179,7 @@ impl Worker {
         let known = match known_map(&self.store.dir().map(map)) {
             Ok(known) => known,
             Err(error) => {
-                return self.done(job, JobResult::MapNotLoaded { map, reason: sentence(&error) });
+                return self.done(job, JobResult::Failed { reason: sentence(&error) });
             }
         };
         self.done(job, JobResult::MapLoaded(Arc::new(known)));

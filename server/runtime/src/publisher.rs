@@ -9,7 +9,7 @@ use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
-use api::{CoreMessage, Event, Graph, LoopsChanged, Quality, TilesChanged};
+use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
 use messages::{CorrectedScan, Estimate, Keyframe, PlaceInMap, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -32,6 +32,8 @@ pub struct PublisherWorker {
     pub platform: PlatformProbe,
     pub battery: BatteryForecast,
     pub place: PlaceKeeper,
+    /// The newest goals, the newest first.
+    pub goals: Vec<Goal>,
     /// As they were told last; the first time, as they are on the disk.
     pub docks: Option<Arc<[PlaceInMap]>>,
 }
@@ -96,6 +98,13 @@ impl PublisherWorker {
                 }
                 self.state_publisher.publish(Event::Docks(convert::docks(&docks)));
                 self.docks = Some(docks);
+            }
+            Publication::Goal(update) => {
+                let goal = convert::goal(update);
+                self.goals.retain(|known| known.id != goal.id);
+                self.goals.insert(0, goal);
+                self.goals.truncate(MAX_GOALS);
+                self.state_publisher.publish(Event::Goals(self.goals.clone()));
             }
             Publication::Battery(state) => {
                 self.state_publisher.publish(Event::Battery(self.battery.look(&state)))

@@ -1,7 +1,8 @@
 //! What clients may ask.
 
+use crate::GoalKind;
 use serde::{Deserialize, Serialize};
-use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
+use vocab::{GoalId, KeyframeId, MapId, Pose, SessionId, Span, Twist, UploadId, Vec3};
 
 /// A command from a person or program at a client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,8 +34,15 @@ pub enum Command {
     DiscardMapping,
     /// Move with this velocity of the base; repeat at 10 Hz, the robot stops 0.5 s after the last.
     Teleoperate(Twist),
-    /// Walk to this point of the map (metres), round obstacles.
-    WalkTo(Vec3),
+    /// Begin a goal. It takes the place of the one that runs. Repeating the id of a known goal does nothing.
+    StartGoal {
+        /// Made by the client.
+        goal: GoalId,
+        /// What is to be reached.
+        kind: GoalKind,
+    },
+    /// End this goal, if it runs.
+    CancelGoal(GoalId),
     /// Stop motion now. Needs no lease.
     StopMotion,
     /// Allow motion again.
@@ -71,8 +79,6 @@ pub enum Command {
     },
     /// Be in no map any more.
     LeaveMap,
-    /// Walk about a little, to find the place in the saved map.
-    LookAbout,
     /// Let something go wrong with a simulated robot. Needs no lease.
     InjectFault(SimulatedFault),
     /// Make a map of a point cloud that was uploaded. Needs no lease.

@@ -1,6 +1,6 @@
 //! What the server tells clients. Every event replaces the last of its kind unless it says otherwise.
 
-use crate::{CommandOutcome, LoopsChanged, MapSummary, TileEntry};
+use crate::{CommandOutcome, Executive, Goal, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
 use vocab::{
     ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
@@ -23,6 +23,10 @@ pub enum Event {
     Localisation(Localisation),
     /// State of motion.
     Motion(Motion),
+    /// State of the executive.
+    Executive(Executive),
+    /// The newest goals with their outcomes, the newest first, [`crate::MAX_GOALS`] at most.
+    Goals(Vec<Goal>),
     /// Who controls.
     Control(Control),
     /// Sensors and odometry.

@@ -1,12 +1,12 @@
 //! What enters the stack.
 
 use crate::{
-    ComparedRevisit, DisambiguationPlan, MapSearchResult, PriorMap, RelocalisationResponse, Sensor,
-    VerifiedLoop,
+    ComparedRevisit, DisambiguationPlan, GoalKind, MapSearchResult, PriorMap, RelocalisationResponse,
+    RobotProfile, Sensor, VerifiedLoop,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist};
 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,13 +21,87 @@ pub enum Input {
     Command(Command),
     /// A job started by the stack has finished.
     JobDone(JobDone),
+    /// The calendar time, once a second. Time-outs use the step's `at` only.
+    WallClock {
+        /// Nanoseconds since 1970-01-01 UTC.
+        utc_ns: i64,
+        /// Whether the computer's clock is known to follow a time server. Schedules wait while it is not.
+        synchronised: bool,
+    },
+    /// What [`crate::StackEffect::Commit`] asked for is durable.
+    Committed {
+        /// Number of the commit.
+        seq: u64,
+    },
+    /// An action that the stack called says how far it is.
+    ActionFeedback {
+        /// Which call.
+        call: ActionCallId,
+        /// How far, 0 to 1, if it knows.
+        progress: Option<f32>,
+        /// What it does now, for people.
+        text: String,
+    },
+    /// An action that the stack called has ended.
+    ActionDone {
+        /// Which call.
+        call: ActionCallId,
+        /// How it ended.
+        outcome: ActionOutcome,
+    },
+}
+
+/// How an action ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ActionOutcome {
+    /// It was done.
+    Succeeded {
+        /// Its result as JSON, as the action's result schema has it.
+        result: String,
+    },
+    /// It could not be done.
+    Failed {
+        /// One sentence for people.
+        reason: String,
+    },
+    /// It was cancelled before it was done.
+    Cancelled,
+}
+
+/// Who asks. Every command carries it, so that an audit log can be made from a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Principal {
+    /// Browser tab or program; it holds the control lease.
+    pub client: ClientId,
+    /// Account that signed in; none where the gateway asks nobody to.
+    pub account: Option<String>,
+    /// What it may do.
+    pub role: Role,
+}
+
+impl Principal {
+    /// An operator at a client where nobody has to sign in.
+    pub fn operator(client: ClientId) -> Self {
+        Self { client, account: None, role: Role::Operator }
+    }
+}
+
+/// What somebody may do. A later one may do everything that the earlier ones may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Role {
+    /// Watch, and stop motion.
+    Viewer,
+    /// Command the robot.
+    Operator,
+    /// Change the platform.
+    Admin,
 }
 
 /// Everything the stack knows before the first sensor speaks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BootRecord {
-    /// Name of the robot, for people.
-    pub robot: String,
+    /// Body and limits of the robot.
+    pub profile: RobotProfile,
     /// Where sensors sit on the base; `None` where the recording does not say (then assumed at the base).
     pub mounting: Mounting,
     /// Which sources odometry may use.
@@ -60,7 +134,7 @@ pub struct Mounting {
     pub base_from_imu: Option<Pose>,
     /// Frame of the external odometry in the base.
     pub base_from_external: Option<Pose>,
-    /// Height of the base over the ground when standing, metres.
+    /// Height of the base over the ground when standing, metres, where the recording says it. Then it replaces the profile's.
     pub standing_height: Option<f64>,
 }
 
@@ -80,13 +154,13 @@ impl Default for Sources {
     }
 }
 
-/// A command with its maker. Repeating an id does nothing.
+/// A command with whoever gives it. Repeating an id does nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Command {
     /// Made by the client.
     pub id: CommandId,
     /// Who asks.
-    pub by: ClientId,
+    pub by: Principal,
     /// What is asked.
     pub kind: CommandKind,
 }
@@ -114,8 +188,15 @@ pub enum CommandKind {
     DiscardMapping,
     /// Move with this velocity of the base; stops by itself 0.5 s after the last one.
     Teleoperate(Twist),
-    /// Walk to a point in the map frame (metres), round obstacles seen on the way.
-    WalkTo(Vec3),
+    /// Begin a goal. It takes the place of the one that runs. Repeating the id of a known goal does nothing.
+    StartGoal {
+        /// Made by the client.
+        goal: GoalId,
+        /// What is to be reached.
+        kind: GoalKind,
+    },
+    /// End this goal, if it runs.
+    CancelGoal(GoalId),
     /// Stop motion now and stay stopped until [`CommandKind::AllowMotion`].
     StopMotion,
     /// Allow motion again after [`CommandKind::StopMotion`].
@@ -159,8 +240,6 @@ pub enum CommandKind {
     },
     /// Be in no map any more.
     LeaveMap,
-    /// Walk about a little, to find the place in the saved map.
-    LookAbout,
 }
 
 /// The result of a job, with its number.
@@ -170,6 +249,13 @@ pub struct JobDone {
     pub job: u64,
     /// What came out.
     pub result: JobResult,
+}
+
+impl JobResult {
+    /// Of a job for which there was no time, or whose input is not wanted any more.
+    pub fn not_done() -> Self {
+        Self::Failed { reason: "there was no time for it".to_owned() }
+    }
 }
 
 /// What came out of a job.
@@ -186,28 +272,17 @@ pub enum JobResult {
     LoopVerified(Box<VerifiedLoop>),
     /// A visit was compared with an old keyframe.
     RevisitCompared(Box<ComparedRevisit>),
-    /// There was no time to look at the pair of keyframes, at the visit, or for the robot's place.
-    LoopNotVerified,
-    /// The map could not be saved; the sentence says why and what to do.
-    MapNotSaved {
-        /// Which version.
-        map: MapId,
-        /// One clear sentence.
-        reason: String,
-    },
     /// A saved map was read.
     MapLoaded(Arc<PriorMap>),
-    /// It could not be read; the sentence says why and what to do.
-    MapNotLoaded {
-        /// Which version.
-        map: MapId,
-        /// One clear sentence.
-        reason: String,
-    },
     /// The robot's place was looked for in a saved map.
     MapSearched(MapSearchResult),
     /// Where the robot may stand in a saved map.
     Relocalised(Box<RelocalisationResponse>),
     /// Which way to walk to tell places apart.
     DisambiguationPlanned(DisambiguationPlan),
+    /// The job was not done, or not to its end.
+    Failed {
+        /// Why, and what to do: the rest of a sentence that begins with what was wanted, without a full stop.
+        reason: String,
+    },
 }

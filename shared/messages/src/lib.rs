@@ -3,14 +3,18 @@
 //! Everything that may influence the stack is an [`Input`]; everything it does is an [`StackEffect`]. Both are plain
 //! data, so a log of inputs replays the stack bit for bit. Metres, radians, seconds and SI throughout.
 
+mod goals;
 mod inputs;
 mod loops;
 mod outputs;
 mod prior_map;
+mod profile;
 mod sensors;
 
+pub use goals::*;
 pub use inputs::*;
 pub use loops::*;
 pub use outputs::*;
 pub use prior_map::*;
+pub use profile::*;
 pub use sensors::*;

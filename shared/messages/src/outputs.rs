@@ -1,12 +1,15 @@
 //! What leaves the stack.
 
 use crate::{
-    BatteryState, DisambiguationTask, LoopDecision, LoopTask, MapSearchTask, PlaceInMap, Reanchored,
-    RelocalisationTask, RevisitTask,
+    BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, LoopDecision, LoopTask, MapSearchTask,
+    PlaceInMap, Reanchored, RelocalisationTask, RevisitTask,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, Vec3};
+use vocab::{
+    ActionCallId, ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist,
+    Vec3,
+};
 
 /// What the shell has to do after a step, in this order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +25,24 @@ pub enum StackEffect {
     },
     /// Tell whoever listens.
     Publish(Publication),
+    /// Make these durable, in this order, then answer with `Input::Committed`. What follows from them is done after the answer.
+    Commit {
+        /// Number of the commit, counted up from 0.
+        seq: u64,
+        /// What is to be durable.
+        events: Vec<LedgerEvent>,
+    },
+    /// Call an action. Feedback and result come as `Input::ActionFeedback` and `Input::ActionDone`.
+    CallAction {
+        /// Names the call.
+        call: ActionCallId,
+        /// Registered name of the action.
+        action: String,
+        /// Parameters as JSON, as the action's schema has it.
+        parameters: String,
+    },
+    /// Cancel a call. It still ends with `Input::ActionDone`.
+    CancelAction(ActionCallId),
     /// Answer a command, to its maker only.
     Answer {
         /// Which command.
@@ -31,6 +52,13 @@ pub enum StackEffect {
         /// `None` when it was accepted; else one sentence: why not and what to do.
         refused: Option<String>,
     },
+}
+
+/// An event that must be durable before the stack acts on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum LedgerEvent {
+    /// A goal was accepted or has ended.
+    Goal(GoalUpdate),
 }
 
 /// A velocity command to the robot.
@@ -101,6 +129,10 @@ pub enum Publication {
     Docks(Arc<[PlaceInMap]>),
     /// State of motion.
     Motion(MotionState),
+    /// A goal was accepted, has got on, or has ended.
+    Goal(GoalUpdate),
+    /// State of the executive.
+    Executive(ExecutiveStatus),
     /// Who controls.
     Control(ControlState),
     /// State of sensors and odometry; at 1 Hz and on change.

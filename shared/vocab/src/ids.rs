@@ -45,6 +45,14 @@ uuid_id! {
     /// A command, named by the client that makes it, so that sending it twice does it once.
     CommandId
 }
+uuid_id! {
+    /// A goal of the robot, named by whoever asks for it, so that asking twice starts it once.
+    GoalId
+}
+uuid_id! {
+    /// One call of an action, named by the stack.
+    ActionCallId
+}
 
 /// A keyframe of one map or mapping session: counts from zero in the order of creation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -7,6 +7,6 @@ mod ids;
 mod pose;
 mod time;
 
-pub use ids::{ClientId, CommandId, KeyframeId, MapId, SessionId, UploadId};
+pub use ids::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, SessionId, UploadId};
 pub use pose::{Aabb, Covariance6, Pose, Quat, Twist, Vec3};
 pub use time::{Span, Stamp};

@@ -1,7 +1,7 @@
 //! Ids that the client makes.
 
 use uuid::Uuid;
-use vocab::{CommandId, MapId, SessionId};
+use vocab::{CommandId, GoalId, MapId, SessionId};
 
 /// A source of ids that differ from all others in the world, if its seed does.
 #[derive(Clone, Debug)]
@@ -23,6 +23,11 @@ impl Ids {
     /// For a command.
     pub fn command(&mut self) -> CommandId {
         CommandId(self.draw())
+    }
+
+    /// For a goal.
+    pub fn goal(&mut self) -> GoalId {
+        GoalId(self.draw())
     }
 
     /// For a mapping session.

@@ -40,6 +40,10 @@ pub struct Robot {
     pub health: Option<Aged<Health>>,
     /// How it moves.
     pub motion: Option<Aged<Motion>>,
+    /// What moves it.
+    pub executive: Option<Aged<api::Executive>>,
+    /// Its newest goals with their outcomes, the newest first.
+    pub goals: Vec<api::Goal>,
     /// The last live scan, without its points: stamp and points.
     pub scan: Option<Aged<Stamp>>,
 }

@@ -1,7 +1,7 @@
 //! Commands that the server has not answered yet.
 
 use crate::ClientTime;
-use api::Command;
+use api::{Command, GoalKind};
 use vocab::CommandId;
 
 /// One unanswered command.
@@ -38,7 +38,9 @@ impl PendingCommand {
             Command::FinishMapping { .. } => "Saving the map",
             Command::DiscardMapping => "Discarding the map",
             Command::Teleoperate(_) => "Driving",
-            Command::WalkTo(_) => "Walking there",
+            Command::StartGoal { kind: GoalKind::WalkTo(_), .. } => "Walking there",
+            Command::StartGoal { kind: GoalKind::Relocalise, .. } => "Looking about",
+            Command::CancelGoal(_) => "Cancelling the goal",
             Command::StopMotion => "Stop motion",
             Command::AllowMotion => "Allowing motion",
             Command::AcceptLoop { .. } => "Accepting the loop",
@@ -49,7 +51,6 @@ impl PendingCommand {
             Command::AlignMap { .. } => "Laying the map",
             Command::CancelImport(_) => "Ending the import",
             Command::InjectFault(_) => "The simulated trouble",
-            Command::LookAbout => "Looking about",
             Command::LeaveMap => "Leaving the map",
         }
     }

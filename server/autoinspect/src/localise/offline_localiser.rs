@@ -5,7 +5,7 @@ use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
     BootRecord, Command, CommandKind, CorrectedScan, Input, Job, JobDone, JobResult, LocalisationState,
-    PriorMap, Publication, Sensor, Severity, StackEffect,
+    Principal, PriorMap, Publication, Sensor, Severity, StackEffect,
 };
 use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
@@ -110,7 +110,7 @@ impl<'a> OfflineLocaliser<'a> {
         ];
         for (number, order) in (1..).zip(orders) {
             let id = CommandId(Uuid::from_u128(number));
-            self.feed(at, Input::Command(Command { id, by, kind: order }));
+            self.feed(at, Input::Command(Command { id, by: Principal::operator(by), kind: order }));
         }
     }
 
@@ -122,7 +122,7 @@ impl<'a> OfflineLocaliser<'a> {
             let result = if reads {
                 JobResult::MapLoaded(Arc::clone(&self.known))
             } else {
-                self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run)
+                self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run)
             };
             self.walked.search_time += thread_cpu_time() - start;
             self.step(at, Input::JobDone(JobDone { job, result }));

@@ -7,8 +7,8 @@ use crate::output;
 use crate::process::thread_cpu_time;
 use lockstep::Digest;
 use messages::{
-    BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobDone, JobResult, Publication, Sensor,
-    Severity, StackEffect,
+    BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobDone, JobResult, Principal, Publication,
+    Sensor, Severity, StackEffect,
 };
 use ports::Journal;
 use stack::{ComputeJob, Stack};
@@ -181,7 +181,7 @@ impl OfflineMapper {
             (2, CommandKind::FinishMapping { map, name }),
         ] {
             let id = CommandId(Uuid::from_u128(number));
-            self.feed(now, Input::Command(Command { id, by, kind: order }))?;
+            self.feed(now, Input::Command(Command { id, by: Principal::operator(by), kind: order }))?;
         }
         Ok(())
     }
@@ -192,7 +192,7 @@ impl OfflineMapper {
         self.step(at, input)?;
         while let Some(job) = self.jobs.pop_front() {
             let start = thread_cpu_time();
-            let result = self.stack.take_compute_job(job).map_or(JobResult::LoopNotVerified, ComputeJob::run);
+            let result = self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
             self.mapped.loop_time += thread_cpu_time() - start;
             self.step(at, Input::JobDone(JobDone { job, result }))?;
         }
@@ -249,7 +249,12 @@ impl OfflineMapper {
                 }
                 self.mapped.notices.push(notice.text);
             }
-            StackEffect::Drive(_) | StackEffect::Answer { refused: None, .. } | StackEffect::Publish(_) => {}
+            StackEffect::Drive(_)
+            | StackEffect::Answer { refused: None, .. }
+            | StackEffect::Publish(_)
+            | StackEffect::Commit { .. }
+            | StackEffect::CallAction { .. }
+            | StackEffect::CancelAction(_) => {}
         }
         Ok(())
     }

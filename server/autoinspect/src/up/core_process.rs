@@ -67,7 +67,7 @@ fn recording(
     let recordings = store.recordings();
     let path = recordings.path(now);
     let boot = link.boot();
-    let meta = RecordingMeta { robot: boot.robot, origin: origin.to_owned() };
+    let meta = RecordingMeta { robot: boot.profile.name, origin: origin.to_owned() };
     let writer = RecordingWriter::create(&path, &meta, &boot.mounting).map_err(Failure::failed)?;
     Ok(RecordingTarget { journal: Box::new(McapJournal(writer)), path, recordings })
 }

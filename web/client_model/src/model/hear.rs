@@ -95,6 +95,8 @@ impl Model {
                 }
                 self.robot.motion = Some(Aged { value, arrived });
             }
+            api::Event::Executive(value) => self.robot.executive = Some(Aged { value, arrived }),
+            api::Event::Goals(goals) => self.robot.goals = goals,
             api::Event::Control(control) => self.control = control,
             api::Event::Health(value) => self.robot.health = Some(Aged { value, arrived }),
             api::Event::Battery(value) => self.robot.battery = Some(Aged { value, arrived }),

@@ -4,7 +4,7 @@ use super::Model;
 use crate::history::Step;
 use crate::pending::PendingCommand;
 use crate::{CameraMove, Changed, ClientCommand, ClientEffect, LinkState, Socket, ViewSettings};
-use api::{Command, Severity};
+use api::{Command, GoalKind, Severity};
 use vocab::{CommandId, Pose, Twist};
 
 impl Model {
@@ -42,7 +42,10 @@ impl Model {
             ClientCommand::CancelAlignment => self.align = None,
             ClientCommand::CancelImport => self.cancel_import(effects),
             ClientCommand::InjectFault(mishap) => self.order(Command::InjectFault(mishap), effects),
-            ClientCommand::Relocalise => self.order_in_control(Command::LookAbout, effects),
+            ClientCommand::Relocalise => {
+                let goal = self.ids.goal();
+                self.order_in_control(Command::StartGoal { goal, kind: GoalKind::Relocalise }, effects);
+            }
             ClientCommand::LeaveMap => self.order_in_control(Command::LeaveMap, effects),
             ClientCommand::FinishMapping { name } => {
                 let map = self.ids.map();
@@ -63,7 +66,8 @@ impl Model {
             }
             ClientCommand::WalkTo(goal) => {
                 self.walk_armed = false;
-                self.order_in_control(Command::WalkTo(goal), effects);
+                let id = self.ids.goal();
+                self.order_in_control(Command::StartGoal { goal: id, kind: GoalKind::WalkTo(goal) }, effects);
             }
             // A velocity by hand ends a walk; none means: stand.
             ClientCommand::CancelWalk => {

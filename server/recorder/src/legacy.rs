@@ -1,0 +1,216 @@
+//! Journals of earlier programs: version 3 of `messages::Input`, as programs up to November 2026 wrote it.
+//!
+//! Frozen copies of what has changed since, each with its way into the present. Types that have not changed are shared with
+//! `messages`. Whoever changes the layout of one of those copies it to this file first; a recording in `tests/fixtures` keeps watch.
+
+use messages::{
+    BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input, JobDone,
+    JobResult, MapSearchResult, Mounting, PlaceInMap, Principal, PriorMap, RelocalisationResponse,
+    RobotProfile, Sensor, Sources, VerifiedLoop,
+};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use vocab::{ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+
+/// Name of the schema of version 3.
+pub(crate) const INPUT_SCHEMA_V3: &str = "autoinspect.Input.v3";
+
+/// `messages::Input`, version 3.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum InputV3 {
+    Boot(Box<BootRecordV3>),
+    Tick,
+    Sensor(Sensor),
+    Command(CommandV3),
+    JobDone(JobDoneV3),
+}
+
+/// `messages::BootRecord`, version 3: without a robot profile.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct BootRecordV3 {
+    robot: String,
+    mounting: Mounting,
+    sources: Sources,
+    start_mapping: Option<SessionId>,
+    leave_loops_open: bool,
+    last_place: Option<PlaceInMap>,
+    docks: Arc<[PlaceInMap]>,
+}
+
+/// `messages::Command`, version 3: by a client without a role.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct CommandV3 {
+    id: CommandId,
+    by: ClientId,
+    order: OrderV3,
+}
+
+/// `messages::CommandKind`, version 3: walks and looking about were commands without an identity.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum OrderV3 {
+    TakeControl { name: String },
+    ReleaseControl,
+    StartMapping(SessionId),
+    FinishMapping { map: MapId, name: String },
+    DiscardMapping,
+    Teleoperate(Twist),
+    WalkTo(Vec3),
+    StopMotion,
+    AllowMotion,
+    AcceptLoop { from: KeyframeId, to: KeyframeId },
+    RejectLoop { from: KeyframeId, to: KeyframeId },
+    ProposeLoop { from: KeyframeId, to: KeyframeId, guess: Pose },
+    ExtendMap { session: SessionId, map: MapId },
+    Localise { map: MapId, at: Option<Pose> },
+    LeaveMap,
+    LookAbout,
+}
+
+/// `messages::JobDone`, version 3.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct JobDoneV3 {
+    job: u64,
+    result: JobResultV3,
+}
+
+/// `messages::JobResult`, version 3: three kinds of failure.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum JobResultV3 {
+    MapSaved { map: MapId, bytes: u64 },
+    LoopVerified(Box<VerifiedLoop>),
+    VisitCompared(Box<ComparedRevisit>),
+    LoopNotVerified,
+    MapNotSaved { map: MapId, reason: String },
+    MapLoaded(Arc<PriorMap>),
+    MapNotLoaded { map: MapId, reason: String },
+    PlaceSought(MapSearchResult),
+    Relocalised(Box<RelocalisationResponse>),
+    ToldApart(DisambiguationPlan),
+}
+
+impl From<InputV3> for Input {
+    fn from(input: InputV3) -> Self {
+        match input {
+            InputV3::Boot(record) => Self::Boot(Box::new((*record).into())),
+            InputV3::Tick => Self::Tick,
+            InputV3::Sensor(sensor) => Self::Sensor(sensor),
+            InputV3::Command(command) => Self::Command(command.into()),
+            InputV3::JobDone(done) => Self::JobDone(JobDone { job: done.job, result: done.result.into() }),
+        }
+    }
+}
+
+impl From<BootRecordV3> for BootRecord {
+    /// The profile's default is what was compiled in then.
+    fn from(record: BootRecordV3) -> Self {
+        Self {
+            profile: RobotProfile { name: record.robot, ..RobotProfile::default() },
+            mounting: record.mounting,
+            sources: record.sources,
+            start_mapping: record.start_mapping,
+            leave_loops_open: record.leave_loops_open,
+            last_place: record.last_place,
+            docks: record.docks,
+        }
+    }
+}
+
+impl From<CommandV3> for Command {
+    fn from(command: CommandV3) -> Self {
+        // A goal needs an identity of its own; the command's is as good.
+        let goal = GoalId(command.id.0);
+        let kind = match command.order {
+            OrderV3::TakeControl { name } => CommandKind::TakeControl { name },
+            OrderV3::ReleaseControl => CommandKind::ReleaseControl,
+            OrderV3::StartMapping(session) => CommandKind::StartMapping(session),
+            OrderV3::FinishMapping { map, name } => CommandKind::FinishMapping { map, name },
+            OrderV3::DiscardMapping => CommandKind::DiscardMapping,
+            OrderV3::Teleoperate(velocity) => CommandKind::Teleoperate(velocity),
+            OrderV3::WalkTo(point) => CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) },
+            OrderV3::StopMotion => CommandKind::StopMotion,
+            OrderV3::AllowMotion => CommandKind::AllowMotion,
+            OrderV3::AcceptLoop { from, to } => CommandKind::AcceptLoop { from, to },
+            OrderV3::RejectLoop { from, to } => CommandKind::RejectLoop { from, to },
+            OrderV3::ProposeLoop { from, to, guess } => CommandKind::ProposeLoop { from, to, guess },
+            OrderV3::ExtendMap { session, map } => CommandKind::ExtendMap { session, map },
+            OrderV3::Localise { map, at } => CommandKind::Localise { map, at },
+            OrderV3::LeaveMap => CommandKind::LeaveMap,
+            OrderV3::LookAbout => CommandKind::StartGoal { goal, kind: GoalKind::Relocalise },
+        };
+        Self { id: command.id, by: Principal::operator(command.by), kind }
+    }
+}
+
+impl From<JobResultV3> for JobResult {
+    fn from(result: JobResultV3) -> Self {
+        match result {
+            JobResultV3::MapSaved { map, bytes } => Self::MapSaved { map, bytes },
+            JobResultV3::LoopVerified(found) => Self::LoopVerified(found),
+            JobResultV3::VisitCompared(found) => Self::RevisitCompared(found),
+            JobResultV3::LoopNotVerified => Self::not_done(),
+            JobResultV3::MapNotSaved { reason, .. } | JobResultV3::MapNotLoaded { reason, .. } => {
+                Self::Failed { reason }
+            }
+            JobResultV3::MapLoaded(map) => Self::MapLoaded(map),
+            JobResultV3::PlaceSought(found) => Self::MapSearched(found),
+            JobResultV3::Relocalised(found) => Self::Relocalised(found),
+            JobResultV3::ToldApart(plan) => Self::DisambiguationPlanned(plan),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::DisambiguationTask;
+    use uuid::Uuid;
+
+    /// Encodes as the program of November 2026 did and decodes into the present.
+    fn read(input: &InputV3) -> Input {
+        let bytes = postcard::to_stdvec(input).unwrap_or_default();
+        match postcard::from_bytes::<InputV3>(&bytes) {
+            Ok(input) => input.into(),
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    #[test]
+    fn the_layout_of_version_3_is_frozen() {
+        let order = OrderV3::WalkTo(Vec3::new(1.0, 0.0, 0.0));
+        let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
+        let bytes = postcard::to_stdvec(&InputV3::Command(CommandV3 { id, by, order })).unwrap_or_default();
+        // Variant 3, two ids of 16 bytes behind their length, variant 6, three numbers.
+        assert_eq!((bytes[0], bytes[1], bytes[17], bytes[18], bytes[34], bytes[35]), (3, 16, 7, 16, 8, 6));
+        assert_eq!(bytes.len(), 1 + 17 + 17 + 1 + 24);
+        let looked = InputV3::Command(CommandV3 { id, by, order: OrderV3::LookAbout });
+        assert_eq!(postcard::to_stdvec(&looked).unwrap_or_default().last(), Some(&15));
+        let task = DisambiguationTask { map: MapId(Uuid::from_u128(3)), number: 0 };
+        let apart = JobResultV3::ToldApart(DisambiguationPlan { task, path: Vec::new() });
+        assert_eq!(postcard::to_stdvec(&apart).unwrap_or_default().first(), Some(&9));
+    }
+
+    #[test]
+    fn walks_become_goals_and_failures_one() {
+        let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
+        let point = Vec3::new(1.0, 2.0, 3.0);
+        let walk = InputV3::Command(CommandV3 { id, by, order: OrderV3::WalkTo(point) });
+        let goal = GoalId(Uuid::from_u128(7));
+        let kind = CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) };
+        assert_eq!(read(&walk), Input::Command(Command { id, by: Principal::operator(by), kind }));
+        let result = JobResultV3::MapNotSaved { map: MapId(Uuid::from_u128(3)), reason: "why".to_owned() };
+        let failed = JobResult::Failed { reason: "why".to_owned() };
+        let done = Input::JobDone(JobDone { job: 4, result: failed });
+        assert_eq!(read(&InputV3::JobDone(JobDoneV3 { job: 4, result })), done);
+        let boot = BootRecordV3 {
+            robot: "Rex".to_owned(),
+            mounting: Mounting::default(),
+            sources: Sources::default(),
+            start_mapping: None,
+            leave_loops_open: true,
+            last_place: None,
+            docks: Arc::default(),
+        };
+        let Input::Boot(record) = read(&InputV3::Boot(Box::new(boot))) else { panic!("no boot record") };
+        assert_eq!((record.profile.name.as_str(), record.leave_loops_open), ("Rex", true));
+    }
+}
