@@ -1,37 +1,91 @@
-//! Scans as they are tracked: some thousands of points, spread evenly.
+//! Downsampling of scans for the pose tracker, to about the same number of points whatever the site.
 
 use points::{Centroid, Downsampler};
 
-/// Points wanted.
-const WANTED: usize = 3_000;
-/// Edge of the voxels at first, and its bounds, metres.
-const FIRST: f32 = 0.3;
-const BOUNDS: (f32, f32) = (0.05, 2.0);
-/// How far the edge follows the number of points: halving it quadruples them, less where they are sparse.
-const FOLLOWS: f32 = 0.3;
+/// Parameters of [`AdaptiveVoxelFilter`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdaptiveVoxelFilterConfig {
+    /// Points that a filtered scan should have.
+    pub target_points: usize,
+    /// Edge of the voxels for the first scan, metres.
+    pub initial_voxel_m: f32,
+    /// Smallest edge, metres.
+    pub min_voxel_m: f32,
+    /// Largest edge, metres.
+    pub max_voxel_m: f32,
+    /// The edge is multiplied by the ratio of found to wanted points, to this power. On a surface, half the edge gives four times the points,
+    /// which would be 0.5; sparse scans give fewer, so that 0.5 would overshoot.
+    pub exponent: f32,
+}
 
-/// Thins scan after scan to about as many points.
+impl Default for AdaptiveVoxelFilterConfig {
+    fn default() -> Self {
+        Self {
+            target_points: 3_000,
+            initial_voxel_m: 0.3,
+            min_voxel_m: 0.05,
+            max_voxel_m: 2.0,
+            exponent: 0.3,
+        }
+    }
+}
+
+/// A voxel filter that adapts its voxels from scan to scan (Cartographer's adaptive voxel filter, without its search within one scan).
 #[derive(Debug)]
 pub struct AdaptiveVoxelFilter {
+    config: AdaptiveVoxelFilterConfig,
     downsampler: Downsampler,
     centroids: Vec<Centroid>,
-    voxel: f32,
+    voxel_m: f32,
 }
 
 impl Default for AdaptiveVoxelFilter {
     fn default() -> Self {
-        Self { downsampler: Downsampler::default(), centroids: Vec::new(), voxel: FIRST }
+        Self::new(AdaptiveVoxelFilterConfig::default())
     }
 }
 
 impl AdaptiveVoxelFilter {
-    /// Means of voxels, which are larger or smaller the next time. Linear in the points.
-    pub fn thin(&mut self, xyz: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    /// A filter that has seen no scan.
+    pub fn new(config: AdaptiveVoxelFilterConfig) -> Self {
+        let voxel_m = config.initial_voxel_m;
+        Self { config, downsampler: Downsampler::default(), centroids: Vec::new(), voxel_m }
+    }
+
+    /// The mean of the points in each voxel, metres. Changes the size of the voxels for the next scan. Linear in the points.
+    pub fn filter(&mut self, xyz: &[[f32; 3]]) -> Vec<[f32; 3]> {
         self.centroids.clear();
-        self.downsampler.downsample(xyz, &[], self.voxel, &mut self.centroids);
-        let thinned: Vec<[f32; 3]> = self.centroids.iter().map(|centroid| centroid.xyz).collect();
-        let ratio = thinned.len().max(1) as f32 / WANTED as f32;
-        self.voxel = (self.voxel * ratio.powf(FOLLOWS)).clamp(BOUNDS.0, BOUNDS.1);
-        thinned
+        self.downsampler.downsample(xyz, &[], self.voxel_m, &mut self.centroids);
+        let filtered: Vec<[f32; 3]> = self.centroids.iter().map(|centroid| centroid.xyz).collect();
+        let ratio = filtered.len().max(1) as f32 / self.config.target_points as f32;
+        let voxel_m = self.voxel_m * ratio.powf(self.config.exponent);
+        self.voxel_m = voxel_m.clamp(self.config.min_voxel_m, self.config.max_voxel_m);
+        filtered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geometry::RngTree;
+
+    #[test]
+    fn the_number_of_points_approaches_the_target() {
+        let mut rng = RngTree::new(1).child("floor").rng();
+        let floor: Vec<[f32; 3]> = (0..60_000)
+            .map(|_| [rng.range(-30.0, 30.0) as f32, rng.range(-30.0, 30.0) as f32, 0.0])
+            .collect();
+        let mut filter = AdaptiveVoxelFilter::default();
+        let counts: Vec<usize> = (0..12).map(|_| filter.filter(&floor).len()).collect();
+        assert!(counts[0] > 6_000 && counts[11].abs_diff(3_000) < 200, "{counts:?}");
+    }
+
+    #[test]
+    fn the_voxels_stay_within_their_bounds() {
+        let mut filter = AdaptiveVoxelFilter::default();
+        for _ in 0..20 {
+            assert_eq!(filter.filter(&[[1.0, 2.0, 3.0]]).len(), 1);
+        }
+        assert_eq!(filter.voxel_m, AdaptiveVoxelFilterConfig::default().min_voxel_m);
     }
 }

@@ -1,64 +1,67 @@
-//! A picture of cells that are there or not, 64 to a word, and sums of such words, 64 at a time.
+//! Bitmaps of grid cells and counters that add 64 cells at once: the inner loop of the correlative matcher.
 
-/// Cells of a plane, some of them set. Words run along y.
+/// A bitmap of the cells of a plane. One word holds 64 cells that follow each other along y.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BitGrid {
-    /// Of the first cell.
-    corner: [i64; 2],
+    /// Cell of the first bit.
+    origin: [i64; 2],
     columns: usize,
-    /// Words of each column.
-    height: usize,
+    words_per_column: usize,
     words: Vec<u64>,
 }
 
 impl BitGrid {
-    /// Of these cells. One bit for each cell of the box about them.
-    pub fn of(cells: &[[i64; 2]]) -> Self {
+    /// A bitmap in which these cells are set. It takes one bit for each cell of their bounding box.
+    pub fn from_cells(cells: &[[i64; 2]]) -> Self {
         let Some(first) = cells.first() else { return Self::default() };
-        let (least, most) = cells.iter().fold((*first, *first), |(least, most), at| {
-            ([least[0].min(at[0]), least[1].min(at[1])], [most[0].max(at[0]), most[1].max(at[1])])
+        let (min, max) = cells.iter().fold((*first, *first), |(min, max), cell| {
+            ([min[0].min(cell[0]), min[1].min(cell[1])], [max[0].max(cell[0]), max[1].max(cell[1])])
         });
-        let columns = (most[0] - least[0] + 1) as usize;
-        let height = (most[1] - least[1] + 1) as usize / 64 + 1;
-        let mut bits = Self { corner: least, columns, height, words: vec![0; columns * height] };
-        for at in cells {
-            let (column, row) = ((at[0] - least[0]) as usize, (at[1] - least[1]) as usize);
-            bits.words[column * height + row / 64] |= 1 << (row % 64);
+        let columns = (max[0] - min[0] + 1) as usize;
+        let words_per_column = (max[1] - min[1] + 1) as usize / 64 + 1;
+        let mut grid =
+            Self { origin: min, columns, words_per_column, words: vec![0; columns * words_per_column] };
+        for cell in cells {
+            let (column, row) = ((cell[0] - min[0]) as usize, (cell[1] - min[1]) as usize);
+            grid.words[column * words_per_column + row / 64] |= 1 << (row % 64);
         }
-        bits
+        grid
     }
 
-    /// Words in which something is set, in order of x and then y, each with its first cell.
+    /// The words that are not zero, ordered by x and then y, each with the cell of its lowest bit.
     pub fn words(&self) -> impl Iterator<Item = ([i64; 2], u64)> {
         let cell = |index: usize| {
-            let (column, word) = (index / self.height, index % self.height);
-            [self.corner[0] + column as i64, self.corner[1] + 64 * word as i64]
+            let (column, word) = (index / self.words_per_column, index % self.words_per_column);
+            [self.origin[0] + column as i64, self.origin[1] + 64 * word as i64]
         };
         self.words.iter().enumerate().filter(|(_, word)| **word != 0).map(move |(i, word)| (cell(i), *word))
     }
 
-    /// Whether the 64 cells from this one on, along y, are set.
+    /// The 64 cells along y that begin at this cell, lowest bit first.
     #[inline]
-    pub fn run(&self, [x, y]: [i64; 2]) -> u64 {
-        // What lies before the corner wraps round to far beyond the end.
-        let column = (x - self.corner[0]) as usize;
+    pub fn window(&self, [x, y]: [i64; 2]) -> u64 {
+        // The cast turns columns before the first into columns far beyond the last.
+        let column = (x - self.origin[0]) as usize;
         if column >= self.columns {
             return 0;
         }
-        let row = y - self.corner[1];
+        let row = y - self.origin[1];
         let (word, shift) = (row.div_euclid(64), row.rem_euclid(64));
-        let words = &self.words[column * self.height..(column + 1) * self.height];
+        let words = &self.words[column * self.words_per_column..(column + 1) * self.words_per_column];
         let at = |index: i64| words.get(index as usize).copied().unwrap_or(0);
         if shift == 0 { at(word) } else { at(word) >> shift | at(word + 1) << (64 - shift) }
     }
 }
 
-/// 64 counters up to 127.
+/// 64 counters, each from 0 to [`Self::MAX`], stored as bit planes: plane `k` holds bit `k` of every counter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BitCounters([u64; 7]);
 
 impl BitCounters {
-    /// BitCounters each bit that is set.
+    /// Highest count; one more overflows to zero.
+    pub const MAX: usize = 127;
+
+    /// Adds 1 to every counter whose bit is set in `carry`.
     #[inline]
     pub fn add(&mut self, mut carry: u64) {
         for plane in &mut self.0 {
@@ -71,7 +74,7 @@ impl BitCounters {
         }
     }
 
-    /// Which counters have come so far.
+    /// A bit for each counter that has reached `count`.
     pub fn at_least(&self, count: u8) -> u64 {
         let (mut above, mut equal) = (0, !0);
         for (index, plane) in self.0.iter().enumerate().rev() {
@@ -85,15 +88,15 @@ impl BitCounters {
         above | equal
     }
 
-    /// One counter, of bit 0 to 63.
+    /// The counter of a bit from 0 to 63.
     #[inline]
     pub fn get(&self, bit: u32) -> u8 {
         self.0.iter().enumerate().map(|(index, plane)| ((plane >> bit & 1) as u8) << index).sum()
     }
 }
 
-/// The bits that are set, lowest first.
-pub(crate) fn each(mut word: u64) -> impl Iterator<Item = u32> {
+/// Indices of the bits that are set, lowest first.
+pub(crate) fn set_bits(mut word: u64) -> impl Iterator<Item = u32> {
     std::iter::from_fn(move || {
         let bit = word.trailing_zeros();
         word &= word.wrapping_sub(1);
@@ -108,43 +111,43 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn runs_are_what_a_list_of_cells_says_wherever_they_begin() {
+    fn windows_and_words_agree_with_a_set_of_cells() {
         let mut rng = RngTree::new(3).child("bits").rng();
         let mut draw = |reach: f64| rng.range(-reach, reach) as i64;
         let cells: Vec<[i64; 2]> = (0..3_000).map(|_| [draw(40.0), draw(150.0)]).collect();
-        let (bits, listed) = (BitGrid::of(&cells), cells.iter().copied().collect::<BTreeSet<_>>());
+        let (grid, listed) = (BitGrid::from_cells(&cells), cells.iter().copied().collect::<BTreeSet<_>>());
         for _ in 0..2_000 {
             let [x, y] = [draw(45.0), draw(300.0)];
-            let run = bits.run([x, y]);
+            let window = grid.window([x, y]);
             for step in 0..64 {
-                assert_eq!(run >> step & 1 == 1, listed.contains(&[x, y + step]), "{x} {y} {step}");
+                assert_eq!(window >> step & 1 == 1, listed.contains(&[x, y + step]), "{x} {y} {step}");
             }
         }
-        let back: Vec<[i64; 2]> = bits
+        let back: Vec<[i64; 2]> = grid
             .words()
-            .flat_map(|([x, y], word)| each(word).map(move |bit| [x, y + i64::from(bit)]))
+            .flat_map(|([x, y], word)| set_bits(word).map(move |bit| [x, y + i64::from(bit)]))
             .collect();
         assert_eq!(back, listed.into_iter().collect::<Vec<_>>());
-        assert_eq!(BitGrid::of(&[]).run([0, 0]), 0);
+        assert_eq!(BitGrid::from_cells(&[]).window([0, 0]), 0);
     }
 
     #[test]
-    fn counters_count() {
+    fn counters_agree_with_64_integers() {
         let mut rng = RngTree::new(4).child("counts").rng();
-        let (mut counts, mut slow) = (BitCounters::default(), [0_u8; 64]);
-        for _ in 0..127 {
+        let (mut counters, mut slow) = (BitCounters::default(), [0_u8; 64]);
+        for _ in 0..BitCounters::MAX {
             let word = rng.bits() & rng.bits();
-            counts.add(word);
-            for bit in each(word) {
+            counters.add(word);
+            for bit in set_bits(word) {
                 slow[bit as usize] += 1;
             }
         }
         for bit in 0..64 {
-            assert_eq!(counts.get(bit), slow[bit as usize]);
+            assert_eq!(counters.get(bit), slow[bit as usize]);
         }
-        for least in 0..=127 {
-            let expected = (0..64).filter(|bit| slow[*bit as usize] >= least);
-            assert_eq!(each(counts.at_least(least)).collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+        for count in 0..=127 {
+            let expected = (0..64).filter(|bit| slow[*bit as usize] >= count);
+            assert_eq!(set_bits(counters.at_least(count)).collect::<Vec<_>>(), expected.collect::<Vec<_>>());
         }
     }
 }

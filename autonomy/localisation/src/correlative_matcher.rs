@@ -1,390 +1,545 @@
-//! Where a scan may have been taken, told by the outline of what stands on the floor and nothing else.
+//! Correlative scan matching over a whole map (Olson 2009; Hess and others 2016): how many points of a scan fall on occupied cells, for every
+//! position near a keyframe and every heading.
 //!
-//! Each level of the map is a small picture from above of all that stands there. The scan's own outline is laid over it at every spot
-//! near a keyframe and in every heading, and what covers most is worth a closer look. That misses nothing that looks may miss, such as a
-//! place some metres off the lane in which the map was walked. Heights count from the floor that the scan itself sees, so that a map can be
-//! used by a robot that is taller than the one that walked it.
+//! Each level of the map is a small occupancy grid, seen from above, of what stands on its floor. The scan is projected onto such a grid in
+//! the same way and compared with it at each position and heading. The search finds poses that place recognition misses, such as one some
+//! metres beside the path on which the map was recorded. Heights count from the floor that the scan itself shows, so that a robot can use a
+//! map that was recorded by a lower one.
+//!
+//! A position and heading is dropped once the first few points of the scan match too few cells. Otherwise the search is exhaustive; it does
+//! without the coarser grids of branch and bound because one machine word compares 64 positions at once.
 
-use crate::bit_grid::{BitCounters, BitGrid, each};
+use crate::bit_grid::{BitCounters, BitGrid, set_bits};
 use crate::localisation_map::LocalisationMap;
+use crate::pose_hypothesis::PoseTolerance;
 use geometry::{Isometry, Rotation, Vector3, so3};
 use nalgebra::Translation3;
 use std::cmp::Reverse;
 use std::f64::consts::TAU;
 
-/// Edge of a cell, metres.
-const CELL: f64 = 0.4;
-/// What stands between these heights over the floor counts, metres: walls and racks, but neither floor nor roof.
-const BAND: (f64, f64) = (0.4, 2.0);
-/// A base is so high over its floor if its scan does not show that: a quadruped's.
-const USUAL: f64 = 0.5;
-/// The floor is looked for so far below the base, metres, in slices of this, and within this range.
-const BELOW: (f64, f64) = (0.15, 2.45);
-const SLICE: f64 = 0.1;
-const AROUND: f64 = 8.0;
-/// It is where most points are, if they are as many, and such a share of those around.
-const FLOOR_POINTS: usize = 20;
-const FLOOR_SHARE: f64 = 0.05;
-/// Keyframes of one level lie within this of its first one, metres.
-const LEVEL: f64 = 1.0;
-/// Spots are the middles of cells so near to a keyframe, metres.
-const NEAR: f64 = 5.0;
-/// Headings tried.
-const HEADINGS: usize = 72;
-/// The outline's points are within this range, metres, and so many at most.
-const RANGE: (f64, f64) = (0.8, 15.0);
-const POINTS: usize = 120;
-/// Of two poses as near as that, metres and radians, a fit from the better one finds what the other would.
-const BESIDE: (f64, f64) = (0.85, 0.2);
-/// Spots that do not cover so many of the first of them are given up.
-const FIRST: usize = 24;
-const HOPEFUL: u8 = 12;
+/// Parameters of [`CorrelativeMatcher`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CorrelativeMatcherConfig {
+    /// Edge of a grid cell, and distance between tried positions, metres.
+    pub cell_size_m: f64,
+    /// Least height over the floor of points that are projected, metres: above the floor and what lies on it.
+    pub min_height_m: f64,
+    /// Greatest height over the floor of points that are projected, metres: walls and racks, but no ceiling.
+    pub max_height_m: f64,
+    /// Height of the base over the floor if the scan does not show the floor, metres: that of a quadruped.
+    pub default_base_height_m: f64,
+    /// Parameters of the floor detection.
+    pub floor: FloorDetectionConfig,
+    /// Keyframes of one level lie at most this far above the lowest of them, metres.
+    pub level_height_m: f64,
+    /// Positions are tried up to this distance from a keyframe, metres.
+    pub search_radius_m: f64,
+    /// Number of headings tried at each position; 72 are 5 degrees apart.
+    pub headings: u16,
+    /// Two headings kept at one position are further apart than this many steps; 6 are 30 degrees.
+    pub heading_separation: u16,
+    /// Least horizontal range of projected points, metres: the robot sees itself and people next to it.
+    pub min_range_m: f64,
+    /// Greatest horizontal range of projected points, metres.
+    pub max_range_m: f64,
+    /// Number of projected points, spread evenly; at most 127, which is what the counters hold.
+    pub max_points: usize,
+    /// Number of points that decide whether a position and heading is dropped.
+    pub prefix_points: usize,
+    /// A position and heading is dropped if fewer of these points fall on occupied cells.
+    pub min_prefix_matches: u8,
+    /// A candidate is suppressed if a better one is this near: refinement from either finds the same pose.
+    pub suppression: PoseTolerance,
+}
 
-/// The levels of a map.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct CorrelativeMatcher(Vec<Level>);
+impl Default for CorrelativeMatcherConfig {
+    fn default() -> Self {
+        Self {
+            cell_size_m: 0.4,
+            min_height_m: 0.4,
+            max_height_m: 2.0,
+            default_base_height_m: 0.5,
+            floor: FloorDetectionConfig::default(),
+            level_height_m: 1.0,
+            search_radius_m: 5.0,
+            headings: 72,
+            heading_separation: 6,
+            min_range_m: 0.8,
+            max_range_m: 15.0,
+            max_points: 120,
+            prefix_points: 24,
+            min_prefix_matches: 12,
+            suppression: PoseTolerance { distance_m: 0.85, angle_rad: 0.2 },
+        }
+    }
+}
 
+/// Parameters of the floor detection: the floor is the horizontal slice below the base with the most points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloorDetectionConfig {
+    /// Least depth of the floor below the base, metres.
+    pub min_depth_m: f64,
+    /// Greatest depth of the floor below the base, metres: that of a LiDAR carried by hand.
+    pub max_depth_m: f64,
+    /// Height of a slice, metres.
+    pub slice_m: f64,
+    /// Greatest horizontal range of the points that count, metres.
+    pub max_range_m: f64,
+    /// Least number of points in the slice of the floor.
+    pub min_points: usize,
+    /// Least share of the points within range in the slice of the floor.
+    pub min_share: f64,
+}
+
+impl Default for FloorDetectionConfig {
+    fn default() -> Self {
+        Self {
+            min_depth_m: 0.15,
+            max_depth_m: 2.45,
+            slice_m: 0.1,
+            max_range_m: 8.0,
+            min_points: 20,
+            min_share: 0.05,
+        }
+    }
+}
+
+/// The occupancy grids of a map.
+#[derive(Clone, Debug)]
+pub(crate) struct CorrelativeMatcher {
+    config: CorrelativeMatcherConfig,
+    levels: Vec<Level>,
+}
+
+/// One floor of a building, or a part of it.
 #[derive(Clone, Debug)]
 struct Level {
-    /// Of the floor.
-    floor: f64,
-    /// Cells in which something stands, or beside which.
-    stands: BitGrid,
-    /// Cells where the robot may be.
-    spots: BitGrid,
+    /// Height of the floor in the map, metres.
+    floor_m: f64,
+    /// Cells in which something stands, and their neighbours.
+    occupied: BitGrid,
+    /// Cells in which the robot may be.
+    positions: BitGrid,
 }
 
-/// A heading at a spot of a level.
-#[derive(Clone, Copy, Debug)]
-struct ScoredCell {
-    /// Points of the outline that something covers.
-    covered: u8,
-    heading: u8,
+/// A position and heading with its score.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct ScoredPose {
+    /// Points of the scan on occupied cells.
+    matches: u8,
+    heading: u16,
     level: u16,
-    spot: [i32; 2],
-}
-
-/// A pose of the base that covers much.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MatchCandidate {
-    pub map_from_base: Isometry,
+    cell: [i32; 2],
 }
 
 impl CorrelativeMatcher {
-    /// Of a known map. Linear in its points.
-    pub fn new(guide: &LocalisationMap) -> Self {
-        let mut order: Vec<&Isometry> = guide.keyframes().iter().map(|(pose, _)| pose).collect();
+    /// Builds the grids of a map. Linear in its points.
+    pub fn new(config: CorrelativeMatcherConfig, map: &LocalisationMap) -> Self {
+        let mut order: Vec<&Isometry> = map.keyframes().iter().map(|(pose, _)| pose).collect();
         order.sort_by(|a, b| a.translation.z.total_cmp(&b.translation.z));
         let mut heights: Vec<f64> = Vec::new();
         for pose in order {
-            if heights.last().is_none_or(|height| pose.translation.z - height > LEVEL) {
+            if heights.last().is_none_or(|height| pose.translation.z - height > config.level_height_m) {
                 heights.push(pose.translation.z);
             }
         }
-        Self(heights.iter().filter_map(|height| Level::new(guide, *height)).collect())
+        let levels = heights.iter().filter_map(|height| Level::new(&config, map, *height)).collect();
+        Self { config, levels }
     }
 
-    /// Poses of a base that is turned like `level_from_base` but for its heading and sees `points` (base frame, metres), the best
-    /// first and none beside another. Linear in the area walked: some millisecond for 100 m².
-    pub fn search(
-        &self,
-        points: &[[f32; 3]],
-        level_from_base: &Rotation,
-        most: usize,
-    ) -> Vec<MatchCandidate> {
-        let over_floor = over_floor(points, level_from_base).unwrap_or(USUAL);
-        let outline = outline(points, level_from_base, over_floor);
-        if outline.len() < FIRST {
+    /// Poses of the base at which most of the scan's points (base frame, metres) fall on occupied cells (equation 6): the best first, none next
+    /// to a better one, `count` at most. `level_from_base` is the base's roll and pitch. Linear in the area that was walked: some
+    /// milliseconds for 100 m².
+    pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, count: usize) -> Vec<Isometry> {
+        let config = &self.config;
+        let base_height_m = estimate_base_height(&config.floor, config.min_range_m, points, level_from_base)
+            .unwrap_or(config.default_base_height_m);
+        let outline = config.project(points, level_from_base, base_height_m);
+        if outline.len() < config.prefix_points {
             return Vec::new();
         }
-        // From the middle of the base's cell.
-        let steps = |metres: f64| (metres / CELL + 0.5).floor() as i64;
-        let turned: Vec<Vec<[i64; 2]>> = (0..HEADINGS)
+        // The base is in the middle of its cell.
+        let steps = |metres: f64| (metres / config.cell_size_m + 0.5).floor() as i64;
+        let rotated: Vec<Vec<[i64; 2]>> = (0..config.headings)
             .map(|heading| {
-                let (sin, cos) = angle(heading).sin_cos();
+                let (sin, cos) = config.yaw(heading).sin_cos();
                 outline.iter().map(|[x, y]| [cos * x - sin * y, sin * x + cos * y].map(steps)).collect()
             })
             .collect();
-        let mut laid = Vec::new();
-        for (number, level) in self.0.iter().enumerate() {
-            level.lay(number as u16, &turned, &mut laid);
+        let mut scored = Vec::new();
+        for (number, level) in self.levels.iter().enumerate() {
+            level.score(config, number as u16, &rotated, &mut scored);
         }
-        // Stable: of equals the first.
-        laid.sort_by_key(|one| Reverse(one.covered));
-        apart(
-            laid.iter().map(|one| {
-                let [x, y] = one.spot.map(|cell| middle(i64::from(cell)));
-                let place = Translation3::new(x, y, self.0[usize::from(one.level)].floor + over_floor);
-                let turn = so3::exp(&(Vector3::z() * angle(usize::from(one.heading)))) * level_from_base;
-                MatchCandidate { map_from_base: Isometry::from_parts(place, turn) }
-            }),
-            most,
-        )
+        // The sort is stable: of equal scores the first wins.
+        scored.sort_by_key(|one| Reverse(one.matches));
+        let poses = scored.iter().map(|one| {
+            let [x, y] = one.cell.map(|index| config.cell_centre(i64::from(index)));
+            let position =
+                Translation3::new(x, y, self.levels[usize::from(one.level)].floor_m + base_height_m);
+            let rotation = so3::exp(&(Vector3::z() * config.yaw(one.heading))) * level_from_base;
+            Isometry::from_parts(position, rotation)
+        });
+        suppress_neighbours(&config.suppression, poses, count)
     }
 }
 
-/// The first ones that are no neighbours of those before: what stands close would else take all that is looked at.
-fn apart(all: impl IntoIterator<Item = MatchCandidate>, most: usize) -> Vec<MatchCandidate> {
-    let mut chosen: Vec<MatchCandidate> = Vec::new();
-    for one in all {
-        if chosen.len() == most {
+/// The first poses that are not next to a pose before them: without this, the neighbours of one good pose would fill the whole list.
+fn suppress_neighbours(
+    tolerance: &PoseTolerance,
+    poses: impl IntoIterator<Item = Isometry>,
+    count: usize,
+) -> Vec<Isometry> {
+    let is_neighbour = |a: &Isometry, b: &Isometry| {
+        (a.translation.vector - b.translation.vector).norm() <= tolerance.distance_m
+            && a.rotation.angle_to(&b.rotation) <= tolerance.angle_rad
+    };
+    let mut chosen: Vec<Isometry> = Vec::new();
+    for pose in poses {
+        if chosen.len() == count {
             break;
         }
-        if !chosen.iter().any(|other| one.is_beside(other)) {
-            chosen.push(one);
+        if !chosen.iter().any(|other| is_neighbour(&pose, other)) {
+            chosen.push(pose);
         }
     }
     chosen
 }
 
-impl MatchCandidate {
-    fn is_beside(&self, other: &Self) -> bool {
-        let [a, b] = [self, other].map(|cover| &cover.map_from_base);
-        (a.translation.vector - b.translation.vector).norm() <= BESIDE.0
-            && a.rotation.angle_to(&b.rotation) <= BESIDE.1
-    }
-}
-
 impl Level {
-    fn new(guide: &LocalisationMap, height: f64) -> Option<Self> {
-        let own = |pose: &Isometry| (0.0..=LEVEL).contains(&(pose.translation.z - height));
-        let mut stands: Vec<[i64; 2]> = Vec::new();
+    /// The level whose lowest keyframe is at this height; none if nothing stands on it.
+    fn new(config: &CorrelativeMatcherConfig, map: &LocalisationMap, height_m: f64) -> Option<Self> {
+        let is_on_level =
+            |pose: &Isometry| (0.0..=config.level_height_m).contains(&(pose.translation.z - height_m));
+        let mut cells: Vec<[i64; 2]> = Vec::new();
         let mut floors: Vec<f64> = Vec::new();
-        for (pose, place) in guide.keyframes().iter().filter(|(pose, _)| own(pose)) {
-            let points: Vec<[f32; 3]> = place.points().collect();
-            let seen = over_floor(&points, &pose.rotation);
-            floors.extend(seen.map(|over_floor| pose.translation.z - over_floor));
-            let turn = pose.rotation.to_rotation_matrix();
+        for (pose, descriptor) in map.keyframes().iter().filter(|(pose, _)| is_on_level(pose)) {
+            let points: Vec<[f32; 3]> = descriptor.points().collect();
+            let base_height_m =
+                estimate_base_height(&config.floor, config.min_range_m, &points, &pose.rotation);
+            floors.extend(base_height_m.map(|base_height_m| pose.translation.z - base_height_m));
+            let rotation = pose.rotation.to_rotation_matrix();
             for point in points {
-                let offset = turn * Vector3::from(point.map(f64::from));
-                if (BAND.0..=BAND.1).contains(&(offset.z + seen.unwrap_or(USUAL))) {
+                let offset = rotation * Vector3::from(point.map(f64::from));
+                if config.is_projected(offset.z + base_height_m.unwrap_or(config.default_base_height_m)) {
                     let at = offset + pose.translation.vector;
-                    stands.push([at.x, at.y].map(cell));
+                    cells.push([at.x, at.y].map(|metres| config.cell(metres)));
                 }
             }
         }
         floors.sort_by(f64::total_cmp);
-        let floor = floors.get(floors.len() / 2).copied().unwrap_or(height - USUAL);
-        if stands.is_empty() {
+        let floor_m =
+            floors.get(floors.len() / 2).copied().unwrap_or(height_m - config.default_base_height_m);
+        if cells.is_empty() {
             return None;
         }
-        let beside =
-            |at: [i64; 2]| [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(x, y)| [at[0] + x, at[1] + y]);
-        stands.sort_unstable();
-        stands.dedup();
-        let stands = BitGrid::of(&stands.into_iter().flat_map(beside).collect::<Vec<_>>());
-        let near: Vec<Vector3> = guide
+        let with_neighbours = |cell: [i64; 2]| {
+            [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)].map(|(x, y)| [cell[0] + x, cell[1] + y])
+        };
+        cells.sort_unstable();
+        cells.dedup();
+        let occupied = BitGrid::from_cells(&cells.into_iter().flat_map(with_neighbours).collect::<Vec<_>>());
+        let near: Vec<Vector3> = map
             .keyframes()
             .iter()
             .map(|(pose, _)| pose.translation.vector)
-            .filter(|at| (at.z - height).abs() <= LEVEL)
+            .filter(|at| (at.z - height_m).abs() <= config.level_height_m)
             .collect();
-        Some(Self { floor, stands, spots: BitGrid::of(&spots(&near)) })
+        Some(Self { floor_m, occupied, positions: BitGrid::from_cells(&config.positions(&near)) })
     }
 
-    /// Lays an outline over every spot in every heading, and notes the two headings at each that cover most, as far as any is worth it,
-    /// apart from each other.
-    fn lay(&self, level: u16, turned: &[Vec<[i64; 2]>], laid: &mut Vec<ScoredCell>) {
-        for ([x, y], spots) in self.spots.words() {
-            let mut best = [Best::default(); 64];
-            for (heading, outline) in turned.iter().enumerate() {
-                let (first, rest) = outline.split_at(FIRST.min(outline.len()));
-                let mut counts = BitCounters::default();
-                first.iter().for_each(|at| counts.add(self.stands.run([x + at[0], y + at[1]])));
-                let hopeful = counts.at_least(HOPEFUL) & spots;
-                if hopeful != 0 {
-                    rest.iter().for_each(|at| counts.add(self.stands.run([x + at[0], y + at[1]])));
-                    each(hopeful).for_each(|bit| best[bit as usize].note(counts.get(bit), heading as u8));
+    /// Scores every position and heading, and appends the two best headings of each position that are not dropped and not next to each
+    /// other. `rotated` holds the cells of the scan's points for each heading, relative to the base's cell.
+    fn score(
+        &self,
+        config: &CorrelativeMatcherConfig,
+        level: u16,
+        rotated: &[Vec<[i64; 2]>],
+        scored: &mut Vec<ScoredPose>,
+    ) {
+        for ([x, y], positions) in self.positions.words() {
+            let mut best = [BestHeadings::default(); 64];
+            for (heading, cells) in (0..).zip(rotated) {
+                let (prefix, rest) = cells.split_at(config.prefix_points.min(cells.len()));
+                let mut matches = BitCounters::default();
+                prefix.iter().for_each(|at| matches.add(self.occupied.window([x + at[0], y + at[1]])));
+                let kept = matches.at_least(config.min_prefix_matches) & positions;
+                if kept != 0 {
+                    rest.iter().for_each(|at| matches.add(self.occupied.window([x + at[0], y + at[1]])));
+                    set_bits(kept)
+                        .for_each(|bit| best[bit as usize].insert(config, matches.get(bit), heading));
                 }
             }
-            for bit in each(spots) {
-                let spot = [x as i32, y as i32 + bit as i32];
-                let of = |(covered, heading)| ScoredCell { covered, heading, level, spot };
-                laid.extend(best[bit as usize].0.into_iter().flatten().map(of));
+            for bit in set_bits(positions) {
+                let cell = [x as i32, y as i32 + bit as i32];
+                let pose = |(matches, heading)| ScoredPose { matches, heading, level, cell };
+                scored.extend(best[bit as usize].0.into_iter().flatten().map(pose));
             }
         }
     }
 }
 
-/// The two headings that cover most, with how many points, apart from each other.
+/// The two best headings of a position that are not next to each other: matches and heading of each.
 #[derive(Clone, Copy, Debug, Default)]
-struct Best([Option<(u8, u8)>; 2]);
+struct BestHeadings([Option<(u8, u16)>; 2]);
 
-impl Best {
-    fn note(&mut self, covered: u8, heading: u8) {
-        let beats = |held: Option<(u8, u8)>| held.is_none_or(|(other, _)| covered > other);
-        let beside = self.0[0].is_some_and(|(_, other)| {
-            let apart = usize::from(heading.abs_diff(other));
-            apart.min(HEADINGS - apart) <= HEADINGS / 12
+impl BestHeadings {
+    fn insert(&mut self, config: &CorrelativeMatcherConfig, matches: u8, heading: u16) {
+        let is_better = |than: Option<(u8, u16)>| than.is_none_or(|(other, _)| matches > other);
+        let is_neighbour = self.0[0].is_some_and(|(_, other)| {
+            let apart = heading.abs_diff(other);
+            apart.min(config.headings - apart) <= config.heading_separation
         });
-        if beats(self.0[0]) {
-            if !beside {
+        if is_better(self.0[0]) {
+            if !is_neighbour {
                 self.0[1] = self.0[0];
             }
-            self.0[0] = Some((covered, heading));
-        } else if !beside && beats(self.0[1]) {
-            self.0[1] = Some((covered, heading));
+            self.0[0] = Some((matches, heading));
+        } else if !is_neighbour && is_better(self.0[1]) {
+            self.0[1] = Some((matches, heading));
         }
     }
 }
 
-/// How high a base stands over the floor that its scan shows, metres: the height at which most points are below it.
-fn over_floor(points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
-    let turn = level_from_base.to_rotation_matrix();
+/// Height of the base over the floor that its scan shows, metres; none if it shows none. The floor is where most points below the base
+/// are.
+fn estimate_base_height(
+    config: &FloorDetectionConfig,
+    min_range_m: f64,
+    points: &[[f32; 3]],
+    level_from_base: &Rotation,
+) -> Option<f64> {
+    let rotation = level_from_base.to_rotation_matrix();
     let near = points
         .iter()
-        .map(|point| turn * Vector3::from(point.map(f64::from)))
-        .filter(|at| (RANGE.0..=AROUND).contains(&at.xy().norm()));
-    let mut around = 0_usize;
-    let mut slices = [0_usize; ((BELOW.1 - BELOW.0) / SLICE) as usize + 1];
+        .map(|point| rotation * Vector3::from(point.map(f64::from)))
+        .filter(|at| (min_range_m..=config.max_range_m).contains(&at.xy().norm()));
+    let mut near_count = 0_usize;
+    let mut slices = vec![0_usize; ((config.max_depth_m - config.min_depth_m) / config.slice_m) as usize + 1];
     let mut depths = Vec::new();
     for at in near {
-        around += 1;
-        let slice = (-at.z - BELOW.0) / SLICE;
+        near_count += 1;
+        let slice = (-at.z - config.min_depth_m) / config.slice_m;
         if slice >= 0.0 && (slice as usize) < slices.len() {
             slices[slice as usize] += 1;
             depths.push(-at.z);
         }
     }
     let fullest = (0..slices.len()).rev().max_by_key(|slice| slices[*slice])?;
-    if slices[fullest] < FLOOR_POINTS || (slices[fullest] as f64) < FLOOR_SHARE * around as f64 {
+    if slices[fullest] < config.min_points || (slices[fullest] as f64) < config.min_share * near_count as f64
+    {
         return None;
     }
-    // A floor may lie on the edge between two slices.
-    let middle = BELOW.0 + (fullest as f64 + 0.5) * SLICE;
-    depths.retain(|depth| (depth - middle).abs() <= SLICE);
+    // A floor may lie on the border of two slices, so its mean is taken over twice the height of one.
+    let middle = config.min_depth_m + (fullest as f64 + 0.5) * config.slice_m;
+    depths.retain(|depth| (depth - middle).abs() <= config.slice_m);
     Some(depths.iter().sum::<f64>() / depths.len() as f64)
 }
 
-/// Where the points of a scan stand about its base, level, metres: one for each cell, spread evenly.
-fn outline(points: &[[f32; 3]], level_from_base: &Rotation, over_floor: f64) -> Vec<[f64; 2]> {
-    let turn = level_from_base.to_rotation_matrix();
-    let mut cells: Vec<[i64; 2]> = points
-        .iter()
-        .map(|point| turn * Vector3::from(point.map(f64::from)))
-        .filter(|at| {
-            (BAND.0..=BAND.1).contains(&(at.z + over_floor)) && (RANGE.0..=RANGE.1).contains(&at.xy().norm())
-        })
-        .map(|at| [at.x, at.y].map(cell))
-        .collect();
-    cells.sort_unstable();
-    cells.dedup();
-    // A stride by a prime mixes near and far, so that the first few already speak for all.
-    let count = cells.len();
-    let kept = count.min(POINTS);
-    (0..kept).map(|index| cells[(index * 7919) % count.max(1)].map(middle)).collect()
-}
+impl CorrelativeMatcherConfig {
+    /// Whether a point at this height over the floor is projected.
+    fn is_projected(&self, height_m: f64) -> bool {
+        (self.min_height_m..=self.max_height_m).contains(&height_m)
+    }
 
-/// Cells that are near to one of these.
-fn spots(near: &[Vector3]) -> Vec<[i64; 2]> {
-    let reach = (NEAR / CELL).ceil() as i64;
-    let mut spots: Vec<[i64; 2]> = Vec::new();
-    for at in near {
-        let [x, y] = [at.x, at.y].map(cell);
-        for dx in -reach..=reach {
-            for dy in -reach..=reach {
-                if ((dx * dx + dy * dy) as f64).sqrt() * CELL <= NEAR {
-                    spots.push([x + dx, y + dy]);
+    /// The outline of what stands around the base, in a level frame at the base, metres: one point for each cell, spread evenly.
+    fn project(&self, points: &[[f32; 3]], level_from_base: &Rotation, base_height_m: f64) -> Vec<[f64; 2]> {
+        let rotation = level_from_base.to_rotation_matrix();
+        let mut cells: Vec<[i64; 2]> = points
+            .iter()
+            .map(|point| rotation * Vector3::from(point.map(f64::from)))
+            .filter(|at| {
+                self.is_projected(at.z + base_height_m)
+                    && (self.min_range_m..=self.max_range_m).contains(&at.xy().norm())
+            })
+            .map(|at| [at.x, at.y].map(|metres| self.cell(metres)))
+            .collect();
+        cells.sort_unstable();
+        cells.dedup();
+        // A stride by a prime mixes near and far points, so that the first few already represent all of them.
+        let count = cells.len();
+        let kept = count.min(self.max_points).min(BitCounters::MAX);
+        (0..kept)
+            .map(|index| cells[(index * 7919) % count.max(1)].map(|index| self.cell_centre(index)))
+            .collect()
+    }
+
+    /// Cells within the search radius of one of these positions.
+    fn positions(&self, near: &[Vector3]) -> Vec<[i64; 2]> {
+        let reach = (self.search_radius_m / self.cell_size_m).ceil() as i64;
+        let mut cells: Vec<[i64; 2]> = Vec::new();
+        for at in near {
+            let [x, y] = [at.x, at.y].map(|metres| self.cell(metres));
+            for dx in -reach..=reach {
+                for dy in -reach..=reach {
+                    if ((dx * dx + dy * dy) as f64).sqrt() * self.cell_size_m <= self.search_radius_m {
+                        cells.push([x + dx, y + dy]);
+                    }
                 }
             }
         }
+        cells.sort_unstable();
+        cells.dedup();
+        cells
     }
-    spots.sort_unstable();
-    spots.dedup();
-    spots
-}
 
-/// Of a cell, metres.
-fn middle(cell: i64) -> f64 {
-    (cell as f64 + 0.5) * CELL
-}
+    /// Centre of a cell along one axis, metres.
+    fn cell_centre(&self, index: i64) -> f64 {
+        (index as f64 + 0.5) * self.cell_size_m
+    }
 
-fn cell(metres: f64) -> i64 {
-    (metres / CELL).floor() as i64
-}
+    /// Cell of a coordinate.
+    fn cell(&self, metres: f64) -> i64 {
+        (metres / self.cell_size_m).floor() as i64
+    }
 
-fn angle(heading: usize) -> f64 {
-    heading as f64 * TAU / HEADINGS as f64
+    /// Yaw of a heading, radians.
+    fn yaw(&self, heading: u16) -> f64 {
+        f64::from(heading) * TAU / f64::from(self.headings)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{at, room_keyframe, rooms, rooms_keyframes};
+    use geometry::RngTree;
     use std::collections::BTreeSet;
 
-    /// A floor so far below, a table over a part of it, and a wall.
-    fn room(below: f32) -> Vec<[f32; 3]> {
+    fn base_height(points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
+        estimate_base_height(&FloorDetectionConfig::default(), 0.8, points, level_from_base)
+    }
+
+    /// A floor this far below the base, a table over a part of it, and a wall.
+    fn room(depth_m: f32) -> Vec<[f32; 3]> {
         let grid = |from: i32, to: i32| (from..to).flat_map(move |x| (from..to).map(move |y| [x, y]));
         let mut points: Vec<[f32; 3]> =
-            grid(-20, 20).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, -below]).collect();
-        points.extend(grid(8, 14).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, 0.75 - below]));
-        points.extend(grid(0, 25).map(|[y, z]| [4.0, 0.1 * y as f32, 0.1 * z as f32 - below]));
+            grid(-20, 20).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, -depth_m]).collect();
+        points.extend(grid(8, 14).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, 0.75 - depth_m]));
+        points.extend(grid(0, 25).map(|[y, z]| [4.0, 0.1 * y as f32, 0.1 * z as f32 - depth_m]));
         points
     }
 
     #[test]
-    fn the_floor_is_where_a_scan_shows_it_whoever_carries_the_lidar() {
-        for below in [0.3_f32, 0.55, 1.4] {
-            let Some(found) = over_floor(&room(below), &Rotation::identity()) else { panic!("it is there") };
-            assert!((found - f64::from(below)).abs() < 0.05, "{found} of {below}");
+    fn the_floor_is_found_at_any_height_and_tilt_of_the_base() {
+        for depth_m in [0.3_f32, 0.55, 1.4] {
+            let Some(found) = base_height(&room(depth_m), &Rotation::identity()) else {
+                panic!("the floor is there")
+            };
+            assert!((found - f64::from(depth_m)).abs() < 0.05, "{found} of {depth_m}");
             let turn = so3::exp(&Vector3::new(0.3, -0.2, 1.0));
-            let tilted: Vec<[f32; 3]> = room(below)
+            let tilted: Vec<[f32; 3]> = room(depth_m)
                 .iter()
                 .map(|point| (turn.inverse() * Vector3::from(point.map(f64::from))).map(|c| c as f32).into())
                 .collect();
-            let Some(again) = over_floor(&tilted, &turn) else { panic!("it is there") };
+            let Some(again) = base_height(&tilted, &turn) else { panic!("the floor is there") };
             assert!((again - found).abs() < 1e-3, "{again} {found}");
         }
-        assert_eq!(over_floor(&[], &Rotation::identity()), None);
+        assert_eq!(base_height(&[], &Rotation::identity()), None);
         let wall: Vec<[f32; 3]> = (0..200).map(|i| [4.0, 0.02 * i as f32, 0.01 * i as f32]).collect();
-        assert_eq!(over_floor(&wall, &Rotation::identity()), None);
+        assert_eq!(base_height(&wall, &Rotation::identity()), None);
     }
 
-    #[test]
-    fn laying_an_outline_counts_what_it_covers() {
-        let mut rng = geometry::RngTree::new(6).child("outline").rng();
-        let mut cells = |count: usize, reach: f64| -> Vec<[i64; 2]> {
-            (0..count).map(|_| [rng.range(-reach, reach) as i64, rng.range(-reach, reach) as i64]).collect()
-        };
-        let (stands, spots) = (cells(6_000, 50.0), cells(300, 40.0));
-        let turned: Vec<Vec<[i64; 2]>> = (0..HEADINGS).map(|_| cells(100, 20.0)).collect();
-        let level = Level { floor: 0.0, stands: BitGrid::of(&stands), spots: BitGrid::of(&spots) };
-        let mut laid = Vec::new();
-        level.lay(2, &turned, &mut laid);
-
-        let [stands, spots] = [stands, spots].map(|cells| cells.into_iter().collect::<BTreeSet<_>>());
-        let mut slow = Vec::new();
-        for spot in spots {
-            let mut best = Best::default();
-            for (heading, outline) in turned.iter().enumerate() {
-                let covers = |points: &[[i64; 2]]| {
-                    points.iter().filter(|at| stands.contains(&[spot[0] + at[0], spot[1] + at[1]])).count()
+    /// All positions and headings, one by one and with all points, with the same rule for the two best headings.
+    fn exhaustive_search(
+        config: &CorrelativeMatcherConfig,
+        occupied: &[[i64; 2]],
+        positions: &[[i64; 2]],
+        rotated: &[Vec<[i64; 2]>],
+    ) -> Vec<ScoredPose> {
+        let [occupied, positions] =
+            [occupied, positions].map(|cells| cells.iter().copied().collect::<BTreeSet<_>>());
+        let mut scored = Vec::new();
+        for position in positions {
+            let mut best = BestHeadings::default();
+            for (heading, outline) in (0..).zip(rotated) {
+                let count = |points: &[[i64; 2]]| {
+                    let hits =
+                        |at: &&[i64; 2]| occupied.contains(&[position[0] + at[0], position[1] + at[1]]);
+                    points.iter().filter(hits).count() as u8
                 };
-                if covers(&outline[..FIRST]) >= usize::from(HOPEFUL) {
-                    best.note(covers(outline) as u8, heading as u8);
+                if count(&outline[..config.prefix_points.min(outline.len())]) >= config.min_prefix_matches {
+                    best.insert(config, count(outline), heading);
                 }
             }
-            slow.extend(best.0.into_iter().flatten().map(|(covered, heading)| (covered, heading, spot)));
+            let cell = position.map(|index| index as i32);
+            let pose = |(matches, heading)| ScoredPose { matches, heading, level: 2, cell };
+            scored.extend(best.0.into_iter().flatten().map(pose));
         }
-        let fast = laid.iter().map(|one| (one.covered, one.heading, one.spot.map(i64::from)));
-        assert!(slow.len() > 100 && laid.iter().all(|one| one.level == 2));
-        assert_eq!(fast.collect::<Vec<_>>(), slow);
+        scored
     }
 
     #[test]
-    fn neighbours_do_not_crowd_out_what_is_elsewhere() {
-        let cover = |x: f64, yaw: f64| {
-            let turn = so3::exp(&(Vector3::z() * yaw));
-            MatchCandidate { map_from_base: Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn) }
+    fn the_pruned_search_agrees_with_an_exhaustive_one() {
+        for seed in 0..12 {
+            let mut rng = RngTree::new(seed).child("search").rng();
+            let mut cells = |count: usize, reach: f64| -> Vec<[i64; 2]> {
+                (0..count)
+                    .map(|_| [rng.range(-reach, reach) as i64, rng.range(-reach, reach) as i64])
+                    .collect()
+            };
+            // From sparse grids, where nearly all is dropped, to dense ones, where nearly nothing is.
+            let density = 1_000 + 900 * seed as usize;
+            let (occupied, positions) = (cells(density, 50.0), cells(150, 40.0));
+            let points = 12 + 10 * seed as usize;
+            let config = CorrelativeMatcherConfig::default();
+            let rotated: Vec<Vec<[i64; 2]>> = (0..config.headings).map(|_| cells(points, 20.0)).collect();
+            let level = Level {
+                floor_m: 0.0,
+                occupied: BitGrid::from_cells(&occupied),
+                positions: BitGrid::from_cells(&positions),
+            };
+            let mut scored = Vec::new();
+            level.score(&config, 2, &rotated, &mut scored);
+            assert_eq!(scored, exhaustive_search(&config, &occupied, &positions, &rotated), "{seed}");
+            assert!(seed < 6 || scored.len() > 50, "{seed}: {}", scored.len());
+        }
+    }
+
+    #[test]
+    fn dropping_by_the_first_points_never_loses_a_pose_that_matches_all_points() {
+        let mut rng = RngTree::new(7).child("exact").rng();
+        let config = CorrelativeMatcherConfig::default();
+        let outline: Vec<[i64; 2]> =
+            (0..100).map(|_| [rng.range(-30.0, 30.0) as i64, rng.range(-30.0, 30.0) as i64]).collect();
+        let occupied: Vec<[i64; 2]> = outline.iter().map(|at| [at[0] + 5, at[1] - 3]).collect();
+        let positions: Vec<[i64; 2]> = (-10..10).flat_map(|x| (-10..10).map(move |y| [x, y])).collect();
+        let level = Level {
+            floor_m: 0.0,
+            occupied: BitGrid::from_cells(&occupied),
+            positions: BitGrid::from_cells(&positions),
         };
-        let mut all: Vec<MatchCandidate> = (0..50).map(|step| cover(0.01 * f64::from(step), 0.0)).collect();
-        all.extend([cover(0.0, 1.0), cover(3.0, 0.0), cover(6.0, 0.0)]);
-        let places: Vec<(f64, f64)> = apart(all, 3)
+        let mut scored = Vec::new();
+        level.score(&config, 0, &[outline], &mut scored);
+        let best = scored.iter().max_by_key(|one| one.matches);
+        assert_eq!(best.map(|one| (one.matches, one.cell)), Some((100, [5, -3])));
+    }
+
+    #[test]
+    fn a_scan_beside_the_recorded_path_is_found_to_a_cell() {
+        let map = LocalisationMap::new(rooms_keyframes());
+        let matcher = CorrelativeMatcher::new(CorrelativeMatcherConfig::default(), &map);
+        let (truth, descriptor) = room_keyframe(&rooms(), 30.0, -0.6, 0.7);
+        let points: Vec<[f32; 3]> = descriptor.points().collect();
+        let found = matcher.search(&points, &Rotation::identity(), 200);
+        let nearest = found
             .iter()
-            .map(|cover| {
-                (cover.map_from_base.translation.x, so3::log(&cover.map_from_base.rotation).z.round())
-            })
+            .map(|pose| truth.inverse() * pose)
+            .filter(|error| error.rotation.angle() < 0.2)
+            .map(|error| error.translation.vector.norm())
+            .fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.6, "{nearest} m of {}", found.len());
+        assert!(matcher.search(&points[..20], &Rotation::identity(), 200).is_empty(), "too few points");
+    }
+
+    #[test]
+    fn neighbours_of_a_good_pose_do_not_crowd_out_others() {
+        let mut all: Vec<Isometry> = (0..50).map(|step| at(0.01 * f64::from(step), 0.0, 0.0)).collect();
+        all.extend([at(0.0, 0.0, 1.0), at(3.0, 0.0, 0.0), at(6.0, 0.0, 0.0)]);
+        let tolerance = CorrelativeMatcherConfig::default().suppression;
+        let poses: Vec<(f64, f64)> = suppress_neighbours(&tolerance, all, 3)
+            .iter()
+            .map(|pose| (pose.translation.x, so3::log(&pose.rotation).z.round()))
             .collect();
-        assert_eq!(places, [(0.0, 0.0), (0.0, 1.0), (3.0, 0.0)]);
+        assert_eq!(poses, [(0.0, 0.0), (0.0, 1.0), (3.0, 0.0)]);
     }
 }

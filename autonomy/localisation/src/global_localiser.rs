@@ -1,245 +1,368 @@
-//! Where the robot stands in a known map, told from one scan and nothing else.
+//! Global localisation: at which poses of a known map a single scan may have been taken.
 //!
-//! What looks alike is tried: a scan is fitted to the known surfaces from many starts, what fits best is settled with all of its points,
-//! and the keyframes about say whether they could have seen it there. The answer is a list of places, best first. Sites are built of
-//! like parts, so that one scan often fits in several; whoever asks must not believe the first one before the others are out.
+//! Place recognition and correlative matching propose start poses. The scan is aligned with the map's surfaces from each of them, first with
+//! few points, and from the best ones with all points. The keyframes near each result say whether they could have seen the scan's points.
+//! Sites consist of like parts, so that one scan often fits at several poses: `AcceptanceConfig::classify` decides what the list says.
 
-use crate::correlative_matcher::CorrelativeMatcher;
+use crate::correlative_matcher::{CorrelativeMatcher, CorrelativeMatcherConfig};
 use crate::localisation_map::LocalisationMap;
+use crate::periodic_global_check::{GlobalCheckResult, check_tracked_pose};
+use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis, PoseTolerance, RelocalisationResult};
 use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::scan_context::{first_from_second, level_from_base};
 use mapping::scan_context_index::ScanContextIndex;
 use mapping::{KeyframeDescriptor, VIEW_ORIGINS};
 use nalgebra::Translation3;
 use registration::{Fit, MatchingConfig, refine, score};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// Places looked at that look alike, and their greatest distance of descriptors.
-const LOOKED_AT: usize = 24;
-const RESEMBLANCE: f32 = 0.85;
-/// Spots looked at whose outline is alike.
-const COVERED: usize = 200;
-/// Two starts are different beyond this: metres and radians.
-const STARTS_APART: (f64, f64) = (1.0, 0.3);
-/// Starts about a place that somebody told: metres aside, and radians.
-const ABOUT: ([f64; 5], [f64; 5]) = ([-1.0, -0.5, 0.0, 0.5, 1.0], [-0.35, -0.17, 0.0, 0.17, 0.35]);
-/// Points that try starts out, and steps.
-const COARSE_POINTS: usize = 300;
-const COARSE_STEPS: usize = 8;
-const COARSE: MatchingConfig = MatchingConfig {
-    gate_m: 0.25,
-    kernel_width: 3.0,
-    noise_m: 0.05,
-    use_distributions: true,
-    front_facing_only: true,
-};
-/// The best are settled with all points.
-const SETTLED: usize = 10;
-const FINE_STEPS: usize = 12;
-const FINE: MatchingConfig = MatchingConfig {
-    gate_m: 0.15,
-    kernel_width: 3.0,
-    noise_m: 0.02,
-    use_distributions: true,
-    front_facing_only: true,
-};
-/// Two places are different beyond this: metres and radians.
-const APART: (f64, f64) = (0.5, 0.15);
-
-/// A known map, to find oneself in.
-#[derive(Clone, Debug)]
-pub struct GlobalLocaliser {
-    guide: Arc<LocalisationMap>,
-    places: ScanContextIndex,
-    outlines: CorrelativeMatcher,
-}
-
-/// A place where a scan may have been taken.
+/// Parameters of [`GlobalLocaliser`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PoseHypothesis {
-    /// The base.
-    pub map_from_base: Isometry,
-    /// How well the scan fits the known surfaces there, 0 to 1.
-    pub fit: f64,
-    /// Share of its points, of those that keyframes can speak of, that stand where they saw through.
-    pub contradicted: f64,
+pub struct GlobalLocaliserConfig {
+    /// Parameters of the correlative matcher.
+    pub matcher: CorrelativeMatcherConfig,
+    /// Number of start poses from the correlative matcher.
+    pub max_matcher_starts: usize,
+    /// Number of start poses from place recognition.
+    pub max_recognised_starts: usize,
+    /// Greatest descriptor distance of a recognised keyframe.
+    pub max_descriptor_distance: f32,
+    /// Start poses from place recognition are further apart than this.
+    pub recognised_separation: PoseTolerance,
+    /// Offsets along x and along y from a pose prior, metres, at which starts are tried.
+    pub prior_offsets_m: [f64; 5],
+    /// Heading offsets from a pose prior, radians, at which starts are tried: up to 20 degrees.
+    pub prior_heading_offsets_rad: [f64; 5],
+    /// Number of points in the first alignment from each start.
+    pub coarse_points: usize,
+    /// Gauss-Newton steps of the first alignment.
+    pub coarse_iterations: usize,
+    /// How points are matched in the first alignment.
+    pub coarse_matching: MatchingConfig,
+    /// Number of first alignments, the best, that are refined with all points.
+    pub max_refined: usize,
+    /// Gauss-Newton steps of the refinement.
+    pub fine_iterations: usize,
+    /// How points are matched in the refinement.
+    pub fine_matching: MatchingConfig,
+    /// How hypotheses are accepted. Two poses that are one by its `same_pose` are refined once.
+    pub acceptance: AcceptanceConfig,
+    /// Surfaces are built up to this distance from a tracked pose, metres, so that the pose tracker need not build them until the next
+    /// check. It is as far as keyframes' clouds reach.
+    pub surface_radius_m: f64,
 }
 
-/// What one scan says of the robot's place.
+impl Default for GlobalLocaliserConfig {
+    fn default() -> Self {
+        let matching = |gate_m, noise_m| MatchingConfig {
+            gate_m,
+            kernel_width: 3.0,
+            noise_m,
+            use_distributions: true,
+            front_facing_only: true,
+        };
+        Self {
+            matcher: CorrelativeMatcherConfig::default(),
+            max_matcher_starts: 200,
+            max_recognised_starts: 24,
+            max_descriptor_distance: 0.85,
+            recognised_separation: PoseTolerance { distance_m: 1.0, angle_rad: 0.3 },
+            prior_offsets_m: [-1.0, -0.5, 0.0, 0.5, 1.0],
+            prior_heading_offsets_rad: [-0.35, -0.17, 0.0, 0.17, 0.35],
+            coarse_points: 300,
+            coarse_iterations: 8,
+            coarse_matching: matching(0.25, 0.05),
+            max_refined: 10,
+            fine_iterations: 12,
+            fine_matching: matching(0.15, 0.02),
+            acceptance: AcceptanceConfig::default(),
+            surface_radius_m: 64.0,
+        }
+    }
+}
+
+/// What is known about the robot's pose when a scan is to be localised.
 #[derive(Clone, Debug, PartialEq)]
-pub enum RelocalisationResult {
-    /// It is there, and nowhere else.
-    Unique(PoseHypothesis),
-    /// It is at one of these, the best first; the robot has to move for the others to fail.
-    Ambiguous(Vec<PoseHypothesis>),
-    /// It may be there, where much of what it sees is in no map, and nowhere else; one scan is not enough to say so.
-    LowConfidence(PoseHypothesis),
-    /// It is nowhere that the map shows well.
-    NotFound,
+pub enum PosePrior {
+    /// Nothing: it may be anywhere in the map.
+    None,
+    /// The base is about here, by a person or by odometry.
+    Given(Isometry),
+    /// The robot is charged, so that the base is about at one of these docks.
+    AtDocks(Vec<Isometry>),
+    /// The base is tracked here; the question is whether another pose fits better.
+    Tracked(Isometry),
 }
 
-/// Least fit, and greatest contradiction, of a place that may be the right one.
-const MAY_BE: (f64, f64) = (0.72, 0.1);
-/// Greatest share of the best one's quality that another place may have, if nothing more is to be asked.
-const ALONE: f64 = 0.85;
-/// Least fit of a place that is worth another look, and the share of its quality that no other one may have.
-const FAINT: (f64, f64) = (0.4, 0.75);
-
-/// What the places where a scan may have been taken ([`GlobalLocaliser::seek`]) say of where it was.
-pub fn classify_hypotheses(found: &[PoseHypothesis]) -> RelocalisationResult {
-    let Some(best) = found.first() else { return RelocalisationResult::NotFound };
-    if !best.may_be() {
-        let faint = best.fit >= FAINT.0 && best.contradicted <= MAY_BE.1;
-        let alone = found.iter().skip(1).all(|other| other.quality() < FAINT.1 * best.quality());
-        return if faint && alone {
-            RelocalisationResult::LowConfidence(*best)
-        } else {
-            RelocalisationResult::NotFound
-        };
-    }
-    let rivals: Vec<PoseHypothesis> =
-        found.iter().filter(|one| one.quality() >= ALONE * best.quality()).copied().collect();
-    if rivals.len() == 1 {
-        RelocalisationResult::Unique(*best)
-    } else {
-        RelocalisationResult::Ambiguous(rivals)
-    }
+/// Finds poses in a known map.
+#[derive(Debug)]
+pub struct GlobalLocaliser {
+    config: GlobalLocaliserConfig,
+    map: Arc<LocalisationMap>,
+    /// Built by whoever searches the whole map first; the same, whoever that is.
+    index: OnceLock<SearchIndex>,
 }
 
-impl PoseHypothesis {
-    /// Whether it can be the right one at all.
-    fn may_be(&self) -> bool {
-        self.fit >= MAY_BE.0 && self.contradicted <= MAY_BE.1
-    }
-
-    /// How good it is: what fits, less what cannot be.
-    pub fn quality(&self) -> f64 {
-        self.fit * (1.0 - self.contradicted)
-    }
-}
-
-impl LocalisationMap {
-    /// How well a scan's points (base frame, metres) fit near a place, settled with all of them: twelve looks at each.
-    pub fn settle(&self, points: &[[f32; 3]], start: &Isometry) -> PoseHypothesis {
-        let Fit { map_from_body, .. } = refine(self.surfaces(), points, start, &FINE, FINE_STEPS);
-        PoseHypothesis {
-            map_from_base: map_from_body,
-            fit: score(self.surfaces(), points, &map_from_body, &FINE),
-            contradicted: self.sightings(&map_from_body, points).share(),
-        }
-    }
-
-    /// As [`GlobalLocaliser::seek`], of a scan that was taken about one of these places, to a metre and 20 degrees. Costs as many fits for each, and
-    /// nothing that grows with the map.
-    pub fn seek_about(&self, place: &KeyframeDescriptor, bases: &[Isometry]) -> Vec<PoseHypothesis> {
-        let moved = |map_from_base: &Isometry, x: f64, y: f64, yaw: f64| {
-            let at = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
-            let turn = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
-            Isometry::from_parts(Translation3::from(at), turn)
-        };
-        let mut starts = Vec::new();
-        for base in bases {
-            for x in ABOUT.0 {
-                for y in ABOUT.0 {
-                    starts.extend(ABOUT.1.map(|yaw| moved(base, x, y, yaw)));
-                }
-            }
-        }
-        self.try_starts(place, &starts, None)
-    }
-
-    /// Fits a scan from all these starts and settles the best, and what is held in any case.
-    fn try_starts(
-        &self,
-        place: &KeyframeDescriptor,
-        starts: &[Isometry],
-        held: Option<&Isometry>,
-    ) -> Vec<PoseHypothesis> {
-        let points: Vec<[f32; 3]> = place.points().collect();
-        let few: Vec<[f32; 3]> =
-            points.iter().step_by(points.len().div_ceil(COARSE_POINTS).max(1)).copied().collect();
-        let coarse = |start| refine(self.surfaces(), &few, start, &COARSE, COARSE_STEPS);
-        let mut fits: Vec<Fit> = starts.iter().map(coarse).collect();
-        // Stable, so that of equals the one that looks more alike comes first.
-        fits.sort_by(|a, b| b.score.total_cmp(&a.score));
-        let settle = |start: &Isometry| self.settle(&points, start);
-        let best = distinct(fits, |fit| &fit.map_from_body, APART).into_iter().take(SETTLED);
-        let mut settled: Vec<PoseHypothesis> = best.map(|fit| settle(&fit.map_from_body)).collect();
-        settled.extend(held.map(settle));
-        settled.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
-        distinct(settled, |one| &one.map_from_base, APART)
-    }
+/// What a search of the whole map needs.
+#[derive(Debug)]
+struct SearchIndex {
+    descriptors: ScanContextIndex,
+    matcher: CorrelativeMatcher,
 }
 
 impl GlobalLocaliser {
-    /// Of a known map.
-    pub fn new(guide: Arc<LocalisationMap>) -> Self {
-        let mut places = ScanContextIndex::default();
-        for (_, place) in guide.keyframes() {
-            places.push(Arc::clone(&place.views()[0]));
-        }
-        let outlines = CorrelativeMatcher::new(&guide);
-        Self { guide, places, outlines }
+    /// A localiser with default parameters. What a search of the whole map needs is built by the first search.
+    pub fn new(map: Arc<LocalisationMap>) -> Self {
+        Self::with_config(GlobalLocaliserConfig::default(), map)
+    }
+
+    /// A localiser with these parameters.
+    pub fn with_config(config: GlobalLocaliserConfig, map: Arc<LocalisationMap>) -> Self {
+        Self { config, map, index: OnceLock::new() }
+    }
+
+    /// Its parameters.
+    pub fn config(&self) -> &GlobalLocaliserConfig {
+        &self.config
     }
 
     /// The known map.
-    pub fn guide(&self) -> &Arc<LocalisationMap> {
-        &self.guide
+    pub fn map(&self) -> &Arc<LocalisationMap> {
+        &self.map
     }
 
-    /// Where a scan may have been taken, the base being turned like that in a frame whose z axis points up: places apart from each
-    /// other, best first. A place that is `held` to be the right one is among them, however poor it is, unless the scan draws it elsewhere.
-    /// Costs some hundred fits, a look at each keyframe's ring key, and a look at each heading of each spot near one: linear in the area
-    /// walked.
-    pub fn seek(
+    /// What a list of hypotheses, the best first, says about where the scan was taken.
+    pub fn classify(&self, found: &[PoseHypothesis]) -> RelocalisationResult {
+        self.config.acceptance.classify(found)
+    }
+
+    /// Poses at which a scan may have been taken, the best first, by what is known about the pose. `up_from_base` is the base's rotation in
+    /// a frame whose z axis points up.
+    ///
+    /// A given pose is accepted at once if the scan fits there: nobody has to wait until the whole map has been searched for poses that
+    /// look alike. If the scan does not fit there, the whole map is searched.
+    pub fn find_poses_with_prior(
         &self,
-        place: &KeyframeDescriptor,
+        descriptor: &KeyframeDescriptor,
         up_from_base: &Rotation,
-        held: Option<&Isometry>,
+        prior: &PosePrior,
     ) -> Vec<PoseHypothesis> {
-        self.guide.try_starts(place, &self.starts(place, up_from_base), held)
+        match prior {
+            PosePrior::Given(pose) => {
+                self.find_poses_at(descriptor, up_from_base, std::slice::from_ref(pose))
+            }
+            PosePrior::AtDocks(docks) => self.find_poses_at(descriptor, up_from_base, docks),
+            PosePrior::Tracked(pose) => {
+                self.map.surfaces().build_around(&pose.translation.vector, self.config.surface_radius_m);
+                self.find_poses(descriptor, up_from_base, Some(pose))
+            }
+            PosePrior::None => self.find_poses(descriptor, up_from_base, None),
+        }
     }
 
-    /// Poses of the base from which fits are tried.
-    fn starts(&self, place: &KeyframeDescriptor, up_from_base: &Rotation) -> Vec<Isometry> {
+    /// Poses in the whole map at which a scan may have been taken, the best first and further apart than `same_pose`. A tracked pose is among
+    /// them, however poorly it fits, unless alignment moves it elsewhere. Costs some hundred alignments, a comparison with each
+    /// keyframe's ring key and the correlative search: linear in the area that was walked.
+    pub fn find_poses(
+        &self,
+        descriptor: &KeyframeDescriptor,
+        up_from_base: &Rotation,
+        tracked: Option<&Isometry>,
+    ) -> Vec<PoseHypothesis> {
+        self.align_from(descriptor, &self.start_poses(descriptor, up_from_base), tracked)
+    }
+
+    /// As [`Self::find_poses`], within a metre and 20 degrees of these priors. The cost does not grow with the map.
+    pub fn find_poses_near(
+        &self,
+        descriptor: &KeyframeDescriptor,
+        priors: &[Isometry],
+    ) -> Vec<PoseHypothesis> {
+        let config = &self.config;
+        let moved = |map_from_base: &Isometry, x: f64, y: f64, yaw: f64| {
+            let position = map_from_base.translation.vector + Vector3::new(x, y, 0.0);
+            let rotation = so3::exp(&(Vector3::z() * yaw)) * map_from_base.rotation;
+            Isometry::from_parts(Translation3::from(position), rotation)
+        };
+        let mut starts = Vec::new();
+        for prior in priors {
+            for x in config.prior_offsets_m {
+                for y in config.prior_offsets_m {
+                    starts.extend(config.prior_heading_offsets_rad.map(|yaw| moved(prior, x, y, yaw)));
+                }
+            }
+        }
+        self.align_from(descriptor, &starts, None)
+    }
+
+    /// Aligns all of a scan's points (base frame, metres) from a start pose: 12 steps, and a free-space check.
+    pub fn refine_pose(&self, points: &[[f32; 3]], start: &Isometry) -> PoseHypothesis {
+        let (surfaces, matching) = (self.map.surfaces(), &self.config.fine_matching);
+        let Fit { map_from_body, .. } =
+            refine(surfaces, points, start, matching, self.config.fine_iterations);
+        PoseHypothesis {
+            map_from_base: map_from_body,
+            fit: score(surfaces, points, &map_from_body, matching),
+            violation_share: self.map.check_free_space(&map_from_body, points).violation_share(),
+        }
+    }
+
+    /// Poses near these priors if the scan fits there; else those of the whole map, if they fit clearly better.
+    fn find_poses_at(
+        &self,
+        descriptor: &KeyframeDescriptor,
+        up_from_base: &Rotation,
+        priors: &[Isometry],
+    ) -> Vec<PoseHypothesis> {
+        let near = self.find_poses_near(descriptor, priors);
+        if !self.classify(&near).into_accepted().is_empty() {
+            return near;
+        }
+        let Some(best) = near.first() else { return near };
+        let tracked = &best.map_from_base;
+        let everywhere = self.find_poses(descriptor, up_from_base, Some(tracked));
+        match check_tracked_pose(&self.config.acceptance, tracked, &everywhere) {
+            GlobalCheckResult::Contradicted(better) => better,
+            GlobalCheckResult::Confirmed | GlobalCheckResult::Inconclusive => near,
+        }
+    }
+
+    /// Aligns a scan from all these starts, and refines the best of them and a tracked pose in any case.
+    fn align_from(
+        &self,
+        descriptor: &KeyframeDescriptor,
+        starts: &[Isometry],
+        tracked: Option<&Isometry>,
+    ) -> Vec<PoseHypothesis> {
+        let config = &self.config;
+        let same_pose = &config.acceptance.same_pose;
+        let points: Vec<[f32; 3]> = descriptor.points().collect();
+        let few: Vec<[f32; 3]> =
+            points.iter().step_by(points.len().div_ceil(config.coarse_points).max(1)).copied().collect();
+        let coarse = |start| {
+            refine(self.map.surfaces(), &few, start, &config.coarse_matching, config.coarse_iterations)
+        };
+        let mut fits: Vec<Fit> = starts.iter().map(coarse).collect();
+        // The sort is stable: of equal fits the one whose start looks more alike comes first.
+        fits.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let refine_from = |start: &Isometry| self.refine_pose(&points, start);
+        let best = distinct(fits, |fit| &fit.map_from_body, same_pose).into_iter().take(config.max_refined);
+        let mut refined: Vec<PoseHypothesis> = best.map(|fit| refine_from(&fit.map_from_body)).collect();
+        refined.extend(tracked.map(refine_from));
+        refined.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
+        distinct(refined, |one| &one.map_from_base, same_pose)
+    }
+
+    /// Poses of the base from which a search of the whole map starts.
+    fn start_poses(&self, descriptor: &KeyframeDescriptor, up_from_base: &Rotation) -> Vec<Isometry> {
+        let config = &self.config;
+        let index = self.index();
         let level = level_from_base(up_from_base);
-        let keyframes = self.guide.keyframes();
-        let alike = self.places.search(place.views(), 0..keyframes.len());
-        let guesses = alike.iter().take_while(|one| one.alignment.distance <= RESEMBLANCE).map(|one| {
-            let (map_from_keyframe, _) = &keyframes[one.place];
-            let its_level = level_from_base(&map_from_keyframe.rotation);
-            map_from_keyframe * first_from_second(&one.alignment, &its_level, &level, VIEW_ORIGINS[one.view])
-        });
-        let mut starts = distinct(guesses, |guess| guess, STARTS_APART);
-        starts.truncate(LOOKED_AT);
-        let points: Vec<[f32; 3]> = place.points().collect();
-        let covering = self.outlines.search(&points, &level, COVERED);
-        starts.extend(covering.iter().map(|cover| cover.map_from_base));
+        let keyframes = self.map.keyframes();
+        let alike = index.descriptors.search(descriptor.views(), 0..keyframes.len());
+        let recognised = alike
+            .iter()
+            .take_while(|one| one.alignment.distance <= config.max_descriptor_distance)
+            .map(|one| {
+                let (map_from_keyframe, _) = &keyframes[one.place];
+                let keyframe_level = level_from_base(&map_from_keyframe.rotation);
+                map_from_keyframe
+                    * first_from_second(&one.alignment, &keyframe_level, &level, VIEW_ORIGINS[one.view])
+            });
+        let mut starts = distinct(recognised, |pose| pose, &config.recognised_separation);
+        starts.truncate(config.max_recognised_starts);
+        let points: Vec<[f32; 3]> = descriptor.points().collect();
+        starts.extend(index.matcher.search(&points, &level, config.max_matcher_starts));
         starts
+    }
+
+    /// Builds what a search of the whole map needs, if no search has done so. Only who measures the time of a search has to call this.
+    pub fn prepare_search(&self) {
+        self.index();
+    }
+
+    fn index(&self) -> &SearchIndex {
+        self.index.get_or_init(|| self.build_index())
+    }
+
+    fn build_index(&self) -> SearchIndex {
+        let mut descriptors = ScanContextIndex::default();
+        for (_, descriptor) in self.map.keyframes() {
+            descriptors.push(Arc::clone(&descriptor.views()[0]));
+        }
+        SearchIndex { descriptors, matcher: CorrelativeMatcher::new(self.config.matcher, &self.map) }
     }
 }
 
-/// Those that are no others' doubles, in their order. Quadratic.
+/// Those whose poses differ from all before them, in their order. Quadratic.
 fn distinct<T>(
     all: impl IntoIterator<Item = T>,
     pose: impl Fn(&T) -> &Isometry,
-    beyond: (f64, f64),
+    tolerance: &PoseTolerance,
 ) -> Vec<T> {
     let mut chosen: Vec<T> = Vec::new();
     for one in all {
-        if chosen.iter().all(|other| apart(pose(other), pose(&one), beyond)) {
+        if !chosen.iter().any(|other| tolerance.contains(pose(other), pose(&one))) {
             chosen.push(one);
         }
     }
     chosen
 }
 
-/// Whether two poses of the base are the same place, one found from the other.
-pub fn is_same_place(a: &Isometry, b: &Isometry) -> bool {
-    !apart(a, b, APART)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at, room_keyframe, rooms, rooms_keyframes};
 
-fn apart(a: &Isometry, b: &Isometry, (metres, radians): (f64, f64)) -> bool {
-    (a.translation.vector - b.translation.vector).norm() > metres
-        || so3::log(&(a.rotation.inverse() * b.rotation)).norm() > radians
+    fn localiser() -> GlobalLocaliser {
+        GlobalLocaliser::new(Arc::new(LocalisationMap::new(rooms_keyframes())))
+    }
+
+    fn error_m(found: &PoseHypothesis, truth: &Isometry) -> f64 {
+        (found.map_from_base.translation.vector - truth.translation.vector).norm()
+    }
+
+    #[test]
+    fn a_scan_among_the_boxes_has_one_pose_and_one_in_a_room_has_two() {
+        let localiser = localiser();
+        let up = Rotation::identity();
+        let (truth, scan) = room_keyframe(&rooms(), 37.2, 0.2, 0.4);
+        let found = localiser.find_poses(&scan, &up, None);
+        let RelocalisationResult::Unique(best) = localiser.classify(&found) else { panic!("{found:?}") };
+        assert!(error_m(&best, &truth) < 0.05, "{best:?}");
+
+        let (truth, scan) = room_keyframe(&rooms(), 5.0, 6.0, 0.4);
+        let found = localiser.classify(&localiser.find_poses(&scan, &up, None));
+        let RelocalisationResult::Ambiguous(several) = found else { panic!("{found:?}") };
+        for alike in [truth, at(25.0, 6.0, 0.4)] {
+            assert!(several.iter().any(|one| error_m(one, &alike) < 0.05), "{several:?}");
+        }
+    }
+
+    #[test]
+    fn a_given_pose_decides_between_rooms_that_are_alike() {
+        let localiser = localiser();
+        let (truth, scan) = room_keyframe(&rooms(), 25.0, 6.0, 0.4);
+        let prior = PosePrior::Given(at(24.4, 6.5, 0.6));
+        let found = localiser.find_poses_with_prior(&scan, &Rotation::identity(), &prior);
+        let RelocalisationResult::Unique(best) = localiser.classify(&found) else { panic!("{found:?}") };
+        assert!(error_m(&best, &truth) < 0.05, "{best:?}");
+        let docks = PosePrior::AtDocks(vec![at(-5.0, 0.0, 0.0), at(24.4, 6.5, 0.6)]);
+        let found = localiser.find_poses_with_prior(&scan, &Rotation::identity(), &docks);
+        assert!(found.first().is_some_and(|best| error_m(best, &truth) < 0.05), "{found:?}");
+        let none =
+            localiser.find_poses_with_prior(&scan, &Rotation::identity(), &PosePrior::AtDocks(Vec::new()));
+        assert_eq!(none, []);
+    }
+
+    #[test]
+    fn a_tracked_pose_is_in_the_list_however_poorly_it_fits() {
+        let localiser = localiser();
+        let (_, scan) = room_keyframe(&rooms(), 37.2, 0.2, 0.4);
+        let wrong = at(12.0, 0.0, 0.4);
+        let found = localiser.find_poses_with_prior(&scan, &Rotation::identity(), &PosePrior::Tracked(wrong));
+        // Alignment may move it along the corridor.
+        assert!(found.iter().any(|one| error_m(one, &wrong) < 3.0), "{found:?}");
+        assert!(found.windows(2).all(|pair| pair[0].quality() >= pair[1].quality()), "{found:?}");
+    }
 }

@@ -1,25 +1,51 @@
-//! Keeping the robot's pose in a known map, and knowing how far it can be believed.
+//! Localisation in a known map: finding the robot's pose, tracking it, and knowing how far it can be trusted.
 //!
-//! A [`LocalisationMap`] is what the known map says of the site: its surfaces, and what its keyframes saw through. A [`PoseTracker`] carries the
-//! pose from scan to scan by odometry's motion, corrects it by fitting each scan to those surfaces, and asks the keyframes' sight
-//! whether the scan can have been taken there at all: a person or a rack that was moved contradicts a little of what they saw, a wrong
-//! place most of it. `docs/maths/localisation.md` has the method and its numbers.
+//! A [`LocalisationMap`] is what the known map says about the site: its surfaces, and the free space that its keyframes saw. A
+//! [`GlobalLocaliser`] finds the poses at which one scan may have been taken, a [`MultiHypothesisTracker`] follows them until one is left, and
+//! a [`PoseTracker`] keeps that one from scan to scan. [`plan_disambiguation`] says where to walk so that poses which look alike can be told
+//! apart. A [`Localiser`] puts all of it together. Each scan is compared with the free space of the keyframes near it: a person or a rack
+//! that was moved contradicts a little of that, a wrong pose most of it. `docs/maths/localisation.md` has the method, its symbols and its
+//! numbered equations.
 
 mod adaptive_voxel_filter;
 mod bit_grid;
 mod correlative_matcher;
 mod disambiguation;
+mod disambiguation_schedule;
+mod dock_registry;
 mod global_localiser;
 mod localisation_map;
 mod localisation_monitor;
+mod localiser;
+mod low_confidence;
+mod multi_hypothesis_tracker;
+mod periodic_global_check;
+mod pose_hypothesis;
 mod pose_tracker;
+mod relocalisation_request;
+mod request_progress;
+#[cfg(test)]
+mod testing;
 mod tiled_surfaces;
 
-pub use adaptive_voxel_filter::AdaptiveVoxelFilter;
-pub use global_localiser::{
-    GlobalLocaliser, PoseHypothesis, RelocalisationResult, classify_hypotheses, is_same_place,
+pub use adaptive_voxel_filter::{AdaptiveVoxelFilter, AdaptiveVoxelFilterConfig};
+pub use correlative_matcher::{CorrelativeMatcherConfig, FloorDetectionConfig};
+pub use disambiguation::{DisambiguationConfig, plan_disambiguation};
+pub use disambiguation_schedule::{DisambiguationWork, ExplorationHint};
+pub use dock_registry::{Dock, DockRegistry, DockRegistryConfig};
+pub use global_localiser::{GlobalLocaliser, GlobalLocaliserConfig, PosePrior};
+pub use localisation_map::{FreeSpaceCheck, FreeSpaceCheckConfig, LocalisationMap, LocalisationMapConfig};
+pub use localisation_monitor::{
+    DegradationReason, LocalisationMonitorConfig, LocalisationStatus, PoseEvidence,
 };
-pub use localisation_map::{FreeSpaceCheck, LocalisationMap};
-pub use localisation_monitor::{DegradationReason, LocalisationStatus, PoseEvidence};
-pub use pose_tracker::{DownsampledScan, PoseTracker, TrackedPose};
-pub use tiled_surfaces::TiledSurfaces;
+pub use localiser::{
+    InitialPose, LocalisationTransition, LocalisationWork, Localiser, LocaliserConfig, LocaliserState,
+    OdometryScan,
+};
+pub use low_confidence::LowConfidenceConfig;
+pub use multi_hypothesis_tracker::{MultiHypothesisConfig, MultiHypothesisTracker};
+pub use periodic_global_check::PeriodicGlobalCheckConfig;
+pub use pose_hypothesis::{AcceptanceConfig, PoseHypothesis, PoseTolerance, RelocalisationResult};
+pub use pose_tracker::{DownsampledScan, PoseTracker, PoseTrackerConfig, TrackedPose};
+pub use relocalisation_request::{RelocalisationRequestConfig, RelocalisationWork};
+pub use tiled_surfaces::{TiledSurfaces, TiledSurfacesConfig};

@@ -1,182 +1,324 @@
-//! From scan to scan: odometry's motion carries the pose, the known surfaces correct it.
+//! Tracking the pose from scan to scan: odometry predicts it, the surfaces of the map correct it.
 
 use crate::localisation_map::LocalisationMap;
-use crate::localisation_monitor::{LocalisationMonitor, LocalisationStatus, PoseEvidence};
+use crate::localisation_monitor::{
+    LocalisationMonitor, LocalisationMonitorConfig, LocalisationStatus, PoseEvidence,
+};
 use geometry::{Isometry, Matrix6, Vector6, se3};
 use mapping::UncertainPose;
 use registration::{MatchingConfig, linearise, shrink_eigenvalues};
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// Fewer points than this say nothing.
-const MIN_POINTS: usize = 60;
-/// How points are matched once the pose is nearly right: the map is made of thinned clouds.
-const MATCHING: MatchingConfig = MatchingConfig {
-    gate_m: 0.1,
-    kernel_width: 3.0,
-    noise_m: 0.015,
-    use_distributions: true,
-    front_facing_only: true,
-};
-/// Gauss-Newton steps at most, and the length of one that ends them: radians and metres.
-const ITERATIONS: usize = 8;
-const RESTING: f64 = 1e-4;
-/// The first looks are so much wider, by how far off the prediction may be, metres.
-const WIDENED: [(f64, f32); 3] = [(0.02, 1.0), (0.06, 2.0), (f64::INFINITY, 4.0)];
-/// Points that share one error (of the map, of time, of motion) and so count as one: as in odometry.
-const CORRELATED: f64 = 10.0;
-/// Share of the strongest direction's information that noise alone can fake in a blind one.
-const FEIGNED: f64 = 1e-3;
-/// What odometry adds to the doubt: radians and metres a scan, for each metre walked, for each radian turned.
-const STILL: (f64, f64) = (1e-4, 5e-4);
-const WALKED: (f64, f64) = (1e-3, 0.01);
-const TURNED: (f64, f64) = (5e-3, 2e-3);
-/// The doubt that no number of scans takes away, since neighbouring scans see the same errors of the map: radians and metres. It is
-/// told, and not carried on.
-const FLOOR: (f64, f64) = (1e-3, 6e-3);
+/// Parameters of [`PoseTracker`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseTrackerConfig {
+    /// Parameters of the monitor. A scan of fewer points than its `min_points` corrects nothing.
+    pub monitor: LocalisationMonitorConfig,
+    /// How points are matched once the pose is nearly right. The map is made of thinned clouds.
+    pub matching: MatchingConfig,
+    /// Greatest number of Gauss-Newton steps.
+    pub max_iterations: usize,
+    /// A shorter step ends the iteration, radians and metres.
+    pub convergence_step: f64,
+    /// A predicted position with a greater standard deviation, metres, is first matched with a gate and a kernel of twice the size.
+    pub double_gate_std_m: f64,
+    /// A predicted position with a greater standard deviation, metres, is first matched with four times the size.
+    pub quadruple_gate_std_m: f64,
+    /// Gate and kernel shrink by this factor with each step until they have the size of `matching`.
+    pub gate_decay: f32,
+    /// Number of points that share one error (of the map, of time, of motion) and therefore count as one, as in odometry.
+    pub correlated_points: f64,
+    /// Share of the strongest direction's information that noise alone produces in a degenerate direction. It is taken off.
+    pub noise_information_share: f64,
+    /// Least lever arm, metres, by which rotation and translation are compared.
+    pub min_lever_arm_m: f64,
+    /// Standard deviation of the rotation between two scans of a robot that stands, radians.
+    pub still_rotation_std_rad: f64,
+    /// Standard deviation of the translation between two scans of a robot that stands, metres.
+    pub still_translation_std_m: f64,
+    /// Standard deviation of the rotation for each metre walked, radians.
+    pub rotation_std_rad_per_m: f64,
+    /// Standard deviation of the translation for each metre walked, metres.
+    pub translation_std_m_per_m: f64,
+    /// Standard deviation of the rotation for each radian turned, radians.
+    pub rotation_std_rad_per_rad: f64,
+    /// Standard deviation of the translation for each radian turned, metres.
+    pub translation_std_m_per_rad: f64,
+    /// Standard deviation of the map's own rotation errors, radians. Neighbouring scans see the same errors, so that no number of scans
+    /// averages them out: they are added to the reported covariance and not propagated.
+    pub map_rotation_std_rad: f64,
+    /// Standard deviation of the map's own translation errors, metres; see `map_rotation_std_rad`.
+    pub map_translation_std_m: f64,
+}
 
-/// A scan that odometry has freed of its motion.
+impl Default for PoseTrackerConfig {
+    fn default() -> Self {
+        Self {
+            monitor: LocalisationMonitorConfig::default(),
+            matching: MatchingConfig {
+                gate_m: 0.1,
+                kernel_width: 3.0,
+                noise_m: 0.015,
+                use_distributions: true,
+                front_facing_only: true,
+            },
+            max_iterations: 8,
+            convergence_step: 1e-4,
+            double_gate_std_m: 0.02,
+            quadruple_gate_std_m: 0.06,
+            gate_decay: 0.5,
+            correlated_points: 10.0,
+            noise_information_share: 1e-3,
+            min_lever_arm_m: 0.5,
+            still_rotation_std_rad: 1e-4,
+            still_translation_std_m: 5e-4,
+            rotation_std_rad_per_m: 1e-3,
+            translation_std_m_per_m: 0.01,
+            rotation_std_rad_per_rad: 5e-3,
+            translation_std_m_per_rad: 2e-3,
+            map_rotation_std_rad: 1e-3,
+            map_translation_std_m: 6e-3,
+        }
+    }
+}
+
+/// A downsampled scan whose motion odometry has corrected.
 #[derive(Clone, Copy, Debug)]
 pub struct DownsampledScan<'a> {
-    /// Of the pose.
+    /// Instant of the pose.
     pub stamp: Stamp,
-    /// By odometry.
+    /// Pose of the base by odometry.
     pub odom_from_base: Isometry,
-    /// Of that, `[rotation; translation]`.
+    /// Covariance of that pose, `[rotation; translation]`.
     pub covariance: Matrix6,
     /// Some thousands of points, spread evenly, base frame, metres.
     pub points: &'a [[f32; 3]],
 }
 
-/// Where the robot is in the known map.
+/// The pose after a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrackedPose {
-    /// The base.
+    /// Pose of the base in the map.
     pub map_from_base: UncertainPose,
-    /// How far that can be believed.
-    pub trust: LocalisationStatus,
-    /// Why.
+    /// Whether it can be trusted.
+    pub status: LocalisationStatus,
+    /// What the scan says about it.
     pub evidence: PoseEvidence,
 }
 
-/// Keeps the pose in a known map.
+/// Tracks the pose of the base in a known map.
 #[derive(Clone, Debug)]
 pub struct PoseTracker {
-    guide: Arc<LocalisationMap>,
+    config: PoseTrackerConfig,
+    map: Arc<LocalisationMap>,
     map_from_base: UncertainPose,
-    /// Odometry's pose and covariance at the last scan.
-    last: (Isometry, Option<Matrix6>),
-    judge: LocalisationMonitor,
+    /// Odometry at the latest scan.
+    odom_from_base: Isometry,
+    /// Covariance of that, if it is known.
+    odometry_covariance: Option<Matrix6>,
+    monitor: LocalisationMonitor,
 }
 
 impl PoseTracker {
-    /// Begins where the base is said to be, by somebody who may be so wrong, at a moment of odometry, with odometry's covariance then if
-    /// that is known.
+    /// Starts at a pose with its covariance, at a moment of odometry. `odometry_covariance` is odometry's own covariance at that moment, if
+    /// it is known: only its growth counts.
     pub fn new(
-        guide: Arc<LocalisationMap>,
+        config: PoseTrackerConfig,
+        map: Arc<LocalisationMap>,
         map_from_base: UncertainPose,
         odom_from_base: &Isometry,
-        covariance: Option<Matrix6>,
+        odometry_covariance: Option<Matrix6>,
     ) -> Self {
-        Self {
-            guide,
-            map_from_base,
-            last: (*odom_from_base, covariance),
-            judge: LocalisationMonitor::default(),
-        }
+        let monitor = LocalisationMonitor::new(config.monitor);
+        Self { config, map, map_from_base, odom_from_base: *odom_from_base, odometry_covariance, monitor }
     }
 
-    /// Where odometry's frame is in the map.
+    /// Pose of odometry's frame in the map.
     pub fn map_from_odom(&self) -> Isometry {
-        self.map_from_base.pose * self.last.0.inverse()
+        self.map_from_base.pose * self.odom_from_base.inverse()
     }
 
-    /// The base at the last scan.
+    /// Pose of the base at the latest scan.
     pub fn map_from_base(&self) -> &UncertainPose {
         &self.map_from_base
     }
 
-    /// Takes in the next scan. Costs eight looks at its points at most, and one at every keyframe's place.
-    pub fn track(&mut self, scan: &DownsampledScan) -> TrackedPose {
-        let predicted = self.carry(scan);
-        let fitted = (scan.points.len() >= MIN_POINTS).then(|| fit(&self.guide, &predicted, scan.points));
-        let mut evidence = PoseEvidence { seen: scan.points.len(), ..PoseEvidence::default() };
-        if let Some(fitted) = fitted {
-            self.map_from_base = fitted.map_from_base;
-            (evidence.matched, evidence.mapped) = (fitted.matched, fitted.mapped);
-            evidence.sightings = self.guide.sightings(&fitted.map_from_base.pose, scan.points);
+    /// Corrects the pose by the next scan. Matches its points eight times at most, and asks the nearest keyframes about them once.
+    pub fn update(&mut self, scan: &DownsampledScan) -> TrackedPose {
+        let predicted = self.predict(scan);
+        let aligned = (scan.points.len() >= self.config.monitor.min_points)
+            .then(|| align(&self.config, &self.map, &predicted, scan.points));
+        let mut evidence = PoseEvidence { point_count: scan.points.len(), ..PoseEvidence::default() };
+        if let Some(aligned) = aligned {
+            self.map_from_base = aligned.map_from_base;
+            (evidence.matched_share, evidence.mapped_share) = (aligned.matched_share, aligned.mapped_share);
+            evidence.free_space = self.map.check_free_space(&aligned.map_from_base.pose, scan.points);
         } else {
             self.map_from_base = predicted;
         }
         let UncertainPose { pose, covariance } = self.map_from_base;
-        let map_from_base = UncertainPose { pose, covariance: covariance + floor() };
-        evidence.deviation = map_from_base.translation_std_m();
-        let trust = self.judge.judge(scan.stamp, &evidence);
-        TrackedPose { map_from_base, trust, evidence }
+        let map_from_base = UncertainPose { pose, covariance: covariance + self.map_covariance() };
+        evidence.position_std_m = map_from_base.translation_std_m();
+        let status = self.monitor.update(scan.stamp, &evidence);
+        TrackedPose { map_from_base, status, evidence }
     }
 
-    /// The pose moved on by what odometry saw since the last scan, and its doubt grown by as much as odometry's and by what the way
-    /// itself is worth.
-    fn carry(&mut self, scan: &DownsampledScan) -> UncertainPose {
-        let (before, known) = std::mem::replace(&mut self.last, (scan.odom_from_base, Some(scan.covariance)));
-        let moved = before.inverse() * scan.odom_from_base;
-        let (walked, turned) = (moved.translation.vector.norm(), moved.rotation.angle());
-        let by_way = |still: f64, per_metre: f64, per_radian: f64| {
-            (still + per_metre * walked + per_radian * turned).powi(2)
+    /// The pose moved by odometry's motion since the latest scan (equation 1). Its covariance grows by the motion, and by as much as
+    /// odometry's own covariance has grown.
+    fn predict(&mut self, scan: &DownsampledScan) -> UncertainPose {
+        let previous = std::mem::replace(&mut self.odom_from_base, scan.odom_from_base);
+        let previous_covariance =
+            self.odometry_covariance.replace(scan.covariance).unwrap_or(scan.covariance);
+        let motion = previous.inverse() * scan.odom_from_base;
+        let (walked_m, turned_rad) = (motion.translation.vector.norm(), motion.rotation.angle());
+        let variance = |still: f64, per_metre: f64, per_radian: f64| {
+            (still + per_metre * walked_m + per_radian * turned_rad).powi(2)
         };
-        let grown = (scan.covariance - known.unwrap_or(scan.covariance)).diagonal();
-        let [turn_grown, place_grown] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));
-        let turn = by_way(STILL.0, WALKED.0, TURNED.0) + turn_grown;
-        let place = by_way(STILL.1, WALKED.1, TURNED.1) + place_grown;
-        let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        self.map_from_base.then(&UncertainPose { pose: moved, covariance })
+        let growth = (scan.covariance - previous_covariance).diagonal();
+        let [rotation_growth, translation_growth] =
+            [0, 3].map(|first| growth.fixed_rows::<3>(first).max().max(0.0));
+        let config = &self.config;
+        let rotation = variance(
+            config.still_rotation_std_rad,
+            config.rotation_std_rad_per_m,
+            config.rotation_std_rad_per_rad,
+        ) + rotation_growth;
+        let translation = variance(
+            config.still_translation_std_m,
+            config.translation_std_m_per_m,
+            config.translation_std_m_per_rad,
+        ) + translation_growth;
+        self.map_from_base.then(&UncertainPose { pose: motion, covariance: diagonal(rotation, translation) })
+    }
+
+    /// Covariance of the map's own errors.
+    fn map_covariance(&self) -> Matrix6 {
+        let (rotation, translation) = (self.config.map_rotation_std_rad, self.config.map_translation_std_m);
+        diagonal(rotation * rotation, translation * translation)
     }
 }
 
-struct Fitted {
+struct Aligned {
     map_from_base: UncertainPose,
-    /// Share of the points on known surfaces, and of those that have any about.
-    matched: f64,
-    mapped: f64,
+    /// Share of the points on known surfaces.
+    matched_share: f64,
+    /// Share of the points near known surfaces.
+    mapped_share: f64,
 }
 
-/// The pose on which prediction and surfaces agree best.
-fn fit(guide: &LocalisationMap, predicted: &UncertainPose, points: &[[f32; 3]]) -> Fitted {
+/// The pose at which prediction and surfaces agree best: iterated Gauss-Newton with the prediction as prior (equation 2).
+fn align(
+    config: &PoseTrackerConfig,
+    map: &LocalisationMap,
+    predicted: &UncertainPose,
+    points: &[[f32; 3]],
+) -> Aligned {
     let prior = predicted.information();
-    let deviation = predicted.translation_std_m();
-    let mut widen = WIDENED.iter().find(|(limit, _)| deviation <= *limit).map_or(1.0, |(_, wide)| *wide);
+    let position_std_m = predicted.translation_std_m();
+    let mut widening: f32 = if position_std_m > config.quadruple_gate_std_m {
+        4.0
+    } else if position_std_m > config.double_gate_std_m {
+        2.0
+    } else {
+        1.0
+    };
     let squares: f64 = points.iter().map(|p| p.iter().map(|c| f64::from(c * c)).sum::<f64>()).sum();
-    let arm = (squares / points.len().max(1) as f64).sqrt().max(0.5);
+    let lever_arm_m = (squares / points.len().max(1) as f64).sqrt().max(config.min_lever_arm_m);
     let mut pose = predicted.pose;
-    let (mut information, mut matched, mut mapped) = (Matrix6::zeros(), 0.0, 0.0);
-    for _ in 0..ITERATIONS {
-        let options = MatchingConfig {
-            gate_m: MATCHING.gate_m * widen,
-            kernel_width: MATCHING.kernel_width * widen,
-            ..MATCHING
+    let (mut information, mut matched_share, mut mapped_share) = (Matrix6::zeros(), 0.0, 0.0);
+    for _ in 0..config.max_iterations {
+        let matching = MatchingConfig {
+            gate_m: config.matching.gate_m * widening,
+            kernel_width: config.matching.kernel_width * widening,
+            ..config.matching
         };
-        let at = linearise(guide.surfaces(), points, &pose, &options);
-        let seen = shrink_eigenvalues(&at.information, &at.gradient, arm, FEIGNED);
-        information = seen.information / CORRELATED;
-        [matched, mapped] = [at.inliers, at.matched].map(|count| count as f64 / points.len().max(1) as f64);
-        let off = se3::local(&predicted.pose, &pose);
+        let equations = linearise(map.surfaces(), points, &pose, &matching);
+        let conditioned = shrink_eigenvalues(
+            &equations.information,
+            &equations.gradient,
+            lever_arm_m,
+            config.noise_information_share,
+        );
+        information = conditioned.information / config.correlated_points;
+        [matched_share, mapped_share] =
+            [equations.inliers, equations.matched].map(|count| count as f64 / points.len().max(1) as f64);
+        let offset = se3::local(&predicted.pose, &pose);
         let Some(factor) = (information + prior).cholesky() else { break };
-        let step: Vector6 = factor.solve(&-(seen.gradient / CORRELATED + prior * off));
+        let step: Vector6 =
+            factor.solve(&-(conditioned.gradient / config.correlated_points + prior * offset));
         if !step.iter().all(|c| c.is_finite()) {
             break;
         }
         pose = se3::retract(&pose, &step);
-        if widen <= 1.0 && step.norm() < RESTING {
+        if widening <= 1.0 && step.norm() < config.convergence_step {
             break;
         }
-        widen = (widen * 0.5).max(1.0);
+        widening = (widening * config.gate_decay).max(1.0);
     }
     let covariance = (information + prior).cholesky().map_or(predicted.covariance, |factor| factor.inverse());
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    Fitted { map_from_base: UncertainPose { pose, covariance }, matched, mapped }
+    Aligned { map_from_base: UncertainPose { pose, covariance }, matched_share, mapped_share }
 }
 
-fn floor() -> Matrix6 {
-    let (turn, place) = (FLOOR.0 * FLOOR.0, FLOOR.1 * FLOOR.1);
-    Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place))
+/// A covariance with these variances of each axis.
+fn diagonal(rotation: f64, translation: f64) -> Matrix6 {
+    Matrix6::from_diagonal(&Vector6::new(rotation, rotation, rotation, translation, translation, translation))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at, room_keyframe, rooms};
+    use vocab::Span;
+
+    fn scan<'a>(
+        millis: i64,
+        odom_from_base: &Isometry,
+        covariance: f64,
+        points: &'a [[f32; 3]],
+    ) -> DownsampledScan<'a> {
+        DownsampledScan {
+            stamp: Stamp::EPOCH + Span::from_millis(millis),
+            odom_from_base: *odom_from_base,
+            covariance: Matrix6::identity() * covariance,
+            points,
+        }
+    }
+
+    #[test]
+    fn scans_correct_a_pose_that_is_wrong_by_20_cm() {
+        let rooms = rooms();
+        let map = Arc::new(LocalisationMap::new(vec![room_keyframe(&rooms, 4.0, 4.0, 0.0)]));
+        let truth = at(4.2, 4.1, 0.1);
+        let points: Vec<[f32; 3]> = room_keyframe(&rooms, 4.2, 4.1, 0.1).1.points().collect();
+        let start = UncertainPose { pose: at(4.05, 4.2, 0.13), covariance: diagonal(0.05_f64.powi(2), 0.16) };
+        let odom = Isometry::identity();
+        let mut tracker = PoseTracker::new(PoseTrackerConfig::default(), map, start, &odom, None);
+        let mut pose = None;
+        for step in 0..5 {
+            pose = Some(tracker.update(&scan(100 * step, &odom, 1e-6, &points)));
+        }
+        let Some(pose) = pose else { panic!("five scans were tracked") };
+        let error = truth.inverse() * pose.map_from_base.pose;
+        assert!(error.translation.vector.norm() < 0.02 && error.rotation.angle() < 0.01, "{error}");
+        assert_eq!(pose.status, LocalisationStatus::Localised, "{:?}", pose.evidence);
+    }
+
+    #[test]
+    fn without_points_odometry_moves_the_pose_and_its_covariance_grows_with_the_motion() {
+        let config = PoseTrackerConfig::default();
+        let map = Arc::new(LocalisationMap::new(Vec::new()));
+        let start = UncertainPose { pose: at(1.0, 2.0, 0.0), covariance: Matrix6::zeros() };
+        let mut tracker = PoseTracker::new(config, map, start, &Isometry::identity(), None);
+        tracker.update(&scan(0, &at(2.0, 0.0, 0.0), 1e-6, &[]));
+        let moved = *tracker.map_from_base();
+        assert!((moved.pose.translation.vector - at(3.0, 2.0, 0.0).translation.vector).norm() < 1e-12);
+        let expected = (5e-4_f64 + 0.01 * 2.0).powi(2);
+        assert!((moved.covariance[(3, 3)] - expected).abs() < 1e-12, "{}", moved.covariance);
+        // A stretch without LiDAR counts as much as odometry says.
+        tracker.update(&scan(100, &at(2.0, 0.0, 0.0), 0.01, &[]));
+        let grown = tracker.map_from_base().covariance - moved.covariance;
+        assert!((grown[(3, 3)] - (0.01 - 1e-6 + 2.5e-7)).abs() < 1e-9, "{grown}");
+    }
 }

@@ -1,7 +1,7 @@
-//! A known map's surfaces in square tiles, each made when it is first looked at.
+//! The surfaces of a known map in square tiles, each built when a point in it is first looked up.
 //!
-//! Whatever looks at a place pays for the tiles about it and no others, so that a robot that is told where it is can begin within a
-//! second in a map of any size. A tile is made of the keyframes alone, in their order: who looks first, and when, changes nothing.
+//! A lookup pays for the tile around its point and for no other one. A robot whose pose is given can therefore begin within a second in a
+//! map of any size. A tile is built from the keyframes alone, in their order, so that it does not depend on who looks it up first, or when.
 
 use geometry::{Isometry, Vector3};
 use mapping::KeyframeDescriptor;
@@ -10,40 +10,57 @@ use points::{GaussianMap, GaussianMapConfig, Surface, SurfaceMap};
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
-/// Edge of a tile, root cubes: 32 m. Larger ones take longer at once, smaller ones more often turn the same points.
-const TILE: i64 = 16;
-
-/// What the surfaces are made of: keyframes, each with its pose in the map.
+/// The keyframes of a map, each with its pose.
 pub(crate) type Keyframes = Arc<[(Isometry, KeyframeDescriptor)]>;
 
-/// SurfaceMap by tile.
+/// Parameters of [`TiledSurfaces`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiledSurfacesConfig {
+    /// Parameters of the surfaces in a tile.
+    pub surfaces: GaussianMapConfig,
+    /// Edge of a tile in root cubes of the surfaces, as a power of two: 4 means 16 cubes, 32 m. Larger tiles take longer to build at once,
+    /// smaller ones transform the same points more often. A power of two, because every lookup divides by it.
+    pub tile_size_log2: u32,
+}
+
+impl Default for TiledSurfacesConfig {
+    fn default() -> Self {
+        Self {
+            surfaces: GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() },
+            tile_size_log2: 4,
+        }
+    }
+}
+
+/// Surfaces by tile.
 #[derive(Debug)]
 pub struct TiledSurfaces {
-    config: GaussianMapConfig,
+    config: TiledSurfacesConfig,
     keyframes: Keyframes,
-    /// Numbers of `tiles`.
+    /// Indices into `tiles`.
     table: CellTable,
     tiles: Vec<Tile>,
 }
 
 #[derive(Debug)]
 struct Tile {
-    /// In tiles along x and y.
-    at: [i64; 2],
-    /// Keyframes whose points may lie in it, in their order.
-    reached_by: Vec<u32>,
+    /// Index of the tile along x and y.
+    index: [i64; 2],
+    /// Keyframes whose points may lie in the tile, in their order.
+    keyframes: Vec<u32>,
     surfaces: OnceLock<GaussianMap>,
 }
 
 impl TiledSurfaces {
-    /// Of keyframes; makes none of the surfaces yet. Linear in their points: a nanosecond or two each.
-    pub(crate) fn new(config: GaussianMapConfig, keyframes: Keyframes) -> Self {
+    /// Tiles over these keyframes. Builds none of the surfaces yet. Linear in the points: one or two nanoseconds each.
+    pub(crate) fn new(config: TiledSurfacesConfig, keyframes: Keyframes) -> Self {
         let mut reached: BTreeMap<[i64; 2], Vec<u32>> = BTreeMap::new();
-        for (number, (map_from_keyframe, place)) in (0..).zip(keyframes.iter()) {
-            let Some([least, most]) = extent(map_from_keyframe, place) else { continue };
-            let [first, last] = [(least, -1), (most, 1)].map(|(corner, beyond)| {
-                let cell = config.root_cell(corner.as_ref());
-                [cell[0], cell[1]].map(|cell| (cell + beyond).div_euclid(TILE))
+        for (number, (map_from_keyframe, descriptor)) in (0..).zip(keyframes.iter()) {
+            let Some([min, max]) = bounding_box(map_from_keyframe, descriptor) else { continue };
+            // A tile also holds the root cubes next to it.
+            let [first, last] = [(min, -1), (max, 1)].map(|(corner, margin)| {
+                let cube = config.surfaces.root_cell(corner.as_ref());
+                [cube[0], cube[1]].map(|index| (index + margin) >> config.tile_size_log2)
             });
             for x in first[0]..=last[0] {
                 for y in first[1]..=last[1] {
@@ -54,57 +71,59 @@ impl TiledSurfaces {
         let mut table = CellTable::with_capacity(reached.len());
         let tiles: Vec<Tile> = reached
             .into_iter()
-            .map(|(at, reached_by)| Tile { at, reached_by, surfaces: OnceLock::new() })
+            .map(|(index, keyframes)| Tile { index, keyframes, surfaces: OnceLock::new() })
             .collect();
         for (number, tile) in (0..).zip(&tiles) {
-            table.get_or_insert(key(tile.at), number);
+            table.get_or_insert(key(tile.index), number);
         }
         Self { config, keyframes, table, tiles }
     }
 
-    /// SurfaceMap of all that lies about a point; the first call makes them. None where nothing was seen.
+    /// The surfaces around a point; the first call builds them. None where nothing was seen.
     #[inline]
-    fn about(&self, point: &[f64; 3]) -> Option<&GaussianMap> {
-        let cell = self.config.root_cell(point);
-        let number = self.table.get(key([cell[0], cell[1]].map(|cell| cell.div_euclid(TILE))))?;
-        let tile = &self.tiles[number as usize];
-        Some(tile.surfaces.get_or_init(|| self.make(tile)))
+    fn surfaces_at(&self, point: &[f64; 3]) -> Option<&GaussianMap> {
+        let cube = self.config.surfaces.root_cell(point);
+        let index = [cube[0], cube[1]].map(|index| index >> self.config.tile_size_log2);
+        let tile = &self.tiles[self.table.get(key(index))? as usize];
+        Some(tile.surfaces.get_or_init(|| self.build(tile)))
     }
 
-    /// A tile with the root cubes next to it, which hold what lies near its border. Linear in the points of the keyframes that reach it:
-    /// 5 ns each, and 0.2 us each for those that lie in it.
-    fn make(&self, tile: &Tile) -> GaussianMap {
-        let mut surfaces = GaussianMap::new(self.config);
-        let within = |cell: i64, tile: i64| (-1..=TILE).contains(&(cell - tile * TILE));
-        for (map_from_keyframe, place) in
-            tile.reached_by.iter().map(|number| &self.keyframes[*number as usize])
+    /// Builds a tile with the root cubes next to it, which hold what lies near its border. Linear in the points of the keyframes that reach
+    /// it: 5 ns each, and 0.2 us each for those that lie in it.
+    fn build(&self, tile: &Tile) -> GaussianMap {
+        let size = 1_i64 << self.config.tile_size_log2;
+        let mut surfaces = GaussianMap::new(self.config.surfaces);
+        let is_within = |cube: i64, tile: i64| (-1..=size).contains(&(cube - tile * size));
+        for (map_from_keyframe, descriptor) in
+            tile.keyframes.iter().map(|number| &self.keyframes[*number as usize])
         {
-            let turn = map_from_keyframe.rotation.to_rotation_matrix();
-            let from = map_from_keyframe.translation.vector;
-            for point in place.points() {
-                let at = (turn * Vector3::from(point.map(f64::from)) + from).into();
-                let cell = self.config.root_cell(&at);
-                if within(cell[0], tile.at[0]) && within(cell[1], tile.at[1]) {
-                    surfaces.insert_from_viewpoint(&at, from.as_ref());
+            let rotation = map_from_keyframe.rotation.to_rotation_matrix();
+            let origin = map_from_keyframe.translation.vector;
+            for point in descriptor.points() {
+                let at = (rotation * Vector3::from(point.map(f64::from)) + origin).into();
+                let cube = self.config.surfaces.root_cell(&at);
+                if is_within(cube[0], tile.index[0]) && is_within(cube[1], tile.index[1]) {
+                    surfaces.insert_from_viewpoint(&at, origin.as_ref());
                 }
             }
         }
         surfaces
     }
 
-    /// Makes all tiles within so many metres of a place, so that nobody who walks there has to wait for one.
-    pub fn make_about(&self, place: &Vector3, metres: f64) {
+    /// Builds all tiles within a distance of a position, metres, so that a robot that walks there never waits for one.
+    pub fn build_around(&self, position: &Vector3, radius_m: f64) {
         for tile in &self.tiles {
-            let edge = TILE as f64 * self.config.root_size_m;
-            let middle = tile.at.map(|index| (index as f64 + 0.5) * edge);
-            if (middle[0] - place.x).abs().max((middle[1] - place.y).abs()) <= metres + edge / 2.0 {
-                tile.surfaces.get_or_init(|| self.make(tile));
+            let edge_m = f64::from(1_u32 << self.config.tile_size_log2) * self.config.surfaces.root_size_m;
+            let centre = tile.index.map(|index| (index as f64 + 0.5) * edge_m);
+            let distance_m = (centre[0] - position.x).abs().max((centre[1] - position.y).abs());
+            if distance_m <= radius_m + edge_m / 2.0 {
+                tile.surfaces.get_or_init(|| self.build(tile));
             }
         }
     }
 
-    /// Tiles made so far, and all there are.
-    pub fn made(&self) -> (usize, usize) {
+    /// Number of tiles built so far, and of all tiles.
+    pub fn built_tiles(&self) -> (usize, usize) {
         (self.tiles.iter().filter(|tile| tile.surfaces.get().is_some()).count(), self.tiles.len())
     }
 }
@@ -112,12 +131,12 @@ impl TiledSurfaces {
 impl SurfaceMap for TiledSurfaces {
     #[inline]
     fn find_surface(&self, point: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.about(point)?.find_surface(point, gate)
+        self.surfaces_at(point)?.find_surface(point, gate)
     }
 
     #[inline]
     fn find_surface_facing(&self, point: &[f64; 3], from: &[f64; 3], gate: f32) -> Option<Surface> {
-        self.about(point)?.find_surface_facing(point, from, gate)
+        self.surfaces_at(point)?.find_surface_facing(point, from, gate)
     }
 }
 
@@ -125,13 +144,13 @@ fn key([x, y]: [i64; 2]) -> CellKey {
     CellKey::new([x, y, 0])
 }
 
-/// Corners of a box along the map's axes about all that a keyframe saw, metres; none if that is nothing.
-fn extent(map_from_keyframe: &Isometry, place: &KeyframeDescriptor) -> Option<[Vector3; 2]> {
-    let [least, most] = place.extent()?.map(|corner| Vector3::from(corner.map(f64::from)));
-    let turn = map_from_keyframe.rotation.to_rotation_matrix().into_inner();
-    let middle = turn * ((least + most) / 2.0) + map_from_keyframe.translation.vector;
-    let half = turn.abs() * ((most - least) / 2.0);
-    Some([middle - half, middle + half])
+/// Corners of a box along the map's axes that holds all points of a keyframe, metres; none if it has no points.
+fn bounding_box(map_from_keyframe: &Isometry, descriptor: &KeyframeDescriptor) -> Option<[Vector3; 2]> {
+    let [min, max] = descriptor.extent()?.map(|corner| Vector3::from(corner.map(f64::from)));
+    let rotation = map_from_keyframe.rotation.to_rotation_matrix().into_inner();
+    let centre = rotation * ((min + max) / 2.0) + map_from_keyframe.translation.vector;
+    let half = rotation.abs() * ((max - min) / 2.0);
+    Some([centre - half, centre + half])
 }
 
 #[cfg(test)]
@@ -140,7 +159,7 @@ mod tests {
     use geometry::{RngTree, Rotation};
     use points::Downsampler;
 
-    /// What robots along a street 150 m long saw: the ground, and a wall to both sides.
+    /// Keyframes along a street 150 m long, with the ground and a wall on both sides.
     fn street() -> Keyframes {
         let mut rng = RngTree::new(5).child("street").rng();
         let mut place = || {
@@ -168,10 +187,10 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_knows_what_one_map_of_all_would() {
+    fn tiles_agree_with_one_map_of_all_keyframes() {
         let keyframes = street();
-        let config = GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() };
-        let mut whole = GaussianMap::new(config);
+        let config = TiledSurfacesConfig::default();
+        let mut whole = GaussianMap::new(config.surfaces);
         for (pose, place) in keyframes.iter() {
             for point in place.points() {
                 let at = pose.rotation * Vector3::from(point.map(f64::from)) + pose.translation.vector;
@@ -179,12 +198,12 @@ mod tests {
             }
         }
         let tiled = TiledSurfaces::new(config, keyframes.clone());
-        assert_eq!(tiled.made().0, 0);
+        assert_eq!(tiled.built_tiles().0, 0);
         let (mut known, mut unlike) = (0, 0);
         for (pose, place) in keyframes.iter() {
             let from = pose.translation.vector;
             for point in place.points() {
-                // Beside the surface, and some of them on the border of two tiles.
+                // Two centimetres off the surface; some points lie on the border of two tiles.
                 let at = pose.rotation * Vector3::from(point.map(|c| f64::from(c) + 0.02)) + from;
                 let one = whole.find_surface_facing(at.as_ref(), from.as_ref(), 0.1);
                 known += usize::from(one.is_some());
@@ -193,22 +212,22 @@ mod tests {
         }
         assert!(known > 10_000, "{known}");
         assert_eq!(unlike, 0, "of {known}");
-        assert!(tiled.made().0 > 4, "{:?}", tiled.made());
+        assert!(tiled.built_tiles().0 > 4, "{:?}", tiled.built_tiles());
         assert_eq!(tiled.find_surface(&[500.0, 500.0, 0.0], 0.1), None);
     }
 
     #[test]
-    fn only_what_is_looked_at_is_made() {
-        let tiled = TiledSurfaces::new(GaussianMapConfig::default(), street());
+    fn only_tiles_that_are_looked_up_are_built() {
+        let tiled = TiledSurfaces::new(TiledSurfacesConfig::default(), street());
         assert!(tiled.find_surface(&[0.0, 0.0, -0.5], 0.1).is_some());
-        let (made, all) = tiled.made();
-        assert!(made == 1 && all > 8, "{made} of {all}");
-        tiled.make_about(&Vector3::zeros(), 20.0);
-        let about = tiled.made().0;
-        assert!(about > made && about < all, "{about} of {all}");
+        let (built, all) = tiled.built_tiles();
+        assert!(built == 1 && all > 8, "{built} of {all}");
+        tiled.build_around(&Vector3::zeros(), 20.0);
+        let about = tiled.built_tiles().0;
+        assert!(about > built && about < all, "{about} of {all}");
         for at in [[15.0, 15.0, -0.5], [-15.0, 0.0, -0.5], [19.0, -19.0, 0.0]] {
             tiled.find_surface(&at, 0.1);
         }
-        assert_eq!(tiled.made().0, about);
+        assert_eq!(tiled.built_tiles().0, about);
     }
 }

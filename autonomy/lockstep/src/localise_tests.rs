@@ -122,8 +122,8 @@ fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
     let Some((job, task)) = day.asked.take() else { panic!("it never asked whether it might be elsewhere") };
     assert_eq!(day.localisation, LOCALISED);
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
-    let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, contradicted: 0.0 };
-    let places = vec![PoseHypothesis { map_from_base, fit: 0.99, contradicted: 0.0 }, own];
+    let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, violation_share: 0.0 };
+    let places = vec![PoseHypothesis { map_from_base, fit: 0.99, violation_share: 0.0 }, own];
     let result = JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses: places }));
     day.lockstep.give(Input::JobDone(JobDone { job, result }));
     day.run(0.2);

@@ -5,21 +5,14 @@
 //! therefore repeats a run bit for bit.
 
 mod control;
-mod disambiguation;
-mod docks;
 mod health;
 mod localisation_phase;
 mod loops;
-mod low_confidence;
 mod mapping_phase;
 mod motion;
-mod multi_hypothesis_tracker;
 mod odometry_adapter;
 mod optimiser;
-mod periodic_global_check;
 mod prior_map;
-mod relocalisation_request;
-mod request_progress;
 mod search;
 mod work;
 
@@ -27,11 +20,10 @@ pub use prior_map::encode_prior_keyframe;
 pub use work::ComputeJob;
 
 use control::{Admission, Control};
-use disambiguation::ExplorationHint;
-use docks::Docks;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use health::Watch;
-use localisation_phase::{InitialPose, LocalisationPhase, LocalisationTransition};
+use localisation::{DockRegistry, ExplorationHint, InitialPose, LocalisationTransition};
+use localisation_phase::{LocalisationPhase, dock_registry, plain_docks};
 use loops::LoopEvents;
 use mapping::Odometer;
 use mapping_phase::{MapUpdate, MappingPhase, rows};
@@ -62,7 +54,7 @@ struct Running {
     watch: Watch,
     mapping: MappingPhase,
     localisation: LocalisationPhase,
-    docks: Docks,
+    docks: DockRegistry,
     motion: Motion,
     jobs: u64,
     /// The job that saves a map, and which.
@@ -134,7 +126,7 @@ impl Running {
             watch: Watch::default(),
             mapping,
             localisation,
-            docks: Docks::new(&record.docks),
+            docks: dock_registry(&record.docks),
             motion: Motion::new(record.mounting.standing_height),
             jobs: 0,
             saving: None,
@@ -150,7 +142,7 @@ impl Running {
             self.watch.found(finding);
         }
         publish(effects, Publication::Control(self.control.state().clone()));
-        publish(effects, Publication::Docks(Arc::clone(self.docks.known())));
+        publish(effects, Publication::Docks(plain_docks(&self.docks)));
         self.start_jobs(effects);
         self.publish_changes(effects);
     }
@@ -158,7 +150,7 @@ impl Running {
     fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<StackEffect>) {
         self.watch.heard(at, sensor);
         if let Sensor::Battery(battery) = sensor {
-            self.docks.hear(battery);
+            self.docks.set_charging(battery.charging);
             publish(effects, Publication::Battery(*battery));
         }
         let mut said = Vec::new();
@@ -199,12 +191,13 @@ impl Running {
         let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
         self.publish_transition(at, turn, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
-        if self.docks.note(at, self.localisation.sure_of().map(|map| (map, map_from_base))) {
-            publish(effects, Publication::Docks(Arc::clone(self.docks.known())));
+        if self.docks.update(at, self.localisation.sure_of().map(|map| (map, map_from_base))) {
+            publish(effects, Publication::Docks(plain_docks(&self.docks)));
         }
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
-        if !located.blind && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY) {
+        if !located.is_dead_reckoned && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY)
+        {
             self.observed = Some(located.stamp);
             self.motion.observe(at, &located.odom_from_base, self.mapping.sensor(), &located.cloud.xyz);
         }
@@ -487,7 +480,9 @@ impl Running {
                 let turn = self.localisation.answered(done.job, Some(&answer));
                 self.publish_transition(at, turn, effects);
             }
-            JobResult::DisambiguationPlanned(told) => self.localisation.told_apart(done.job, Some(&told)),
+            JobResult::DisambiguationPlanned(told) => {
+                self.localisation.disambiguation_planned(done.job, Some(&told))
+            }
             JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
                 let news = self.mapping.looked_at(&done);
                 self.tell_loops(at, news, effects);
@@ -512,7 +507,7 @@ impl Running {
             return;
         }
         self.localisation.answered(job, None);
-        self.localisation.told_apart(job, None);
+        self.localisation.disambiguation_planned(job, None);
         self.loaded(at, job, Err(&format!("The map cannot be used: {reason}.")), effects);
         let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
         let news = self.mapping.looked_at(&failed);

@@ -421,7 +421,7 @@ impl MappingPhase {
             covariance: located.covariance,
             guessed: located.guessed,
             degenerate: located.degenerate.iter().any(Option::is_some),
-            blind: located.blind,
+            blind: located.is_dead_reckoned,
         })?;
         let cloud = Arc::new(thinned(&mut self.downsampler, &located.cloud));
         let edge = match loops {

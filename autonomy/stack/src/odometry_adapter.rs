@@ -23,8 +23,8 @@ pub(crate) struct LocatedScan {
     pub guessed: Matrix6,
     pub degenerate: [Option<Vector3>; 3],
     pub points_used: u32,
-    /// Whether the LiDAR saw nothing, or nothing that fits what was seen before.
-    pub blind: bool,
+    /// Whether the LiDAR saw nothing, or nothing that fits the scans before, so that other sensors carried the pose.
+    pub is_dead_reckoned: bool,
     /// Corrected points in the base frame.
     pub cloud: Arc<Cloud>,
 }
@@ -164,7 +164,7 @@ impl OdometryAdapter {
                         guessed: pose.estimate.covariance_inflation,
                         degenerate: pose.degenerate_directions,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
-                        blind: pose.is_dead_reckoned,
+                        is_dead_reckoned: pose.is_dead_reckoned,
                         cloud: Arc::new(cloud),
                     })));
                 }

@@ -1,12 +1,13 @@
 //! ComputeJob that is too long for a step, as it leaves the stack.
 
-use crate::disambiguation::DisambiguationWork;
+use crate::localisation_phase::run_work;
 use crate::loops::plain;
 use crate::mapping_phase::rows;
-use crate::relocalisation_request::RelocalisationWork;
 use geometry::pose_from_isometry;
+use localisation::LocalisationWork;
 use mapping::{AlignmentError, Comparison, MapMatcher, VerificationConfig, compare};
 use messages::{JobResult, LoopTask, MapSearchOutcome, MapSearchResult, MapSearchTask, RevisitTask};
+use vocab::MapId;
 
 /// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
 #[derive(Debug)]
@@ -16,8 +17,7 @@ pub struct ComputeJob(Kind);
 enum Kind {
     Compare { asked: Asked, comparison: Comparison, gates: VerificationConfig },
     Seek(Box<Seek>),
-    Relocalise(Box<RelocalisationWork>),
-    PlanDisambiguation(Box<DisambiguationWork>),
+    Localise { map: MapId, work: Box<LocalisationWork> },
 }
 
 /// What was asked of a job.
@@ -54,12 +54,8 @@ impl ComputeJob {
         Self(Kind::Seek(Box::new(seek)))
     }
 
-    pub(crate) fn relocalise(work: RelocalisationWork) -> Self {
-        Self(Kind::Relocalise(Box::new(work)))
-    }
-
-    pub(crate) fn plan_disambiguation(work: DisambiguationWork) -> Self {
-        Self(Kind::PlanDisambiguation(Box::new(work)))
+    pub(crate) fn localise(map: MapId, work: LocalisationWork) -> Self {
+        Self(Kind::Localise { map, work: Box::new(work) })
     }
 
     /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
@@ -77,8 +73,7 @@ impl ComputeJob {
                     }
                 }
             }
-            Kind::Relocalise(work) => JobResult::Relocalised(Box::new(work.run())),
-            Kind::PlanDisambiguation(work) => JobResult::DisambiguationPlanned(work.run()),
+            Kind::Localise { map, work } => run_work(map, &work),
             Kind::Seek(seek) => {
                 let task = seek.task;
                 JobResult::MapSearched(MapSearchResult { task, found: seek.run() })

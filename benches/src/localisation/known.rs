@@ -15,7 +15,7 @@ use vocab::Span;
 /// A site with its map.
 pub struct KnownSite {
     pub site: Arc<Site>,
-    pub guide: Arc<LocalisationMap>,
+    pub localisation_map: Arc<LocalisationMap>,
     /// As the stack reads it.
     pub known: Arc<PriorMap>,
     pub site_from_map: Isometry,
@@ -63,6 +63,6 @@ impl KnownSite {
         let site_from_map = alignment.truth_from_estimate;
         let (map, graph) = (finished.map, finished.graph.as_ref().clone());
         let known = Arc::new(PriorMap { map, graph, places: kept });
-        Ok(Self { site, guide: Arc::new(LocalisationMap::new(keyframes)), known, site_from_map })
+        Ok(Self { site, localisation_map: Arc::new(LocalisationMap::new(keyframes)), known, site_from_map })
     }
 }

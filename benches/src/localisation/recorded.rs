@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Rotation, Vector3, so3};
 use localisation::{
-    GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult, classify_hypotheses,
+    AcceptanceConfig, GlobalLocaliser, LocalisationMap, PoseHypothesis, RelocalisationResult,
 };
 use mapping::KeyframeDescriptor;
 use nalgebra::{Matrix3, Rotation3, Translation3};
@@ -39,18 +39,19 @@ pub fn run(folder: &Path) -> Result<()> {
     let of = |(pose, xyz): &(Isometry, Vec<[f32; 3]>)| {
         (*pose, KeyframeDescriptor::of_cloud(xyz, &pose.rotation, sensor))
     };
-    let guide = Arc::new(LocalisationMap::new(scans.iter().step_by(2).map(of).collect()));
-    let atlas = GlobalLocaliser::new(Arc::clone(&guide));
+    let map = Arc::new(LocalisationMap::new(scans.iter().step_by(2).map(of).collect()));
+    let localiser = GlobalLocaliser::new(map);
+    localiser.prepare_search();
     let mut rng = RngTree::new(1).child("told").rng();
     let (mut nothing, mut told) = (Outcome::default(), Outcome::default());
     for (truth, place) in scans.iter().skip(1).step_by(2).map(of) {
         let before = thread_ms();
-        let found = atlas.seek(&place, &truth.rotation, None);
+        let found = localiser.find_poses(&place, &truth.rotation, None);
         nothing.count(&found, &truth, thread_ms() - before);
         for _ in 0..TIMES {
             let start = about(&truth, &mut rng);
             let before = thread_ms();
-            let found = guide.seek_about(&place, &[start]);
+            let found = localiser.find_poses_near(&place, &[start]);
             told.count(&found, &truth, thread_ms() - before);
         }
     }
@@ -77,7 +78,7 @@ pub fn run(folder: &Path) -> Result<()> {
 impl Outcome {
     fn count(&mut self, found: &[PoseHypothesis], truth: &Isometry, ms: f64) {
         self.times.push(ms);
-        let (one, places) = match classify_hypotheses(found) {
+        let (one, places) = match AcceptanceConfig::default().classify(found) {
             RelocalisationResult::Unique(one) => (one, &mut self.alone),
             RelocalisationResult::LowConfidence(one) => (one, &mut self.faint),
             RelocalisationResult::Ambiguous(_) => {

@@ -5,7 +5,7 @@ use crate::known::KnownSite;
 use anyhow::{Context, Result};
 use benches::thread_ms;
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
-use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult, classify_hypotheses};
+use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult};
 use mapping::KeyframeDescriptor;
 use messages::Sensor;
 use points::Downsampler;
@@ -31,7 +31,8 @@ pub fn print_header() {
 
 /// Tries random places.
 pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
-    let atlas = GlobalLocaliser::new(Arc::clone(&known.guide));
+    let localiser = GlobalLocaliser::new(Arc::clone(&known.localisation_map));
+    localiser.prepare_search();
     let mut rng = RngTree::new(arguments.seed).child("places").rng();
     let mut downsampler = Downsampler::default();
     let (mut told, mut wrong, mut ambiguous, mut without, mut nowhere) = (0, 0, 0, 0, 0);
@@ -43,11 +44,11 @@ pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
         let place = KeyframeDescriptor::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
         // A robot knows which way is up.
         let up_from_base = untwisted(&map_from_base, &mut rng);
-        let found = atlas.seek(&place, &up_from_base.rotation, None);
+        let found = localiser.find_poses(&place, &up_from_base.rotation, None);
         times.push(thread_ms() - before);
         let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
         let is_right = |one: &PoseHypothesis| is_right(&one.map_from_base, &map_from_base);
-        match classify_hypotheses(&found) {
+        match localiser.classify(&found) {
             RelocalisationResult::Unique(one) if is_right(&one) => told += 1,
             RelocalisationResult::Unique(_) => wrong += 1,
             RelocalisationResult::Ambiguous(several) if several.iter().any(is_right) => ambiguous += 1,
@@ -88,13 +89,13 @@ fn print_each(
     let off = found.first().map(|one| (truth.inverse() * one.map_from_base).translation.vector);
     let off = off.map_or_else(|| "-".to_owned(), |off| format!("{:.3} {:.3} {:.3}", off.x, off.y, off.z));
     let list: Vec<String> =
-        found.iter().take(4).map(|one| format!("{:.3}/{:.3}", one.fit, one.contradicted)).collect();
+        found.iter().take(4).map(|one| format!("{:.3}/{:.3}", one.fit, one.violation_share)).collect();
     println!("{number:>4} {place:>16} {right:>3} {off:>21}  {}", list.join("  "));
 }
 
 /// Where the robot has room and the map shows what it sees.
 fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
-    let keyframes = known.guide.keyframes();
+    let keyframes = known.localisation_map.keyframes();
     for _ in 0..DRAWS {
         let index = ((rng.uniform() * keyframes.len() as f64) as usize).min(keyframes.len() - 1);
         let at = (known.site_from_map * keyframes[index].0).translation.vector;
@@ -116,7 +117,7 @@ fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
     None
 }
 
-/// One sweep of a classify_hypotheses robot in its base's frame, where its LiDAR is, and where the base is in the map.
+/// One sweep of a standing robot in its base's frame, where its LiDAR is, and where the base is in the map.
 fn sweep(
     known: &KnownSite,
     arguments: &Arguments,

@@ -186,7 +186,7 @@ impl Day<'_> {
 
     /// Some place on this floor that the map shows.
     fn elsewhere(&mut self, here: &Vector3) -> Option<Start> {
-        let keyframes = self.known.guide.keyframes();
+        let keyframes = self.known.localisation_map.keyframes();
         let places = keyframes.iter().map(|(pose, _)| (self.known.site_from_map * *pose).translation.vector);
         let site = Arc::clone(self.walk.simulator().site());
         let fits = |place: &Vector3| {

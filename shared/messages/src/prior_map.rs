@@ -56,7 +56,7 @@ pub struct PoseHypothesis {
     /// How well the scan fits the known surfaces there, 0 to 1.
     pub fit: f64,
     /// Share of its points that stand where the map's keyframes saw through.
-    pub contradicted: f64,
+    pub violation_share: f64,
 }
 
 /// A question to a known map: which way to walk so that places that look alike turn out to be different? As for [`RelocalisationTask`].

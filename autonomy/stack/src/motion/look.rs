@@ -3,8 +3,8 @@
 //! then it walks without standing, on the way that promises to, as far as it can see that way.
 
 use super::walk::{REPLAN_EVERY, Step};
-use crate::disambiguation::ExplorationHint;
 use geometry::{Isometry, Vector3};
+use localisation::ExplorationHint;
 use navigation::{
     ExplorationConfig, PathFollower, PathFollowerConfig, PlannerConfig, Terrain, Velocity, explore, plan,
 };
@@ -122,7 +122,8 @@ impl Look {
                 }
                 if at - *planned >= REPLAN_EVERY {
                     let (on, passed, old) = (on.take(), *passed, follower.path().to_vec());
-                    let ends = exploration_hint.places > 1 && follower.remaining(odom_from_base) < WALK_ON;
+                    let ends =
+                        exploration_hint.hypotheses > 1 && follower.remaining(odom_from_base) < WALK_ON;
                     let path = self
                         .told(terrain, &here, exploration_hint)
                         .or_else(|| if ends { self.roam(terrain, &here) } else { None })
@@ -158,8 +159,8 @@ impl Look {
         exploration_hint: &ExplorationHint,
     ) -> Option<Piece> {
         let stands = match exploration_hint {
-            ExplorationHint { places: 2.., way: Some(way) } if way.is_empty() => Span::from_millis(0),
-            ExplorationHint { places: 2.., way: Some(_) } => STAND,
+            ExplorationHint { hypotheses: 2.., path: Some(way) } if way.is_empty() => Span::from_millis(0),
+            ExplorationHint { hypotheses: 2.., path: Some(_) } => STAND,
             _ if self.has_walked => STAND,
             _ => STAND_FIRST,
         };
@@ -175,8 +176,8 @@ impl Look {
 
     /// On along the way that tells places apart.
     fn told(&self, terrain: &Terrain, here: &Vector3, exploration_hint: &ExplorationHint) -> Option<Piece> {
-        let way = exploration_hint.way.as_ref().filter(|way| {
-            exploration_hint.places > 1
+        let way = exploration_hint.path.as_ref().filter(|way| {
+            exploration_hint.hypotheses > 1
                 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
         })?;
         along(terrain, here, way).map(|path| (Some(Arc::clone(way)), path))

@@ -10,8 +10,8 @@
 mod look;
 mod walk;
 
-use crate::disambiguation::ExplorationHint;
 use geometry::{Isometry, Vector3, vec_to_plain};
+use localisation::ExplorationHint;
 use look::Look;
 use messages::{Drive, MotionState};
 use navigation::{RobotShape, Terrain, Velocity};

@@ -242,7 +242,10 @@ fn looking_by(exploration_hint: &ExplorationHint, seconds: u32) -> (Motion, Fram
 /// Two places, and a way between them round two corners.
 fn two_places() -> ExplorationHint {
     let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
-    ExplorationHint { places: 2, way: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()) }
+    ExplorationHint {
+        hypotheses: 2,
+        path: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()),
+    }
 }
 
 #[test]
@@ -257,11 +260,11 @@ fn who_may_be_in_two_places_walks_at_once_on_the_way_that_tells_them_apart() {
 
 #[test]
 fn until_the_way_that_tells_them_apart_is_thought_out_it_stands() {
-    let exploration_hint = ExplorationHint { places: 2, way: None };
+    let exploration_hint = ExplorationHint { hypotheses: 2, path: None };
     let (_, _, _, way) = looking_by(&exploration_hint, 2);
     assert!(way.iter().all(|at| at.norm() < 0.01));
     // None is found: it looks for itself.
-    let exploration_hint = ExplorationHint { places: 2, way: Some(Arc::from([])) };
+    let exploration_hint = ExplorationHint { hypotheses: 2, path: Some(Arc::from([])) };
     let (_, _, _, way) = looking_by(&exploration_hint, 8);
     assert!(way.iter().any(|at| at.norm() > 2.0));
 }

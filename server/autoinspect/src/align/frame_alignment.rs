@@ -5,7 +5,7 @@
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use geometry::{Isometry, Vector3, align_yaw_only, pose_from_isometry, rms_distance};
-use localisation::{GlobalLocaliser, LocalisationMap, RelocalisationResult, classify_hypotheses};
+use localisation::{GlobalLocaliser, LocalisationMap};
 use mapping::KeyframeDescriptor;
 use nalgebra::Point3;
 use serde::{Serialize, Serializer};
@@ -61,16 +61,13 @@ pub fn find(
 ) -> Result<FrameAlignment, Failure> {
     // Only to say what is wrong with it, before much is done.
     let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
-    let atlas = GlobalLocaliser::new(Arc::new(LocalisationMap::new(seen)));
+    let localiser = GlobalLocaliser::new(Arc::new(LocalisationMap::new(seen)));
     let mut votes = Vec::new();
     let scans = read_keyframe_descriptors(map, |keyframe| chosen.contains(&keyframe))?;
     for (scan, (map_from_base, place)) in scans.iter().enumerate() {
         progress(scan as f64 / scans.len() as f64);
-        let found = match classify_hypotheses(&atlas.seek(place, &map_from_base.rotation, None)) {
-            RelocalisationResult::Unique(one) => vec![one],
-            RelocalisationResult::Ambiguous(several) => several,
-            RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => Vec::new(),
-        };
+        let found = localiser.find_poses(place, &map_from_base.rotation, None);
+        let found = localiser.classify(&found).into_accepted();
         for one in found {
             let cloud_from_map = one.map_from_base * map_from_base.inverse();
             let place = (map_from_base.translation.vector, one.map_from_base.translation.vector);

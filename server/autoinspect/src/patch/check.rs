@@ -6,7 +6,7 @@ use crate::inputs::{self, InputArgs, Reader};
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::localise::offline_localiser::OfflineLocaliser;
 use geometry::isometry_from_pose;
-use localisation::{AdaptiveVoxelFilter, LocalisationMap};
+use localisation::{AdaptiveVoxelFilter, GlobalLocaliser, LocalisationMap};
 use messages::CorrectedScan;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -34,20 +34,21 @@ pub struct Fitness {
 
 /// Localises the robot of each recording in a map.
 pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
-    let guide = LocalisationMap::new(read_keyframe_descriptors(map, |_| true)?);
+    let localisation_map = LocalisationMap::new(read_keyframe_descriptors(map, |_| true)?);
+    let localiser = GlobalLocaliser::new(Arc::new(localisation_map));
     let known = Arc::new(runtime::known_map(map).map_err(Failure::usage)?);
     let (mut fitness, mut compared) = (Fitness::default(), 0.0);
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut look_trigger, mut thinner) = (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
+        let (mut look_trigger, mut filter) = (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
         let mut witness = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
-            let points = thinner.thin(&scan.cloud.xyz);
+            let points = filter.filter(&scan.cloud.xyz);
             if look_trigger.is_due(&pose) {
-                let found = guide.settle(&points, &pose);
+                let found = localiser.refine_pose(&points, &pose);
                 fitness.fit += found.fit;
-                fitness.contradicted += found.contradicted;
+                fitness.contradicted += found.violation_share;
                 compared += 1.0;
             }
         };

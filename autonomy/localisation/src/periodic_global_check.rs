@@ -1,0 +1,138 @@
+//! Periodic comparison of the tracked pose with every other pose of the map.
+//!
+//! Where a site repeats itself, nothing that the pose tracker sees need ever contradict a wrong pose: everything the map shows there stands where
+//! it should. Only the right pose reveals the error, by fitting better. A robot that was carried to a look-alike without noticing
+//! finds out this way.
+
+use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis};
+use geometry::Isometry;
+
+/// Parameters of [`PeriodicGlobalCheck`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeriodicGlobalCheckConfig {
+    /// Distance walked from where the pose was found to the first check, metres.
+    pub first_check_m: f64,
+    /// Distance walked between two checks, metres. A check takes a fifth of a second of another thread.
+    pub check_interval_m: f64,
+}
+
+impl Default for PeriodicGlobalCheckConfig {
+    fn default() -> Self {
+        Self { first_check_m: 2.0, check_interval_m: 10.0 }
+    }
+}
+
+/// When the next check is due.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PeriodicGlobalCheck {
+    config: PeriodicGlobalCheckConfig,
+    odom_from_base: Option<Isometry>,
+    /// Distance to walk until the next check, metres.
+    remaining_m: f64,
+}
+
+impl PeriodicGlobalCheck {
+    /// A schedule that begins where the pose was found.
+    pub fn new(config: PeriodicGlobalCheckConfig) -> Self {
+        Self { config, odom_from_base: None, remaining_m: config.first_check_m }
+    }
+
+    /// Moves on to the next scan's pose by odometry. Returns whether a check is due.
+    pub fn update(&mut self, odom_from_base: &Isometry) -> bool {
+        let previous = self.odom_from_base.replace(*odom_from_base).unwrap_or(*odom_from_base);
+        self.remaining_m -= (odom_from_base.translation.vector - previous.translation.vector).norm();
+        self.remaining_m <= 0.0
+    }
+
+    /// A check has been requested.
+    pub fn restart(&mut self) {
+        self.remaining_m = self.config.check_interval_m;
+    }
+}
+
+/// What a search of the whole map says about the tracked pose.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum GlobalCheckResult {
+    /// The scan fits at the tracked pose, and nowhere clearly better.
+    Confirmed,
+    /// Another pose fits clearly better. These are the poses to decide between; the tracked one is among them if the scan fits there at
+    /// all.
+    Contradicted(Vec<PoseHypothesis>),
+    /// Neither.
+    Inconclusive,
+}
+
+/// Compares the tracked pose with all poses that were found for the same scan, the best first. A pose fits clearly better if the tracked one
+/// has less than `contradiction_ratio` of its quality (equation 10).
+pub(crate) fn check_tracked_pose(
+    config: &AcceptanceConfig,
+    tracked: &Isometry,
+    found: &[PoseHypothesis],
+) -> GlobalCheckResult {
+    let is_tracked = |one: &&PoseHypothesis| config.same_pose.contains(&one.map_from_base, tracked);
+    let own = found.iter().find(is_tracked);
+    let best = found.iter().map(PoseHypothesis::quality).fold(0.0, f64::max);
+    if own.is_some_and(|own| own.quality() >= config.contradiction_ratio * best) {
+        return GlobalCheckResult::Confirmed;
+    }
+    let mut poses = config.classify(found).into_accepted();
+    let Some(other) = poses.iter().find(|one| !is_tracked(one)) else {
+        return GlobalCheckResult::Inconclusive;
+    };
+    if own.is_some_and(|own| own.quality() >= config.contradiction_ratio * other.quality()) {
+        return GlobalCheckResult::Inconclusive;
+    }
+    let dropped = own.filter(|own| !poses.contains(own)).copied();
+    poses.extend(dropped);
+    GlobalCheckResult::Contradicted(poses)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(x: f64, fit: f64) -> PoseHypothesis {
+        PoseHypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, violation_share: 0.0 }
+    }
+
+    fn check(found: &[PoseHypothesis]) -> GlobalCheckResult {
+        check_tracked_pose(&AcceptanceConfig::default(), &Isometry::translation(0.1, 0.0, 0.0), found)
+    }
+
+    #[test]
+    fn a_pose_that_fits_as_well_as_any_other_is_confirmed() {
+        assert_eq!(check(&[at(0.0, 0.9), at(20.0, 0.89)]), GlobalCheckResult::Confirmed);
+        assert_eq!(check(&[at(20.0, 0.92), at(0.0, 0.88)]), GlobalCheckResult::Confirmed, "nearly as well");
+        assert_eq!(check(&[at(0.0, 0.4)]), GlobalCheckResult::Confirmed, "poorly, and others not at all");
+    }
+
+    #[test]
+    fn a_pose_that_fits_clearly_better_contradicts_and_the_tracked_one_stays_a_candidate() {
+        let contradicted = GlobalCheckResult::Contradicted;
+        let (better, tracked) = (at(20.0, 0.95), at(0.0, 0.85));
+        assert_eq!(check(&[better, tracked]), contradicted(vec![better, tracked]));
+        let poor = at(0.0, 0.4);
+        assert_eq!(check(&[better, poor]), contradicted(vec![better, poor]), "one scan does not drop it");
+        assert_eq!(check(&[better]), contradicted(vec![better]));
+    }
+
+    #[test]
+    fn a_scan_that_fits_nowhere_well_is_inconclusive() {
+        assert_eq!(check(&[at(20.0, 0.6), at(0.0, 0.4)]), GlobalCheckResult::Inconclusive);
+        assert_eq!(check(&[]), GlobalCheckResult::Inconclusive);
+    }
+
+    #[test]
+    fn checks_are_due_by_the_distance_walked() {
+        let mut schedule = PeriodicGlobalCheck::new(PeriodicGlobalCheckConfig::default());
+        let mut due_at = Vec::new();
+        for step in 0..50 {
+            let walked = 0.5 * f64::from(step);
+            if schedule.update(&Isometry::translation(walked, 0.0, 0.0)) {
+                due_at.push(walked);
+                schedule.restart();
+            }
+        }
+        assert_eq!(due_at, [2.0, 12.0, 22.0]);
+    }
+}

@@ -1,0 +1,168 @@
+//! Poses at which a scan may have been taken, and what a list of them says about where it was taken.
+
+use geometry::{Isometry, so3};
+
+/// A pose of the base at which a scan may have been taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseHypothesis {
+    /// Pose of the base in the map.
+    pub map_from_base: Isometry,
+    /// How well the scan fits the map's surfaces there, 0 to 1.
+    pub fit: f64,
+    /// Share of the points inside the keyframes' view that lie where the keyframes saw free space.
+    pub violation_share: f64,
+}
+
+impl PoseHypothesis {
+    /// The fit, reduced by the share of free-space violations (equation 5).
+    pub fn quality(&self) -> f64 {
+        self.fit * (1.0 - self.violation_share)
+    }
+}
+
+/// How far two poses may be apart and still count as one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseTolerance {
+    /// Distance of the positions, metres.
+    pub distance_m: f64,
+    /// Angle between the orientations, radians.
+    pub angle_rad: f64,
+}
+
+impl PoseTolerance {
+    /// Whether two poses count as one.
+    pub fn contains(&self, a: &Isometry, b: &Isometry) -> bool {
+        let differs = (a.translation.vector - b.translation.vector).norm() > self.distance_m
+            || so3::log(&(a.rotation.inverse() * b.rotation)).norm() > self.angle_rad;
+        !differs
+    }
+}
+
+/// Thresholds by which the hypotheses of one scan are accepted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AcceptanceConfig {
+    /// Least fit of a pose that may be the right one.
+    pub min_fit: f64,
+    /// Greatest share of free-space violations of such a pose.
+    pub max_violation_share: f64,
+    /// A pose is ambiguous if another one reaches this share of its quality.
+    pub ambiguity_ratio: f64,
+    /// Least fit of a pose of low confidence: near the end of a map, where much of a scan is in no map, the right pose fits by 0.45 to 0.7.
+    pub low_confidence_min_fit: f64,
+    /// A pose of low confidence is dropped if another one reaches this share of its quality.
+    pub low_confidence_ambiguity_ratio: f64,
+    /// A tracked pose is contradicted if its quality is less than this share of another pose's.
+    pub contradiction_ratio: f64,
+    /// Two hypotheses this near to each other are the same pose.
+    pub same_pose: PoseTolerance,
+}
+
+impl Default for AcceptanceConfig {
+    fn default() -> Self {
+        Self {
+            min_fit: 0.72,
+            max_violation_share: 0.1,
+            ambiguity_ratio: 0.85,
+            low_confidence_min_fit: 0.4,
+            low_confidence_ambiguity_ratio: 0.75,
+            contradiction_ratio: 0.93,
+            same_pose: PoseTolerance { distance_m: 0.5, angle_rad: 0.15 },
+        }
+    }
+}
+
+/// What the hypotheses of one scan say about where it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RelocalisationResult {
+    /// One pose fits, and no other one.
+    Unique(PoseHypothesis),
+    /// Several poses fit, the best first. The robot has to move before they can be told apart.
+    Ambiguous(Vec<PoseHypothesis>),
+    /// One pose fits partly and no other one nearly as well. One scan is not enough to accept it.
+    LowConfidence(PoseHypothesis),
+    /// Nothing fits.
+    NotFound,
+}
+
+impl RelocalisationResult {
+    /// The poses that fit well: one, several or none. A pose of low confidence is not among them.
+    pub fn into_accepted(self) -> Vec<PoseHypothesis> {
+        match self {
+            Self::Unique(best) => vec![best],
+            Self::Ambiguous(several) => several,
+            Self::LowConfidence(_) | Self::NotFound => Vec::new(),
+        }
+    }
+}
+
+impl AcceptanceConfig {
+    /// Classifies the hypotheses of one scan, the best first.
+    pub fn classify(&self, found: &[PoseHypothesis]) -> RelocalisationResult {
+        let Some(best) = found.first() else { return RelocalisationResult::NotFound };
+        let fits = |min_fit: f64| best.fit >= min_fit && best.violation_share <= self.max_violation_share;
+        if !fits(self.min_fit) {
+            let plausible = fits(self.low_confidence_min_fit);
+            let least = self.low_confidence_ambiguity_ratio * best.quality();
+            let unrivalled = found.iter().skip(1).all(|other| other.quality() < least);
+            return if plausible && unrivalled {
+                RelocalisationResult::LowConfidence(*best)
+            } else {
+                RelocalisationResult::NotFound
+            };
+        }
+        let least = self.ambiguity_ratio * best.quality();
+        let similar: Vec<PoseHypothesis> =
+            found.iter().filter(|one| one.quality() >= least).copied().collect();
+        if similar.len() == 1 {
+            RelocalisationResult::Unique(*best)
+        } else {
+            RelocalisationResult::Ambiguous(similar)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Translation3;
+
+    fn at(x: f64, fit: f64, violation_share: f64) -> PoseHypothesis {
+        PoseHypothesis { map_from_base: Isometry::translation(x, 0.0, 0.0), fit, violation_share }
+    }
+
+    #[test]
+    fn one_good_pose_is_unique_and_several_of_similar_quality_are_ambiguous() {
+        let config = AcceptanceConfig::default();
+        assert_eq!(config.classify(&[]), RelocalisationResult::NotFound);
+        let (best, other, poor) = (at(0.0, 0.9, 0.0), at(9.0, 0.9, 0.1), at(20.0, 0.7, 0.0));
+        assert_eq!(config.classify(&[best]), RelocalisationResult::Unique(best));
+        assert_eq!(config.classify(&[best, poor]), RelocalisationResult::Unique(best));
+        assert_eq!(config.classify(&[best, other, poor]), RelocalisationResult::Ambiguous(vec![best, other]));
+        let violating = at(0.0, 0.9, 0.11);
+        assert_eq!(config.classify(&[violating]), RelocalisationResult::NotFound);
+    }
+
+    #[test]
+    fn a_partial_fit_is_of_low_confidence_only_without_a_similar_one() {
+        let config = AcceptanceConfig::default();
+        let partial = at(0.0, 0.6, 0.0);
+        let accepted =
+            |found: &[PoseHypothesis]| config.classify(found) == RelocalisationResult::LowConfidence(partial);
+        assert!(accepted(&[partial]) && accepted(&[partial, at(9.0, 0.44, 0.0)]));
+        assert!(!accepted(&[partial, at(9.0, 0.46, 0.0)]));
+        assert_eq!(config.classify(&[at(0.0, 0.39, 0.0)]), RelocalisationResult::NotFound);
+        assert!(RelocalisationResult::LowConfidence(partial).into_accepted().is_empty());
+    }
+
+    #[test]
+    fn a_tolerance_bounds_distance_and_angle() {
+        let tolerance = PoseTolerance { distance_m: 0.5, angle_rad: 0.15 };
+        let pose = |x: f64, yaw: f64| {
+            let turn = so3::exp(&geometry::Vector3::new(0.0, 0.0, yaw));
+            Isometry::from_parts(Translation3::new(x, 0.0, 0.0), turn)
+        };
+        assert!(tolerance.contains(&pose(0.0, 0.0), &pose(0.49, 0.14)));
+        assert!(!tolerance.contains(&pose(0.0, 0.0), &pose(0.51, 0.0)));
+        assert!(!tolerance.contains(&pose(0.0, 0.0), &pose(0.0, -0.16)));
+    }
+}

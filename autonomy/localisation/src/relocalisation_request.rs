@@ -1,0 +1,146 @@
+//! A request to find the pose of one scan in the map.
+//!
+//! An answer takes a tenth of a second or more, so it is a job: what the job needs is handed out, and its answer comes back as an
+//! input.
+
+use crate::global_localiser::{GlobalLocaliser, PosePrior};
+use crate::pose_hypothesis::PoseHypothesis;
+use crate::request_progress::RequestProgress;
+use geometry::{Isometry, so3};
+use mapping::KeyframeDescriptor;
+use std::sync::Arc;
+use vocab::{Span, Stamp};
+
+/// When a request is repeated whose answer was that nothing fits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelocalisationRequestConfig {
+    /// After this distance, metres.
+    pub retry_distance_m: f64,
+    /// Or after this rotation, radians.
+    pub retry_angle_rad: f64,
+    /// Or after this time.
+    pub retry_after: Span,
+}
+
+impl Default for RelocalisationRequestConfig {
+    fn default() -> Self {
+        Self { retry_distance_m: 0.5, retry_angle_rad: 0.5, retry_after: Span::from_millis(2_000) }
+    }
+}
+
+/// A request, from when it is made until the next one is.
+#[derive(Debug)]
+pub(crate) struct RelocalisationRequest {
+    pub id: u64,
+    /// Of the scan.
+    pub stamp: Stamp,
+    /// Pose by odometry at the scan.
+    pub odom_from_base: Isometry,
+    pub prior: PosePrior,
+    descriptor: KeyframeDescriptor,
+    progress: RequestProgress,
+}
+
+impl RelocalisationRequest {
+    /// A request for the scan of this descriptor.
+    pub fn new(
+        id: u64,
+        stamp: Stamp,
+        odom_from_base: Isometry,
+        descriptor: KeyframeDescriptor,
+        prior: PosePrior,
+    ) -> Self {
+        Self { id, stamp, odom_from_base, prior, descriptor, progress: RequestProgress::default() }
+    }
+
+    /// Whether it has been answered and it is time for another one.
+    pub fn is_stale(
+        &self,
+        config: &RelocalisationRequestConfig,
+        at: Stamp,
+        odom_from_base: &Isometry,
+    ) -> bool {
+        let motion = self.odom_from_base.inverse() * odom_from_base;
+        let has_moved = motion.translation.vector.norm() >= config.retry_distance_m
+            || so3::log(&motion.rotation).norm() >= config.retry_angle_rad;
+        self.progress == RequestProgress::Done && (has_moved || at - self.stamp >= config.retry_after)
+    }
+
+    /// Starts with this job. Returns false if it was started before.
+    pub fn start(&mut self, job: u64) -> bool {
+        self.progress.start(job)
+    }
+
+    /// Whether it has not been answered.
+    pub fn is_open(&self) -> bool {
+        self.progress != RequestProgress::Done
+    }
+
+    /// Whether this job answers it.
+    pub fn is_answered_by(&self, job: u64) -> bool {
+        self.progress.is_running(job)
+    }
+
+    /// Its job has ended.
+    pub fn finish(&mut self) {
+        self.progress = RequestProgress::Done;
+    }
+
+    /// What its job needs.
+    pub fn work(&self, localiser: &Arc<GlobalLocaliser>) -> RelocalisationWork {
+        RelocalisationWork {
+            id: self.id,
+            localiser: Arc::clone(localiser),
+            odom_from_base: self.odom_from_base,
+            descriptor: self.descriptor.clone(),
+            prior: self.prior.clone(),
+        }
+    }
+}
+
+/// A search for the pose of a scan, with all that it needs.
+#[derive(Debug)]
+pub struct RelocalisationWork {
+    id: u64,
+    localiser: Arc<GlobalLocaliser>,
+    odom_from_base: Isometry,
+    descriptor: KeyframeDescriptor,
+    prior: PosePrior,
+}
+
+impl RelocalisationWork {
+    /// Id of the request.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// Poses at which the scan may have been taken, the best first, see [`GlobalLocaliser::find_poses_with_prior`]: a pure function of what it
+    /// owns.
+    pub fn run(&self) -> Vec<PoseHypothesis> {
+        self.localiser.find_poses_with_prior(&self.descriptor, &self.odom_from_base.rotation, &self.prior)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at, room_keyframe, rooms};
+
+    #[test]
+    fn a_request_is_repeated_only_after_its_answer_and_by_distance_rotation_or_time() {
+        let config = RelocalisationRequestConfig::default();
+        let (pose, descriptor) = room_keyframe(&rooms(), 4.0, 6.0, 0.0);
+        let start = Stamp::from_parts(10, 0);
+        let mut request = RelocalisationRequest::new(1, start, pose, descriptor, PosePrior::None);
+        let soon = start + Span::from_millis(100);
+        assert!(request.is_open() && !request.is_stale(&config, soon, &at(9.0, 6.0, 0.0)));
+        assert!(request.start(4) && request.is_answered_by(4) && !request.start(5));
+        assert!(!request.is_stale(&config, soon, &at(9.0, 6.0, 0.0)), "its job runs");
+        request.finish();
+        assert!(!request.is_open() && !request.is_answered_by(4));
+        assert!(!request.is_stale(&config, soon, &at(4.4, 6.0, 0.4)));
+        assert!(request.is_stale(&config, soon, &at(4.5, 6.0, 0.0)));
+        assert!(request.is_stale(&config, soon, &at(4.0, 6.0, -0.51)));
+        assert!(request.is_stale(&config, start + Span::from_millis(2_000), &pose));
+    }
+}
