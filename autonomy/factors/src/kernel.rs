@@ -1,7 +1,7 @@
 //! Robust kernels: how much a large residual may cost.
 //!
-//! With `s` the squared whitened residual a factor costs `ρ(s) / 2`, and its normal equations are weighted by `ρ'(s)`
-//! (iteratively re-weighted least squares). Every kernel is `s` near zero.
+//! With `s` the squared whitened residual a factor costs `ρ(s)` (docs/maths/factors.md, equations 3 and 10 to 13), and its normal equations
+//! are weighted by `ρ'(s)` (iteratively re-weighted least squares). Every kernel equals `s` near zero.
 //! Sources: Zhang, *Parameter estimation techniques*, 1997; Agarwal and others, *Robust map optimization using dynamic
 //! covariance scaling*, ICRA 2013.
 

@@ -34,5 +34,5 @@ pub use measurements::{
     BearingRange, Between, BodyVelocity, GravityDirection, Inertial, InertialNoise, Landmark, Marginal,
     PlanarBetween, PlanarPrior, Preintegrated, Prior, RandomWalk, Residual, VectorPrior,
 };
-pub use robust::{RobustOptions, RobustSolution, optimise_robustly};
+pub use robust::{RobustConfig, RobustSolution, optimise_robustly};
 pub use value::{Key, Kind, Planar, Value, Values};

@@ -1,9 +1,10 @@
 //! Wrong measurements among right ones: graduated non-convexity.
 //!
-//! A first guess is made with Cauchy's kernel, which lets go of nothing altogether. Then suspect factors cost truncated least squares, `min(s, c²)`. That is reached in stages: first a surrogate that is nearly convex, in
-//! which every suspect has a say, then ever closer ones, in which suspects that the others contradict lose their weight.
+//! A first guess is made with Cauchy's kernel, which never ignores a factor altogether. Then suspect factors cost truncated least squares,
+//! `min(s, c²)` (docs/maths/factors.md, equations 14 to 16). The truncated cost is approached in stages. The first surrogate is nearly convex and uses every
+//! suspect. Each further stage is closer to the truncated cost, and suspects that the other factors contradict lose their weight.
 //! Source: Yang, Antonante, Tzoumas, Carlone, *Graduated non-convexity for robust spatial perception*, RA-L 5, 2020. The threshold
-//! follows the noise that is really there, since information matrices in files are often too timid.
+//! follows the measured noise, because information matrices in files often promise too little.
 
 use crate::batch::{Method, Options, optimise};
 use crate::error::SolveError;
@@ -14,22 +15,55 @@ use crate::marginals::Marginals;
 use crate::value::Values;
 use nalgebra::{DMatrix, DVector};
 
-/// When a suspect counts as wrong.
+/// Parameters of [`optimise_robustly`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RobustOptions {
-    /// A suspect is wrong once its squared residual is this many standard deviations (of its chi-squared distribution) too long.
-    pub deviations: f64,
-    /// Whether to tighten that where typical suspects are shorter than their information promises.
+pub struct RobustConfig {
+    /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution.
+    pub outlier_deviations: f64,
+    /// Whether the limit is lowered where typical residuals are smaller than their information promises.
     pub learn_scale: bool,
-    /// By how much the surrogate nears the truncated cost a stage.
+    /// Quantile of the believed residuals from which the scale is learnt. It is high, because real residuals have heavier tails than their median
+    /// shows.
+    pub scale_quantile: f64,
+    /// Growth of the surrogate's closeness μ in each stage. Source: Yang and others, 2020, use 1.4.
     pub stage_factor: f64,
-    /// Stages at most.
+    /// Greatest number of stages.
     pub stages_max: usize,
+    /// Iterations of the inner solver in each stage. The next stage goes on from the result.
+    pub stage_iterations: usize,
+    /// Relative decrease at which the inner solver ends a stage, and the first guess.
+    pub stage_decrease_min: f64,
+    /// Iterations of the first guess at most.
+    pub first_guess_iterations_max: usize,
+    /// Parameter of the Cauchy kernel for the first guess, standard deviations: wide enough to attract right loops from far away.
+    pub first_guess_kernel: f64,
+    /// Lowest closeness μ to start with: a suspect a hundred times beyond the limit after the first guess is certainly wrong.
+    pub closeness_min: f64,
+    /// Suspects whose squared residual is a smaller share of the limit are not reviewed: the other factors would have to measure less than this share.
+    pub review_residual_share_min: f64,
+    /// Reviews of the believed suspects at most.
+    pub reviews_max: usize,
+    /// Share of a direction that other factors must measure as well; below it rounding would decide.
+    pub shared_information_min: f64,
 }
 
-impl Default for RobustOptions {
+impl Default for RobustConfig {
     fn default() -> Self {
-        Self { deviations: 3.5, learn_scale: true, stage_factor: 1.8, stages_max: 100 }
+        Self {
+            outlier_deviations: 3.5,
+            learn_scale: true,
+            scale_quantile: 0.9,
+            stage_factor: 1.8,
+            stages_max: 100,
+            stage_iterations: 3,
+            stage_decrease_min: 1e-3,
+            first_guess_iterations_max: 30,
+            first_guess_kernel: 1.0,
+            closeness_min: 0.01,
+            review_residual_share_min: 0.05,
+            reviews_max: 3,
+            shared_information_min: 1e-6,
+        }
     }
 }
 
@@ -46,19 +80,6 @@ pub struct RobustSolution {
     pub iterations: usize,
 }
 
-/// Iterations of the inner solver a stage: the next stage goes on from wherever they lead.
-const ITERATIONS_A_STAGE: usize = 3;
-/// Suspects whose residual is a smaller share of the limit are not reviewed: others would have to measure less than this share.
-const REVIEW_SHARE: f64 = 0.05;
-/// Share of a direction that others measure too, below which rounding decides.
-const UNSHARED_MIN: f64 = 1e-6;
-/// Times that what is believed is reviewed.
-const REVIEWS: usize = 3;
-/// Parameter of the Cauchy kernel for the first guess, standard deviations: wide enough to pull right loops in from far.
-const FIRST_KERNEL: f64 = 1.0;
-/// Closeness to begin with at least: suspects a hundred times beyond the limit after the first guess are wrong for certain.
-const CLOSENESS_MIN: f64 = 0.01;
-
 /// Minimises the cost of `graph` from `start`, believing only those factors for which `suspect` is true that agree with the
 /// rest. The other factors must determine every variable.
 ///
@@ -70,25 +91,25 @@ pub fn optimise_robustly(
     graph: &Graph,
     start: &Values,
     suspect: impl Fn(FactorId, &dyn Factor) -> bool,
-    options: &RobustOptions,
+    config: &RobustConfig,
 ) -> Result<RobustSolution, SolveError> {
     let suspects: Vec<Suspect> = graph
         .iter()
         .filter(|(id, entry)| suspect(*id, &*entry.factor))
-        .map(|(id, entry)| Suspect::new(id, entry.factor.rows(), options.deviations))
+        .map(|(id, entry)| Suspect::new(id, entry.factor.rows(), config.outlier_deviations))
         .collect();
-    let mut rounds = Rounds { full: graph, graph: graph.clone(), suspects, iterations: 0 };
+    let mut rounds = Rounds { config: *config, full: graph, graph: graph.clone(), suspects, iterations: 0 };
     let mut values = rounds.first_guess(start)?;
-    values = rounds.anneal(values, 1.0, options)?;
-    if options.learn_scale {
-        // Once only: each round cuts the tail off that the next would learn from.
+    values = rounds.anneal(values, 1.0)?;
+    if config.learn_scale {
+        // Once only: each round removes the tail from which the next would learn.
         let scale = rounds.typical_scale(&values)?;
-        values = rounds.anneal(values, scale, options)?;
+        values = rounds.anneal(values, scale)?;
     }
-    let scale = if options.learn_scale { rounds.typical_scale(&values)? } else { 1.0 };
-    // All that is believed, at full weight and to convergence.
+    let scale = if config.learn_scale { rounds.typical_scale(&values)? } else { 1.0 };
+    // All believed factors, at full weight and to convergence.
     let mut solution = optimise(&rounds.graph, &values, &Options::default())?;
-    for _ in 0..REVIEWS {
+    for _ in 0..config.reviews_max {
         if !rounds.review(&solution.values, scale)? {
             break;
         }
@@ -119,6 +140,7 @@ impl Suspect {
 }
 
 struct Rounds<'a> {
+    config: RobustConfig,
     full: &'a Graph,
     /// The factors still believed, weighted.
     graph: Graph,
@@ -127,31 +149,30 @@ struct Rounds<'a> {
 }
 
 impl Rounds<'_> {
-    /// The solution with all suspects under a kernel that lets go slowly.
+    /// The solution with all suspects under Cauchy's kernel.
     fn first_guess(&mut self, start: &Values) -> Result<Values, SolveError> {
         let mut graph = self.full.clone();
         for suspect in &self.suspects {
             if let Some(entry) = graph.get_mut(suspect.id) {
-                entry.kernel = Kernel::Cauchy(FIRST_KERNEL);
+                entry.kernel = Kernel::Cauchy(self.config.first_guess_kernel);
             }
         }
-        let options = Options { relative_decrease_min: 1e-3, iterations_max: 30, ..Options::default() };
+        let options = Options {
+            relative_decrease_min: self.config.stage_decrease_min,
+            iterations_max: self.config.first_guess_iterations_max,
+            ..Options::default()
+        };
         let solution = optimise(&graph, start, &options)?;
         self.iterations += solution.iterations;
         Ok(solution.values)
     }
 
-    /// From all suspects in to every suspect in or out.
-    fn anneal(
-        &mut self,
-        mut values: Values,
-        scale: f64,
-        options: &RobustOptions,
-    ) -> Result<Values, SolveError> {
+    /// Runs the stages until each suspect is either believed or rejected.
+    fn anneal(&mut self, mut values: Values, scale: f64) -> Result<Values, SolveError> {
         let inner = Options {
             method: Method::LevenbergMarquardt,
-            iterations_max: ITERATIONS_A_STAGE,
-            relative_decrease_min: 1e-3,
+            iterations_max: self.config.stage_iterations,
+            relative_decrease_min: self.config.stage_decrease_min,
         };
         let squares = self.squares(&values)?;
         let excess = |(suspect, square): (&Suspect, &f64)| square / (suspect.limit * scale);
@@ -161,8 +182,8 @@ impl Rounds<'_> {
             self.apply_weights();
             return Ok(values);
         }
-        let mut closeness = (1.0 / (2.0 * greatest - 1.0)).max(CLOSENESS_MIN);
-        for _ in 0..options.stages_max {
+        let mut closeness = (1.0 / (2.0 * greatest - 1.0)).max(self.config.closeness_min);
+        for _ in 0..self.config.stages_max {
             let squares = self.squares(&values)?;
             for (suspect, square) in self.suspects.iter_mut().zip(squares) {
                 suspect.weight = weight(square / (suspect.limit * scale), closeness);
@@ -174,7 +195,7 @@ impl Rounds<'_> {
             if self.suspects.iter().all(|suspect| suspect.weight == 0.0 || suspect.weight == 1.0) {
                 break;
             }
-            closeness *= options.stage_factor;
+            closeness *= self.config.stage_factor;
         }
         for suspect in &mut self.suspects {
             suspect.weight = suspect.weight.round();
@@ -210,9 +231,9 @@ impl Rounds<'_> {
         }
     }
 
-    /// Stops believing suspects that the graph *without them* contradicts, and says whether there were any. A wrong loop where nothing
-    /// else measures bends the graph until its own residual is small; its innovation tells: with whitened residual `r`, Jacobian
-    /// `J` and covariance `Σ` of the present solution, `rᵀ (I - J Σ Jᵀ)⁻¹ r` is what `s` would be had the suspect never been used.
+    /// Rejects suspects that the graph *without them* contradicts; returns whether there were any. Where nothing else measures, a wrong loop bends the
+    /// graph until its own residual is small. Its innovation reveals it (docs/maths/factors.md, equation 17): with whitened residual `r`, Jacobian `J` and
+    /// covariance `Σ` of the present solution, `rᵀ (I - J Σ Jᵀ)⁻¹ r` is the squared residual that the suspect would have if it had not been used.
     fn review(&mut self, values: &Values, scale: f64) -> Result<bool, SolveError> {
         let marginals = Marginals::new(&self.graph, values)?;
         let mut scratch = Linearised::default();
@@ -222,7 +243,7 @@ impl Rounds<'_> {
             scratch.reset(&*entry.factor);
             let done = entry.factor.linearise(values, &mut scratch);
             done.map_err(|source| SolveError::Factor { factor: suspect.id, source })?;
-            if scratch.squared() < REVIEW_SHARE * suspect.limit * scale {
+            if scratch.squared() < self.config.review_residual_share_min * suspect.limit * scale {
                 continue;
             }
             let covariance = marginals.covariance(entry.factor.keys())?;
@@ -232,13 +253,13 @@ impl Rounds<'_> {
                 DMatrix::from_column_slice(rows, covariance.nrows(), &stacked[..rows * covariance.nrows()]);
             let residual = DVector::from_column_slice(scratch.negated_residual());
             let left = DMatrix::identity(rows, rows) - &jacobian * covariance * jacobian.transpose();
-            // Where nothing else measures at all there is nothing to contradict it.
+            // Directions that no other factor measures cannot contradict the suspect.
             let eigen = left.symmetric_eigen();
             let along = eigen.eigenvectors.transpose() * residual;
             let innovation: f64 = along
                 .iter()
                 .zip(eigen.eigenvalues.iter())
-                .filter(|(_, share)| **share > UNSHARED_MIN)
+                .filter(|(_, share)| **share > self.config.shared_information_min)
                 .map(|(component, share)| component * component / share)
                 .sum();
             *refuted = innovation > suspect.limit * scale;
@@ -252,14 +273,14 @@ impl Rounds<'_> {
         Ok(refuted.contains(&true))
     }
 
-    /// How long the residuals of believed suspects typically are, as a share of what their information promises: at most 1.
+    /// Typical squared residual of believed suspects as a share of the one that their information promises, 1 at most.
     fn typical_scale(&self, values: &Values) -> Result<f64, SolveError> {
         let squares = self.squares(values)?;
         let believed = self.suspects.iter().zip(squares).filter(|(suspect, _)| suspect.weight > 0.5);
         let mut shares: Vec<f64> = believed.map(|(suspect, square)| square / suspect.rows).collect();
         shares.sort_unstable_by(f64::total_cmp);
-        // A high quantile: real residuals have heavier tails than their median tells.
-        let typical = shares.get(shares.len() * 9 / 10).copied().unwrap_or(1.0);
+        let index = (shares.len() as f64 * self.config.scale_quantile) as usize;
+        let typical = shares.get(index).copied().unwrap_or(1.0);
         Ok(typical.clamp(1e-12, 1.0))
     }
 }

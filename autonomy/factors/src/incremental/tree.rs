@@ -1,6 +1,7 @@
 //! The Bayes tree: cliques in an arena.
 
-use crate::linear::assembly::{panel_len, scalars};
+use crate::linear::assembly::scalars;
+use crate::linear::dense::panel_len;
 use crate::linear::dense::substitute_back;
 
 /// Variables eliminated together, conditioned on others.

@@ -3,7 +3,7 @@
 //! Everything that is gathered, be it a factor's normal equations or the Schur complement of a child, has one form: *packed
 //! normal equations* over a list of variables, the lower triangle column by column with the right-hand sides as last rows.
 
-use super::dense::{BadPivot, Front, Stored};
+use super::dense::{BadPivot, Front, Stored, panel_len};
 
 /// Scratch space for one front at a time.
 #[derive(Default, Debug)]
@@ -115,11 +115,6 @@ impl Assembly {
         }
         out
     }
-}
-
-/// Entries of a panel of `columns` in a front of `size` rows.
-pub fn panel_len(columns: usize, size: usize) -> usize {
-    columns * size - columns * (columns.max(1) - 1) / 2
 }
 
 /// Forward substitution through one panel: solves for the frontal scalars of `local` and takes their share off the others.

@@ -50,6 +50,11 @@ pub struct BadPivot(pub usize);
 /// A pivot below this share of its diagonal entry before elimination is rounding noise: the matrix is singular there.
 const PIVOT_SHARE_MIN: f64 = 1e-13;
 
+/// Entries of a panel of `columns` in a front of `size` rows.
+pub fn panel_len(columns: usize, size: usize) -> usize {
+    columns * size - columns * (columns.max(1) - 1) / 2
+}
+
 impl Front {
     /// Makes it a zero matrix of `size` rows.
     pub fn reset(&mut self, size: usize) {
@@ -166,7 +171,7 @@ fn substitute_back_with<T: Stored, const FMA: bool>(
     local: &mut [f64],
 ) {
     let size = local.len() + right_hand_sides;
-    let mut end = super::assembly::panel_len(columns, size);
+    let mut end = panel_len(columns, size);
     for column in (0..columns).rev() {
         let start = end - (size - column);
         let entries = &panel[start..end];

@@ -4,7 +4,7 @@ use crate::jacobians::random_pose;
 use crate::support::{Published, load};
 use factors::{
     Between, FactorId, Graph, Kernel, Key, Method, Options, Planar, PlanarBetween, RelativePose,
-    RobustOptions, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
+    RobustConfig, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
 };
 use geometry::{Isometry, Matrix3, RngTree, Vector3};
 use nalgebra::Vector2;
@@ -113,7 +113,7 @@ fn a_fifth_of_wrong_loops_leaves_the_trajectory_where_it_was() {
         let (_, extent) = rmse(&clean, &clean);
         let (graph, wrong) = add_wrong_loops(&published, extent, 0.2, 1);
         let solution =
-            optimise_robustly(&graph, &start, |_, factor| is_loop(factor.keys()), &RobustOptions::default())
+            optimise_robustly(&graph, &start, |_, factor| is_loop(factor.keys()), &RobustConfig::default())
                 .unwrap();
         let (error, _) = rmse(&clean, &solution.values);
         let found = wrong.iter().filter(|id| solution.rejected.contains(id)).count();

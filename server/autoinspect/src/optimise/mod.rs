@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::process;
 use clap::{Args, ValueEnum};
-use factors::{Method, Options, RobustOptions, SolveError, Values, chordal, optimise, optimise_robustly};
+use factors::{Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly};
 use formats::g2o;
 use incremental::StepTimes;
 use problem::Problem;
@@ -154,7 +154,7 @@ fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
     };
     if args.robust {
         let suspect = |id, _: &dyn factors::Factor| problem.is_loop(id);
-        let found = optimise_robustly(&problem.graph, &start, suspect, &RobustOptions::default())?;
+        let found = optimise_robustly(&problem.graph, &start, suspect, &RobustConfig::default())?;
         let rejected = found.rejected.iter().map(|id| id.index()).collect();
         return Ok(Solved { values: found.values, iterations: found.iterations, rejected, step_ms: None });
     }
