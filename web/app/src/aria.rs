@@ -1,23 +1,23 @@
-//! The mirror: every control that egui draws, as an ARIA element laid over the canvas in `<div id="aria">`.
+//! The ARIA mirror: every control that egui draws is mirrored as an ARIA element over the canvas, in `<div id="aria">`.
 //!
-//! egui describes each frame as an AccessKit tree; a plugin hands it over as it leaves. The elements have the role,
-//! name, value, state and place of what is drawn; the pointer goes through them to the canvas. A click from assistive
-//! technology (or `element.click()`) goes back to egui as an AccessKit action.
+//! egui describes each frame as an AccessKit tree, which a plugin takes from its output. The elements have the role, name, value, state and
+//! position of the controls; the pointer passes through them to the canvas. A click by assistive technology (or `element.click()`) goes back
+//! to egui as an AccessKit action. Text inputs are elements of the page themselves; see `text_inputs.rs`.
 
 use crate::browser;
 use egui::accesskit::{Action, ActionRequest, Node, NodeId, Role, Toggled, TreeId, TreeUpdate};
+use gloo_events::{EventListener, EventListenerOptions};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::Closure;
 use web_sys::HtmlElement;
 
 thread_local! {
-    /// DOM elements cannot be part of the plugin, which egui wants to be able to send between threads.
+    /// The mirror is not a part of the plugin, because egui requires plugins to be `Send` and DOM elements are not.
     static MIRROR: RefCell<Mirror> = RefCell::default();
 }
 
-/// Turns accessibility on and mirrors it from now on.
+/// Turns accessibility on and mirrors every frame from now on.
 pub(crate) fn install(ctx: &egui::Context) {
     ctx.enable_accesskit();
     ctx.add_plugin(AriaPlugin);
@@ -46,31 +46,31 @@ impl egui::Plugin for AriaPlugin {
 #[derive(Default)]
 struct Mirror {
     root: Option<HtmlElement>,
-    shown: BTreeMap<NodeId, Shown>,
+    elements: BTreeMap<NodeId, MirroredElement>,
     order: Vec<NodeId>,
     requests: Vec<ActionRequest>,
 }
 
-/// An element and what it says.
-struct Shown {
+/// An element and its attributes.
+struct MirroredElement {
     element: HtmlElement,
-    said: AriaAttributes,
+    attributes: AriaAttributes,
 }
 
-/// Everything an element says; set again only when it differs.
+/// Attributes of an element; only those that changed are set.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct AriaAttributes {
     role: &'static str,
     name: String,
     text: String,
-    place: String,
+    style: String,
     pressed: Option<bool>,
     disabled: bool,
     range: Option<[String; 3]>,
 }
 
 impl Mirror {
-    /// Clicks and keys on elements become actions.
+    /// Turns clicks and keys on elements into actions.
     fn listen(&mut self, ctx: &egui::Context) {
         self.root = browser::element("aria");
         let Some(root) = &self.root else {
@@ -79,21 +79,20 @@ impl Mirror {
         };
         for event in ["click", "keydown"] {
             let ctx = ctx.clone();
-            let listener = Closure::<dyn FnMut(web_sys::Event)>::new(move |event: web_sys::Event| {
-                if let Some(request) = request_of(&event) {
+            let options = EventListenerOptions::enable_prevent_default();
+            let listener = EventListener::new_with_options(root, event, options, move |event| {
+                if let Some(request) = request_of(event) {
                     event.prevent_default();
                     MIRROR.with_borrow_mut(|mirror| mirror.requests.push(request));
                     ctx.request_repaint();
                 }
             });
-            // Lives as long as the page: there is one mirror and it is never taken down.
-            if root.add_event_listener_with_callback(event, listener.as_ref().unchecked_ref()).is_ok() {
-                listener.forget();
-            }
+            // The mirror lives as long as the page.
+            listener.forget();
         }
     }
 
-    /// Makes the elements say what the tree says.
+    /// Creates, changes and removes elements as the tree says.
     fn update(&mut self, update: &TreeUpdate) {
         let Some(root) = self.root.clone() else { return };
         let nodes: BTreeMap<NodeId, &Node> = update.nodes.iter().map(|(id, node)| (*id, node)).collect();
@@ -102,34 +101,34 @@ impl Mirror {
             collect(tree.root, &nodes, &mut order);
         }
         let wanted: Vec<(NodeId, AriaAttributes)> =
-            order.iter().filter_map(|id| Some((*id, said(nodes.get(id)?, &nodes)?))).collect();
+            order.iter().filter_map(|id| Some((*id, attributes_of(nodes.get(id)?, &nodes)?))).collect();
         let ids: Vec<NodeId> = wanted.iter().map(|(id, _)| *id).collect();
-        let known: std::collections::BTreeSet<NodeId> = ids.iter().copied().collect();
-        self.shown.retain(|id, shown| {
-            let stays = known.contains(id);
+        let present: std::collections::BTreeSet<NodeId> = ids.iter().copied().collect();
+        self.elements.retain(|id, mirrored| {
+            let stays = present.contains(id);
             if !stays {
-                shown.element.remove();
+                mirrored.element.remove();
             }
             stays
         });
-        for (id, said) in wanted {
-            match self.shown.get_mut(&id) {
-                Some(shown) => shown.say(said),
+        for (id, attributes) in wanted {
+            match self.elements.get_mut(&id) {
+                Some(mirrored) => mirrored.set(attributes),
                 None => {
                     if let Some(element) = browser::create("div") {
                         let _ = element.set_attribute("data-node", &id.0.to_string());
-                        let mut shown = Shown { element, said: AriaAttributes::default() };
-                        shown.say(said);
-                        self.shown.insert(id, shown);
+                        let mut mirrored = MirroredElement { element, attributes: AriaAttributes::default() };
+                        mirrored.set(attributes);
+                        self.elements.insert(id, mirrored);
                     }
                 }
             }
         }
         if ids != self.order {
-            // Appending in order moves what is there already.
+            // Appending in order moves the elements that exist.
             for id in &ids {
-                if let Some(shown) = self.shown.get(id) {
-                    let _ = root.append_child(&shown.element);
+                if let Some(mirrored) = self.elements.get(id) {
+                    let _ = root.append_child(&mirrored.element);
                 }
             }
             self.order = ids;
@@ -137,48 +136,48 @@ impl Mirror {
     }
 }
 
-impl Shown {
-    fn say(&mut self, said: AriaAttributes) {
-        if said == self.said {
+impl MirroredElement {
+    fn set(&mut self, attributes: AriaAttributes) {
+        if attributes == self.attributes {
             return;
         }
         let element = &self.element;
         let set = |name: &str, value: Option<&str>| {
-            // Names are constants of ours, so setting cannot fail.
+            // The names are valid, so this cannot fail.
             let _ = match value {
                 Some(value) => element.set_attribute(name, value),
                 None => element.remove_attribute(name),
             };
         };
-        let old = &self.said;
-        if said.role != old.role {
-            set("role", Some(said.role));
-            let focusable = matches!(said.role, "button" | "slider" | "textbox" | "checkbox");
+        let old = &self.attributes;
+        if attributes.role != old.role {
+            set("role", Some(attributes.role));
+            let focusable = matches!(attributes.role, "button" | "slider" | "textbox" | "checkbox");
             set("tabindex", focusable.then_some("0"));
-            // Values change ten times a second; nobody wants to hear each of them.
-            set("aria-live", (said.role == "status").then_some("off"));
+            // Values change ten times a second; a screen reader must not read each of them.
+            set("aria-live", (attributes.role == "status").then_some("off"));
         }
-        if said.name != old.name {
-            set("aria-label", (!said.name.is_empty()).then_some(&said.name));
+        if attributes.name != old.name {
+            set("aria-label", (!attributes.name.is_empty()).then_some(&attributes.name));
         }
-        if said.text != old.text {
-            element.set_text_content(Some(&said.text));
+        if attributes.text != old.text {
+            element.set_text_content(Some(&attributes.text));
         }
-        if said.place != old.place {
-            set("style", Some(&said.place));
+        if attributes.style != old.style {
+            set("style", Some(&attributes.style));
         }
-        if said.pressed != old.pressed {
-            set("aria-pressed", said.pressed.map(|on| if on { "true" } else { "false" }));
+        if attributes.pressed != old.pressed {
+            set("aria-pressed", attributes.pressed.map(|on| if on { "true" } else { "false" }));
         }
-        if said.disabled != old.disabled {
-            set("aria-disabled", said.disabled.then_some("true"));
+        if attributes.disabled != old.disabled {
+            set("aria-disabled", attributes.disabled.then_some("true"));
         }
-        if said.range != old.range {
+        if attributes.range != old.range {
             for (at, name) in ["aria-valuenow", "aria-valuemin", "aria-valuemax"].into_iter().enumerate() {
-                set(name, said.range.as_ref().map(|range| range[at].as_str()));
+                set(name, attributes.range.as_ref().map(|range| range[at].as_str()));
             }
         }
-        self.said = said;
+        self.attributes = attributes;
     }
 }
 
@@ -192,20 +191,20 @@ fn collect(id: NodeId, nodes: &BTreeMap<NodeId, &Node>, order: &mut Vec<NodeId>)
     }
 }
 
-/// What the element of a node says; `None` for nodes that are only there to hold others.
-fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<AriaAttributes> {
+/// Attributes of a node's element; `None` for nodes that only group others.
+fn attributes_of(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<AriaAttributes> {
     let role = aria_role(node.role())?;
     let labelled = || {
         let names: Vec<&str> = node.labelled_by().iter().filter_map(|id| nodes.get(id)?.value()).collect();
         (!names.is_empty()).then(|| names.join(" "))
     };
     let name = node.label().map(str::to_owned).or_else(labelled).unwrap_or_default();
-    let text = if role == "button" { name.clone() } else { plain(node.value().unwrap_or_default()) };
+    let text = if role == "button" { name.clone() } else { without_icons(node.value().unwrap_or_default()) };
     if name.is_empty() && text.is_empty() {
         return None;
     }
     let bounds = node.bounds().unwrap_or_default();
-    let place = format!(
+    let style = format!(
         "position:absolute;left:{:.0}px;top:{:.0}px;width:{:.0}px;height:{:.0}px;overflow:hidden;opacity:0;pointer-events:none",
         bounds.x0,
         bounds.y0,
@@ -217,7 +216,7 @@ fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<AriaAttributes> 
         role,
         name,
         text,
-        place,
+        style,
         pressed: node.toggled().map(|toggled| toggled == Toggled::True),
         disabled: node.is_disabled(),
         range: (role == "slider")
@@ -225,8 +224,8 @@ fn said(node: &Node, nodes: &BTreeMap<NodeId, &Node>) -> Option<AriaAttributes> 
     })
 }
 
-/// Text without the signs of the icon font, which mean nothing when read aloud.
-fn plain(text: &str) -> String {
+/// Text without the characters of the icon font, which cannot be read aloud.
+fn without_icons(text: &str) -> String {
     text.chars().filter(|c| !('\u{e000}'..='\u{f8ff}').contains(c)).collect::<String>().trim().to_owned()
 }
 
@@ -247,7 +246,7 @@ fn aria_role(role: Role) -> Option<&'static str> {
     })
 }
 
-/// What a click or key on an element asks of egui.
+/// The action that a click or key on an element requests of egui.
 fn request_of(event: &web_sys::Event) -> Option<ActionRequest> {
     let element: HtmlElement = event.target()?.dyn_into().ok()?;
     let id = element.get_attribute("data-node")?.parse().ok()?;

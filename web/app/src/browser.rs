@@ -1,4 +1,5 @@
-//! What the page gives: elements, storage, time, randomness, its address.
+//! The browser's page: elements, storage, time, randomness, address. Events and timers are those of `gloo`; docs/decisions/browser-wrappers.md
+//! says why not the rest of it.
 
 use wasm_bindgen::JsCast;
 use web_sys::{Document, HtmlElement, Storage, Window};
@@ -23,28 +24,17 @@ pub(crate) fn create(tag: &str) -> Option<HtmlElement> {
     document()?.create_element(tag).ok()?.dyn_into().ok()
 }
 
-/// Milliseconds since the page was opened, monotonic.
+/// Time since the page was opened, ms, monotonic.
 pub(crate) fn now_ms() -> f64 {
     window().and_then(|window| window.performance()).map_or(0.0, |performance| performance.now())
 }
 
-/// Lets the page do other things for so many milliseconds.
-pub(crate) async fn pause(ms: i32) {
-    let promise = js_sys::Promise::new(&mut |resolve, _| {
-        let Some(window) = window() else { return };
-        // Without timers the page could not have come this far.
-        let _ = window.set_timeout_with_callback_and_timeout_and_arguments_0(&resolve, ms);
-    });
-    // It never fails.
-    let _ = wasm_bindgen_futures::JsFuture::from(promise).await;
-}
-
-/// Random bits, as good as the browser's.
+/// Random bits of the browser's cryptographic generator.
 pub(crate) fn random_u128() -> u128 {
     uuid::Uuid::new_v4().as_u128() ^ uuid::Uuid::new_v4().as_u128().rotate_left(64)
 }
 
-/// Uniform in 0..1.
+/// A random number, uniform in 0..1.
 pub(crate) fn random_unit() -> f64 {
     js_sys::Math::random()
 }
@@ -55,26 +45,26 @@ pub(crate) fn query(name: &str) -> Option<String> {
     web_sys::UrlSearchParams::new_with_str(&search).ok()?.get(name)
 }
 
-/// The page's address as a WebSocket's, with this path.
+/// The address of a WebSocket with this path on the page's server.
 pub(crate) fn socket_url(path: &str) -> Option<String> {
     let location = window()?.location();
     let scheme = if location.protocol().ok()? == "https:" { "wss" } else { "ws" };
     Some(format!("{scheme}://{}{path}", location.host().ok()?))
 }
 
-/// The offset of local time from UTC, seconds.
+/// Offset of local time from UTC, s.
 pub(crate) fn utc_offset_s() -> i64 {
     -60 * js_sys::Date::new_0().get_timezone_offset() as i64
 }
 
-/// Whether the person asked for less motion.
+/// Whether the operator's system asks for reduced motion.
 pub(crate) fn reduced_motion() -> bool {
     window()
         .and_then(|window| window.match_media("(prefers-reduced-motion: reduce)").ok().flatten())
         .is_some_and(|query| query.matches())
 }
 
-/// Size of the page, physical pixels.
+/// Size of the page, physical px.
 pub(crate) fn window_px() -> [u32; 2] {
     let Some(window) = window() else { return [1, 1] };
     let scale = window.device_pixel_ratio();
@@ -84,41 +74,41 @@ pub(crate) fn window_px() -> [u32; 2] {
     })
 }
 
-/// Whether nobody can see the page.
+/// Whether the page is hidden: another tab is in front of it, or the window is minimised.
 pub(crate) fn hidden() -> bool {
     document().is_some_and(|document| document.hidden())
 }
 
-/// Storage that lasts as long as the tab.
+/// Storage that lasts until the tab is closed.
 pub(crate) fn tab_storage() -> Option<Storage> {
     window()?.session_storage().ok().flatten()
 }
 
-/// Storage that stays.
+/// Storage that lasts until it is cleared.
 pub(crate) fn lasting_storage() -> Option<Storage> {
     window()?.local_storage().ok().flatten()
 }
 
-/// Says something in the browser's console, for whoever looks after the client.
-pub(crate) fn log_warning(what: &str) {
-    web_sys::console::warn_1(&what.into());
+/// Writes a warning to the browser's console.
+pub(crate) fn log_warning(message: &str) {
+    web_sys::console::warn_1(&message.into());
 }
 
-/// Makes a font known to the page, for its own inputs. Where that fails they use the system's.
+/// Adds a font to the page, for its text inputs. Where that fails they use the system's font.
 pub(crate) fn add_font(family: &str, file: &'static [u8]) {
     let buffer = js_sys::Uint8Array::from(file).buffer();
     if let (Some(document), Ok(font)) =
         (document(), web_sys::FontFace::new_with_array_buffer(family, &buffer))
     {
-        // Already loaded: the bytes are here.
+        // The font is loaded already, because its bytes were given.
         let _ = document.fonts().add(&font);
     }
 }
 
-/// Notes a moment of the page's start in the browser's own timeline, beside its downloads and frames.
-pub(crate) fn mark(moment: &str) {
+/// Marks a moment in the browser's performance timeline, beside its downloads and frames.
+pub(crate) fn mark(name: &str) {
     if let Some(performance) = window().and_then(|window| window.performance()) {
-        // A browser that keeps no timeline only loses the note.
-        let _ = performance.mark(moment);
+        // A browser without a timeline only loses the mark.
+        let _ = performance.mark(name);
     }
 }

@@ -1,67 +1,79 @@
-//! The running client: takes what came in, lets the model decide, draws.
+//! The eframe application: every frame it decodes downloads, updates the scene, draws the viewport and the panels, and applies commands.
 
-use crate::runtime::{ClientRuntime, Cloud, install_page_events, now};
+use crate::runtime::{ClientRuntime, EncodedKeyframeScan, RuntimeConfig, install_page_events, now};
 use crate::scene_sync::SceneSync;
-use crate::text_inputs::Inputs;
+use crate::text_inputs::TextInputElements;
 use crate::viewport::{Viewport, ViewportConfig};
-use crate::{aria, browser, graphics};
-use client_model::{ClientCommand, ClientEffect, ClientEvent, Ids, Model, Theme, ViewSettings};
+use crate::{aria, browser, graphics, storage};
+use client_model::{ClientCommand, ClientEvent, Ids, Model, Theme};
 use panels::PanelState;
 use panels::theme::{self, Tokens};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
-use vocab::ClientId;
 
-/// Time spent on decoding tiles in one frame, milliseconds; a tile that is begun is finished.
-const DECODE_MS: f64 = 4.0;
-/// While nothing moves, ages and countdowns still have to.
-const IDLE_REPAINT: Duration = Duration::from_millis(500);
-/// While the hand is on the stick, the velocity it wants is looked at this often.
-const DRIVE_REPAINT: Duration = Duration::from_millis(50);
-const CLIENT_KEY: &str = "autoinspect.client";
-const VIEW_KEY: &str = "autoinspect.view";
+/// Parameters of [`ClientApp`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ClientAppConfig {
+    /// Time for decoding tiles in one frame, ms. A tile that is begun is finished.
+    decode_ms: f64,
+    /// Interval of frames while nothing moves: ages and countdowns change.
+    idle_repaint: Duration,
+    /// Interval of frames while the robot is driven by hand: its velocity is read from stick and keys in every frame.
+    drive_repaint: Duration,
+}
 
-/// Begins to connect. Before there is anything to draw with: the server answers while the browser looks for graphics.
+impl Default for ClientAppConfig {
+    fn default() -> Self {
+        Self {
+            decode_ms: 4.0,
+            idle_repaint: Duration::from_millis(500),
+            drive_repaint: Duration::from_millis(50),
+        }
+    }
+}
+
+/// Begins to connect, before there is a graphics device: the server answers while the browser makes one.
 pub(crate) fn connect() -> Rc<RefCell<ClientRuntime>> {
     let ids = Ids::new(browser::random_u128());
-    let model = Model::new(load_client_id(), ids, load_view_settings(), now());
-    let runtime = Rc::new(RefCell::new(ClientRuntime::new(model)));
+    let model = Model::new(storage::load_client_id(), ids, storage::load_view_settings(), now());
+    let runtime = Rc::new(RefCell::new(ClientRuntime::new(RuntimeConfig::default(), model)));
     install_page_events(&runtime);
     runtime
 }
 
-/// The client.
+/// The application.
 pub(crate) struct ClientApp {
+    config: ClientAppConfig,
     runtime: Rc<RefCell<ClientRuntime>>,
     panels: PanelState,
     scene: SceneSync,
     viewport: Viewport,
-    inputs: Inputs,
+    text_inputs: TextInputElements,
     commands: Vec<ClientCommand>,
     theme: Option<Theme>,
-    start: StartupStage,
-    /// Whether the frame to come is the first.
-    bare: bool,
+    startup: StartupStage,
+    /// Whether no frame has been drawn yet.
+    is_first_frame: bool,
 }
 
-/// How far the page has come since it was opened; each step is noted once in the browser's timeline.
+/// Progress of the page's start. Each stage is marked once in the browser's performance timeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StartupStage {
     /// Nothing is drawn yet.
     Opened,
     /// Frames are drawn, without a map.
     Framed,
-    /// The frame being made is the first with points of a map in it.
-    Mapping,
+    /// The current frame is the first with points of a map.
+    DrawingMap,
     /// A map was drawn.
-    Mapped,
+    MapDrawn,
 }
 
 type CreateError = Box<dyn std::error::Error + Send + Sync>;
 
 impl ClientApp {
-    /// Makes the client that draws what `runtime` knows.
+    /// The application of a runtime that is connecting already.
     pub(crate) fn create(
         runtime: Rc<RefCell<ClientRuntime>>,
         context: &eframe::CreationContext<'_>,
@@ -71,29 +83,28 @@ impl ClientApp {
         theme::install_fonts(ctx);
         browser::add_font("Inter", theme::INTER_REGULAR);
         aria::install(ctx);
-        runtime.borrow().wake(ctx);
+        runtime.borrow().set_context(ctx);
         let mut renderer = scene::Renderer::new(&device.device, &device.queue, device.target_format);
         renderer.defer_overlay();
         let scene = SceneSync::new(renderer);
         device.renderer.write().callback_resources.insert(scene.renderer.clone());
+        let frame_pacer = graphics::initial_frame_pacer(&device.adapter.get_info());
         Ok(Box::new(Self {
+            config: ClientAppConfig::default(),
             runtime,
             panels: PanelState::for_page(browser::utc_offset_s()),
             scene,
-            viewport: Viewport::new(
-                ViewportConfig::default(),
-                graphics::initial_frame_pacer(&device.adapter.get_info()),
-            ),
-            inputs: Inputs::new(ctx.clone()),
+            viewport: Viewport::new(ViewportConfig::default(), frame_pacer),
+            text_inputs: TextInputElements::new(ctx.clone()),
             commands: Vec::new(),
             theme: None,
-            start: StartupStage::Opened,
-            bare: true,
+            startup: StartupStage::Opened,
+            is_first_frame: true,
         }))
     }
 
-    fn set_live_scan(&mut self, runtime: &mut ClientRuntime) {
-        let Some(scan) = runtime.take_scan() else { return };
+    fn update_live_scan(&mut self, runtime: &mut ClientRuntime) {
+        let Some(scan) = runtime.take_live_scan() else { return };
         if runtime.model.viewed_map().is_some() {
             return;
         }
@@ -103,17 +114,17 @@ impl ClientApp {
         }
     }
 
-    /// Decodes tiles for a few milliseconds.
+    /// Decodes tiles for [`ClientAppConfig::decode_ms`].
     fn decode_tiles(&mut self, runtime: &mut ClientRuntime) {
-        let begun = browser::now_ms();
-        while let Some((hash, bytes)) = runtime.next_tile() {
+        let started_ms = browser::now_ms();
+        while let Some((hash, bytes)) = runtime.decode_queue.pop_tile() {
             let event = match map_codec::decode(&bytes) {
                 Ok(chunk) => {
                     let map = runtime.model.displayed_map();
                     if let Some((entry, _)) = map.tiles.get(&hash) {
-                        self.scene.add_tile(hash, &chunk, entry, map);
-                        if self.start == StartupStage::Framed {
-                            self.start = StartupStage::Mapping;
+                        self.scene.insert_tile(hash, &chunk, entry, map);
+                        if self.startup == StartupStage::Framed {
+                            self.startup = StartupStage::DrawingMap;
                         }
                     }
                     ClientEvent::TileReady { hash, bytes: bytes.len() }
@@ -124,15 +135,16 @@ impl ClientApp {
                 }
             };
             runtime.apply(event);
-            if browser::now_ms() - begun > DECODE_MS {
+            if browser::now_ms() - started_ms > self.config.decode_ms {
                 break;
             }
         }
     }
 
-    /// Decodes scans of keyframes: two at a time at most, and quick.
-    fn decode_clouds(&mut self, runtime: &mut ClientRuntime) {
-        while let Some(Cloud { session, keyframe, bytes }) = runtime.next_cloud() {
+    /// Decodes scans of keyframes. There are two at a time at most, so this needs no time limit.
+    fn decode_keyframe_scans(&mut self, runtime: &mut ClientRuntime) {
+        while let Some(scan) = runtime.decode_queue.pop_keyframe_scan() {
+            let EncodedKeyframeScan { session, keyframe, bytes } = scan;
             let result = match map_codec::decode(&bytes) {
                 Ok(chunk) => {
                     self.scene.insert_keyframe_scan(keyframe, chunk);
@@ -150,32 +162,15 @@ impl ClientApp {
         }
     }
 
-    /// What the model left for the frame to do.
-    fn execute_effects(&mut self, runtime: &mut ClientRuntime) {
-        while let Some(effect) = runtime.next_effect() {
-            match effect {
-                ClientEffect::RemoveTile(hash) => self.scene.remove_tile(hash),
-                ClientEffect::MoveCamera(to) => {
-                    if let Some(settings) = self.viewport.move_camera(&to, &runtime.model) {
-                        runtime.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
-                    }
-                }
-                ClientEffect::SaveSettings(settings) => save_view_settings(&settings),
-                // The runtime carries out all others by itself.
-                _ => {}
-            }
-        }
-    }
-
-    /// Notes in the browser's timeline how far the page has come.
+    /// Marks the page's start in the browser's performance timeline.
     fn mark_startup(&mut self) {
-        let (moment, next) = match self.start {
+        let (mark, next) = match self.startup {
             StartupStage::Opened => ("autoinspect: first frame begins", StartupStage::Framed),
-            StartupStage::Mapping => ("autoinspect: first map drawn", StartupStage::Mapped),
-            StartupStage::Framed | StartupStage::Mapped => return,
+            StartupStage::DrawingMap => ("autoinspect: first map drawn", StartupStage::MapDrawn),
+            StartupStage::Framed | StartupStage::MapDrawn => return,
         };
-        browser::mark(moment);
-        self.start = next;
+        browser::mark(mark);
+        self.startup = next;
     }
 
     fn apply_theme(&mut self, ctx: &egui::Context, theme: Theme) {
@@ -191,19 +186,19 @@ impl eframe::App for ClientApp {
         let runtime = Rc::clone(&self.runtime);
         let mut runtime = runtime.borrow_mut();
         self.mark_startup();
-        runtime.frame();
-        // What was dropped goes before what came: it may be the same tile, fetched again.
-        self.execute_effects(&mut runtime);
+        runtime.begin_frame();
+        // Tiles are removed before others are inserted: it may be the same tile, fetched again.
+        runtime.execute_scene_effects(&self.scene, &mut self.viewport);
         self.scene.switch_map(&runtime.model);
-        self.set_live_scan(&mut runtime);
+        self.update_live_scan(&mut runtime);
         self.decode_tiles(&mut runtime);
-        self.decode_clouds(&mut runtime);
-        self.inputs.read(&mut self.panels);
-        if runtime.has_tiles() {
+        self.decode_keyframe_scans(&mut runtime);
+        self.text_inputs.take_events(&mut self.panels.text_inputs);
+        if runtime.decode_queue.has_tiles() {
             ctx.request_repaint();
         }
         let driving = runtime.model.driven_velocity().is_some();
-        ctx.request_repaint_after(if driving { DRIVE_REPAINT } else { IDLE_REPAINT });
+        ctx.request_repaint_after(if driving { self.config.drive_repaint } else { self.config.idle_repaint });
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
@@ -214,60 +209,31 @@ impl eframe::App for ClientApp {
         self.apply_theme(&ctx, theme);
         let tokens = Tokens::of(theme);
         let mut commands = std::mem::take(&mut self.commands);
-        self.scene.follow(&runtime.model, self.viewport.dragged_pose());
+        self.scene.update(&runtime.model, self.viewport.dragged_pose());
         self.viewport.show(ui, &runtime.model, &self.scene, &mut commands);
         if let Some(viewpoint) = self.viewport.viewpoint() {
             runtime.apply(ClientEvent::ViewpointChanged(viewpoint));
         }
-        if std::mem::take(&mut self.bare) {
-            // The map first: shaping all text for the first time takes as long as all else, and can follow a frame later.
+        if std::mem::take(&mut self.is_first_frame) {
+            // The first frame shows the map only. Laying out all texts for the first time takes as long as everything else.
             ctx.request_repaint();
         } else {
             panels::show_labels(ui, &tokens, &self.viewport.labels(&runtime.model), &mut commands);
             panels::show(&ctx, &runtime.model, &mut self.panels, &mut commands);
-            self.inputs.lay(&self.panels, &tokens);
+            self.text_inputs.update(&self.panels.text_inputs, &tokens);
         }
         for command in commands.drain(..) {
-            // What a command changes is drawn at once; driving changes nothing that is drawn.
+            // What a command changes is drawn at once. A velocity changes nothing that is drawn.
             if !matches!(command, ClientCommand::SetVelocity(_)) {
                 ctx.request_repaint();
             }
             runtime.apply(ClientEvent::Command(command));
         }
         self.commands = commands;
-        self.execute_effects(&mut runtime);
+        runtime.execute_scene_effects(&self.scene, &mut self.viewport);
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
         Tokens::of(self.theme.unwrap_or_default()).ground.to_normalized_gamma_f32()
-    }
-}
-
-/// This tab's id: kept over reloads, so that a reload keeps control of the robot.
-fn load_client_id() -> ClientId {
-    let storage = browser::tab_storage();
-    let kept = storage.as_ref().and_then(|storage| storage.get_item(CLIENT_KEY).ok().flatten());
-    if let Some(id) = kept.and_then(|text| text.parse().ok()) {
-        return id;
-    }
-    let id = ClientId(uuid::Uuid::new_v4());
-    if let Some(storage) = storage {
-        // A browser that stores nothing gives a new id to every reload, which does no harm.
-        let _ = storage.set_item(CLIENT_KEY, &id.to_string());
-    }
-    id
-}
-
-fn load_view_settings() -> ViewSettings {
-    browser::lasting_storage()
-        .and_then(|storage| storage.get_item(VIEW_KEY).ok().flatten())
-        .and_then(|text| serde_json::from_str(&text).ok())
-        .unwrap_or_default()
-}
-
-fn save_view_settings(settings: &ViewSettings) {
-    if let (Some(storage), Ok(text)) = (browser::lasting_storage(), serde_json::to_string(settings)) {
-        // A full or forbidden storage only means that the next visit starts afresh.
-        let _ = storage.set_item(VIEW_KEY, &text);
     }
 }

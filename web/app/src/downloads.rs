@@ -1,4 +1,4 @@
-//! Downloads: tiles, lists of tiles, pose graphs.
+//! Downloads: tiles, tile lists, pose graphs, scans of keyframes.
 
 use crate::inbox::{InboundMessage, Inbox};
 use api::TileHash;
@@ -18,72 +18,77 @@ pub(crate) struct Downloads {
 }
 
 impl Downloads {
+    /// `inbox` receives the results.
     pub(crate) fn new(inbox: Inbox) -> Self {
         Self { inbox, tiles: Rc::default() }
     }
 
-    /// Downloads a tile; it arrives as [`InboundMessage::Tile`], or as [`ClientEvent::TileFailed`].
-    pub(crate) fn tile(&self, hash: TileHash) {
+    /// Fetches a tile. The result is [`InboundMessage::Tile`] or [`ClientEvent::TileFailed`].
+    pub(crate) fn fetch_tile(&self, hash: TileHash) {
         let inbox = self.inbox.clone();
         let Ok(abort) = AbortController::new() else {
-            inbox.leave(InboundMessage::Event(ClientEvent::TileFailed { hash }));
+            inbox.push_event(ClientEvent::TileFailed { hash });
             return;
         };
         let signal = abort.signal();
         self.tiles.borrow_mut().insert(hash, abort);
-        let under_way = Rc::clone(&self.tiles);
+        let tiles = Rc::clone(&self.tiles);
         spawn_local(async move {
             let init = RequestInit::new();
             init.set_signal(Some(&signal));
-            let result = bytes(&api::paths::TILE_PATH.replace("{hash}", &hash.to_string()), &init).await;
+            let path = api::paths::TILE_PATH.replace("{hash}", &hash.to_string());
+            let result = fetch_bytes(&path, &init).await;
             if signal.aborted() {
                 return;
             }
-            under_way.borrow_mut().remove(&hash);
-            inbox.leave(match result {
+            tiles.borrow_mut().remove(&hash);
+            inbox.push(match result {
                 Ok(bytes) => InboundMessage::Tile { hash, bytes },
                 Err(_) => InboundMessage::Event(ClientEvent::TileFailed { hash }),
             });
         });
     }
 
-    /// Gives up a tile.
-    pub(crate) fn cancel(&self, hash: &TileHash) {
+    /// Cancels the download of a tile.
+    pub(crate) fn cancel_tile(&self, hash: &TileHash) {
         if let Some(abort) = self.tiles.borrow_mut().remove(hash) {
             abort.abort();
         }
     }
 
-    /// Downloads the scan of a keyframe; it arrives as [`InboundMessage::Cloud`], or as [`ClientEvent::CloudFetched`] with a sentence.
-    pub(crate) fn cloud(&self, session: SessionId, keyframe: KeyframeId) {
+    /// Fetches the scan of a keyframe. The result is [`InboundMessage::KeyframeScan`] or [`ClientEvent::CloudFetched`] with an error
+    /// message.
+    pub(crate) fn fetch_keyframe_scan(&self, session: SessionId, keyframe: KeyframeId) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
             let path = api::paths::CLOUD_PATH.replace("{session}", &session.to_string());
             let path = path.replace("{keyframe}", &keyframe.0.to_string());
-            inbox.leave(match bytes(&path, &RequestInit::new()).await {
-                Ok(bytes) => InboundMessage::Cloud { session, keyframe, bytes },
-                Err(sentence) => InboundMessage::Event(ClientEvent::CloudFetched {
+            inbox.push(match fetch_bytes(&path, &RequestInit::new()).await {
+                Ok(bytes) => InboundMessage::KeyframeScan { session, keyframe, bytes },
+                Err(message) => InboundMessage::Event(ClientEvent::CloudFetched {
                     session,
                     keyframe,
-                    result: Err(sentence),
+                    result: Err(message),
                 }),
             });
         });
     }
 
-    /// Downloads the tile list and the pose graph of a saved map.
-    pub(crate) fn map(&self, map: MapId) {
+    /// Fetches the pose graph and the tile list of a saved map. The results are [`ClientEvent::GraphLoaded`] and
+    /// [`ClientEvent::TilesListed`].
+    pub(crate) fn fetch_map(&self, map: MapId) {
         let inbox = self.inbox.clone();
         spawn_local(async move {
-            let result = json(&api::paths::MAP_GRAPH_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(InboundMessage::Event(ClientEvent::GraphLoaded { map, result }));
-            let result = json(&api::paths::MAP_TILES_PATH.replace("{id}", &map.to_string())).await;
-            inbox.leave(InboundMessage::Event(ClientEvent::TilesListed { map, result }));
+            let result = fetch_json(&api::paths::MAP_GRAPH_PATH.replace("{id}", &map.to_string())).await;
+            inbox.push_event(ClientEvent::GraphLoaded { map, result });
+            let result = fetch_json(&api::paths::MAP_TILES_PATH.replace("{id}", &map.to_string())).await;
+            inbox.push_event(ClientEvent::TilesListed { map, result });
         });
     }
 }
 
-async fn bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
+/// The body of a successful response; else a message for the operator.
+async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
     let window = crate::browser::window().ok_or("there is no page")?;
     let unreachable =
         |_: JsValue| "The robot's server does not answer. Check the network, then try again.".to_owned();
@@ -100,8 +105,8 @@ async fn bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
     })
 }
 
-async fn json<T: serde::de::DeserializeOwned>(path: &str) -> Result<T, String> {
-    let body = bytes(path, &RequestInit::new()).await?;
+async fn fetch_json<T: serde::de::DeserializeOwned>(path: &str) -> Result<T, String> {
+    let body = fetch_bytes(path, &RequestInit::new()).await?;
     serde_json::from_slice(&body)
         .map_err(|_| "The server sent a document this page cannot read. Reload the page.".to_owned())
 }

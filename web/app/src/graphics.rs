@@ -1,31 +1,32 @@
-//! Which graphics interface to draw with: WebGL2 unless WebGPU is asked for or known to be good.
+//! The graphics backend: WebGL2, unless WebGPU is requested or was found usable.
 //!
-//! A browser may offer WebGPU on a software device whose pictures never reach the screen, and report success all the
-//! while. WebGPU is therefore chosen by itself only when its adapter is real hardware. Asking for the adapter starts all of
-//! WebGPU, which takes half a second where the processor draws: the first visit draws with WebGL2 and asks once the map is on the
-//! screen, for the next visit to know.
+//! A browser may offer WebGPU on a software device whose images never reach the screen, and report success. WebGPU is therefore chosen
+//! only if its adapter is hardware. Requesting the adapter starts all of WebGPU, which takes half a second on a software device. So the
+//! first visit draws with WebGL2, requests the adapter once the map is on the screen, and stores the result for the next visit.
 
 use crate::browser;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use std::time::Duration;
 use wasm_bindgen::JsCast;
 use wasm_bindgen_futures::JsFuture;
 
-/// What to draw with.
+/// The interface to draw with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GraphicsBackend {
-    /// WebGL2: everywhere.
+    /// WebGL2, which every browser has.
     WebGl,
-    /// WebGPU: on secure origins with hardware.
+    /// WebGPU, on secure origins with hardware.
     WebGpu,
 }
 
-/// Where it is kept that WebGPU was good at the last visit, and what is written there then.
-const KEPT_KEY: &str = "autoinspect.gpu";
-const GOOD: &str = "webgpu";
-/// The first map is on the screen long before, milliseconds.
-const ASK_AFTER_MS: i32 = 10_000;
+/// Storage key of the backend that was found usable at the last visit; loader.js reads it too.
+const STORAGE_KEY: &str = "autoinspect.gpu";
+/// Its value if that was WebGPU.
+const WEBGPU: &str = "webgpu";
+/// Delay of the request for the WebGPU adapter: the first map is on the screen long before.
+const PROBE_DELAY: Duration = Duration::from_secs(10);
 
-/// `?gpu=webgl` and `?gpu=webgpu` decide; else what was good at the last visit, if it still is.
+/// `?gpu=webgl` and `?gpu=webgpu` decide; else the backend that was usable at the last visit, if it still is.
 pub(crate) async fn choose_backend() -> GraphicsBackend {
     match browser::query("gpu").as_deref() {
         Some("webgpu") => GraphicsBackend::WebGpu,
@@ -35,21 +36,21 @@ pub(crate) async fn choose_backend() -> GraphicsBackend {
     }
 }
 
-/// Finds out for the next visit whether WebGPU is good.
+/// Stores for the next visit whether WebGPU is usable.
 pub(crate) async fn probe_webgpu() {
-    browser::pause(ASK_AFTER_MS).await;
-    let good = webgpu_on_hardware().await.unwrap_or(false);
+    gloo_timers::future::sleep(PROBE_DELAY).await;
+    let usable = webgpu_on_hardware().await.unwrap_or(false);
     let Some(storage) = browser::lasting_storage() else { return };
-    // A browser that stores nothing draws with WebGL2 every time.
-    let _ = if good { storage.set_item(KEPT_KEY, GOOD) } else { storage.remove_item(KEPT_KEY) };
+    // Without storage every visit draws with WebGL2.
+    let _ = if usable { storage.set_item(STORAGE_KEY, WEBGPU) } else { storage.remove_item(STORAGE_KEY) };
 }
 
 fn was_webgpu_usable() -> bool {
-    let kept = browser::lasting_storage().and_then(|storage| storage.get_item(KEPT_KEY).ok().flatten());
-    kept.as_deref() == Some(GOOD)
+    let stored = browser::lasting_storage().and_then(|storage| storage.get_item(STORAGE_KEY).ok().flatten());
+    stored.as_deref() == Some(WEBGPU)
 }
 
-/// Whether WebGPU has an adapter that is no software one. Read by name: the attributes are younger than the bindings.
+/// Whether the WebGPU adapter is hardware. Its attributes are read by name, because they are newer than the bindings.
 async fn webgpu_on_hardware() -> Option<bool> {
     let get = |object: &wasm_bindgen::JsValue, name: &str| js_sys::Reflect::get(object, &name.into()).ok();
     let navigator = browser::window()?.navigator();
@@ -63,7 +64,7 @@ async fn webgpu_on_hardware() -> Option<bool> {
     Some(!software && !architecture.is_empty() && architecture != "swiftshader")
 }
 
-/// How eframe shall set up its canvas.
+/// eframe's options for a backend.
 pub(crate) fn web_options(back_end: GraphicsBackend) -> eframe::WebOptions {
     let backends = match back_end {
         GraphicsBackend::WebGl => wgpu::Backends::GL,
@@ -86,10 +87,10 @@ const SOFTWARE_QUALITY: f32 = 0.1;
 
 /// The frame pacer for a graphics adapter: it begins with a low quality on software devices.
 pub(crate) fn initial_frame_pacer(adapter: &wgpu::AdapterInfo) -> scene::FramePacer {
-    const ON_THE_PROCESSOR: [&str; 4] = ["swiftshader", "llvmpipe", "softpipe", "software"];
+    const SOFTWARE_DEVICES: [&str; 4] = ["swiftshader", "llvmpipe", "softpipe", "software"];
     let name = format!("{} {}", adapter.name, adapter.driver_info).to_lowercase();
     let slow = adapter.device_type == wgpu::DeviceType::Cpu
-        || ON_THE_PROCESSOR.iter().any(|word| name.contains(word));
+        || SOFTWARE_DEVICES.iter().any(|word| name.contains(word));
     if slow {
         scene::FramePacer::new(scene::FramePacingConfig::default(), SOFTWARE_QUALITY)
     } else {

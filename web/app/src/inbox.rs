@@ -1,4 +1,4 @@
-//! Where sockets and downloads leave what they bring until the next frame.
+//! The queue of inbound messages: sockets, downloads and uploads push, the runtime pops.
 
 use client_model::ClientEvent;
 use std::cell::{OnceCell, RefCell};
@@ -6,33 +6,34 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// State comes at 20 Hz and scans at 10; ten pictures a second show them well and leave the processor alone.
-const REPAINT: Duration = Duration::from_millis(90);
+/// Delay of the frame that an inbound message requests. State comes at 20 Hz and scans at 10 Hz: some ten frames a second show them and
+/// leave time to the processor.
+const REPAINT_DELAY: Duration = Duration::from_millis(90);
 
 /// Something that came in.
 #[derive(Debug)]
 pub(crate) enum InboundMessage {
     /// For the model.
     Event(ClientEvent),
-    /// Bytes of a tile, to be decoded.
+    /// A tile that was downloaded.
     Tile {
         /// Its name.
         hash: api::TileHash,
-        /// As encoded.
+        /// Its encoded points.
         bytes: Vec<u8>,
     },
-    /// The scan of a keyframe, to be decoded.
-    Cloud {
-        /// Of which session.
+    /// The scan of a keyframe that was downloaded.
+    KeyframeScan {
+        /// Session of the keyframe.
         session: vocab::SessionId,
-        /// Which.
+        /// The keyframe.
         keyframe: vocab::KeyframeId,
-        /// As encoded.
+        /// Its encoded points.
         bytes: Vec<u8>,
     },
 }
 
-/// A queue that wakes the client once there is something to wake.
+/// A queue that requests a frame for what is pushed.
 #[derive(Clone, Default)]
 pub(crate) struct Inbox {
     queue: Rc<RefCell<VecDeque<InboundMessage>>>,
@@ -40,22 +41,27 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
-    /// From now on what comes in asks for a frame.
-    pub(crate) fn wake(&self, ctx: &egui::Context) {
-        // Set before only by the same client, to the same context.
+    /// From now on messages request frames of `ctx`.
+    pub(crate) fn set_context(&self, ctx: &egui::Context) {
+        // There is one client and one context: a second call has the same context.
         let _ = self.ctx.set(ctx.clone());
     }
 
-    /// Leaves something for the next frame, and sees to it that there is one.
-    pub(crate) fn leave(&self, arrival: InboundMessage) {
-        self.queue.borrow_mut().push_back(arrival);
+    /// Adds a message and requests a frame.
+    pub(crate) fn push(&self, message: InboundMessage) {
+        self.queue.borrow_mut().push_back(message);
         if let Some(ctx) = self.ctx.get() {
-            ctx.request_repaint_after(REPAINT);
+            ctx.request_repaint_after(REPAINT_DELAY);
         }
     }
 
-    /// The oldest of what is there.
-    pub(crate) fn take(&self) -> Option<InboundMessage> {
+    /// Adds an event for the model and requests a frame.
+    pub(crate) fn push_event(&self, event: ClientEvent) {
+        self.push(InboundMessage::Event(event));
+    }
+
+    /// The oldest message.
+    pub(crate) fn pop(&self) -> Option<InboundMessage> {
         self.queue.borrow_mut().pop_front()
     }
 }

@@ -1,5 +1,5 @@
-//! The client in the browser: an eframe shell round [`client_model`], [`panels`] and [`scene`], with its sockets,
-//! downloads and the mirror of its controls in ARIA.
+//! The client in the browser: the eframe application of [`client_model`], [`panels`] and [`scene`], with sockets, downloads, text inputs
+//! and the ARIA mirror of its controls.
 //!
 //! The page calls [`start`]. Off the browser this crate is empty.
 
@@ -12,6 +12,8 @@ mod client_app;
 #[cfg(target_arch = "wasm32")]
 mod downloads;
 #[cfg(target_arch = "wasm32")]
+mod effects;
+#[cfg(target_arch = "wasm32")]
 mod graphics;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
@@ -23,6 +25,8 @@ mod scene_labels;
 mod scene_sync;
 #[cfg(target_arch = "wasm32")]
 mod sockets;
+#[cfg(target_arch = "wasm32")]
+mod storage;
 #[cfg(target_arch = "wasm32")]
 mod text_inputs;
 #[cfg(target_arch = "wasm32")]
@@ -41,13 +45,13 @@ mod web {
     use eframe::WebRunner;
     use wasm_bindgen::prelude::*;
 
-    /// Starts the client on the canvas of this id. Resolves once the first frame is due; rejects with a sentence.
+    /// Starts the client on the canvas with this id. Resolves once the first frame is due; rejects with an error message.
     #[wasm_bindgen]
     pub async fn start(canvas_id: String) -> Result<(), JsValue> {
         let canvas = browser::element::<web_sys::HtmlCanvasElement>(&canvas_id)
             .ok_or_else(|| JsValue::from_str("the page has no canvas of that name"))?;
         let runtime = client_app::connect();
-        // Making a graphics context blocks the page for up to a second where the processor draws.
+        // Making a graphics context blocks the page for up to a second on a software device.
         wait_for_first_tile(&runtime).await;
         let back_end = graphics::choose_backend().await;
         let create = Box::new(|context: &eframe::CreationContext<'_>| ClientApp::create(runtime, context));

@@ -1,121 +1,164 @@
-//! The part of the client that must not wait for pictures: sockets, timers and orders to the robot.
+//! The runtime of the client: the model with its connections and timers. It does not depend on frames.
 //!
-//! A slow machine may draw a picture every second, and a browser draws none of a hidden tab. Pings, answers and driving
-//! go on meanwhile, moved by a timer of the page; what only concerns the picture is left for the next frame.
+//! A slow machine may draw one frame a second, and a browser draws none of a hidden tab. A timer of the page keeps pings, answers and
+//! driving going meanwhile. Decoding and drawing wait for the next frame.
 
 use crate::browser;
-use crate::downloads::Downloads;
+use crate::effects::EffectExecutor;
 use crate::inbox::{InboundMessage, Inbox};
-use crate::sockets::SocketConnections;
-use crate::uploads::Uploads;
-use client_model::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Model, Socket};
+use api::TileHash;
+use client_model::{ClientCommand, ClientEvent, ClientTime, Model};
+use gloo_events::{EventListener, EventListenerOptions};
+use gloo_timers::callback::Interval;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
+use std::time::Duration;
 use vocab::{KeyframeId, Pose, SessionId};
-use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::Closure;
 
-/// Twice as often as driving needs, so that orders go out in time, milliseconds.
-const BEAT_MS: i32 = 50;
-/// A frame older than this is late: whether the hand is still on the stick is then asked of the page, milliseconds.
-const LATE_MS: f64 = 150.0;
-/// Without a frame for so long, nobody sees where the robot goes, milliseconds.
-const BLIND_MS: f64 = 2500.0;
+/// Parameters of [`ClientRuntime`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct RuntimeConfig {
+    /// Period of the page's timer, ms: half the period of drive commands, so that none is late.
+    timer_period_ms: u32,
+    /// Age of the last frame from which the page's own events decide whether keys and pointer are still held, ms.
+    late_frame_ms: f64,
+    /// Age of the last frame from which driving stops, ms: the operator does not see where the robot goes.
+    max_blind_drive_ms: f64,
+    /// Longest wait for the tile list before the first frame, ms. A local server answers in half of it.
+    max_list_wait_ms: f64,
+    /// Longest wait for the first tile before the first frame, ms. Without a tile the first image is empty, and a further image takes longer
+    /// than this on a software device.
+    max_tile_wait_ms: f64,
+    /// Period of looking for the tile during that wait.
+    wait_period: Duration,
+}
 
-/// How long the start waits for word of the map: a local server has given it in half of this.
-const REACH_MS: f64 = 200.0;
-/// How long it waits for the first tile of a map that it knows of. Without it the first picture shows no map, and where
-/// the processor draws, a picture more costs longer than this.
-const REACH_TILE_MS: f64 = 600.0;
-const REACH_EVERY_MS: i32 = 5;
+impl Default for RuntimeConfig {
+    fn default() -> Self {
+        Self {
+            timer_period_ms: 50,
+            late_frame_ms: 150.0,
+            max_blind_drive_ms: 2500.0,
+            max_list_wait_ms: 200.0,
+            max_tile_wait_ms: 600.0,
+            wait_period: Duration::from_millis(5),
+        }
+    }
+}
 
 /// The model with its connections.
 pub(crate) struct ClientRuntime {
     pub(crate) model: Model,
-    sockets: SocketConnections,
-    fetches: Downloads,
-    uploads: Uploads,
+    pub(crate) effects: EffectExecutor,
+    pub(crate) decode_queue: DecodeQueue,
+    config: RuntimeConfig,
     inbox: Inbox,
-    for_frame: VecDeque<ClientEffect>,
-    tiles: VecDeque<(api::TileHash, Vec<u8>)>,
-    scan: Option<Scan>,
-    clouds: VecDeque<Cloud>,
-    framed_ms: f64,
+    last_frame_ms: f64,
 }
 
-/// The latest live scan, still encoded.
-pub(crate) struct Scan {
+/// Downloads and scans that wait to be decoded in a frame.
+#[derive(Default)]
+pub(crate) struct DecodeQueue {
+    tiles: VecDeque<(TileHash, Vec<u8>)>,
+    keyframe_scans: VecDeque<EncodedKeyframeScan>,
+    live_scan: Option<EncodedScan>,
+}
+
+/// The latest live scan.
+pub(crate) struct EncodedScan {
     pub(crate) points: Vec<u8>,
     pub(crate) map_from_base: Pose,
     sequence: u64,
 }
 
-/// The scan of a keyframe, still encoded.
-pub(crate) struct Cloud {
+/// The scan of a keyframe.
+pub(crate) struct EncodedKeyframeScan {
     pub(crate) session: SessionId,
     pub(crate) keyframe: KeyframeId,
     pub(crate) bytes: Vec<u8>,
 }
 
+impl DecodeQueue {
+    /// Whether tiles wait.
+    pub(crate) fn has_tiles(&self) -> bool {
+        !self.tiles.is_empty()
+    }
+
+    /// The oldest tile.
+    pub(crate) fn pop_tile(&mut self) -> Option<(TileHash, Vec<u8>)> {
+        self.tiles.pop_front()
+    }
+
+    /// Drops a tile that is no longer needed.
+    pub(crate) fn remove_tile(&mut self, hash: &TileHash) {
+        self.tiles.retain(|(other, _)| other != hash);
+    }
+
+    /// The oldest scan of a keyframe.
+    pub(crate) fn pop_keyframe_scan(&mut self) -> Option<EncodedKeyframeScan> {
+        self.keyframe_scans.pop_front()
+    }
+}
+
 impl ClientRuntime {
     /// Begins to connect.
-    pub(crate) fn new(mut model: Model) -> Self {
+    pub(crate) fn new(config: RuntimeConfig, mut model: Model) -> Self {
         let inbox = Inbox::default();
         let mut effects = Vec::new();
         model.connect(&mut effects);
-        let (sockets, fetches) = (SocketConnections::new(inbox.clone()), Downloads::new(inbox.clone()));
         let mut runtime = Self {
             model,
-            sockets,
-            fetches,
-            uploads: Uploads::new(inbox.clone()),
+            effects: EffectExecutor::new(&inbox),
+            decode_queue: DecodeQueue::default(),
+            config,
             inbox,
-            for_frame: VecDeque::new(),
-            tiles: VecDeque::new(),
-            scan: None,
-            clouds: VecDeque::new(),
-            framed_ms: browser::now_ms(),
+            last_frame_ms: browser::now_ms(),
         };
-        runtime.execute_effects(effects);
+        for effect in effects {
+            runtime.effects.execute(effect, &mut runtime.decode_queue);
+        }
         runtime
     }
 
-    /// Whether something of what the first picture shows is here, or there is nothing to wait for.
+    /// Whether the first image would show a part of the map, or there is no map to wait for.
     fn is_first_image_ready(&mut self) -> bool {
         self.process_inbox();
         if let Some(viewpoint) = crate::viewport::first_viewpoint(&self.model) {
             self.apply(ClientEvent::ViewpointChanged(viewpoint));
         }
         let tiles = &self.model.displayed_map().tiles;
-        self.has_tiles() || (tiles.listed() && tiles.is_empty())
+        self.decode_queue.has_tiles() || (tiles.listed() && tiles.is_empty())
     }
 
-    /// There are frames from now on, and this makes them.
-    pub(crate) fn wake(&self, ctx: &egui::Context) {
-        self.inbox.wake(ctx);
+    /// From now on inbound messages request frames of `ctx`.
+    pub(crate) fn set_context(&self, ctx: &egui::Context) {
+        self.inbox.set_context(ctx);
     }
 
-    /// The one place that changes the model.
+    /// Lets the model handle an event and executes the effects. No other function changes the model.
     pub(crate) fn apply(&mut self, event: ClientEvent) {
         let mut effects = Vec::new();
         self.model.handle_event(now(), event, &mut effects);
-        self.execute_effects(effects);
+        for effect in effects {
+            self.effects.execute(effect, &mut self.decode_queue);
+        }
     }
 
-    /// Takes what came in and lets time pass.
+    /// Handles all inbound messages, then advances the model's time.
     pub(crate) fn process_inbox(&mut self) {
-        while let Some(arrival) = self.inbox.take() {
-            match arrival {
-                InboundMessage::Tile { hash, bytes } => self.tiles.push_back((hash, bytes)),
-                InboundMessage::Cloud { session, keyframe, bytes } => {
-                    self.clouds.push_back(Cloud { session, keyframe, bytes });
+        while let Some(message) = self.inbox.pop() {
+            match message {
+                InboundMessage::Tile { hash, bytes } => self.decode_queue.tiles.push_back((hash, bytes)),
+                InboundMessage::KeyframeScan { session, keyframe, bytes } => {
+                    let scan = EncodedKeyframeScan { session, keyframe, bytes };
+                    self.decode_queue.keyframe_scans.push_back(scan);
                 }
                 InboundMessage::Event(ClientEvent::Scan { mut frame, bytes }) => {
-                    // Only the latest of several is drawn.
+                    // Only the latest of several scans is drawn.
                     let points = std::mem::take(&mut frame.points);
-                    self.scan =
-                        Some(Scan { points, map_from_base: frame.map_from_base, sequence: frame.sequence });
+                    let (map_from_base, sequence) = (frame.map_from_base, frame.sequence);
+                    self.decode_queue.live_scan = Some(EncodedScan { points, map_from_base, sequence });
                     self.apply(ClientEvent::Scan { frame, bytes });
                 }
                 InboundMessage::Event(event) => self.apply(event),
@@ -125,139 +168,84 @@ impl ClientRuntime {
     }
 
     /// A frame begins.
-    pub(crate) fn frame(&mut self) {
-        self.framed_ms = browser::now_ms();
+    pub(crate) fn begin_frame(&mut self) {
+        self.last_frame_ms = browser::now_ms();
         self.process_inbox();
     }
 
-    /// Something left for the frame to do.
-    pub(crate) fn next_effect(&mut self) -> Option<ClientEffect> {
-        self.for_frame.pop_front()
-    }
-
-    /// A tile to decode.
-    pub(crate) fn next_tile(&mut self) -> Option<(api::TileHash, Vec<u8>)> {
-        self.tiles.pop_front()
-    }
-
-    /// A keyframe's scan to decode.
-    pub(crate) fn next_cloud(&mut self) -> Option<Cloud> {
-        self.clouds.pop_front()
-    }
-
-    /// Whether there are tiles to decode.
-    pub(crate) fn has_tiles(&self) -> bool {
-        !self.tiles.is_empty()
-    }
-
-    /// The scan to draw, acknowledged by being taken.
-    pub(crate) fn take_scan(&mut self) -> Option<Scan> {
-        let scan = self.scan.take()?;
-        let acknowledgement = api::StreamRequest::Acknowledge { sequence: scan.sequence };
-        self.sockets.send(Socket::Stream, &api::encode(&acknowledgement));
+    /// The live scan to draw. Taking it acknowledges it, and the server sends the next one.
+    pub(crate) fn take_live_scan(&mut self) -> Option<EncodedScan> {
+        let scan = self.decode_queue.live_scan.take()?;
+        self.effects.send_stream_request(&api::StreamRequest::Acknowledge { sequence: scan.sequence });
         Some(scan)
     }
 
     /// The page's timer.
     fn on_timer(&mut self) {
-        if browser::hidden() || browser::now_ms() - self.framed_ms > BLIND_MS {
-            self.release_drive();
+        if browser::hidden() || browser::now_ms() - self.last_frame_ms > self.config.max_blind_drive_ms {
+            self.stop_driving();
         }
         self.process_inbox();
     }
 
-    /// A key or pointer was let go. Frames in time see that themselves, and better.
+    /// A key or the pointer was released. Frames that are in time detect that themselves.
     fn on_release(&mut self) {
-        if browser::now_ms() - self.framed_ms > LATE_MS {
-            self.release_drive();
+        if browser::now_ms() - self.last_frame_ms > self.config.late_frame_ms {
+            self.stop_driving();
         }
     }
 
-    fn release_drive(&mut self) {
+    fn stop_driving(&mut self) {
         if self.model.driven_velocity().is_some() {
             self.apply(ClientEvent::Command(ClientCommand::SetVelocity(None)));
         }
     }
-
-    fn execute_effects(&mut self, effects: Vec<ClientEffect>) {
-        for effect in effects {
-            match effect {
-                ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
-                ClientEffect::CloseSocket(socket) => self.sockets.close(socket),
-                ClientEffect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
-                ClientEffect::SendStream(request) => {
-                    self.sockets.send(Socket::Stream, &api::encode(&request))
-                }
-                ClientEffect::LoadMap(map) => self.fetches.map(map),
-                ClientEffect::FetchTile(hash) => self.fetches.tile(hash),
-                ClientEffect::FetchCloud { session, keyframe } => self.fetches.cloud(session, keyframe),
-                ClientEffect::OpenFileDialog => self.uploads.pick(),
-                ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),
-                ClientEffect::CancelTile(hash) => {
-                    self.fetches.cancel(&hash);
-                    self.tiles.retain(|(other, _)| *other != hash);
-                }
-                ClientEffect::RemoveTile(_) | ClientEffect::MoveCamera(_) | ClientEffect::SaveSettings(_) => {
-                    self.for_frame.push_back(effect)
-                }
-            }
-        }
-    }
 }
 
-/// Waits for the first tile, so that the first picture shows a map, but not for long: others come while the page can do
-/// nothing else.
+/// Waits until the first image can show a part of the map, within the limits of [`RuntimeConfig`].
 pub(crate) async fn wait_for_first_tile(runtime: &Rc<RefCell<ClientRuntime>>) {
-    let begun = browser::now_ms();
+    let started_ms = browser::now_ms();
     loop {
-        let (is_first_image_ready, listed) = {
+        let (ready, max_wait_ms, period) = {
             let mut runtime = runtime.borrow_mut();
-            (runtime.is_first_image_ready(), runtime.model.displayed_map().tiles.listed())
+            let ready = runtime.is_first_image_ready();
+            let (listed, config) = (runtime.model.displayed_map().tiles.listed(), runtime.config);
+            let max_wait_ms = if listed { config.max_tile_wait_ms } else { config.max_list_wait_ms };
+            (ready, max_wait_ms, config.wait_period)
         };
-        // Also when is_first_image_ready: only a pause lets the requests out.
-        browser::pause(REACH_EVERY_MS).await;
-        let longest = if listed { REACH_TILE_MS } else { REACH_MS };
-        if is_first_image_ready || browser::now_ms() - begun >= longest {
+        // Also when ready: the browser sends requests only while the client pauses.
+        gloo_timers::future::sleep(period).await;
+        if ready || browser::now_ms() - started_ms >= max_wait_ms {
             return;
         }
     }
 }
 
-/// Moves the runtime from now on, frames or not. The listeners live as long as the page.
+/// Installs the timer and the event listeners that drive the runtime. They live as long as the page.
 pub(crate) fn install_page_events(runtime: &Rc<RefCell<ClientRuntime>>) {
     let Some(window) = browser::window() else { return };
     let on_timer = with_runtime(runtime, ClientRuntime::on_timer);
-    if window
-        .set_interval_with_callback_and_timeout_and_arguments_0(on_timer.as_ref().unchecked_ref(), BEAT_MS)
-        .is_ok()
-    {
-        on_timer.forget();
-    }
+    let period_ms = runtime.borrow().config.timer_period_ms;
+    Interval::new(period_ms, on_timer).forget();
     for event in ["keyup", "pointerup", "pointercancel", "blur"] {
-        let on_release = with_runtime(runtime, ClientRuntime::on_release);
-        // Before anything else hears of it, and whoever keeps it from the others.
-        let listening = window.add_event_listener_with_callback_and_bool(
-            event,
-            on_release.as_ref().unchecked_ref(),
-            true,
-        );
-        if listening.is_ok() {
-            on_release.forget();
-        }
+        let mut on_release = with_runtime(runtime, ClientRuntime::on_release);
+        // In the capture phase, before a listener can stop the event.
+        let options = EventListenerOptions::run_in_capture_phase();
+        EventListener::new_with_options(&window, event, options, move |_| on_release()).forget();
     }
 }
 
-fn with_runtime(runtime: &Rc<RefCell<ClientRuntime>>, act: fn(&mut ClientRuntime)) -> Closure<dyn FnMut()> {
+fn with_runtime(runtime: &Rc<RefCell<ClientRuntime>>, act: fn(&mut ClientRuntime)) -> impl FnMut() + 'static {
     let runtime = Rc::clone(runtime);
-    Closure::new(move || {
-        // Taken only while a frame is at it, which takes care of the same things.
+    move || {
+        // Borrowed only during a frame, which does the same work.
         if let Ok(mut runtime) = runtime.try_borrow_mut() {
             act(&mut runtime);
         }
-    })
+    }
 }
 
-/// Seconds since the page was opened.
+/// Time since the page was opened.
 pub(crate) fn now() -> ClientTime {
     ClientTime(browser::now_ms() * 1e-3)
 }

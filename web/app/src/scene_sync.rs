@@ -1,4 +1,4 @@
-//! The model on the scene: what the client knows becomes what the renderer draws, sent only when it changed.
+//! Keeps the 3D scene in step with the model: what changed in the model is passed to the renderer.
 
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
@@ -14,70 +14,93 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use vocab::{KeyframeId, MapId, Pose, Vec3};
 
-/// Height of the base above the floor when the robot stands, metres: for colours and the ceiling only.
+/// Height of the base above the ground when the robot stands, m: for colours, the ceiling and markers on the ground.
 pub(crate) const BASE_HEIGHT_M: f64 = 0.5;
-/// The ground under the robot counts as another one only when it differs by this much: a gait bounces.
-const GROUND_STEP_M: f64 = 0.4;
-/// Heights over the ground at the two ends of the colour ramp, metres.
-const RAMP_M: [f64; 2] = [-0.2, 4.0];
-/// Points drawn in one picture: a laptop without a graphics card of its own keeps up with these.
-const POINT_BUDGET: u32 = 1_500_000;
-/// Points of a keyframe's scan are averaged in cells of this edge, metres.
-const CLOUD_SPACING_M: f32 = 0.04;
-/// A sign of a place on the floor stands this high over it, metres, so that the floor does not cover it.
-const SIGN_HEIGHT_M: f64 = 0.5;
-/// Keyframes known better than the first are not coloured at all, those known worse than the second all the way: metres. The
-/// second is where the robot names a place to walk again.
-const SURE_M: f32 = 0.03;
-const UNSURE_M: f32 = 0.3;
-/// Older than this, seconds, the robot is drawn as one whose place is not known.
-const ROBOT_STALE_S: f64 = 3.0;
 
-/// The renderer, in the hands of scene and paint callback.
-pub(crate) type SharedRenderer = Rc<RefCell<Renderer>>;
-
-/// The renderer and what it was told last.
-pub(crate) struct SceneSync {
-    /// Shared with the paint callback, which finds it among egui's callback resources.
-    pub(crate) renderer: SharedRenderer,
-    told: SyncedRevisions,
-    ground: f64,
-    /// Scans of the keyframes that are compared.
-    clouds: BTreeMap<KeyframeId, PointChunk>,
+/// Parameters of [`SceneSync`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct SceneSyncConfig {
+    /// Smallest change of height that counts as another ground, m: a gait makes the base bounce by less.
+    min_ground_step_m: f64,
+    /// Heights over the ground at the two ends of the colour map, m.
+    colour_heights_m: [f64; 2],
+    /// Points of one image. A laptop without a graphics card draws these in time.
+    point_budget: u32,
+    /// Distance between points of a keyframe's scan, m: they are averages in cells of this edge.
+    keyframe_scan_spacing_m: f32,
+    /// Height of a marker over its position on the ground, m, so that the ground does not cover it.
+    marker_height_m: f64,
+    /// Standard deviation up to which a keyframe has the colour of a certain one, m.
+    certain_deviation_m: f32,
+    /// Standard deviation from which a keyframe has the colour of an uncertain one, m. From here on the robot suggests to survey the place
+    /// again.
+    uncertain_deviation_m: f32,
+    /// Age of the last state from which the robot is drawn as one of unknown position, s.
+    max_robot_age_s: f64,
 }
 
-/// Revisions of what the renderer holds.
+impl Default for SceneSyncConfig {
+    fn default() -> Self {
+        Self {
+            min_ground_step_m: 0.4,
+            colour_heights_m: [-0.2, 4.0],
+            point_budget: 1_500_000,
+            keyframe_scan_spacing_m: 0.04,
+            marker_height_m: 0.5,
+            certain_deviation_m: 0.03,
+            uncertain_deviation_m: 0.3,
+            max_robot_age_s: 3.0,
+        }
+    }
+}
+
+/// The renderer, shared with the paint callback.
+pub(crate) type SharedRenderer = Rc<RefCell<Renderer>>;
+
+/// Keeps the renderer's content equal to the model's.
+pub(crate) struct SceneSync {
+    /// The paint callback finds it among egui's callback resources.
+    pub(crate) renderer: SharedRenderer,
+    config: SceneSyncConfig,
+    synced: SyncedRevisions,
+    ground: f64,
+    /// Scans of the keyframes that are compared.
+    keyframe_scans: BTreeMap<KeyframeId, PointChunk>,
+}
+
+/// Revisions of the renderer's content.
 #[derive(Default, PartialEq)]
 struct SyncedRevisions {
     map: Option<MapId>,
     graph: Option<u64>,
-    graph_shown: bool,
-    /// How well each keyframe is known.
+    graph_visible: bool,
+    /// Standard deviation of each keyframe, m.
     deviations: Vec<f32>,
     loops: Option<u64>,
     compared: Option<ScanComparison>,
-    clouds: usize,
-    track: Option<u64>,
-    scan: bool,
+    compared_scans: usize,
+    trajectory: Option<u64>,
 }
 
 impl SceneSync {
+    /// For an empty renderer.
     pub(crate) fn new(renderer: Renderer) -> Self {
         Self {
             renderer: Rc::new(RefCell::new(renderer)),
-            told: SyncedRevisions::default(),
+            config: SceneSyncConfig::default(),
+            synced: SyncedRevisions::default(),
             ground: -BASE_HEIGHT_M,
-            clouds: BTreeMap::new(),
+            keyframe_scans: BTreeMap::new(),
         }
     }
 
-    /// Height of the ground at the robot, or at the start of the saved map on show; metres, map frame.
+    /// Height of the ground at the robot, or at the first keyframe of the saved map on show; m, map frame.
     pub(crate) fn ground(&self) -> f64 {
         self.ground
     }
 
-    /// Puts a decoded tile on the scene.
-    pub(crate) fn add_tile(
+    /// Adds a decoded tile.
+    pub(crate) fn insert_tile(
         &self,
         hash: api::TileHash,
         chunk: &PointChunk,
@@ -94,78 +117,88 @@ impl SceneSync {
         self.renderer.borrow_mut().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
     }
 
-    /// Keeps the scan of a keyframe for as long as it is compared.
+    /// Adds the scan of a keyframe; it is kept as long as it is compared.
     pub(crate) fn insert_keyframe_scan(&mut self, keyframe: KeyframeId, chunk: PointChunk) {
-        self.clouds.insert(keyframe, chunk);
+        self.keyframe_scans.insert(keyframe, chunk);
     }
 
-    /// Takes a tile off the scene.
+    /// Removes a tile.
     pub(crate) fn remove_tile(&self, hash: api::TileHash) {
         self.renderer.borrow_mut().remove_tile(tile_id(hash));
     }
 
-    /// Shows a scan from the pose of its base in the map.
+    /// Replaces the live scan. `map_from_base`: pose of the base when it was measured.
     pub(crate) fn set_live_scan(&mut self, chunk: &PointChunk, map_from_base: &Pose) {
         let (position, orientation) = glam_pose(map_from_base);
         self.renderer.borrow_mut().set_live_scan(Some((&block(chunk, 0.0, 0.0), position, orientation)));
-        self.told.scan = true;
     }
 
-    /// Clears the scene when another map is to be seen. Before anything of that map comes: what is cleared away does not come again.
+    /// Clears the scene when another map is displayed. This comes before the first tile of that map, because a removed tile is not sent
+    /// again.
     pub(crate) fn switch_map(&mut self, model: &Model) {
-        if self.told.map != model.viewed_map() {
+        if self.synced.map != model.viewed_map() {
             let mut renderer = self.renderer.borrow_mut();
             renderer.clear_tiles();
             renderer.set_live_scan(None);
             renderer.set_compared([None, None]);
-            self.told = SyncedRevisions { map: model.viewed_map(), ..SyncedRevisions::default() };
+            self.synced = SyncedRevisions { map: model.viewed_map(), ..SyncedRevisions::default() };
         }
     }
 
-    /// Tells the renderer what changed in the model, and from where to where a person drags who shows where the robot stands.
-    pub(crate) fn follow(&mut self, model: &Model, placing: Option<[DVec3; 2]>) {
+    /// Passes to the renderer what changed in the model. `dragged_pose`: the robot's position and a point in its heading that an operator
+    /// drags.
+    pub(crate) fn update(&mut self, model: &Model, dragged_pose: Option<[DVec3; 2]>) {
         self.switch_map(model);
         let shown = model.displayed_map();
         let mut renderer = self.renderer.borrow_mut();
         let live = model.viewed_map().is_none();
-        // Who is to choose keyframes has to see them.
-        // And who picks points, what they lie on.
-        let graph_shown =
+        // The graph is visible while keyframes are picked, and hidden while points are picked on the surfaces behind it.
+        let graph_visible =
             (model.view_settings().graph || model.loop_pick().is_some()) && model.alignment().is_none();
-        // Saved maps do not say how well they are known.
-        let nothing = Quality::default();
-        let quality = if live { model.quality() } else { &nothing };
-        let graph_changed = self.told.graph != Some(shown.graph_revision)
-            || self.told.graph_shown != graph_shown
-            || self.told.deviations != quality.deviations;
+        // Saved maps have no quality.
+        let no_quality = Quality::default();
+        let quality = if live { model.quality() } else { &no_quality };
+        let graph_changed = self.synced.graph != Some(shown.graph_revision)
+            || self.synced.graph_visible != graph_visible
+            || self.synced.deviations != quality.deviations;
         if graph_changed {
-            set_graph(&mut renderer, shown, graph_shown, quality);
-            self.told.graph = Some(shown.graph_revision);
-            self.told.graph_shown = graph_shown;
-            quality.deviations.clone_into(&mut self.told.deviations);
+            set_graph(&self.config, &mut renderer, shown, graph_visible, quality);
+            self.synced.graph = Some(shown.graph_revision);
+            self.synced.graph_visible = graph_visible;
+            quality.deviations.clone_into(&mut self.synced.deviations);
         }
-        if graph_changed || self.told.loops != Some(model.loops.revision()) {
-            let loops = if graph_shown { loop_edges(model) } else { Vec::new() };
+        if graph_changed || self.synced.loops != Some(model.loops.revision()) {
+            let loops = if graph_visible { loop_edges(model) } else { Vec::new() };
             renderer.set_loops(&loops);
-            self.told.loops = Some(model.loops.revision());
+            self.synced.loops = Some(model.loops.revision());
         }
-        renderer.select_pair(pair_in_focus(model).map(|pair| [pair.from.0, pair.to.0]));
-        if self.told.track != Some(model.trajectory_revision()) {
-            let way: Vec<DVec3> = if live { model.trajectory().map(vector).collect() } else { Vec::new() };
-            renderer.set_trajectory(&way);
-            self.told.track = Some(model.trajectory_revision());
+        renderer.select_pair(highlighted_pair(model).map(|pair| [pair.from.0, pair.to.0]));
+        if self.synced.trajectory != Some(model.trajectory_revision()) {
+            let trajectory: Vec<DVec3> =
+                if live { model.trajectory().map(vector).collect() } else { Vec::new() };
+            renderer.set_trajectory(&trajectory);
+            self.synced.trajectory = Some(model.trajectory_revision());
         }
         let colours = palette(model.view_settings());
+        let marker_height = self.config.marker_height_m;
         let places = model.quality().places.iter().filter(|_| live);
-        let arrow = placing.map(|way| arrow(way, model));
-        let (lines, heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
-        let docks = model.docks().map(|map_from_base| dock(map_from_base, &colours));
+        let arrow = dragged_pose.map(|ends| pose_arrow(ends, model, self.config.marker_height_m));
+        let (lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
+        let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
         let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.picked_in(viewed)).unwrap_or_default();
-        let picked = picked.into_iter().map(|at| picked_sign(vector(at), &colours));
-        let signs = places.map(|place| lacking(place, &colours)).chain(docks).chain(picked).chain(heads);
-        renderer.set_annotations(lines, signs.collect());
-        renderer.set_robot(if live && model.has_pose_in_map() { robot(model) } else { None });
+        let picked = picked.into_iter().map(|at| picked_point_marker(vector(at), &colours));
+        let markers = places
+            .map(|place| survey_marker(place, &colours, marker_height))
+            .chain(docks)
+            .chain(picked)
+            .chain(arrow_heads);
+        renderer.set_annotations(lines, markers.collect());
+        renderer.set_robot(if live && model.has_pose_in_map() {
+            robot_state(&self.config, model)
+        } else {
+            None
+        });
         renderer.select_node(match model.selection() {
             Some(Selection::Keyframe(id)) => Some(id.0),
             _ => None,
@@ -185,23 +218,28 @@ impl SceneSync {
             _ => renderer.set_goal(None, &[]),
         }
         drop(renderer);
-        self.compare(model);
-        self.find_ground(model);
+        self.update_comparison(model);
+        self.update_ground(model);
     }
 
-    /// Lays scans over each other as the model wants them.
-    fn compare(&mut self, model: &Model) {
-        let wanted = model.scan_comparison();
-        self.clouds.retain(|id, _| wanted.is_some_and(|it| *id == it.pair.from || *id == it.pair.to));
-        if self.told.compared == wanted && self.told.clouds == self.clouds.len() {
+    /// Passes the scans that are compared to the renderer.
+    fn update_comparison(&mut self, model: &Model) {
+        let comparison = model.scan_comparison();
+        self.keyframe_scans
+            .retain(|id, _| comparison.is_some_and(|it| *id == it.pair.from || *id == it.pair.to));
+        if self.synced.compared == comparison && self.synced.compared_scans == self.keyframe_scans.len() {
             return;
         }
-        (self.told.compared, self.told.clouds) = (wanted, self.clouds.len());
+        (self.synced.compared, self.synced.compared_scans) = (comparison, self.keyframe_scans.len());
         let placed = |keyframe: KeyframeId, pose: &Pose| {
             let (position, orientation) = glam_pose(pose);
-            Some((block(self.clouds.get(&keyframe)?, CLOUD_SPACING_M, 0.0), position, orientation))
+            Some((
+                block(self.keyframe_scans.get(&keyframe)?, self.config.keyframe_scan_spacing_m, 0.0),
+                position,
+                orientation,
+            ))
         };
-        let scans = match &wanted {
+        let scans = match &comparison {
             Some(it) => [placed(it.pair.from, &it.map_from_from), placed(it.pair.to, &it.map_from_to)],
             None => [None, None],
         };
@@ -209,19 +247,19 @@ impl SceneSync {
         self.renderer.borrow_mut().set_compared(scans);
     }
 
-    fn find_ground(&mut self, model: &Model) {
+    fn update_ground(&mut self, model: &Model) {
         let base = match (&model.robot.estimate, model.viewed_map()) {
             (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
             _ => model.displayed_map().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
         };
         if let Some(base) = base
-            && (base - BASE_HEIGHT_M - self.ground).abs() > GROUND_STEP_M
+            && (base - BASE_HEIGHT_M - self.ground).abs() > self.config.min_ground_step_m
         {
             self.ground = base - BASE_HEIGHT_M;
         }
     }
 
-    /// How the picture shall look.
+    /// The view of a frame.
     pub(crate) fn view(
         &self,
         model: &Model,
@@ -241,7 +279,7 @@ impl SceneSync {
             pixels_per_point,
             options: Options {
                 colour_by: colour_by(settings.colour),
-                height_range: RAMP_M.map(|height| (self.ground + height) as f32),
+                height_range: self.config.colour_heights_m.map(|height| (self.ground + height) as f32),
                 age_range,
                 ceiling: if settings.cut_ceiling {
                     self.ground as f32 + settings.ceiling_m
@@ -249,10 +287,12 @@ impl SceneSync {
                     f32::MAX
                 },
                 point_size: settings.point_size,
-                point_budget: POINT_BUDGET,
-                // The map steps back once there is something to see in its place.
-                map: self.told.clouds < 2,
-                live_scan: model.viewed_map().is_none() && model.has_pose_in_map() && self.told.clouds < 2,
+                point_budget: self.config.point_budget,
+                // The two scans that are compared take the map's place.
+                map: self.synced.compared_scans < 2,
+                live_scan: model.viewed_map().is_none()
+                    && model.has_pose_in_map()
+                    && self.synced.compared_scans < 2,
                 ..Options::default()
             },
             palette: palette(settings),
@@ -260,11 +300,11 @@ impl SceneSync {
     }
 }
 
-/// The sign of a place that is worth a walk.
-fn lacking(place: &api::SurveyTarget, palette: &Palette) -> Marker {
+/// The marker of a place to survey.
+fn survey_marker(place: &api::SurveyTarget, palette: &Palette, height: f64) -> Marker {
     Marker {
         id: None,
-        position: vector(place.at) + DVec3::Z * SIGN_HEIGHT_M,
+        position: vector(place.at) + DVec3::Z * height,
         ahead: DVec3::ZERO,
         shape: Shape::Ring,
         radius: 11.0,
@@ -273,11 +313,11 @@ fn lacking(place: &api::SurveyTarget, palette: &Palette) -> Marker {
     }
 }
 
-/// The sign of a dock, on the floor.
-fn dock(map_from_base: &Pose, palette: &Palette) -> Marker {
+/// The marker of a dock, on the ground.
+fn dock_marker(map_from_base: &Pose, palette: &Palette, height: f64) -> Marker {
     Marker {
         id: None,
-        position: vector(map_from_base.position) - DVec3::Z * (BASE_HEIGHT_M - SIGN_HEIGHT_M / 4.0),
+        position: vector(map_from_base.position) - DVec3::Z * (BASE_HEIGHT_M - height / 4.0),
         ahead: DVec3::ZERO,
         shape: Shape::Square,
         radius: 9.0,
@@ -286,8 +326,8 @@ fn dock(map_from_base: &Pose, palette: &Palette) -> Marker {
     }
 }
 
-/// The sign of a point that two maps share.
-fn picked_sign(position: DVec3, palette: &Palette) -> Marker {
+/// The marker of a point that was picked in two maps.
+fn picked_point_marker(position: DVec3, palette: &Palette) -> Marker {
     Marker {
         id: None,
         position,
@@ -299,11 +339,11 @@ fn picked_sign(position: DVec3, palette: &Palette) -> Marker {
     }
 }
 
-/// Where the robot stands and looks, as a person shows it.
-fn arrow([from, to]: [DVec3; 2], model: &Model) -> (Polyline, Marker) {
+/// The pose of the robot that an operator drags, as a line with an arrow head.
+fn pose_arrow([from, to]: [DVec3; 2], model: &Model, height: f64) -> (Polyline, Marker) {
     let accent = Tokens::of(model.view_settings().theme).accent;
     let colour = [accent.r(), accent.g(), accent.b(), 255];
-    let ends = [from, to].map(|end| end + DVec3::Z * SIGN_HEIGHT_M);
+    let ends = [from, to].map(|end| end + DVec3::Z * height);
     let line = Polyline { points: ends.to_vec(), colour, width: 4.0, dash: 0.0 };
     let head = Marker {
         id: None,
@@ -317,7 +357,13 @@ fn arrow([from, to]: [DVec3; 2], model: &Model) -> (Polyline, Marker) {
     (line, head)
 }
 
-fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &Quality) {
+fn set_graph(
+    config: &SceneSyncConfig,
+    renderer: &mut Renderer,
+    shown: &MapView,
+    visible: bool,
+    quality: &Quality,
+) {
     for node in &shown.graph.nodes {
         let (position, orientation) = glam_pose(&node.map_from_keyframe);
         renderer.set_anchor(AnchorId(u64::from(node.id.0)), position, orientation);
@@ -338,7 +384,9 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &
         .map(|node| Node {
             number: node.id.0,
             position: vector(node.map_from_keyframe.position),
-            uncertainty: quality.deviation_of(node.id).map_or(0.0, uncertainty),
+            uncertainty: quality
+                .deviation_of(node.id)
+                .map_or(0.0, |deviation| uncertainty(config, deviation)),
         })
         .collect();
     let edges: Vec<[DVec3; 2]> =
@@ -346,17 +394,18 @@ fn set_graph(renderer: &mut Renderer, shown: &MapView, visible: bool, quality: &
     renderer.set_graph(&nodes, &edges);
 }
 
-/// How much of the uncertain colour a node takes, from one standard deviation in metres: each tenfold step looks alike.
-fn uncertainty(deviation: f32) -> f32 {
-    (deviation / SURE_M).log10() / (UNSURE_M / SURE_M).log10()
+/// Share of the uncertain colour of a node, from its standard deviation (m), on a logarithmic scale.
+fn uncertainty(config: &SceneSyncConfig, deviation: f32) -> f32 {
+    let certain = config.certain_deviation_m;
+    (deviation / certain).log10() / (config.uncertain_deviation_m / certain).log10()
 }
 
-/// Every loop that is known: closed ones of the graph, others as they were decided.
+/// All loops: accepted ones from the graph, others from their latest decision.
 fn loop_edges(model: &Model) -> Vec<LoopEdge> {
     let shown = model.displayed_map();
     let edge = |from: KeyframeId, to: KeyframeId, state| {
-        let place = |id| Some(vector(shown.map_from_anchor(api::Anchor::Keyframe(id))?.position));
-        Some(LoopEdge { nodes: [from.0, to.0], ends: [place(from)?, place(to)?], state })
+        let position_of = |id| Some(vector(shown.map_from_anchor(api::Anchor::Keyframe(id))?.position));
+        Some(LoopEdge { nodes: [from.0, to.0], ends: [position_of(from)?, position_of(to)?], state })
     };
     let closed = shown.graph.loops.iter().filter_map(|&(from, to)| edge(from, to, LoopState::Closed));
     let decided = model.loops.latest().filter(|_| model.viewed_map().is_none());
@@ -371,18 +420,18 @@ fn loop_edges(model: &Model) -> Vec<LoopEdge> {
     closed.chain(others).collect()
 }
 
-/// The two keyframes that a person looks at together.
-fn pair_in_focus(model: &Model) -> Option<LoopPair> {
+/// The two keyframes that are compared or picked.
+fn highlighted_pair(model: &Model) -> Option<LoopPair> {
     match (model.loop_pick(), model.selection()) {
         (Some(LoopPick::Both(pair)), _) | (None, Some(Selection::Loop(pair))) => Some(pair),
         _ => None,
     }
 }
 
-fn robot(model: &Model) -> Option<RobotState> {
+fn robot_state(config: &SceneSyncConfig, model: &Model) -> Option<RobotState> {
     let estimate = model.robot.estimate.as_ref()?;
     let (position, orientation) = glam_pose(&estimate.value.map_from_base);
-    let fresh = model.data_age_s().is_some_and(|age| age < ROBOT_STALE_S);
+    let fresh = model.data_age_s().is_some_and(|age| age < config.max_robot_age_s);
     Some(RobotState {
         position,
         orientation,
@@ -392,7 +441,7 @@ fn robot(model: &Model) -> Option<RobotState> {
     })
 }
 
-/// Names are random: the first eight bytes differ for all tiles of a map.
+/// The first eight bytes of the hash. Hashes are random, so these differ for all tiles of a map.
 fn tile_id(hash: api::TileHash) -> TileId {
     let [a, b, c, d, e, f, g, h, ..] = hash.0;
     TileId(u64::from_le_bytes([a, b, c, d, e, f, g, h]))
@@ -403,7 +452,7 @@ fn block(chunk: &PointChunk, spacing: f32, stamp: f64) -> PointBlock<'_> {
     PointBlock { origin: chunk.origin, step: chunk.step, spacing, stamp, points }
 }
 
-/// A plain vector as the renderer wants it.
+/// A vector in the renderer's type.
 pub(crate) fn vector(plain: Vec3) -> DVec3 {
     DVec3::from_array(plain.to_array())
 }
@@ -422,7 +471,7 @@ fn colour_by(colour: ColourBy) -> scene::ColourBy {
     }
 }
 
-/// The scene's colours, from the one table of tokens.
+/// The scene's colours, from the theme's table of tokens.
 fn palette(settings: &ViewSettings) -> Palette {
     let tokens = Tokens::of(settings.theme);
     let solid = |colour: egui::Color32| [colour.r(), colour.g(), colour.b(), 255];

@@ -1,78 +1,72 @@
-//! The two WebSockets: what they say becomes events, effects become messages.
+//! The two WebSockets: received messages become events, and effects send messages.
 
 use crate::browser;
-use crate::inbox::{InboundMessage, Inbox};
+use crate::inbox::Inbox;
 use client_model::{ClientEvent, Socket};
+use gloo_events::EventListener;
 use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::Closure;
-use web_sys::{BinaryType, CloseEvent, MessageEvent, WebSocket};
+use web_sys::{BinaryType, MessageEvent, WebSocket};
 
-/// Both sockets; each is opened anew after every loss.
+/// Both sockets.
 pub(crate) struct SocketConnections {
     inbox: Inbox,
-    control: Option<Connection>,
-    stream: Option<Connection>,
+    control: Option<SocketConnection>,
+    stream: Option<SocketConnection>,
 }
 
-/// One opened socket. Its callbacks live as long as it does; dropping it silences and closes it.
-struct Connection {
+/// An open socket. Dropping it removes its listeners and closes it.
+struct SocketConnection {
     socket: WebSocket,
-    _opened: Closure<dyn FnMut()>,
-    _closed: Closure<dyn FnMut(CloseEvent)>,
-    _message: Closure<dyn FnMut(MessageEvent)>,
+    listeners: Vec<EventListener>,
 }
 
-impl Drop for Connection {
+impl Drop for SocketConnection {
     fn drop(&mut self) {
-        self.socket.set_onopen(None);
-        self.socket.set_onclose(None);
-        self.socket.set_onmessage(None);
-        // A socket that is closed already cannot be closed again; that is no concern here.
+        self.listeners.clear();
+        // Fails only for a socket that is closed already.
         let _ = self.socket.close();
     }
 }
 
 impl SocketConnections {
+    /// `inbox` receives the sockets' events.
     pub(crate) fn new(inbox: Inbox) -> Self {
         Self { inbox, control: None, stream: None }
     }
 
-    fn slot(&mut self, which: Socket) -> &mut Option<Connection> {
-        match which {
+    fn slot(&mut self, socket: Socket) -> &mut Option<SocketConnection> {
+        match socket {
             Socket::Control => &mut self.control,
             Socket::Stream => &mut self.stream,
         }
     }
 
-    /// Opens a socket, closing the one before.
-    pub(crate) fn open(&mut self, which: Socket) {
-        let connection = Connection::open(which, &self.inbox);
+    /// Opens a socket and closes the one before.
+    pub(crate) fn open(&mut self, socket: Socket) {
+        let connection = SocketConnection::open(socket, &self.inbox);
         if connection.is_none() {
-            self.inbox.leave(InboundMessage::Event(ClientEvent::SocketClosed {
-                socket: which,
-                jitter: browser::random_unit(),
-            }));
+            self.inbox.push_event(closed(socket));
         }
-        *self.slot(which) = connection;
+        *self.slot(socket) = connection;
     }
 
     /// Closes a socket without an event.
-    pub(crate) fn close(&mut self, which: Socket) {
-        *self.slot(which) = None;
+    pub(crate) fn close(&mut self, socket: Socket) {
+        *self.slot(socket) = None;
     }
 
-    /// Sends bytes, if the socket is open; else its closing is on its way as an event.
-    pub(crate) fn send(&mut self, which: Socket, bytes: &[u8]) {
-        if let Some(connection) = self.slot(which)
+    /// Sends bytes if the socket is open. If it is not, the event of its closing is on the way.
+    pub(crate) fn send(&mut self, socket: Socket, bytes: &[u8]) {
+        if let Some(connection) = self.slot(socket)
             && connection.socket.ready_state() == WebSocket::OPEN
         {
-            // Refused only when the socket is not open, which was looked at.
+            // Fails only for a socket that is not open.
             let _ = connection.socket.send_with_u8_array(bytes);
         }
     }
 }
 
-impl Connection {
+impl SocketConnection {
     fn open(which: Socket, inbox: &Inbox) -> Option<Self> {
         let path = match which {
             Socket::Control => api::CONTROL_PATH,
@@ -80,36 +74,26 @@ impl Connection {
         };
         let socket = WebSocket::new(&browser::socket_url(path)?).ok()?;
         socket.set_binary_type(BinaryType::Arraybuffer);
-        let opened = {
+        let listen = |kind: &'static str, event_of: fn(Socket, &web_sys::Event) -> ClientEvent| {
             let inbox = inbox.clone();
-            Closure::<dyn FnMut()>::new(move || {
-                inbox.leave(InboundMessage::Event(ClientEvent::SocketOpened(which)))
-            })
+            EventListener::new(&socket, kind, move |event| inbox.push_event(event_of(which, event)))
         };
-        let closed = {
-            let inbox = inbox.clone();
-            Closure::<dyn FnMut(CloseEvent)>::new(move |_| {
-                inbox.leave(InboundMessage::Event(ClientEvent::SocketClosed {
-                    socket: which,
-                    jitter: browser::random_unit(),
-                }));
-            })
-        };
-        let message = {
-            let inbox = inbox.clone();
-            Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-                inbox.leave(InboundMessage::Event(event_of(which, &event)));
-            })
-        };
-        socket.set_onopen(Some(opened.as_ref().unchecked_ref()));
-        socket.set_onclose(Some(closed.as_ref().unchecked_ref()));
-        socket.set_onmessage(Some(message.as_ref().unchecked_ref()));
-        Some(Self { socket, _opened: opened, _closed: closed, _message: message })
+        let listeners = vec![
+            listen("open", |which, _| ClientEvent::SocketOpened(which)),
+            listen("close", |which, _| closed(which)),
+            listen("message", received),
+        ];
+        Some(Self { socket, listeners })
     }
 }
 
-fn event_of(which: Socket, event: &MessageEvent) -> ClientEvent {
-    let Ok(buffer) = event.data().dyn_into::<js_sys::ArrayBuffer>() else {
+fn closed(socket: Socket) -> ClientEvent {
+    ClientEvent::SocketClosed { socket, jitter: browser::random_unit() }
+}
+
+fn received(which: Socket, event: &web_sys::Event) -> ClientEvent {
+    let data = event.dyn_ref::<MessageEvent>().map(MessageEvent::data);
+    let Some(buffer) = data.and_then(|data| data.dyn_into::<js_sys::ArrayBuffer>().ok()) else {
         return ClientEvent::DecodeFailed { socket: which };
     };
     let content = js_sys::Uint8Array::new(&buffer).to_vec();

@@ -1,113 +1,249 @@
-//! Real inputs of the page over the holes that the panels leave: touch keyboards, autocorrection and screen readers
-//! know them better than anything drawn.
+//! The bridge of text inputs: an `<input>` or `<textarea>` of the page lies over every text field that the panels request.
+//!
+//! On-screen keyboards, selection, copy and paste, autocorrection, password managers and screen readers work with elements of the page and
+//! not with what egui draws. Fields are told apart by their id, so there may be any number of them.
 
 use crate::browser;
+use egui::{Id, Rect};
+use gloo_events::EventListener;
 use panels::theme::Tokens;
-use panels::{PanelState, TextField};
-use std::cell::Cell;
+use panels::{TextInputEvent, TextInputKind, TextInputRequest, TextInputs};
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::rc::Rc;
 use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::Closure;
-use web_sys::{HtmlElement, HtmlInputElement};
+use web_sys::{HtmlElement, HtmlInputElement, HtmlTextAreaElement, KeyboardEvent};
 
-/// The inputs of the page. At most one is shown: the map's name.
-pub(crate) struct Inputs {
+/// The text inputs of the page, by the id of their field.
+pub(crate) struct TextInputElements {
     ctx: egui::Context,
+    elements: HashMap<Id, TextInputElement>,
+}
+
+/// Events of one element since the last frame, oldest first.
+type EventQueue = Rc<RefCell<Vec<TextInputEvent>>>;
+
+struct TextInputElement {
+    field: Field,
+    kind: TextInputKind,
+    events: EventQueue,
+    /// What the element shows now; the element is changed only where the request differs.
     shown: Option<Shown>,
+    _listeners: Vec<EventListener>,
 }
 
+#[derive(PartialEq)]
 struct Shown {
-    field: TextField,
-    input: HtmlInputElement,
-    changed: Rc<Cell<bool>>,
+    request: TextInputRequest,
     style: String,
-    _listener: Closure<dyn FnMut()>,
 }
 
-impl Drop for Shown {
+impl Drop for TextInputElement {
     fn drop(&mut self) {
-        self.input.remove();
+        self.field.element().remove();
     }
 }
 
-impl Inputs {
-    pub(crate) fn new(ctx: egui::Context) -> Self {
-        Self { ctx, shown: None }
-    }
+/// The two elements that edit text.
+#[derive(Clone)]
+enum Field {
+    Line(HtmlInputElement),
+    Paragraph(HtmlTextAreaElement),
+}
 
-    /// Takes what was typed since the last frame.
-    pub(crate) fn read(&self, panels: &mut PanelState) {
-        if let Some(shown) = &self.shown
-            && shown.changed.take()
-        {
-            panels.map_name = shown.input.value();
-        }
-    }
-
-    /// Puts the inputs where the panels want them, and takes away those they no longer want.
-    pub(crate) fn lay(&mut self, panels: &PanelState, tokens: &Tokens) {
-        let Some(field) = panels.text_fields.first() else {
-            self.shown = None;
-            return;
+impl Field {
+    fn create(kind: TextInputKind) -> Option<Self> {
+        let input_type = match kind {
+            TextInputKind::Paragraph => {
+                return Some(Self::Paragraph(browser::create("textarea")?.dyn_into().ok()?));
+            }
+            TextInputKind::Line => "text",
+            TextInputKind::Search => "search",
+            TextInputKind::Password => "password",
+            TextInputKind::Number => "text",
         };
-        if self.shown.as_ref().is_none_or(|shown| shown.field.name != field.name) {
-            self.shown = Shown::create(&self.ctx, field);
+        let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
+        input.set_type(input_type);
+        if kind == TextInputKind::Number {
+            // A numeric keyboard, without the rules of `type=number`, which hides what it cannot parse.
+            input.set_attribute("inputmode", "decimal").ok()?;
         }
-        if let Some(shown) = &mut self.shown {
-            shown.place(field, tokens);
-            if shown.input.value() != panels.map_name && !shown.changed.get() {
-                shown.input.set_value(&panels.map_name);
+        Some(Self::Line(input))
+    }
+
+    fn element(&self) -> &HtmlElement {
+        match self {
+            Self::Line(input) => input,
+            Self::Paragraph(area) => area,
+        }
+    }
+
+    fn value(&self) -> String {
+        match self {
+            Self::Line(input) => input.value(),
+            Self::Paragraph(area) => area.value(),
+        }
+    }
+
+    fn set_value(&self, value: &str) {
+        match self {
+            Self::Line(input) => input.set_value(value),
+            Self::Paragraph(area) => area.set_value(value),
+        }
+    }
+
+    fn set_disabled(&self, disabled: bool) {
+        match self {
+            Self::Line(input) => input.set_disabled(disabled),
+            Self::Paragraph(area) => area.set_disabled(disabled),
+        }
+    }
+}
+
+impl TextInputElements {
+    /// `ctx` gets a frame for every event of an element.
+    pub(crate) fn new(ctx: egui::Context) -> Self {
+        Self { ctx, elements: HashMap::new() }
+    }
+
+    /// Hands the events since the last frame to the panels.
+    pub(crate) fn take_events(&self, inputs: &mut TextInputs) {
+        for (id, element) in &self.elements {
+            for event in element.events.take() {
+                inputs.push_event(*id, event);
+            }
+        }
+    }
+
+    /// Creates, places and removes elements as the panels request them.
+    pub(crate) fn update(&mut self, inputs: &TextInputs, tokens: &Tokens) {
+        let requests = inputs.requests();
+        self.elements.retain(|id, element| {
+            requests.iter().any(|request| request.id == *id && request.kind == element.kind)
+        });
+        for request in requests {
+            if !self.elements.contains_key(&request.id)
+                && let Some(element) = TextInputElement::create(&self.ctx, request)
+            {
+                self.elements.insert(request.id, element);
+            }
+            if let Some(element) = self.elements.get_mut(&request.id) {
+                element.update(request, tokens);
             }
         }
     }
 }
 
-impl Shown {
-    fn create(ctx: &egui::Context, field: &TextField) -> Option<Self> {
-        let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
-        input.set_type("text");
-        for (name, value) in [("aria-label", field.name), ("autocomplete", "off"), ("maxlength", "80")] {
-            input.set_attribute(name, value).ok()?;
-        }
-        let changed = Rc::new(Cell::new(false));
-        let listener = {
-            let (changed, ctx) = (Rc::clone(&changed), ctx.clone());
-            Closure::<dyn FnMut()>::new(move || {
-                changed.set(true);
+impl TextInputElement {
+    fn create(ctx: &egui::Context, request: &TextInputRequest) -> Option<Self> {
+        let field = Field::create(request.kind)?;
+        let events = EventQueue::default();
+        let push = {
+            let (events, ctx) = (Rc::clone(&events), ctx.clone());
+            move |event: TextInputEvent| {
+                events.borrow_mut().push(event);
                 ctx.request_repaint();
-            })
+            }
         };
-        input.add_event_listener_with_callback("input", listener.as_ref().unchecked_ref()).ok()?;
-        browser::document()?.body()?.append_child(&input).ok()?;
-        Some(Self { field: field.clone(), input, changed, style: String::new(), _listener: listener })
+        let on_input = {
+            let (push, field) = (push.clone(), field.clone());
+            move |_: &web_sys::Event| push(TextInputEvent::Changed(field.value()))
+        };
+        let multiline = request.kind == TextInputKind::Paragraph;
+        let on_key = {
+            let (push, field) = (push.clone(), field.clone());
+            move |event: &web_sys::Event| {
+                // Shortcuts of the client must not react to text.
+                event.stop_propagation();
+                let Some(key) = event.dyn_ref::<KeyboardEvent>() else { return };
+                // Enter that confirms a word of an input method does not submit.
+                match key.key().as_str() {
+                    "Enter" if !multiline && !key.is_composing() => push(TextInputEvent::Submitted),
+                    // Fails only for an element that was removed.
+                    "Escape" => drop(field.element().blur()),
+                    _ => {}
+                }
+            }
+        };
+        let on_focus = {
+            let push = push.clone();
+            move |_: &web_sys::Event| push(TextInputEvent::FocusGained)
+        };
+        let on_blur = move |_: &web_sys::Event| push(TextInputEvent::FocusLost);
+        let element = field.element();
+        browser::document()?.body()?.append_child(element).ok()?;
+        let listeners = vec![
+            EventListener::new(element, "input", on_input),
+            EventListener::new(element, "keydown", on_key),
+            EventListener::new(element, "focus", on_focus),
+            EventListener::new(element, "blur", on_blur),
+        ];
+        Some(Self { field, kind: request.kind, events, shown: None, _listeners: listeners })
     }
 
-    fn place(&mut self, field: &TextField, tokens: &Tokens) {
-        if self.field.hint != field.hint || self.input.placeholder().is_empty() {
-            self.input.set_placeholder(&field.hint);
+    fn update(&mut self, request: &TextInputRequest, tokens: &Tokens) {
+        // A change that is still on its way to the panels is newer than their value.
+        if self.events.borrow().is_empty() && self.field.value() != request.value {
+            self.field.set_value(&request.value);
         }
-        self.field = field.clone();
-        let css = |colour: egui::Color32| format!("rgb({} {} {})", colour.r(), colour.g(), colour.b());
-        let rect = field.rect;
-        // 16 px: below that, phones zoom into the page when the input gets the focus.
-        let style = format!(
-            "position:fixed;left:{}px;top:{}px;width:{}px;height:{}px;box-sizing:border-box;margin:0;padding:0 12px;\
-             font:400 16px Inter,system-ui,sans-serif;color:{};caret-color:{};background:transparent;\
-             border:{}px solid {};border-radius:8px;outline-color:{}",
-            rect.left(),
-            rect.top(),
-            rect.width(),
-            rect.height(),
-            css(tokens.text),
-            css(tokens.accent),
-            tokens.line_width,
-            css(tokens.line),
-            css(tokens.accent),
-        );
-        if style != self.style {
-            let element: &HtmlElement = &self.input;
-            element.style().set_css_text(&style);
-            self.style = style;
+        let style = style(request, tokens);
+        let shown = Shown { request: request.clone(), style };
+        if self.shown.as_ref() == Some(&shown) {
+            return;
         }
+        let element = self.field.element();
+        let max_length = request.max_length.to_string();
+        let attributes = [
+            ("aria-label", request.name.as_str()),
+            ("name", request.name.as_str()),
+            ("placeholder", request.hint.as_str()),
+            ("autocomplete", request.autocomplete),
+            ("maxlength", max_length.as_str()),
+            ("style", shown.style.as_str()),
+        ];
+        for (name, value) in attributes {
+            // The names are valid, so this cannot fail.
+            let _ = element.set_attribute(name, value);
+        }
+        self.field.set_disabled(!request.enabled);
+        if request.take_focus && self.shown.as_ref().is_none_or(|before| !before.request.take_focus) {
+            // Fails only for an element that was removed.
+            let _ = element.focus();
+        }
+        self.shown = Some(shown);
     }
+}
+
+fn style(request: &TextInputRequest, tokens: &Tokens) -> String {
+    let css = |colour: egui::Color32| format!("rgb({} {} {})", colour.r(), colour.g(), colour.b());
+    let rect = request.rect;
+    let [top, right, bottom, left] = clipped_px(rect, request.clip_rect);
+    // 16 px: with a smaller font, phones zoom into the page when the input gets the focus.
+    format!(
+        "position:fixed;left:{}px;top:{}px;width:{}px;height:{}px;box-sizing:border-box;margin:0;padding:{}px 12px;\
+         font:400 16px Inter,system-ui,sans-serif;color:{};caret-color:{};background:transparent;resize:none;\
+         border:{}px solid {};border-radius:8px;outline-color:{};clip-path:inset({top}px {right}px {bottom}px {left}px)",
+        rect.left(),
+        rect.top(),
+        rect.width(),
+        rect.height(),
+        if request.kind == TextInputKind::Paragraph { 8 } else { 0 },
+        css(tokens.text),
+        css(tokens.accent),
+        tokens.line_width,
+        css(tokens.line),
+        css(tokens.accent),
+    )
+}
+
+/// Widths of the strips of `rect` outside `clip`: top, right, bottom, left. Negative where the clip leaves room, so that the focus outline
+/// shows.
+fn clipped_px(rect: Rect, clip: Rect) -> [f32; 4] {
+    let outline_px = -4.0;
+    [
+        (clip.top() - rect.top()).max(outline_px),
+        (rect.right() - clip.right()).max(outline_px),
+        (rect.bottom() - clip.bottom()).max(outline_px),
+        (clip.left() - rect.left()).max(outline_px),
+    ]
 }

@@ -1,49 +1,52 @@
-//! Files of the person's own: chosen with the browser's dialogue, and sent.
+//! Uploads: a file that the operator chooses in the browser's dialog is sent to the server.
 //!
-//! With `XMLHttpRequest`, because no browser says of `fetch` how much of a body has been sent.
+//! With `XMLHttpRequest`, because `fetch` does not report the progress of a request's body.
 
 use crate::browser;
-use crate::inbox::{InboundMessage, Inbox};
+use crate::inbox::Inbox;
 use client_model::ClientEvent;
+use gloo_events::EventListener;
 use std::cell::RefCell;
 use std::rc::Rc;
 use uuid::Uuid;
 use vocab::UploadId;
 use wasm_bindgen::JsCast;
-use wasm_bindgen::prelude::Closure;
 use web_sys::{File, HtmlInputElement, ProgressEvent, XmlHttpRequest};
 
-/// What the dialogue offers first.
-const KINDS: &str = ".pcd,.ply,.las,.laz,.e57,.ptx";
-/// The page's input for files.
-const INPUT: &str = "map-file";
+/// File types that the dialog offers first.
+const FILE_TYPES: &str = ".pcd,.ply,.las,.laz,.e57,.ptx";
+/// Id of the page's file input.
+const INPUT_ID: &str = "map-file";
 
-/// The dialogue, and what is on its way.
+type CurrentUpload = Rc<RefCell<Option<RunningUpload>>>;
+
+/// The file dialog and the running upload.
 pub(crate) struct Uploads {
     inbox: Inbox,
     input: Option<HtmlInputElement>,
-    under_way: Rc<RefCell<Option<UnderWay>>>,
+    current: CurrentUpload,
 }
 
-struct UnderWay {
+struct RunningUpload {
     upload: UploadId,
     request: XmlHttpRequest,
-    _told: [Closure<dyn FnMut(ProgressEvent)>; 3],
+    _listeners: [EventListener; 3],
 }
 
 impl Uploads {
+    /// `inbox` receives the uploads' events.
     pub(crate) fn new(inbox: Inbox) -> Self {
-        Self { inbox, input: None, under_way: Rc::default() }
+        Self { inbox, input: None, current: Rc::default() }
     }
 
-    /// Opens the browser's dialogue; what is chosen in it is sent.
-    pub(crate) fn pick(&mut self) {
+    /// Opens the browser's file dialog; the chosen file is sent.
+    pub(crate) fn open_file_dialog(&mut self) {
         if self.input.is_none() {
-            self.input = self.make_input();
+            self.input = self.create_input();
         }
         match &self.input {
             Some(input) => {
-                // The same file may be chosen again.
+                // Without this, choosing the same file again is no change.
                 input.set_value("");
                 input.click();
             }
@@ -51,90 +54,85 @@ impl Uploads {
         }
     }
 
-    /// Gives up what is on its way.
+    /// Cancels an upload.
     pub(crate) fn cancel(&self, upload: UploadId) {
-        let given_up = self.under_way.borrow_mut().take_if(|it| it.upload == upload);
-        if let Some(UnderWay { request, .. }) = given_up {
-            // Whatever state it is in, it is not waited for.
+        let cancelled = self.current.borrow_mut().take_if(|running| running.upload == upload);
+        if let Some(RunningUpload { request, .. }) = cancelled {
+            // The result does not matter: nothing waits for the request any more.
             let _ = request.abort();
         }
     }
 
-    fn make_input(&self) -> Option<HtmlInputElement> {
+    fn create_input(&self) -> Option<HtmlInputElement> {
         let input: HtmlInputElement = browser::create("input")?.dyn_into().ok()?;
         input.set_type("file");
-        input.set_id(INPUT);
-        input.set_accept(KINDS);
+        input.set_id(INPUT_ID);
+        input.set_accept(FILE_TYPES);
         input.set_hidden(true);
-        let (inbox, under_way, chosen) = (self.inbox.clone(), Rc::clone(&self.under_way), input.clone());
-        let changed = Closure::<dyn FnMut()>::new(move || {
-            if let Some(file) = chosen.files().and_then(|files| files.get(0)) {
-                send(&inbox, &under_way, &file);
+        let (inbox, current, source) = (self.inbox.clone(), Rc::clone(&self.current), input.clone());
+        let on_change = move |_: &web_sys::Event| {
+            if let Some(file) = source.files().and_then(|files| files.get(0)) {
+                start(&inbox, &current, &file);
             }
-        });
-        input.add_event_listener_with_callback("change", changed.as_ref().unchecked_ref()).ok()?;
-        // As long as the page.
-        changed.forget();
+        };
         browser::document()?.body()?.append_child(&input).ok()?;
+        // The input stays as long as the page.
+        EventListener::new(&input, "change", on_change).forget();
         Some(input)
     }
 }
 
-fn send(inbox: &Inbox, under_way: &Rc<RefCell<Option<UnderWay>>>, file: &File) {
+fn start(inbox: &Inbox, current: &CurrentUpload, file: &File) {
     let upload = UploadId(Uuid::from_u128(browser::random_u128()));
-    inbox.leave(InboundMessage::Event(ClientEvent::UploadStarted { upload, file: file.name() }));
-    match begin(inbox, under_way, upload, file) {
-        Some(begun) => *under_way.borrow_mut() = Some(begun),
-        None => tell(inbox, upload, Err("This browser cannot send files.".to_owned())),
+    inbox.push_event(ClientEvent::UploadStarted { upload, file: file.name() });
+    match send(inbox, current, upload, file) {
+        Some(running) => *current.borrow_mut() = Some(running),
+        None => finish(inbox, upload, Err("This browser cannot send files.".to_owned())),
     }
 }
 
-fn tell(inbox: &Inbox, upload: UploadId, result: Result<(), String>) {
-    inbox.leave(InboundMessage::Event(ClientEvent::UploadFinished { upload, result }));
+fn finish(inbox: &Inbox, upload: UploadId, result: Result<(), String>) {
+    inbox.push_event(ClientEvent::UploadFinished { upload, result });
 }
 
-fn begin(
-    inbox: &Inbox,
-    under_way: &Rc<RefCell<Option<UnderWay>>>,
-    upload: UploadId,
-    file: &File,
-) -> Option<UnderWay> {
+fn send(inbox: &Inbox, current: &CurrentUpload, upload: UploadId, file: &File) -> Option<RunningUpload> {
     let request = XmlHttpRequest::new().ok()?;
     let path = api::paths::UPLOAD_PATH.replace("{id}", &upload.to_string());
     request.open("PUT", &path).ok()?;
     request.set_request_header("content-type", "application/octet-stream").ok()?;
-    let progress = {
+    let on_progress = {
         let inbox = inbox.clone();
-        Closure::<dyn FnMut(ProgressEvent)>::new(move |event: ProgressEvent| {
-            let share = (event.loaded() / event.total().max(1.0)) as f32;
-            inbox.leave(InboundMessage::Event(ClientEvent::UploadProgress { upload, share }));
+        move |event: &web_sys::Event| {
+            if let Some(event) = event.dyn_ref::<ProgressEvent>() {
+                let share = (event.loaded() / event.total().max(1.0)) as f32;
+                inbox.push_event(ClientEvent::UploadProgress { upload, share });
+            }
+        }
+    };
+    let on_end = |kind: &'static str, result_of: fn(&XmlHttpRequest) -> Result<(), String>| {
+        let (inbox, current, ended) = (inbox.clone(), Rc::clone(current), request.clone());
+        EventListener::once(&request, kind, move |_| {
+            finish(&inbox, upload, result_of(&ended));
+            // Later, because this listener is a part of it.
+            wasm_bindgen_futures::spawn_local(async move {
+                current.borrow_mut().take_if(|running| running.upload == upload);
+            });
         })
     };
-    let (loaded, failed) = [true, false]
-        .map(|answered| {
-            let (inbox, under_way, request) = (inbox.clone(), Rc::clone(under_way), request.clone());
-            Closure::<dyn FnMut(ProgressEvent)>::new(move |_| {
-                let result = if answered { outcome(&request) } else { Err(UNREACHABLE.to_owned()) };
-                tell(&inbox, upload, result);
-                // Later: these very closures are in it.
-                let under_way = Rc::clone(&under_way);
-                wasm_bindgen_futures::spawn_local(async move {
-                    under_way.borrow_mut().take_if(|it| it.upload == upload);
-                });
-            })
-        })
-        .into();
-    request.upload().ok()?.set_onprogress(Some(progress.as_ref().unchecked_ref()));
-    request.set_onload(Some(loaded.as_ref().unchecked_ref()));
-    request.set_onerror(Some(failed.as_ref().unchecked_ref()));
+    let sending = request.upload().ok()?;
+    let listeners = [
+        EventListener::new(&sending, "progress", on_progress),
+        on_end("load", response_result),
+        on_end("error", |_| Err(UNREACHABLE.to_owned())),
+    ];
     request.send_with_opt_blob(Some(file)).ok()?;
-    Some(UnderWay { upload, request, _told: [progress, loaded, failed] })
+    Some(RunningUpload { upload, request, _listeners: listeners })
 }
 
 const UNREACHABLE: &str = "The robot's server did not take all of it. Check the network, then try again.";
 
-/// What the server answered.
-fn outcome(request: &XmlHttpRequest) -> Result<(), String> {
+/// The result that the server's response reports.
+fn response_result(request: &XmlHttpRequest) -> Result<(), String> {
     let status = request.status().unwrap_or(0);
     if (200..300).contains(&status) {
         return Ok(());

@@ -242,7 +242,7 @@ impl Viewport {
     /// The pose that shows the whole displayed map in the free area; of all its tiles, loaded or not.
     fn pose_fitting_map(&self, model: &Model) -> Option<CameraPose> {
         let view = self.view?;
-        let bounds = model.displayed_map().bounds()?;
+        let bounds = model.displayed_map().robust_bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
         Some(self.camera.pose_fitting(
             min,

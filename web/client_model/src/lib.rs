@@ -17,6 +17,7 @@ mod map_view;
 mod model;
 mod notices;
 mod pending;
+mod robust_bounds;
 mod tiles;
 mod time;
 mod track;

@@ -45,9 +45,9 @@ impl MapView {
         }
     }
 
-    /// Box round all tiles, map frame, metres.
-    pub fn bounds(&self) -> Option<vocab::Aabb> {
-        self.tiles.bounds(|anchor| self.map_from_anchor(anchor))
+    /// The box of the map without stray points, m, map frame.
+    pub fn robust_bounds(&self) -> Option<vocab::Aabb> {
+        self.tiles.robust_bounds(|anchor| self.map_from_anchor(anchor))
     }
 
     pub(crate) fn set_graph(&mut self, graph: Graph) {

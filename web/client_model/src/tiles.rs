@@ -5,6 +5,7 @@
 //! [`TILE_POINTS_MAX`] are fetched, at most [`TILE_REQUESTS_MAX`] at once. A fetch that is no longer wanted is
 //! cancelled; a tile that is there stays until its room is needed.
 
+use crate::robust_bounds::{RobustBoundsConfig, TileExtent, robust_bounds};
 use crate::{ClientEffect, ClientTime};
 use api::{Anchor, TileEntry, TileHash};
 use glam::{DQuat, DVec3, Vec3 as Vec3f};
@@ -111,25 +112,21 @@ impl TileSet {
         self.tiles.get(hash).map(|tile| (&tile.entry, tile.state))
     }
 
-    /// Box round everything, map frame, metres; `None` without tiles.
-    pub fn bounds(&self, pose_of: impl Fn(Anchor) -> Option<Pose>) -> Option<Aabb> {
-        let mut all = Aabb::EMPTY;
-        for tile in self.tiles.values() {
-            let (Some(map_from_anchor), Some((centre, half))) =
-                (pose_of(tile.entry.anchor), box_of(&tile.entry.bounds))
-            else {
-                continue;
-            };
+    /// The box of the map without stray points, m, map frame; `None` without tiles. `pose_of`: pose of an anchor in the map.
+    pub fn robust_bounds(&self, pose_of: impl Fn(Anchor) -> Option<Pose>) -> Option<Aabb> {
+        let extents = self.tiles.values().filter_map(|tile| {
+            let (map_from_anchor, (centre, half)) =
+                (pose_of(tile.entry.anchor)?, box_of(&tile.entry.bounds)?);
             let centre = move_point(&map_from_anchor, centre);
-            // The box turned with its anchor, in a box along the map's axes.
+            // The box that holds the rotated box of the tile.
             let rotation = glam::DMat3::from_quat(quat(&map_from_anchor));
             let half = rotation.x_axis.abs() * half.x
                 + rotation.y_axis.abs() * half.y
                 + rotation.z_axis.abs() * half.z;
-            all.include((centre - half).as_vec3().to_array());
-            all.include((centre + half).as_vec3().to_array());
-        }
-        (all.min[0] <= all.max[0]).then_some(all)
+            let [min, max] = [centre - half, centre + half].map(|corner| corner.as_vec3().to_array());
+            Some(TileExtent { bounds: Aabb { min, max }, level: tile.entry.level, points: tile.entry.points })
+        });
+        robust_bounds(&RobustBoundsConfig::default(), &extents.collect::<Vec<_>>())
     }
 
     pub(crate) fn add(&mut self, entries: &[TileEntry]) {

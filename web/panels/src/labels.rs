@@ -1,13 +1,12 @@
 //! Things in the 3D scene as accessible elements and tags: robot, goal, docks, points, keyframes.
 
+use crate::label_placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
 use crate::theme::{self, Tokens, Weight, font};
 use client_model::{ClientCommand, Selection};
-use egui::{
-    Align2, CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2,
-};
+use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 
-/// Side of the sign of one of many, points.
-const SIGN: f32 = 20.0;
+/// Side of the click target of one of many, points.
+const SMALL_TARGET: f32 = 20.0;
 
 /// What a label stands at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,38 +40,35 @@ pub struct SceneLabel {
     pub small: bool,
 }
 
-/// Puts the labels over the scene, under all cards. Tags avoid each other: one that would cover an earlier one is left
-/// out, so the most important come first.
+/// Draws the labels over the scene, under all cards. The most important come first: tags avoid cards and the tags before them, and are left
+/// out where there is no room.
 pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<ClientCommand>) {
-    let mut taken: Vec<Rect> = Vec::new();
+    let cards = covering_rects(ui.ctx());
+    let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
     for label in labels {
-        // Beside a keyframe's sign the scene decides what a click means: another thing may be nearer.
-        let side = if label.small { SIGN } else { theme::TOUCH };
-        let spot = Rect::from_center_size(label.at, Vec2::splat(side));
+        // Beside a keyframe's marker the scene decides what a click selects: another thing may be nearer.
+        let side = if label.small { SMALL_TARGET } else { theme::TOUCH };
+        let target = Rect::from_center_size(label.at, Vec2::splat(side));
         if let LabelKind::Selectable(selection) = label.kind {
-            let response = ui.interact(spot, Id::unique(("scene", &label.name)), Sense::click());
+            let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.selected, &label.name));
             if response.clicked() {
                 out.push(ClientCommand::Select((!label.selected).then_some(selection)));
             }
-            if label.selected || response.has_focus() {
+            if (label.selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
                 ui.painter().circle_stroke(label.at, 14.0, Stroke::new(2.0, tokens.accent));
             }
         }
         if !label.tag.is_empty() {
-            tag(ui, tokens, label, &mut taken);
+            tag(ui, tokens, label, &mut placer);
         }
     }
 }
 
-fn tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, taken: &mut Vec<Rect>) {
+fn tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &mut LabelPlacer) {
     let text = font(theme::SMALL, Weight::Medium);
     let galley = ui.painter().layout_no_wrap(label.tag.clone(), text, tokens.text);
-    let middle = label.at + vec2(0.0, 28.0);
-    let rect = Align2::CENTER_CENTER.anchor_size(middle, galley.size() + vec2(14.0, 8.0));
-    if taken.iter().any(|other| other.intersects(rect)) {
-        return;
-    }
+    let Some(rect) = placer.place(label.at, galley.size() + vec2(14.0, 8.0)) else { return };
     let radius = CornerRadius::same(5);
     ui.painter().rect(
         rect,
@@ -82,5 +78,4 @@ fn tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, taken: &mut Vec<Rect>) {
         StrokeKind::Inside,
     );
     ui.painter().galley(rect.min + vec2(7.0, 4.0), galley, tokens.text);
-    taken.push(rect);
 }

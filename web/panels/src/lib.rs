@@ -52,6 +52,7 @@ mod button;
 mod drive;
 mod evidence;
 mod help;
+mod label_placement;
 mod labels;
 mod layout;
 mod live;
@@ -64,6 +65,7 @@ mod quality;
 mod rail;
 mod sensors;
 mod state;
+mod text_input;
 mod tools;
 mod top_bar;
 mod widgets;
@@ -73,7 +75,10 @@ mod tests;
 
 pub use labels::{LabelKind, SceneLabel, show_labels};
 pub use layout::{Layout, Width};
-pub use state::{PanelState, TextField};
+pub use state::PanelState;
+pub use text_input::{
+    TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
+};
 
 use client_model::{ClientCommand, Model, Screen, Selection};
 use state::MapPart;
@@ -83,7 +88,7 @@ use theme::Tokens;
 pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
     let tokens = Tokens::of(model.view_settings().theme);
     let layout = Layout::of(ctx.content_rect());
-    state.text_fields.clear();
+    state.text_inputs.begin_frame();
     drive::shortcuts(ctx, model, out);
     follow_selection(model, state, out);
 
@@ -97,6 +102,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
     }
     banner::show(ctx, model, &tokens, &layout, state.drawer_open, out);
     help::show(ctx, &tokens, state);
+    state.text_inputs.end_frame();
 }
 
 /// What the screen is about.

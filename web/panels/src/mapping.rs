@@ -1,13 +1,13 @@
 //! The right card of Map: making a map, and the maps that were made.
 
+use crate::TextInput;
 use crate::button::{Button, Kind};
-use crate::state::TextField;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
 use crate::{PanelState, align, icon, maps, quality, sensors, words};
 use api::{Command, Mapping};
 use client_model::{ClientCommand, Model};
-use egui::{CornerRadius, StrokeKind, Ui, vec2};
+use egui::{Ui, vec2};
 use vocab::{MapId, Stamp};
 
 /// Metres through known ground after which the robot has mostly found itself.
@@ -182,7 +182,9 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         Mapping::Running { extends: Some(map), .. } => words::map_name(model, *map).to_owned(),
         _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
     };
-    text_field(ui, tokens, state, "Map name", &hint);
+    let name = "Map name";
+    ui.label(egui::RichText::new(name).size(theme::SMALL).color(tokens.dim));
+    TextInput::new(name, name).hint(&hint).show(ui, tokens, &mut state.text_inputs, &mut state.map_name);
     let waiting = model.is_pending(|order| matches!(order, Command::FinishMapping { .. }));
     let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);
     if save.enabled(enabled && !waiting).wide(ui).show(ui, tokens).clicked() {
@@ -224,25 +226,4 @@ fn confirm_discard(
     if Button::new("Keep mapping").wide(ui).show(ui, tokens).clicked() {
         state.confirm_discard = false;
     }
-}
-
-/// A place to type the map's name: egui's own, or a hole for a real input of the page, which touch keyboards prefer.
-fn text_field(ui: &mut Ui, tokens: &Tokens, state: &mut PanelState, name: &'static str, hint: &str) {
-    ui.label(egui::RichText::new(name).size(theme::SMALL).color(tokens.dim));
-    if state.outside_inputs {
-        let size = vec2(ui.available_width(), theme::TOUCH);
-        let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-        let radius = CornerRadius::same(theme::BUTTON_RADIUS);
-        ui.painter().rect(rect, radius, tokens.ground, tokens.border(), StrokeKind::Inside);
-        if ui.clip_rect().contains_rect(rect) {
-            state.text_fields.push(TextField { name, rect, hint: hint.to_owned() });
-        }
-        return;
-    }
-    let edit = egui::TextEdit::singleline(&mut state.map_name)
-        .hint_text(hint)
-        .margin(vec2(12.0, 13.0))
-        .desired_width(f32::INFINITY);
-    let response = ui.add(edit);
-    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
 }

@@ -1,7 +1,8 @@
 //! What is unfolded and half typed: of no interest to anyone but the views.
 
+use crate::TextInputs;
 use client_model::{LoopPair, Selection};
-use egui::{Rect, Vec2};
+use egui::Vec2;
 
 /// State of the views between frames.
 #[derive(Debug, Default)]
@@ -10,10 +11,8 @@ pub struct PanelState {
     pub map_name: String,
     /// The client's offset from UTC, seconds: for dates.
     pub(crate) utc_offset_s: i64,
-    /// Whether the shell lays real text inputs over [`Self::text_fields`]; else egui's own are drawn.
-    pub(crate) outside_inputs: bool,
-    /// Where text is typed in this frame.
-    pub text_fields: Vec<TextField>,
+    /// The bridge to the page's text inputs.
+    pub text_inputs: TextInputs,
     /// Below 1100 px: whether the right card is out.
     pub(crate) drawer_open: bool,
     /// Below 700 px: whether the tools are out.
@@ -35,9 +34,9 @@ pub struct PanelState {
 }
 
 impl PanelState {
-    /// For a page that lays inputs of its own over the panels' text fields.
+    /// For a page that lays its own inputs over the text fields.
     pub fn for_page(utc_offset_s: i64) -> Self {
-        Self { utc_offset_s, outside_inputs: true, ..Self::default() }
+        Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
     }
 }
 
@@ -49,15 +48,4 @@ pub(crate) enum MapPart {
     Session,
     /// Its loops.
     Loops,
-}
-
-/// A place where text is typed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TextField {
-    /// Accessible name.
-    pub name: &'static str,
-    /// Where, points.
-    pub rect: Rect,
-    /// Shown while empty.
-    pub hint: String,
 }

@@ -1,6 +1,7 @@
 //! The panels by the names of their controls, and the words they use.
 
 mod loops;
+mod text_input;
 
 use crate::{Layout, PanelState, Width, theme, words};
 use api::{

@@ -1,5 +1,6 @@
 //! The tool column: how the scene looks.
 
+use crate::TextInput;
 use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
@@ -192,10 +193,8 @@ fn bookmarks(
         edited.bookmarks.remove(at);
     }
     let next = format!("View {}", edited.bookmarks.len() + 1);
-    let typed =
-        egui::TextEdit::singleline(&mut state.bookmark_name).hint_text(&next).margin(egui::vec2(10.0, 12.0));
-    let response = ui.add(typed.desired_width(f32::INFINITY));
-    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label("Name of the view"));
+    let name = "Name of the view";
+    TextInput::new(name, name).hint(&next).show(ui, tokens, &mut state.text_inputs, &mut state.bookmark_name);
     let button = Button::new("Remember this view").icon(icon::PLUS).wide(ui);
     if button.show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut state.bookmark_name);

@@ -1,0 +1,89 @@
+//! Executes the effects of the model. Every [`ClientEffect`] is matched here and nowhere else.
+//!
+//! Effects on sockets, downloads, uploads and storage are executed at once, also while the page is hidden. Effects on the scene and the
+//! camera need a frame: they wait in a queue for [`ClientRuntime::execute_scene_effects`].
+
+use crate::downloads::Downloads;
+use crate::inbox::Inbox;
+use crate::runtime::{ClientRuntime, DecodeQueue};
+use crate::scene_sync::SceneSync;
+use crate::sockets::SocketConnections;
+use crate::storage;
+use crate::uploads::Uploads;
+use crate::viewport::Viewport;
+use api::TileHash;
+use client_model::{CameraMove, ClientCommand, ClientEffect, ClientEvent, Socket};
+use std::collections::VecDeque;
+
+/// The connections of the client, and the effects that wait for a frame.
+pub(crate) struct EffectExecutor {
+    sockets: SocketConnections,
+    downloads: Downloads,
+    uploads: Uploads,
+    scene_effects: VecDeque<SceneEffect>,
+}
+
+/// An effect that only a frame can execute.
+enum SceneEffect {
+    /// Removes a tile from the renderer.
+    RemoveTile(TileHash),
+    /// Moves the camera.
+    MoveCamera(CameraMove),
+}
+
+impl EffectExecutor {
+    /// `inbox` receives what sockets, downloads and uploads report.
+    pub(crate) fn new(inbox: &Inbox) -> Self {
+        Self {
+            sockets: SocketConnections::new(inbox.clone()),
+            downloads: Downloads::new(inbox.clone()),
+            uploads: Uploads::new(inbox.clone()),
+            scene_effects: VecDeque::new(),
+        }
+    }
+
+    /// Executes an effect, or queues it for the next frame. A tile that is no longer needed also leaves `decode_queue`.
+    pub(crate) fn execute(&mut self, effect: ClientEffect, decode_queue: &mut DecodeQueue) {
+        match effect {
+            ClientEffect::OpenSocket(socket) => self.sockets.open(socket),
+            ClientEffect::CloseSocket(socket) => self.sockets.close(socket),
+            ClientEffect::Send(message) => self.sockets.send(Socket::Control, &api::encode(&message)),
+            ClientEffect::SendStream(request) => self.send_stream_request(&request),
+            ClientEffect::LoadMap(map) => self.downloads.fetch_map(map),
+            ClientEffect::FetchTile(hash) => self.downloads.fetch_tile(hash),
+            ClientEffect::CancelTile(hash) => {
+                self.downloads.cancel_tile(&hash);
+                decode_queue.remove_tile(&hash);
+            }
+            ClientEffect::FetchCloud { session, keyframe } => {
+                self.downloads.fetch_keyframe_scan(session, keyframe);
+            }
+            ClientEffect::OpenFileDialog => self.uploads.open_file_dialog(),
+            ClientEffect::CancelUpload(upload) => self.uploads.cancel(upload),
+            ClientEffect::SaveSettings(settings) => storage::save_view_settings(&settings),
+            ClientEffect::RemoveTile(hash) => self.scene_effects.push_back(SceneEffect::RemoveTile(hash)),
+            ClientEffect::MoveCamera(to) => self.scene_effects.push_back(SceneEffect::MoveCamera(to)),
+        }
+    }
+
+    /// Sends a request on the stream socket.
+    pub(crate) fn send_stream_request(&mut self, request: &api::StreamRequest) {
+        self.sockets.send(Socket::Stream, &api::encode(request));
+    }
+}
+
+impl ClientRuntime {
+    /// Executes the effects that waited for a frame, oldest first.
+    pub(crate) fn execute_scene_effects(&mut self, scene: &SceneSync, viewport: &mut Viewport) {
+        while let Some(effect) = self.effects.scene_effects.pop_front() {
+            match effect {
+                SceneEffect::RemoveTile(hash) => scene.remove_tile(hash),
+                SceneEffect::MoveCamera(to) => {
+                    if let Some(settings) = viewport.move_camera(&to, &self.model) {
+                        self.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
+                    }
+                }
+            }
+        }
+    }
+}

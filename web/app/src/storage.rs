@@ -1,0 +1,41 @@
+//! What the browser stores between visits: the view settings, and the client's id for as long as the tab is open.
+//!
+//! A browser may forbid storage or have none left. Then every visit starts with the defaults.
+
+use crate::browser;
+use client_model::ViewSettings;
+use vocab::ClientId;
+
+const CLIENT_KEY: &str = "autoinspect.client";
+const VIEW_KEY: &str = "autoinspect.view";
+
+/// The id of this tab. It is kept over reloads, so that a reload keeps control of the robot.
+pub(crate) fn load_client_id() -> ClientId {
+    let storage = browser::tab_storage();
+    let stored = storage.as_ref().and_then(|storage| storage.get_item(CLIENT_KEY).ok().flatten());
+    if let Some(id) = stored.and_then(|text| text.parse().ok()) {
+        return id;
+    }
+    let id = ClientId(uuid::Uuid::new_v4());
+    if let Some(storage) = storage {
+        // Without storage every reload has a new id.
+        let _ = storage.set_item(CLIENT_KEY, &id.to_string());
+    }
+    id
+}
+
+/// The view settings of the last visit, or the defaults.
+pub(crate) fn load_view_settings() -> ViewSettings {
+    browser::lasting_storage()
+        .and_then(|storage| storage.get_item(VIEW_KEY).ok().flatten())
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default()
+}
+
+/// Stores the view settings for the next visit.
+pub(crate) fn save_view_settings(settings: &ViewSettings) {
+    if let (Some(storage), Ok(text)) = (browser::lasting_storage(), serde_json::to_string(settings)) {
+        // Without storage the next visit starts with the defaults.
+        let _ = storage.set_item(VIEW_KEY, &text);
+    }
+}

@@ -1,0 +1,147 @@
+//! Placement of the tags of scene labels: beside their point, clear of cards and of each other.
+
+use egui::{Align2, Pos2, Rect, Vec2, vec2};
+
+/// Parameters of [`LabelPlacer`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LabelPlacementConfig {
+    /// Distance between the label's point and the nearest edge of its tag, points.
+    pub(crate) tag_distance: f32,
+    /// Distance that a tag keeps from cards and from the edge of the window, points.
+    pub(crate) margin: f32,
+    /// Radius of the ring around a selected label, with its line, points.
+    pub(crate) ring_radius: f32,
+}
+
+impl Default for LabelPlacementConfig {
+    fn default() -> Self {
+        Self { tag_distance: 17.0, margin: 4.0, ring_radius: 15.0 }
+    }
+}
+
+/// Places the labels of a frame one after the other, the most important first.
+#[derive(Clone, Debug)]
+pub(crate) struct LabelPlacer {
+    config: LabelPlacementConfig,
+    window: Rect,
+    cards: Vec<Rect>,
+    tags: Vec<Rect>,
+}
+
+impl LabelPlacer {
+    /// - `window`: the area of the scene, points.
+    /// - `cards`: the rectangles that cover the scene, points.
+    pub(crate) fn new(config: LabelPlacementConfig, window: Rect, cards: Vec<Rect>) -> Self {
+        Self { config, window, cards, tags: Vec::new() }
+    }
+
+    /// Whether a card covers a point.
+    pub(crate) fn is_covered(&self, at: Pos2) -> bool {
+        self.cards.iter().any(|card| card.contains(at))
+    }
+
+    /// Whether the ring around a point is clear of all cards.
+    pub(crate) fn has_room_for_ring(&self, at: Pos2) -> bool {
+        let ring = Rect::from_center_size(at, Vec2::splat(2.0 * self.config.ring_radius));
+        !self.cards.iter().any(|card| card.intersects(ring))
+    }
+
+    /// The rectangle of a tag of this size for the label at `at`: below it, else above, to the right or to the left. None if the label's
+    /// point is covered or no position is free.
+    pub(crate) fn place(&mut self, at: Pos2, size: Vec2) -> Option<Rect> {
+        if self.is_covered(at) {
+            return None;
+        }
+        let distance = self.config.tag_distance;
+        let candidates = [
+            (Align2::CENTER_TOP, vec2(0.0, distance)),
+            (Align2::CENTER_BOTTOM, vec2(0.0, -distance)),
+            (Align2::LEFT_CENTER, vec2(distance, 0.0)),
+            (Align2::RIGHT_CENTER, vec2(-distance, 0.0)),
+        ];
+        let placed = candidates
+            .into_iter()
+            .map(|(anchor, offset)| anchor.anchor_size(at + offset, size))
+            .find(|rect| self.is_free(*rect))?;
+        self.tags.push(placed);
+        Some(placed)
+    }
+
+    fn is_free(&self, rect: Rect) -> bool {
+        let kept_clear = rect.expand(self.config.margin);
+        self.window.contains_rect(kept_clear)
+            && !self.cards.iter().any(|card| card.intersects(kept_clear))
+            && !self.tags.iter().any(|tag| tag.intersects(rect))
+    }
+}
+
+/// Rectangles of everything that floats over the scene, from the last frame: cards, bars, menus. Tooltips are left out, because they come
+/// and go with the pointer.
+pub(crate) fn covering_rects(ctx: &egui::Context) -> Vec<Rect> {
+    ctx.memory(|memory| {
+        let layers = memory.areas().visible_layer_ids();
+        let floats = |order| matches!(order, egui::Order::Middle | egui::Order::Foreground);
+        layers
+            .iter()
+            .filter(|layer| floats(layer.order))
+            .filter_map(|layer| memory.area_rect(layer.id))
+            .collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::pos2;
+
+    const SIZE: Vec2 = vec2(80.0, 20.0);
+
+    fn placer(cards: Vec<Rect>) -> LabelPlacer {
+        let window = Rect::from_min_max(Pos2::ZERO, pos2(1000.0, 800.0));
+        LabelPlacer::new(LabelPlacementConfig::default(), window, cards)
+    }
+
+    fn card(min: [f32; 2], max: [f32; 2]) -> Rect {
+        Rect::from_min_max(min.into(), max.into())
+    }
+
+    #[test]
+    fn a_tag_is_below_its_point_where_there_is_room() {
+        let at = pos2(500.0, 400.0);
+        let tag = placer(Vec::new()).place(at, SIZE).unwrap();
+        assert_eq!((tag.center().x, tag.top()), (500.0, 417.0));
+    }
+
+    #[test]
+    fn a_tag_moves_away_from_cards_and_the_window_edge() {
+        let cards = vec![card([600.0, 0.0], [1000.0, 800.0]), card([0.0, 700.0], [1000.0, 800.0])];
+        let mut placer = placer(cards.clone());
+        let clear = |tag: Rect| cards.iter().all(|card| !card.intersects(tag));
+        let above = placer.place(pos2(300.0, 680.0), SIZE).unwrap();
+        assert!(above.bottom() < 680.0 && clear(above), "{above}");
+        let left = placer.place(pos2(570.0, 300.0), SIZE).unwrap();
+        assert!(left.right() < 570.0 && clear(left), "{left}");
+        let right = placer.place(pos2(6.0, 300.0), SIZE).unwrap();
+        assert!(right.left() > 6.0, "{right}");
+    }
+
+    #[test]
+    fn a_label_under_a_card_has_neither_tag_nor_ring() {
+        let mut placer = placer(vec![card([600.0, 0.0], [1000.0, 800.0])]);
+        assert_eq!(placer.place(pos2(610.0, 400.0), SIZE), None);
+        assert!(placer.is_covered(pos2(610.0, 400.0)));
+        assert!(!placer.has_room_for_ring(pos2(590.0, 400.0)), "half of it would be covered");
+        assert!(placer.has_room_for_ring(pos2(580.0, 400.0)));
+    }
+
+    #[test]
+    fn tags_avoid_each_other_and_are_left_out_where_all_is_taken() {
+        let mut placer = placer(Vec::new());
+        let at = pos2(500.0, 400.0);
+        let tags: Vec<Rect> = std::iter::from_fn(|| placer.place(at, SIZE)).collect();
+        assert_eq!(tags.len(), 4);
+        for (index, tag) in tags.iter().enumerate() {
+            assert!(tags[..index].iter().all(|other| !other.intersects(*tag)));
+        }
+    }
+}
