@@ -1,28 +1,28 @@
-// Loads the client: finds the current build, shows how far it has come, starts it, and says plainly what is wrong when
-// it cannot start. Needs nothing that a plain http:// address lacks.
+// Loads the client: finds the current build, shows the progress of its download, starts it, and shows the reason if it cannot start.
+// Uses only what a page at a plain http:// address may use.
 
 const loading = document.getElementById("loading");
 const progress = document.getElementById("loading-progress");
 const text = document.getElementById("loading-text");
 const retry = document.getElementById("loading-retry");
 
-// The browser makes a graphics context in a process of its own, which has time while the client is fetched and compiled. The client
-// asks for the same and gets this one. Not where it may draw with WebGPU: a canvas has one kind of context only.
-function makeContextEarly() {
-  const asked = new URLSearchParams(location.search).get("gpu");
-  let kept = null;
+// The browser makes a graphics context in another process, while this one downloads and compiles the client. The client requests the same
+// context and gets this one. If it may draw with WebGPU, no context is made: a canvas has one kind of context only.
+function createContextEarly() {
+  const requested = new URLSearchParams(location.search).get("gpu");
+  let stored = null;
   try {
-    kept = localStorage.getItem("autoinspect.gpu");
+    stored = localStorage.getItem("autoinspect.gpu");
   } catch {
-    // A browser that stores nothing draws with WebGL2.
+    // Without storage the client draws with WebGL2.
   }
-  if ((asked ?? kept) !== "webgpu") {
+  if ((requested ?? stored) !== "webgpu") {
     document.getElementById("scene").getContext("webgl2", { antialias: false });
   }
 }
 
-/** A failure whose message is meant for the operator as it is. */
-class Problem extends Error {}
+/** An error whose message is shown to the operator. */
+class OperatorError extends Error {}
 
 function fail(message) {
   loading.hidden = false;
@@ -33,13 +33,13 @@ function fail(message) {
   retry.hidden = false;
 }
 
-/** Says so where the browser cannot draw. Asked only of a client that could not start: the first picture of a page costs
- * a second where the processor draws, and this would be one more. */
+/** Throws if the browser cannot draw. Called only after the client could not start, because the first context of a page takes a second on a
+ * software device. */
 async function requireGraphics() {
   const context = document.createElement("canvas").getContext("webgl2");
   // Some browsers offer WebGPU and then have no adapter for it.
   if (!context && !(await navigator.gpu?.requestAdapter().catch(() => null))) {
-    throw new Problem(
+    throw new OperatorError(
       "This browser cannot draw the 3D map: WebGL 2 is missing or switched off. " +
         "Turn on hardware acceleration in the browser's settings, or open this address in a current Chrome, Edge, " +
         "Firefox or Safari.",
@@ -52,10 +52,10 @@ async function get(url, options) {
   try {
     response = await fetch(url, options);
   } catch {
-    throw new Problem("The robot's server does not answer. Check the network, then try again.");
+    throw new OperatorError("The robot's server does not answer. Check the network, then try again.");
   }
   if (!response.ok) {
-    throw new Problem(
+    throw new OperatorError(
       response.status === 404
         ? "This server has no client to hand out. Build it with `cargo xtask web`, then try again."
         : `The robot's server answered with error ${response.status}. Try again in a moment.`,
@@ -64,11 +64,11 @@ async function get(url, options) {
   return response;
 }
 
-/** A client that is here sooner needs no progress shown, milliseconds. */
-const PROGRESS_AFTER = 400;
+/** Delay of the progress display, ms: a client that is loaded sooner shows none. */
+const PROGRESS_DELAY_MS = 400;
 
-/** Shows how much of a response has come. Reads a copy: the browser keeps compiled code only with a response as it came. */
-async function watch(copy, bytesTotal) {
+/** Shows the progress of a download. It reads a copy of the response, because the browser caches compiled code only for the original. */
+async function showProgress(copy, bytesTotal) {
   const reader = copy.body.getReader();
   let bytes = 0;
   for (let part = await reader.read(); !part.done; part = await reader.read()) {
@@ -88,8 +88,8 @@ async function compile() {
   globalThis.autoinspectBundle = bundle;
   const [response, client] = await Promise.all([get(bundle.wasm), import(bundle.js)]);
   const copy = response.clone();
-  // What ends the copy early ends the response as well, which says so.
-  const slow = setTimeout(() => watch(copy, manifest.wasm_bytes).catch(() => {}), PROGRESS_AFTER);
+  // An error of the copy is an error of the response too, which reports it.
+  const slow = setTimeout(() => showProgress(copy, manifest.wasm_bytes).catch(() => {}), PROGRESS_DELAY_MS);
   await client.default({ module_or_path: response });
   clearTimeout(slow);
   text.textContent = "Starting…";
@@ -111,17 +111,17 @@ async function load() {
 
 retry.addEventListener("click", () => location.reload());
 
-// A trap inside the client leaves a picture that no longer changes: worse than none on a screen that shows a robot.
-function stopped(event) {
+// After a trap in the client the image no longer changes. On a screen that shows a robot that is worse than an error.
+function onError(event) {
   if ((event.error ?? event.reason) instanceof WebAssembly.RuntimeError) {
     fail("The client has stopped because of a fault in it. The robot is not affected. Try again to reload the page.");
   }
 }
-addEventListener("error", stopped);
-addEventListener("unhandledrejection", stopped);
+addEventListener("error", onError);
+addEventListener("unhandledrejection", onError);
 
-makeContextEarly();
+createContextEarly();
 load().catch((error) => {
   console.error(error);
-  fail(error instanceof Problem ? error.message : `The client could not start: ${error.message ?? error}`);
+  fail(error instanceof OperatorError ? error.message : `The client could not start: ${error.message ?? error}`);
 });

@@ -28,7 +28,7 @@ pub(crate) fn scene_labels(
     picked_labels(model, &project, &mut labels);
     // Keyframes would be in the way of the robot's pose or the points that are picked.
     let picking = model.is_picking_pose() || model.alignment().is_some();
-    if (model.view_settings().graph || model.loop_pick().is_some()) && !picking {
+    if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
         keyframe_labels(model, &project, &mut labels);
     }
     labels

@@ -155,6 +155,8 @@ impl SceneSync {
         // The graph is visible while keyframes are picked, and hidden while points are picked on the surfaces behind it.
         let graph_visible =
             (model.view_settings().graph || model.loop_pick().is_some()) && model.alignment().is_none();
+        // The virtual viewpoints of an imported map would hide it.
+        let graph_visible = graph_visible && model.has_pose_graph();
         // Saved maps have no quality.
         let no_quality = Quality::default();
         let quality = if live { model.quality() } else { &no_quality };

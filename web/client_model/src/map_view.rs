@@ -28,6 +28,8 @@ pub struct MapView {
     pub graph_revision: u64,
     /// How far tiles and graph have come; of a live map always [`Loading::Done`].
     pub loading: Loading,
+    /// Robust bounds as the server computed them from the points, m, map frame.
+    pub(crate) listed_bounds: Option<vocab::Aabb>,
     poses: BTreeMap<KeyframeId, Pose>,
 }
 
@@ -45,9 +47,9 @@ impl MapView {
         }
     }
 
-    /// The box of the map without stray points, m, map frame.
+    /// The box of the map without stray points, m, map frame: the server's, else one computed from the tiles.
     pub fn robust_bounds(&self) -> Option<vocab::Aabb> {
-        self.tiles.robust_bounds(|anchor| self.map_from_anchor(anchor))
+        self.listed_bounds.or_else(|| self.tiles.robust_bounds(|anchor| self.map_from_anchor(anchor)))
     }
 
     pub(crate) fn set_graph(&mut self, graph: Graph) {

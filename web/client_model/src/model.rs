@@ -328,6 +328,13 @@ impl Model {
         self.control.owner.is_some_and(|owner| owner != self.client)
     }
 
+    /// Whether keyframes and edges of the displayed map were measured by a robot. Those of an imported point cloud are virtual viewpoints.
+    pub fn has_pose_graph(&self) -> bool {
+        let displayed = self.viewed_map().or_else(|| self.localisation.map());
+        let summary = self.maps.iter().flatten().find(|summary| Some(summary.id) == displayed);
+        summary.is_none_or(|summary| summary.has_pose_graph)
+    }
+
     /// Whether where the robot is said to be means anything in the map on show: not before it has found itself in a saved one.
     pub fn has_pose_in_map(&self) -> bool {
         self.placed || self.localisation == Localisation::Idle

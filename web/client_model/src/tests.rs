@@ -3,6 +3,7 @@
 mod links;
 mod loops;
 mod orders;
+mod surveys;
 mod tiles;
 mod values;
 

@@ -200,6 +200,7 @@ impl Model {
         match result {
             Ok(list) => {
                 view.tiles.add(&list.tiles);
+                view.listed_bounds = list.robust_bounds;
                 view.loading = Loading::Done;
                 effects.push(ClientEffect::MoveCamera(CameraMove::Fit));
             }

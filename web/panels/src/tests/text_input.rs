@@ -25,7 +25,7 @@ impl Form {
             ..egui::RawInput::default()
         };
         self.inputs.begin_frame();
-        let _ = ctx.run_ui(input, |ui| {
+        let mut output = ctx.run_ui(input, |ui| {
             let name = TextInput::new("name", "Mission name").hint("Night round");
             let notes = TextInput::new("notes", "Notes").paragraph(4).max_length(2000);
             self.responses = [
@@ -33,6 +33,7 @@ impl Form {
                 notes.show(ui, &tokens, &mut self.inputs, &mut self.notes),
             ];
         });
+        output.textures_delta.clear();
         self.inputs.end_frame();
     }
 }
