@@ -1,10 +1,19 @@
-//! What the odometry is told before it starts.
+//! Configuration of the odometry: which sensors there are, where they are mounted, and the parameters of its algorithms.
 
-use geometry::Isometry;
-use points::GaussianMapConfig;
+use crate::filter::FilterConfig;
+use crate::imu_lidar_consistency::ConsistencyConfig;
+use crate::imu_queue::ImuQueueConfig;
+use crate::initial_alignment::InitialAlignmentConfig;
+use crate::local_map::LocalMapConfig;
+use crate::odometry::SynchronisationConfig;
+use crate::pickup_detector::PickupConfig;
+use crate::reinitialiser::ReinitialiserConfig;
+use crate::scan_tracker::TrackingConfig;
+use crate::state_propagator::PropagationConfig;
+use geometry::{Base, External, Imu, Lidar, Transform};
 use vocab::{Aabb, Pose};
 
-/// Which sources may be used; whatever is off is ignored when it speaks.
+/// Sources that may be used. Messages of the others are ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields are the sources")]
 pub struct Sources {
@@ -20,103 +29,77 @@ impl Default for Sources {
     }
 }
 
-/// Where the sensors sit on the base (x forward, y left, z up).
+/// Poses of the sensors on the base (x forward, y left, z up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mounting {
-    /// LiDAR in the base.
-    pub base_from_lidar: Isometry,
-    /// IMU in the base.
-    pub base_from_imu: Isometry,
-    /// Frame of the external odometry in the base.
-    pub base_from_external: Isometry,
+    /// Pose of the LiDAR.
+    pub base_from_lidar: Transform<Base, Lidar>,
+    /// Pose of the IMU.
+    pub base_from_imu: Transform<Base, Imu>,
+    /// Pose of the frame whose motion the external odometry reports.
+    pub base_from_external: Transform<Base, External>,
 }
 
 impl Default for Mounting {
+    /// All sensors at the base.
     fn default() -> Self {
-        let here = Isometry::identity();
-        Self { base_from_lidar: here, base_from_imu: here, base_from_external: here }
+        Self {
+            base_from_lidar: Transform::identity(),
+            base_from_imu: Transform::identity(),
+            base_from_external: Transform::identity(),
+        }
     }
 }
 
 impl Mounting {
-    /// From the plain poses of a boot record; what is missing or not a pose is taken to be at the base.
+    /// From the plain poses of a boot record. A pose that is missing or invalid is replaced by the base's.
     pub fn from_poses(
         base_from_lidar: Option<&Pose>,
         base_from_imu: Option<&Pose>,
         base_from_external: Option<&Pose>,
     ) -> Self {
-        let place = |pose: Option<&Pose>| pose.and_then(geometry::isometry_from_pose).unwrap_or_default();
+        let isometry = |pose: Option<&Pose>| pose.and_then(geometry::isometry_from_pose).unwrap_or_default();
         Self {
-            base_from_lidar: place(base_from_lidar),
-            base_from_imu: place(base_from_imu),
-            base_from_external: place(base_from_external),
+            base_from_lidar: Transform::new(isometry(base_from_lidar)),
+            base_from_imu: Transform::new(isometry(base_from_imu)),
+            base_from_external: Transform::new(isometry(base_from_external)),
         }
     }
 }
 
-/// How far each source can be trusted. Densities are per square root of a second (or hertz).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoiseConfig {
-    /// Gyroscope, rad/s/√Hz. Larger than a datasheet's: timing and vibration come on top.
-    pub gyro: f64,
-    /// Accelerometer, m/s²/√Hz.
-    pub accel: f64,
-    /// Walk of the gyroscope's bias, rad/s/√s.
-    pub gyro_walk: f64,
-    /// Walk of the accelerometer's bias, m/s²/√s.
-    pub accel_walk: f64,
-    /// Velocity of the legs while the robot walks, m/s; neighbours in time are treated as independent.
-    pub legs: f64,
-    /// External odometry: share of the turn and of the distance of one second that is wrong, 1/√s. Its clock may lag.
-    pub external: f64,
-    /// Change of velocity when nothing measures it, m/s/√s.
-    pub velocity_walk: f64,
-    /// Change of turn rate when nothing measures it, rad/s/√s.
-    pub rate_walk: f64,
-    /// Range noise and other spread of LiDAR points that the map's cells cannot know, metres.
-    pub lidar: f64,
-    /// How many LiDAR points share one error (of map, calibration, timing), so count as one.
-    pub lidar_correlation: f64,
-}
-
-impl Default for NoiseConfig {
-    fn default() -> Self {
-        Self {
-            gyro: 1e-3,
-            accel: 2e-2,
-            gyro_walk: 3e-5,
-            accel_walk: 5e-4,
-            legs: 0.1,
-            external: 0.14,
-            velocity_walk: 1.5,
-            rate_walk: 2.0,
-            lidar: 0.01,
-            lidar_correlation: 10.0,
-        }
-    }
-}
-
-/// Settings of an [`Odometry`](crate::Odometry).
+/// Configuration of an [`Odometry`](crate::Odometry).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryConfig {
-    /// Which sources may be used.
+    /// Sources that may be used.
     pub sources: Sources,
-    /// Where they sit.
+    /// Poses of the sensors.
     pub mounting: Mounting,
     /// Points nearer to the LiDAR than this are dropped, metres.
-    pub range_min: f32,
-    /// Points farther than this are dropped, metres.
-    pub range_max: f32,
-    /// The robot's own body in the base frame; points inside are dropped.
-    pub hidden: Option<Aabb>,
-    /// About so many points of a scan enter registration; the voxel size adapts.
-    pub target_points: usize,
-    /// How the local map divides space.
-    pub map: GaussianMapConfig,
-    /// Parts of the local map farther than this are forgotten, metres.
-    pub map_radius: f64,
-    /// How far each source can be trusted.
-    pub noise: NoiseConfig,
+    pub min_range_m: f32,
+    /// Points farther from the LiDAR than this are dropped, metres.
+    pub max_range_m: f32,
+    /// Box around the robot's own body, base frame, metres. Points inside are dropped (self-filter).
+    pub self_filter: Option<Aabb>,
+    /// Waiting for messages and detection of silent sources.
+    pub synchronisation: SynchronisationConfig,
+    /// Limits of the IMU's readings.
+    pub imu_queue: ImuQueueConfig,
+    /// Gravity, gyroscope bias and uncertainty at the start.
+    pub initial_alignment: InitialAlignmentConfig,
+    /// Noise of the sensors and the error-state filter.
+    pub filter: FilterConfig,
+    /// Propagation between scans.
+    pub propagation: PropagationConfig,
+    /// Detection of a robot that is carried.
+    pub pickup: PickupConfig,
+    /// Comparison of the rotations of IMU and LiDAR.
+    pub consistency: ConsistencyConfig,
+    /// Local map and registration.
+    pub local_map: LocalMapConfig,
+    /// Acceptance of scans and loss of tracking.
+    pub tracking: TrackingConfig,
+    /// Search for the pose after a gap.
+    pub reinitialiser: ReinitialiserConfig,
 }
 
 impl Default for OdometryConfig {
@@ -124,13 +107,19 @@ impl Default for OdometryConfig {
         Self {
             sources: Sources::default(),
             mounting: Mounting::default(),
-            range_min: 0.4,
-            range_max: 120.0,
-            hidden: None,
-            target_points: 4_000,
-            map: GaussianMapConfig::default(),
-            map_radius: 100.0,
-            noise: NoiseConfig::default(),
+            min_range_m: 0.4,
+            max_range_m: 120.0,
+            self_filter: None,
+            synchronisation: SynchronisationConfig::default(),
+            imu_queue: ImuQueueConfig::default(),
+            initial_alignment: InitialAlignmentConfig::default(),
+            filter: FilterConfig::default(),
+            propagation: PropagationConfig::default(),
+            pickup: PickupConfig::default(),
+            consistency: ConsistencyConfig::default(),
+            local_map: LocalMapConfig::default(),
+            tracking: TrackingConfig::default(),
+            reinitialiser: ReinitialiserConfig::default(),
         }
     }
 }

@@ -1,33 +1,33 @@
-//! What the odometry says.
+//! What the odometry publishes.
 
 use geometry::{Isometry, Matrix6, Vector3};
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
-/// Something the odometry found out.
+/// An output of the odometry.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OdometryEvent {
-    /// It knows which way is up and begins to estimate.
+    /// The direction of gravity is known and the estimate begins, or begins anew after tracking was lost.
     Started(Started),
-    /// Where the base was at the end of a sweep.
+    /// The pose of the base at the end of a sweep.
     Pose(Box<PoseEvent>),
-    /// The sweep of the pose before it, with the motion taken out.
+    /// The motion-corrected sweep of the preceding pose.
     Scan(DeskewedScan),
-    /// Something is wrong with a sensor or its setup; each kind is told once, but for a lost way.
+    /// A fault of a sensor or its setup. Each kind is published once, except lost tracking, which is published every time.
     Finding(Finding),
 }
 
-/// The start.
+/// The beginning of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Started {
     /// First instant of the estimate.
     pub stamp: Stamp,
-    /// Gravity in the IMU's frame as measured, m/s² (points down). Zero without an IMU.
+    /// Measured gravity, m/s², IMU frame, pointing down. Zero without an IMU.
     pub gravity: Vector3,
     /// Bias of the gyroscope, rad/s, IMU frame.
     pub gyro_bias: Vector3,
-    /// Whether the robot stood still, so that both can be trusted.
-    pub still: bool,
+    /// Whether the robot stood still, so that gravity and bias are measurements and not first guesses.
+    pub is_stationary: bool,
 }
 
 /// An estimate of the base's motion.
@@ -35,76 +35,76 @@ pub struct Started {
 pub struct Estimate {
     /// Instant of the estimate.
     pub stamp: Stamp,
-    /// Base in the odometry's frame: z against gravity, origin and heading where it began.
+    /// Pose of the base in the odometry's frame: z against gravity, origin and heading where the odometry began.
     pub odom_from_base: Isometry,
-    /// Velocity of the base in its own frame, m/s.
+    /// Velocity of the base, m/s, base frame.
     pub velocity: Vector3,
-    /// Turn rate of the base in its own frame, rad/s.
+    /// Turn rate of the base, rad/s, base frame.
     pub turn_rate: Vector3,
-    /// Covariance of `odom_from_base`, `[rotation; translation]`, perturbed on the right.
+    /// Covariance of `odom_from_base`, `[rotation; translation]`, error on the right.
     pub covariance: Matrix6,
-    /// What of it stretches left on which nothing was followed: the same for every pose after them, so no part of what the way
-    /// between two such poses is worth.
+    /// The part of `covariance` that was added when tracking was lost. It is the same for every later pose, so it is no
+    /// uncertainty of the motion between two later poses.
     pub covariance_inflation: Matrix6,
 }
 
 /// The estimate after one scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseEvent {
-    /// At the end of the sweep.
+    /// The estimate at the end of the sweep.
     pub estimate: Estimate,
-    /// The scan's own stamp (usually the start of the sweep).
+    /// The scan's own stamp, usually the start of the sweep.
     pub scan_stamp: Stamp,
-    /// Base at the scan's own stamp, from the corrected motion during the sweep.
+    /// Pose of the base at the scan's own stamp, from the corrected motion during the sweep.
     pub odom_from_base_at_scan: Isometry,
-    /// Directions of translation that the LiDAR did not see, unit vectors in the base frame, weakest first; other
-    /// sources carry them.
+    /// Directions of translation that the LiDAR does not observe: unit vectors in the base frame, weakest first. The other sources
+    /// determine the motion along them.
     pub degenerate_directions: [Option<Vector3>; 3],
-    /// How registration went.
+    /// Result of the registration.
     pub registration: RegistrationReport,
-    /// Whether the LiDAR saw nothing, or nothing that fits what was seen before: other sources carry the whole pose.
+    /// Whether the scan had too few points or did not fit the map, so that the pose is dead reckoning by the other sources.
     pub is_dead_reckoned: bool,
     /// Bias of the gyroscope, rad/s, IMU frame.
     pub gyro_bias: Vector3,
     /// Bias of the accelerometer, m/s², IMU frame.
     pub accel_bias: Vector3,
-    /// Factor between the legs' velocity and the true one.
+    /// Velocity reported by the legs divided by the true velocity.
     pub leg_scale: f64,
 }
 
-/// How a scan's registration went.
+/// Result of a scan's registration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RegistrationReport {
-    /// Points that entered, after thinning.
+    /// Points used, after downsampling.
     pub points_used: usize,
-    /// Voxel size that thinned the scan, metres.
-    pub voxel: f32,
-    /// Points that found a surface in the map at the last step.
+    /// Edge of the voxels of the downsampling, metres.
+    pub voxel_m: f32,
+    /// Points that found a surface in the map in the last iteration.
     pub matched: usize,
-    /// Share of the points that lay within the kernel's width of their surface.
+    /// Share of the matched points whose residual is less than the kernel width.
     pub inlier_share: f64,
-    /// Gauss-Newton steps.
+    /// Gauss-Newton iterations.
     pub iterations: usize,
-    /// Whether the pose had to be searched for, because the predicted one did not fit.
+    /// Whether rotated starts were searched because the prediction did not fit.
     pub searched: bool,
-    /// Whether the scan was too blind or too different to be used at all.
+    /// Whether the scan was not used because it had too few points or did not fit.
     pub rejected: bool,
 }
 
-/// A scan with the robot's motion during the sweep taken out.
+/// A motion-corrected scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeskewedScan {
     /// The instant to which all points were moved: the end of the sweep.
     pub stamp: Stamp,
-    /// Base at that instant.
+    /// Pose of the base at that instant.
     pub odom_from_base: Isometry,
-    /// Points in the base frame, metres: those within range and outside the robot's body.
+    /// Points in the base frame, metres, within range and outside the robot's body.
     pub xyz: Arc<Vec<[f32; 3]>>,
-    /// Return strength of each, or empty.
+    /// Return strength of each point, or empty.
     pub intensity: Arc<Vec<f32>>,
 }
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Severity {
@@ -113,39 +113,39 @@ pub enum Severity {
     Error,
 }
 
-/// What can be wrong, without the numbers.
+/// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FindingKind {
     /// The scans do not say when each point was measured.
     MissingPointTimes,
-    /// IMU and LiDAR clocks share no common time at all.
+    /// The clocks of IMU and LiDAR have no common time.
     ClocksApart,
-    /// The IMU leads or lags the LiDAR.
+    /// The stamps of the IMU are ahead of or behind the LiDAR's.
     ImuLag,
     /// The IMU reached the end of its range.
     ImuSaturated,
     /// Gravity does not point down with the given mounting.
     MountingTilted,
-    /// The accelerometer's length at rest is not that of gravity.
-    GravityOdd,
-    /// LiDAR and IMU turn about different axes: one of them is mounted otherwise than stated.
-    MountingDisagrees,
-    /// The robot moved while it should have stood still.
-    NotStill,
-    /// An expected source does not speak.
+    /// The accelerometer's reading at rest does not have the length of gravity.
+    GravityImplausible,
+    /// LiDAR and IMU turn about different axes: the mounting of one of them is wrong.
+    MountingInconsistent,
+    /// The robot moved when it should have stood still.
+    NotStationary,
+    /// An expected source sends nothing.
     SourceSilent,
-    /// Stamps of a source went backwards; such messages are ignored.
+    /// Stamps of a source went backwards or repeated. Those messages are ignored.
     StampsBackwards,
-    /// Scans did not fit what was seen before for so long that the odometry began anew.
+    /// Scans did not fit the local map for so long that the odometry began anew.
     TrackingLost,
 }
 
-/// Something wrong with a sensor or its setup, with what to do about it.
+/// A fault of a sensor or its setup, and its remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Which kind.
+    /// The kind.
     pub kind: FindingKind,
-    /// How bad.
+    /// The severity.
     pub severity: Severity,
     /// What is wrong, one sentence.
     pub what: String,
@@ -153,7 +153,7 @@ pub struct Finding {
     pub remedy: String,
 }
 
-/// How much later the first stamp is, in whole milliseconds: for sentences.
+/// A span in whole milliseconds, for sentences.
 pub(crate) fn milliseconds(span: Span) -> i64 {
     span.nanos() / 1_000_000
 }

@@ -1,41 +1,111 @@
-//! An iterated error-state Kalman filter over [`State`].
+//! The iterated error-state Kalman filter over a [`State`].
 
-use crate::config::NoiseConfig;
-use crate::motion_model::MotionModel;
+use crate::motion_model::{DecayConfig, MotionModel};
 use crate::state::{
     ACCEL_BIAS, DIMENSION, ErrorMatrix, ErrorVector, GYRO_BIAS, POSITION, ROTATION, State, VELOCITY,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, se3};
 use nalgebra::SMatrix;
 
-/// What is added to the expected pose's deviation before it is compared: radians and metres.
-const SPARE: (f64, f64) = (0.005, 0.03);
+/// Noise densities of the inertial readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuNoise {
+    /// Gyroscope, rad/s/√Hz.
+    pub gyro_density: f64,
+    /// Accelerometer, m/s²/√Hz.
+    pub accel_density: f64,
+}
 
-/// A state and how sure of it.
+/// Noise of the sources, and robustness of the filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterConfig {
+    /// Noise of the IMU. Larger than in a datasheet: errors of timing and vibration are added.
+    pub imu_noise: ImuNoise,
+    /// Noise of IMU readings at the end of their range.
+    pub saturated_imu_noise: ImuNoise,
+    /// Random walk of the gyroscope's bias, rad/s/√s.
+    pub gyro_bias_walk: f64,
+    /// Random walk of the accelerometer's bias, m/s²/√s.
+    pub accel_bias_walk: f64,
+    /// Standard deviation of each axis of a leg velocity while the robot walks, m/s. Consecutive measurements are treated as
+    /// independent.
+    pub leg_velocity_m_s: f64,
+    /// Error of the external odometry as a share of its rotation and its distance in one second, 1/√s. Its clock may lag.
+    pub external_share: f64,
+    /// Standard deviation of an external velocity at standstill, m/s, when an IMU is used as well.
+    pub external_min_velocity_m_s: f64,
+    /// Added to the squared turn rate of the external odometry, (rad/s)², so that its error is not zero at standstill.
+    pub external_min_turn_rate_squared: f64,
+    /// Added to the squared velocity of the external odometry, (m/s)², so that its error is not zero at standstill.
+    pub external_min_velocity_squared: f64,
+    /// Random walk of the velocity when nothing measures it, m/s/√s.
+    pub velocity_walk: f64,
+    /// Random walk of the turn rate when nothing measures it, rad/s/√s.
+    pub turn_rate_walk: f64,
+    /// Decay of velocity and turn rate when nothing measures them.
+    pub decay: DecayConfig,
+    /// Innovations longer than this many standard deviations get less weight (Huber).
+    pub huber_deviations: f64,
+    /// Standard deviation added to the predicted rotation before a pose is compared with it, radians.
+    pub gate_rotation_slack_rad: f64,
+    /// Standard deviation added to the predicted position before a pose is compared with it, metres.
+    pub gate_position_slack_m: f64,
+    /// Lower bound of every variance, in the square of its own unit. Rounding must not make one negative.
+    pub min_variance: f64,
+}
+
+impl Default for FilterConfig {
+    fn default() -> Self {
+        Self {
+            imu_noise: ImuNoise { gyro_density: 1e-3, accel_density: 2e-2 },
+            saturated_imu_noise: ImuNoise { gyro_density: 3.0, accel_density: 10.0 },
+            gyro_bias_walk: 3e-5,
+            accel_bias_walk: 5e-4,
+            leg_velocity_m_s: 0.1,
+            external_share: 0.14,
+            external_min_velocity_m_s: 0.1,
+            external_min_turn_rate_squared: 0.05,
+            external_min_velocity_squared: 0.05,
+            velocity_walk: 1.5,
+            turn_rate_walk: 2.0,
+            decay: DecayConfig::default(),
+            huber_deviations: 3.0,
+            gate_rotation_slack_rad: 0.005,
+            gate_position_slack_m: 0.03,
+            min_variance: 1e-14,
+        }
+    }
+}
+
+/// A state and the covariance of its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorStateFilter {
+    config: FilterConfig,
     /// The mean.
     pub state: State,
-    /// Of the error.
+    /// Covariance of the error.
     pub covariance: ErrorMatrix,
 }
 
 impl ErrorStateFilter {
-    /// Starts with independent errors of these standard deviations.
-    pub fn new(state: State, deviations: &ErrorVector) -> Self {
-        Self { state, covariance: ErrorMatrix::from_diagonal(&deviations.component_mul(deviations)) }
+    /// Starts with independent errors of the given standard deviations.
+    pub fn new(config: FilterConfig, state: State, deviations: &ErrorVector) -> Self {
+        let covariance = ErrorMatrix::from_diagonal(&deviations.component_mul(deviations));
+        Self { config, state, covariance }
     }
 
-    /// Moves on by `dt` seconds.
-    pub fn propagate(&mut self, motion: &MotionModel, dt: f64, noise: &NoiseConfig) {
+    /// Propagates state and covariance by `dt` seconds (docs/maths/odometry.md, equations 4 to 7). `imu_noise` is that of the
+    /// readings of this step.
+    pub fn propagate(&mut self, motion: &MotionModel, dt: f64, imu_noise: &ImuNoise) {
         let next = motion.propagate_mean(&self.state, dt);
         let f = motion.compute_jacobian(&self.state, &next, dt);
         self.covariance = f * self.covariance * f.transpose();
-        self.add_noise(motion, dt, noise);
+        self.add_process_noise(motion, dt, imu_noise);
         self.state = next;
     }
 
-    fn add_noise(&mut self, motion: &MotionModel, dt: f64, noise: &NoiseConfig) {
+    fn add_process_noise(&mut self, motion: &MotionModel, dt: f64, imu_noise: &ImuNoise) {
+        let config = self.config;
         let mut add = |first: usize, variance: f64| {
             for index in first..first + 3 {
                 self.covariance[(index, index)] += variance;
@@ -43,32 +113,30 @@ impl ErrorStateFilter {
         };
         match *motion {
             MotionModel::Inertial { .. } => {
-                add(ROTATION, noise.gyro * noise.gyro * dt);
-                add(VELOCITY, noise.accel * noise.accel * dt);
-                add(GYRO_BIAS, noise.gyro_walk * noise.gyro_walk * dt);
-                add(ACCEL_BIAS, noise.accel_walk * noise.accel_walk * dt);
+                add(ROTATION, imu_noise.gyro_density * imu_noise.gyro_density * dt);
+                add(VELOCITY, imu_noise.accel_density * imu_noise.accel_density * dt);
+                add(GYRO_BIAS, config.gyro_bias_walk * config.gyro_bias_walk * dt);
+                add(ACCEL_BIAS, config.accel_bias_walk * config.accel_bias_walk * dt);
             }
             MotionModel::Twist { turn_rate, velocity } => {
-                // A share of the motion, and a little for standing still.
-                let share = noise.external * noise.external;
-                let (turning, moving) = (turn_rate.norm_squared() + 0.05, velocity.norm_squared() + 0.05);
-                add(ROTATION, share * turning * dt);
-                add(POSITION, share * moving * dt);
-                add(VELOCITY, share * moving);
-                add(GYRO_BIAS, share * turning);
+                let share_squared = config.external_share * config.external_share;
+                let turn_rate_squared = turn_rate.norm_squared() + config.external_min_turn_rate_squared;
+                let velocity_squared = velocity.norm_squared() + config.external_min_velocity_squared;
+                add(ROTATION, share_squared * turn_rate_squared * dt);
+                add(POSITION, share_squared * velocity_squared * dt);
+                add(VELOCITY, share_squared * velocity_squared);
+                add(GYRO_BIAS, share_squared * turn_rate_squared);
             }
-            MotionModel::DecayingVelocity => {
-                add(VELOCITY, noise.velocity_walk * noise.velocity_walk * dt);
-                add(GYRO_BIAS, noise.rate_walk * noise.rate_walk * dt);
+            MotionModel::DecayingVelocity(_) => {
+                add(VELOCITY, config.velocity_walk * config.velocity_walk * dt);
+                add(GYRO_BIAS, config.turn_rate_walk * config.turn_rate_walk * dt);
             }
         }
     }
 
-    /// Deviation of the best state from this one (the prior), given that a scan was linearised at `at`: its
-    /// information and gradient there. Called again at the new point until it rests.
-    ///
-    /// With prior covariance P, its pose columns Pp and pose block Ppp, and `e` the pose deviation of `at`, the minimum
-    /// of `d' P^-1 d + (d-e)' H (d-e) + 2 g' (d-e)` is `d = Pp (I + H Ppp)^-1 (H e - g)`: one 6x6 solve.
+    /// Deviation of the most probable state from the prior (this filter), given the information and gradient of a scan that was
+    /// linearised at `at` (docs/maths/odometry.md, equation 15). Called again at the resulting state until it converges. `None` if
+    /// the equations are singular.
     pub fn compute_pose_step(
         &self,
         at: &State,
@@ -76,14 +144,14 @@ impl ErrorStateFilter {
         gradient: &Vector6,
     ) -> Option<ErrorVector> {
         let deviation = se3::local(&self.state.odom_from_body, &at.odom_from_body);
-        let inner = self.information_and_identity(information).try_inverse()?;
+        let inner = self.identity_plus_information(information).try_inverse()?;
         let pull = inner * (information * deviation - gradient);
         Some(self.covariance.fixed_view::<DIMENSION, 6>(0, 0) * pull)
     }
 
-    /// Moves to `posterior` and shrinks the covariance by a scan's information.
+    /// Moves to the posterior state and reduces the covariance by a scan's information (docs/maths/odometry.md, equation 17).
     pub fn correct_pose(&mut self, posterior: State, information: &Matrix6) {
-        if let Some(inner) = self.information_and_identity(information).try_inverse() {
+        if let Some(inner) = self.identity_plus_information(information).try_inverse() {
             let columns: SMatrix<f64, DIMENSION, 6> = self.covariance.fixed_view::<DIMENSION, 6>(0, 0).into();
             self.covariance -= columns * (inner * information) * columns.transpose();
             self.symmetrise();
@@ -91,21 +159,22 @@ impl ErrorStateFilter {
         self.state = posterior;
     }
 
-    fn information_and_identity(&self, information: &Matrix6) -> Matrix6 {
+    fn identity_plus_information(&self, information: &Matrix6) -> Matrix6 {
         let pose: Matrix6 = self.covariance.fixed_view::<6, 6>(0, 0).into();
         Matrix6::identity() + information * pose
     }
 
-    /// Takes in a 3-vector measurement: `innovation` is measured minus expected, `h` its derivative by the error,
-    /// `noise` its covariance. Innovations beyond 3 standard deviations weigh less and less: their noise is grown
-    /// until they are 3 long (Huber). Returns the squared normalised innovation.
+    /// Corrects by a measurement of three components: `innovation` is measured minus predicted, `h` the Jacobian of the prediction
+    /// by the error, `noise` the covariance of the measurement. The noise of long innovations is enlarged (docs/maths/odometry.md,
+    /// equation 9). Returns the squared normalised innovation.
     pub fn update(&mut self, innovation: &Vector3, h: &SMatrix<f64, 3, DIMENSION>, noise: &Matrix3) -> f64 {
         let cross = self.covariance * h.transpose();
         let prior = h * cross;
         let Some(inverse) = (prior + noise).try_inverse() else { return 0.0 };
         let squared = innovation.dot(&(inverse * innovation));
-        let grown = noise * (squared / 9.0).max(1.0);
-        let Some(inverse) = (prior + grown).try_inverse() else { return squared };
+        let limit_squared = self.config.huber_deviations * self.config.huber_deviations;
+        let enlarged = noise * (squared / limit_squared).max(1.0);
+        let Some(inverse) = (prior + enlarged).try_inverse() else { return squared };
         let gain = cross * inverse;
         self.state = self.state.retract(&(gain * innovation));
         self.covariance -= gain * cross.transpose();
@@ -113,18 +182,19 @@ impl ErrorStateFilter {
         squared
     }
 
-    /// Whether a pose is within so many standard deviations, with some centimetres to spare, of the one that is expected.
+    /// Whether a pose is within a number of standard deviations of the predicted one, with some slack added.
     pub fn is_within_gate(&self, odom_from_body: &Isometry, deviations: f64) -> bool {
-        let off = se3::local(&self.state.odom_from_body, odom_from_body);
+        let error = se3::local(&self.state.odom_from_body, odom_from_body);
         let mut covariance: Matrix6 = self.covariance.fixed_view::<6, 6>(0, 0).into();
+        let (rotation, position) = (self.config.gate_rotation_slack_rad, self.config.gate_position_slack_m);
         for index in 0..3 {
-            covariance[(index, index)] += SPARE.0 * SPARE.0;
-            covariance[(index + 3, index + 3)] += SPARE.1 * SPARE.1;
+            covariance[(index, index)] += rotation * rotation;
+            covariance[(index + 3, index + 3)] += position * position;
         }
-        covariance.cholesky().is_some_and(|root| off.dot(&root.solve(&off)) <= deviations * deviations)
+        covariance.cholesky().is_some_and(|root| error.dot(&root.solve(&error)) <= deviations * deviations)
     }
 
-    /// Forgets all about the gyroscope's bias and starts anew at a value with that standard deviation, rad/s.
+    /// Replaces the gyroscope bias by a value with a standard deviation (rad/s) that is independent of all other errors.
     pub fn replace_gyro_bias(&mut self, bias: Vector3, deviation: f64) {
         self.state.gyro_bias = bias;
         self.covariance.fixed_rows_mut::<3>(GYRO_BIAS).fill(0.0);
@@ -136,10 +206,9 @@ impl ErrorStateFilter {
 
     fn symmetrise(&mut self) {
         self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-        // Rounding must not make a variance negative where a scan said everything.
         for index in 0..DIMENSION {
             let variance = &mut self.covariance[(index, index)];
-            *variance = variance.max(1e-14);
+            *variance = variance.max(self.config.min_variance);
         }
     }
 }
@@ -151,10 +220,14 @@ mod tests {
 
     /// The reduced 6x6 form agrees with the full information form.
     #[test]
-    fn absorbing_a_scan_agrees_with_the_information_form() {
+    fn correcting_by_a_scan_agrees_with_the_information_form() {
         let mut rng = RngTree::new(21).child("filter").rng();
         let root = ErrorMatrix::from_fn(|_, _| rng.normal() * 0.1);
-        let mut filter = ErrorStateFilter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.1));
+        let mut filter = ErrorStateFilter::new(
+            FilterConfig::default(),
+            State::at(Isometry::identity()),
+            &ErrorVector::repeat(0.1),
+        );
         filter.covariance += root * root.transpose();
         let columns = SMatrix::<f64, 6, 9>::from_fn(|_, _| rng.normal());
         let information = columns * columns.transpose() * 30.0;
@@ -174,15 +247,19 @@ mod tests {
     }
 
     #[test]
-    fn a_wild_measurement_moves_the_state_little() {
-        let mut filter = ErrorStateFilter::new(State::at(Isometry::identity()), &ErrorVector::repeat(0.05));
+    fn an_outlier_moves_the_state_little() {
+        let mut filter = ErrorStateFilter::new(
+            FilterConfig::default(),
+            State::at(Isometry::identity()),
+            &ErrorVector::repeat(0.05),
+        );
         let mut h = SMatrix::<f64, 3, DIMENSION>::zeros();
         h.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&Matrix3::identity());
         let noise = Matrix3::identity() * 0.01;
-        let mut sober = filter.clone();
-        assert!(sober.update(&Vector3::new(0.1, 0.0, 0.0), &h, &noise) < 1.0);
+        let mut plausible = filter.clone();
+        assert!(plausible.update(&Vector3::new(0.1, 0.0, 0.0), &h, &noise) < 1.0);
         assert!(filter.update(&Vector3::new(10.0, 0.0, 0.0), &h, &noise) > 100.0);
         assert!(filter.state.velocity.norm() < 0.02, "{}", filter.state.velocity);
-        assert!(filter.covariance[(VELOCITY, VELOCITY)] > sober.covariance[(VELOCITY, VELOCITY)]);
+        assert!(filter.covariance[(VELOCITY, VELOCITY)] > plausible.covariance[(VELOCITY, VELOCITY)]);
     }
 }

@@ -1,38 +1,46 @@
-//! What can be seen to be wrong with the sensors or their setup, and what to do about it.
+//! The findings that the odometry publishes: what is wrong with a sensor or its setup, and what to do about it.
 
 use crate::config::Mounting;
 use crate::event::{Finding, FindingKind, Severity, milliseconds};
-use crate::initial_alignment::InitialAlignment;
+use crate::initial_alignment::{InitialAlignment, InitialAlignmentConfig};
 use crate::state::STANDARD_GRAVITY;
 use geometry::Vector3;
 use vocab::Span;
 
-/// Accelerometer length at rest may differ from gravity by this much, m/s²: a bias and a scale error of 3 %.
-const GRAVITY_TOLERANCE: f64 = 0.6;
-/// A robot does not stand more tilted than this when it starts, radians.
-const TILT_MAX: f64 = 0.6;
+/// Lengths of the accelerometer's reading, m/s², that mean that it reports multiples of gravity.
+const MULTIPLES_OF_GRAVITY: std::ops::Range<f64> = 0.8..1.2;
+/// An IMU tilted by more than this is called upside down, radians.
+const UPSIDE_DOWN_RAD: f64 = 2.4;
 
-/// Judges the first second.
-pub fn at_start(initial_alignment: &InitialAlignment, mounting: &Mounting) -> Vec<Finding> {
+/// Checks gravity, mounting and standstill at the start.
+pub fn at_start(
+    alignment: &InitialAlignment,
+    mounting: &Mounting,
+    config: &InitialAlignmentConfig,
+) -> Vec<Finding> {
     let mut found = Vec::new();
-    let length = initial_alignment.up.norm();
-    if (length - STANDARD_GRAVITY).abs() > GRAVITY_TOLERANCE {
-        let remedy = if (0.8..1.2).contains(&length) {
+    let length = alignment.up.norm();
+    if (length - STANDARD_GRAVITY).abs() > config.gravity_tolerance_m_s2 {
+        let remedy = if MULTIPLES_OF_GRAVITY.contains(&length) {
             "It seems to report multiples of gravity: have its driver report m/s²."
         } else {
             "Check the accelerometer's unit and range, and that it reports gravity too."
         };
         found.push(Finding {
-            kind: FindingKind::GravityOdd,
+            kind: FindingKind::GravityImplausible,
             severity: Severity::Error,
             what: format!("The accelerometer reads {length:.2} m/s² at rest instead of 9.81."),
             remedy: remedy.into(),
         });
     }
-    let up_in_base = mounting.base_from_imu.rotation * initial_alignment.up;
+    let up_in_base = mounting.base_from_imu.isometry().rotation * alignment.up;
     let tilt = up_in_base.angle(&Vector3::z());
-    if tilt > TILT_MAX {
-        let what = if tilt > 2.4 { "The IMU is mounted upside down" } else { "Gravity does not point down" };
+    if tilt > config.max_tilt_rad {
+        let what = if tilt > UPSIDE_DOWN_RAD {
+            "The IMU is mounted upside down"
+        } else {
+            "Gravity does not point down"
+        };
         found.push(Finding {
             kind: FindingKind::MountingTilted,
             severity: Severity::Error,
@@ -43,9 +51,9 @@ pub fn at_start(initial_alignment: &InitialAlignment, mounting: &Mounting) -> Ve
             remedy: "Correct the rotation of base_from_imu, or set the robot upright before starting.".into(),
         });
     }
-    if !initial_alignment.still {
+    if !alignment.is_stationary {
         found.push(Finding {
-            kind: FindingKind::NotStill,
+            kind: FindingKind::NotStationary,
             severity: Severity::Info,
             what: "The robot moved at the start, so gravity and gyroscope bias are first guesses.".into(),
             remedy: "Let the robot stand still for a second when starting; the estimate improves by itself."
@@ -55,7 +63,7 @@ pub fn at_start(initial_alignment: &InitialAlignment, mounting: &Mounting) -> Ve
     found
 }
 
-/// IMU and LiDAR clocks have nothing to do with each other.
+/// The clocks of IMU and LiDAR have no common time.
 pub fn clocks_apart(imu_ahead: Span) -> Finding {
     Finding {
         kind: FindingKind::ClocksApart,
@@ -79,7 +87,7 @@ pub fn saturated() -> Finding {
     }
 }
 
-/// A source that spoke, or was expected to, does not.
+/// A source that is expected sends nothing.
 pub fn silent(source: &str, remedy: &str) -> Finding {
     Finding {
         kind: FindingKind::SourceSilent,
@@ -89,7 +97,7 @@ pub fn silent(source: &str, remedy: &str) -> Finding {
     }
 }
 
-/// Nothing fitted for long, and the local map was begun anew.
+/// No scan fitted the local map for long, so the map was begun anew.
 pub fn tracking_lost() -> Finding {
     Finding {
         kind: FindingKind::TrackingLost,

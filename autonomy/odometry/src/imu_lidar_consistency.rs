@@ -1,122 +1,182 @@
-//! Do IMU and LiDAR see the same turns at the same time? Compares the turn between scans with the gyroscope's over
-//! shifted stretches of time.
+//! Checks that IMU and LiDAR measure the same rotations at the same time: the rotation between scans is compared with the integral
+//! of the gyroscope over intervals shifted in time (docs/maths/odometry.md, equation 20).
 
 use crate::event::{Finding, FindingKind, Severity};
 use geometry::Vector3;
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
-/// Shifts that are tried, both ways: so many steps of so long.
-const STEPS: usize = 12;
-const STEP: Span = Span::from_millis(10);
-/// Scans judged together.
-const BATCH: usize = 100;
-/// The turns of a batch must be at least this large, radians (root of their sum of squares).
-const TURNED_MIN: f64 = 0.15;
-/// Lags below this are not told, seconds.
-const LAG_MIN: f64 = 0.015;
-/// A shift must explain the turns so much better than none (ratio of squared errors).
-const BETTER: f64 = 0.5;
-/// Share of the turns' squares that may differ before the gyroscope is doubted. Good clocks leave a hundredth of it.
-const DIFFERENT: f64 = 5e-3;
-/// How much noisier a doubted gyroscope is taken to be, so that scans turn the pose by themselves and show the lag.
-const DOUBT: f64 = 30.0;
-/// Turns that correlate less than this are about different axes.
-const CORRELATION_MIN: f64 = 0.6;
+/// Parameters of [`ImuLidarConsistency`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConsistencyConfig {
+    /// Number of time shifts tried in each direction.
+    pub shift_steps: usize,
+    /// Difference between neighbouring shifts.
+    pub shift_step: Span,
+    /// Length of the history of the integrated turn rate.
+    pub history: Span,
+    /// Scans evaluated together.
+    pub batch_scans: usize,
+    /// Batches with less rotation than this (root of the sum of squares, radians) are not evaluated.
+    pub min_rotation_rad: f64,
+    /// Shorter lags are not reported, seconds.
+    pub min_lag_s: f64,
+    /// A lag is reported if its squared error is less than this share of the squared error without a shift.
+    pub max_error_ratio: f64,
+    /// The gyroscope is doubted if the squared error without a shift exceeds this share of the squared rotation. Synchronised clocks
+    /// leave a hundredth of it.
+    pub max_error_share: f64,
+    /// Factor on the noise density of a doubted gyroscope. Scans then determine the rotation by themselves and reveal the lag.
+    pub doubted_noise_factor: f64,
+    /// Rotations with a lower correlation than this are about different axes.
+    pub min_correlation: f64,
+}
 
-/// One turn between the middles of two scans, as the LiDAR saw it. The middles, because a scan corrected by a
-/// late gyroscope still lies right on average: its ends follow the gyroscope, its middle does not.
+impl Default for ConsistencyConfig {
+    fn default() -> Self {
+        Self {
+            shift_steps: 12,
+            shift_step: Span::from_millis(10),
+            history: Span::from_millis(1_000),
+            batch_scans: 100,
+            min_rotation_rad: 0.15,
+            min_lag_s: 0.015,
+            max_error_ratio: 0.5,
+            max_error_share: 5e-3,
+            doubted_noise_factor: 30.0,
+            min_correlation: 0.6,
+        }
+    }
+}
+
+/// The rotation between the middles of two scans as the LiDAR measured it. The middles are used because a scan that was corrected
+/// with a late gyroscope is still right on average: its ends follow the gyroscope, its middle does not.
 #[derive(Clone, Copy, Debug)]
-struct Turn {
+struct LidarRotation {
     from: Stamp,
     to: Stamp,
     /// Rotation vector, radians, body frame.
-    seen: Vector3,
+    rotation: Vector3,
 }
 
-/// Collects turns until they say something.
-#[derive(Clone, Debug, Default)]
+/// Collects rotations in batches and evaluates each batch.
+#[derive(Clone, Debug)]
 pub struct ImuLidarConsistency {
+    config: ConsistencyConfig,
     /// Integral of the turn rate since the first reading, radians.
     integral: VecDeque<(Stamp, Vector3)>,
-    waiting: VecDeque<Turn>,
-    /// Sum of squared differences for every shift.
-    errors: [f64; 2 * STEPS + 1],
-    seen_squared: f64,
-    felt_squared: f64,
-    common: f64,
+    /// Rotations whose shifted intervals the gyroscope does not cover yet.
+    waiting: VecDeque<LidarRotation>,
+    batch: Batch,
+    /// Whether a batch has shown that the two differ.
+    is_doubted: bool,
+}
+
+/// Sums over the rotations of a batch.
+#[derive(Clone, Debug)]
+struct Batch {
+    /// Sum of squared differences for every shift, rad².
+    errors: Vec<f64>,
+    lidar_squared: f64,
+    gyro_squared: f64,
+    /// Sum of the dot products of LiDAR and gyroscope rotations, rad².
+    product: f64,
     count: usize,
-    /// Whether the last batch showed that the two differ.
-    doubted: bool,
+}
+
+impl Batch {
+    fn new(config: &ConsistencyConfig) -> Self {
+        let errors = vec![0.0; 2 * config.shift_steps + 1];
+        Self { errors, lidar_squared: 0.0, gyro_squared: 0.0, product: 0.0, count: 0 }
+    }
 }
 
 impl ImuLidarConsistency {
-    /// A mean turn rate (rad/s, bias removed, body frame) over the time up to `stamp`.
+    /// Without rotations.
+    pub fn new(config: ConsistencyConfig) -> Self {
+        let batch = Batch::new(&config);
+        Self { config, integral: VecDeque::new(), waiting: VecDeque::new(), batch, is_doubted: false }
+    }
+
+    /// Adds a mean turn rate (rad/s, without bias, body frame) over the `dt` seconds before `stamp`.
     pub fn insert_turn_rate(&mut self, stamp: Stamp, dt: f64, rate: &Vector3) {
         let last = self.integral.back().map_or(Vector3::zeros(), |last| last.1);
         self.integral.push_back((stamp, last + rate * dt));
-        while self.integral.front().is_some_and(|first| stamp - first.0 > Span::from_millis(1_000)) {
+        while self.integral.front().is_some_and(|first| stamp - first.0 > self.config.history) {
             self.integral.pop_front();
         }
     }
 
-    /// The turn between the middles of two consecutive scans. Says what is wrong once enough turns were seen.
-    pub fn insert_turn(&mut self, from: Stamp, to: Stamp, seen: Vector3) -> Option<Finding> {
-        let reach = STEP * STEPS as i64;
+    /// Adds the rotation (vector, radians, body frame) between the middles of two consecutive scans. Returns a finding when a batch
+    /// is complete and shows a fault.
+    pub fn insert_rotation(&mut self, from: Stamp, to: Stamp, rotation: Vector3) -> Option<Finding> {
+        let max_shift = self.max_shift();
         let newest = self.integral.back()?.0;
-        self.waiting.push_back(Turn { from, to, seen });
-        while let Some(&turn) = self.waiting.front() {
-            if turn.to + reach > newest {
+        self.waiting.push_back(LidarRotation { from, to, rotation });
+        while let Some(&waiting) = self.waiting.front() {
+            if waiting.to + max_shift > newest {
                 break;
             }
             self.waiting.pop_front();
-            self.compare(&turn);
+            self.compare(&waiting);
         }
-        if self.count < BATCH {
+        if self.batch.count < self.config.batch_scans {
             return None;
         }
-        let finding = self.classify();
-        let differs =
-            self.errors[STEPS] > DIFFERENT * self.seen_squared && self.seen_squared.sqrt() > TURNED_MIN;
-        *self = Self {
-            integral: std::mem::take(&mut self.integral),
-            doubted: self.doubted || differs,
-            ..Self::default()
-        };
+        let finding = self.evaluate();
+        self.is_doubted |= self.differs();
+        self.waiting.clear();
+        self.batch = Batch::new(&self.config);
         finding
     }
 
-    /// By how much to multiply the gyroscope's noise.
+    /// Factor on the noise density of the gyroscope.
     pub fn gyro_noise_factor(&self) -> f64 {
-        if self.doubted { DOUBT } else { 1.0 }
+        if self.is_doubted { self.config.doubted_noise_factor } else { 1.0 }
     }
 
-    fn compare(&mut self, turn: &Turn) {
+    fn max_shift(&self) -> Span {
+        self.config.shift_step * self.config.shift_steps as i64
+    }
+
+    fn compare(&mut self, lidar: &LidarRotation) {
         let oldest = self.integral.front().map(|first| first.0);
-        if oldest.is_none_or(|oldest| turn.from - STEP * STEPS as i64 <= oldest) {
+        if oldest.is_none_or(|oldest| lidar.from - self.max_shift() <= oldest) {
             return;
         }
-        for (index, error) in self.errors.iter_mut().enumerate() {
-            let shift = STEP * (index as i64 - STEPS as i64);
-            let felt = at(&self.integral, turn.to + shift) - at(&self.integral, turn.from + shift);
-            *error += (felt - turn.seen).norm_squared();
-            if index == STEPS {
-                self.felt_squared += felt.norm_squared();
-                self.common += felt.dot(&turn.seen);
+        let unshifted = self.config.shift_steps;
+        for (index, error) in self.batch.errors.iter_mut().enumerate() {
+            let shift = self.config.shift_step * (index as i64 - unshifted as i64);
+            let gyro = integral_at(&self.integral, lidar.to + shift)
+                - integral_at(&self.integral, lidar.from + shift);
+            *error += (gyro - lidar.rotation).norm_squared();
+            if index == unshifted {
+                self.batch.gyro_squared += gyro.norm_squared();
+                self.batch.product += gyro.dot(&lidar.rotation);
             }
         }
-        self.seen_squared += turn.seen.norm_squared();
-        self.count += 1;
+        self.batch.lidar_squared += lidar.rotation.norm_squared();
+        self.batch.count += 1;
     }
 
-    fn classify(&self) -> Option<Finding> {
-        if self.seen_squared.min(self.felt_squared).sqrt() < TURNED_MIN {
+    /// Whether the two differ by more than synchronised clocks leave.
+    fn differs(&self) -> bool {
+        let Batch { errors, lidar_squared, .. } = &self.batch;
+        errors[self.config.shift_steps] > self.config.max_error_share * lidar_squared
+            && lidar_squared.sqrt() > self.config.min_rotation_rad
+    }
+
+    fn evaluate(&self) -> Option<Finding> {
+        let Batch { errors, lidar_squared, gyro_squared, product, .. } = &self.batch;
+        if lidar_squared.min(*gyro_squared).sqrt() < self.config.min_rotation_rad {
             return None;
         }
-        let (best, least) = self.errors.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
-        let correlation = self.common / (self.seen_squared * self.felt_squared).sqrt();
-        let lag = (best as f64 - STEPS as f64 + self.vertex(best)) * STEP.secs_f64();
-        if lag.abs() > LAG_MIN && *least < BETTER * self.errors[STEPS] {
+        let (best, least) = errors.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
+        let correlation = product / (lidar_squared * gyro_squared).sqrt();
+        let shift_steps = self.config.shift_steps as f64;
+        let lag = (best as f64 - shift_steps + vertex(errors, best)) * self.config.shift_step.secs_f64();
+        let is_better = *least < self.config.max_error_ratio * errors[self.config.shift_steps];
+        if lag.abs() > self.config.min_lag_s && is_better {
             return Some(Finding {
                 kind: FindingKind::ImuLag,
                 severity: Severity::Warning,
@@ -129,8 +189,8 @@ impl ImuLidarConsistency {
                     .into(),
             });
         }
-        (correlation < CORRELATION_MIN).then(|| Finding {
-            kind: FindingKind::MountingDisagrees,
+        (correlation < self.config.min_correlation).then(|| Finding {
+            kind: FindingKind::MountingInconsistent,
             severity: Severity::Error,
             what: format!(
                 "LiDAR and IMU do not turn about the same axes (correlation {correlation:.2}): the given mounting of one is wrong."
@@ -138,20 +198,20 @@ impl ImuLidarConsistency {
             remedy: "Check the rotations of base_from_lidar and base_from_imu.".into(),
         })
     }
-
-    /// Where between the steps the parabola through the least error and its neighbours has its least value.
-    fn vertex(&self, best: usize) -> f64 {
-        if best == 0 || best == 2 * STEPS {
-            return 0.0;
-        }
-        let (before, at, after) = (self.errors[best - 1], self.errors[best], self.errors[best + 1]);
-        let bend = before - 2.0 * at + after;
-        if bend > 0.0 { 0.5 * (before - after) / bend } else { 0.0 }
-    }
 }
 
-/// The integral at a stamp within the history, interpolated.
-fn at(integral: &VecDeque<(Stamp, Vector3)>, stamp: Stamp) -> Vector3 {
+/// Offset, in steps, of the minimum of the parabola through the least error and its two neighbours.
+fn vertex(errors: &[f64], best: usize) -> f64 {
+    if best == 0 || best + 1 == errors.len() {
+        return 0.0;
+    }
+    let (before, at, after) = (errors[best - 1], errors[best], errors[best + 1]);
+    let curvature = before - 2.0 * at + after;
+    if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 }
+}
+
+/// The integral at a stamp, by linear interpolation; outside the history its nearest entry.
+fn integral_at(integral: &VecDeque<(Stamp, Vector3)>, stamp: Stamp) -> Vector3 {
     let after = integral.partition_point(|entry| entry.0 < stamp);
     match (after.checked_sub(1).and_then(|before| integral.get(before)), integral.get(after)) {
         (Some(a), Some(b)) => {
@@ -166,29 +226,29 @@ fn at(integral: &VecDeque<(Stamp, Vector3)>, stamp: Stamp) -> Vector3 {
 mod tests {
     use super::*;
 
-    /// A body that swings about three axes, its gyroscope's stamps late by `lag`; `felt` is what the mounting makes of the
-    /// turn rate.
-    fn run(lag: Span, felt: impl Fn(Vector3) -> Vector3) -> Option<Finding> {
+    /// A body that oscillates about three axes. The gyroscope's stamps are late by `lag`; `mounted` is the effect of the mounting on
+    /// the turn rate.
+    fn run(lag: Span, mounted: impl Fn(Vector3) -> Vector3) -> Option<Finding> {
         let angle =
             |t: f64| Vector3::new(0.05 * (2.1 * t).sin(), 0.06 * (3.3 * t).sin(), 0.4 * (1.7 * t).sin());
-        let mut imu_lidar_consistency = ImuLidarConsistency::default();
+        let mut consistency = ImuLidarConsistency::new(ConsistencyConfig::default());
         let mut found = None;
         for tick in 1..8_000_i64 {
             let stamp = Stamp::from_nanos(tick * 2_500_000);
             let true_time = (stamp - lag).secs_f64();
             let rate = (angle(true_time) - angle(true_time - 0.0025)) / 0.0025;
-            imu_lidar_consistency.insert_turn_rate(stamp, 0.0025, &felt(rate));
+            consistency.insert_turn_rate(stamp, 0.0025, &mounted(rate));
             if tick % 40 == 0 {
                 let (from, to) = (stamp - Span::from_millis(100), stamp);
-                let seen = angle(to.secs_f64()) - angle(from.secs_f64());
-                found = found.or(imu_lidar_consistency.insert_turn(from, to, seen));
+                let rotation = angle(to.secs_f64()) - angle(from.secs_f64());
+                found = found.or(consistency.insert_rotation(from, to, rotation));
             }
         }
         found
     }
 
     #[test]
-    fn lags_are_measured_and_good_clocks_are_not_blamed() {
+    fn lags_are_measured_and_synchronised_clocks_are_not_reported() {
         assert_eq!(run(Span::ZERO, |rate| rate), None);
         assert_eq!(run(Span::from_millis(5), |rate| rate), None);
         for (lag, words) in [(43, "43 ms behind"), (-60, "60 ms ahead of")] {
@@ -199,8 +259,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_mounting_is_told() {
+    fn a_wrong_mounting_is_reported() {
         let found = run(Span::ZERO, |rate| Vector3::new(rate.x, -rate.y, -rate.z));
-        assert!(found.is_some_and(|found| found.kind == FindingKind::MountingDisagrees));
+        assert!(found.is_some_and(|found| found.kind == FindingKind::MountingInconsistent));
     }
 }

@@ -1,54 +1,75 @@
-//! Inertial readings that wait for their time, and their mean over any stretch of it.
+//! Inertial readings that wait to be processed, and their mean over an interval.
 
 use geometry::Vector3;
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
-/// One reading in the IMU's frame.
+/// One reading, IMU frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuReading {
-    /// When.
+    /// When it was measured.
     pub stamp: Stamp,
     /// Turn rate, rad/s.
     pub gyro: Vector3,
-    /// Specific force (what an accelerometer reads, upwards at rest), m/s².
+    /// Specific force, m/s²: what an accelerometer reads, pointing up at rest.
     pub specific_force: Vector3,
     /// Whether an axis is at the end of its range.
-    pub saturated: bool,
+    pub is_saturated: bool,
 }
 
-/// Larger readings than these, repeated to the last bit, are the end of the range: rad/s and m/s².
-const GYRO_LARGE: f64 = 2.0;
-const ACCEL_LARGE: f64 = 18.0;
+/// Parameters of an [`ImuQueue`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuQueueConfig {
+    /// A turn rate above this that repeats to the last bit is the end of the range, rad/s.
+    pub min_saturated_gyro_rad_s: f64,
+    /// A specific force above this that repeats to the last bit is the end of the range, m/s².
+    pub min_saturated_accel_m_s2: f64,
+    /// Gaps between readings longer than this are not interpolated.
+    pub max_gap: Span,
+}
 
-/// A hole between readings longer than this is not bridged.
-const HOLE: Span = Span::from_millis(60);
+impl Default for ImuQueueConfig {
+    fn default() -> Self {
+        Self { min_saturated_gyro_rad_s: 2.0, min_saturated_accel_m_s2: 18.0, max_gap: Span::from_millis(60) }
+    }
+}
 
-/// Readings in ascending order; the front one may lie before the present, to interpolate from.
-#[derive(Clone, Debug, Default)]
+/// Readings in ascending order. The first one may lie before the present, to interpolate from it.
+#[derive(Clone, Debug)]
 pub struct ImuQueue {
+    config: ImuQueueConfig,
     readings: VecDeque<ImuReading>,
 }
 
 impl ImuQueue {
-    /// Appends; says whether the reading was newer than all before.
+    /// An empty queue.
+    pub fn new(config: ImuQueueConfig) -> Self {
+        Self { config, readings: VecDeque::new() }
+    }
+
+    /// Appends a reading. Returns whether it was newer than all before; an older one is dropped.
     pub fn push(&mut self, mut reading: ImuReading) -> bool {
-        let newer = self.readings.back().is_none_or(|last| reading.stamp > last.stamp);
-        if newer {
+        let is_newer = self.readings.back().is_none_or(|last| reading.stamp > last.stamp);
+        if is_newer {
             if let Some(last) = self.readings.back_mut() {
-                // Noise never repeats to the last bit, a limit does.
-                reading.saturated = repeats(&last.gyro, &reading.gyro, GYRO_LARGE)
-                    || repeats(&last.specific_force, &reading.specific_force, ACCEL_LARGE);
-                last.saturated |= reading.saturated;
+                // Noise never repeats to the last bit, the end of a range does.
+                reading.is_saturated =
+                    repeats_above(&last.gyro, &reading.gyro, self.config.min_saturated_gyro_rad_s)
+                        || repeats_above(
+                            &last.specific_force,
+                            &reading.specific_force,
+                            self.config.min_saturated_accel_m_s2,
+                        );
+                last.is_saturated |= reading.is_saturated;
             }
             self.readings.push_back(reading);
         }
-        newer
+        is_newer
     }
 
     /// Whether the newest reading is at the end of its range.
-    pub fn saturated(&self) -> bool {
-        self.readings.back().is_some_and(|reading| reading.saturated)
+    pub fn is_saturated(&self) -> bool {
+        self.readings.back().is_some_and(|reading| reading.is_saturated)
     }
 
     /// Newest stamp.
@@ -71,34 +92,33 @@ impl ImuQueue {
         self.readings.iter()
     }
 
-    /// Forgets readings that nothing after `time` needs.
+    /// Drops the readings that nothing after `time` needs.
     pub fn discard_before(&mut self, time: Stamp) {
         while self.readings.get(1).is_some_and(|reading| reading.stamp <= time) {
             self.readings.pop_front();
         }
     }
 
-    /// Forgets everything.
+    /// Drops all readings.
     pub fn clear(&mut self) {
         self.readings.clear();
     }
 
-    /// Mean turn rate and specific force between two instants that have no reading strictly between them, by
-    /// linear interpolation; after the last reading or before the first that one is held for a short while. `None` in a
-    /// hole.
-    pub fn mean(&self, from: Stamp, to: Stamp) -> Option<ImuReading> {
+    /// Mean reading between two instants that have no reading strictly between them, by linear interpolation. After the last and
+    /// before the first reading, that reading is held for up to the greatest gap. `None` inside a longer gap.
+    pub fn mean_between(&self, from: Stamp, to: Stamp) -> Option<ImuReading> {
         let middle =
             Stamp::from_nanos(from.nanos() / 2 + to.nanos() / 2 + (from.nanos() % 2 + to.nanos() % 2) / 2);
         let after = self.readings.iter().position(|reading| reading.stamp >= to);
         let Some(after) = after else {
             let last = self.readings.back()?;
-            return (to - last.stamp <= HOLE).then_some(*last);
+            return (to - last.stamp <= self.config.max_gap).then_some(*last);
         };
         let next = &self.readings[after];
         let Some(previous) = after.checked_sub(1).map(|before| &self.readings[before]) else {
-            return (next.stamp - from <= HOLE).then_some(*next);
+            return (next.stamp - from <= self.config.max_gap).then_some(*next);
         };
-        if next.stamp - previous.stamp > HOLE {
+        if next.stamp - previous.stamp > self.config.max_gap {
             return None;
         }
         let share = (middle - previous.stamp).nanos() as f64 / (next.stamp - previous.stamp).nanos() as f64;
@@ -106,14 +126,14 @@ impl ImuQueue {
             stamp: middle,
             gyro: previous.gyro.lerp(&next.gyro, share),
             specific_force: previous.specific_force.lerp(&next.specific_force, share),
-            saturated: previous.saturated || next.saturated,
+            is_saturated: previous.is_saturated || next.is_saturated,
         })
     }
 }
 
-/// Whether a large component is the same in both.
-fn repeats(a: &Vector3, b: &Vector3, large: f64) -> bool {
-    a.iter().zip(b.iter()).any(|(a, b)| a == b && a.abs() > large)
+/// Whether a component above a limit is the same in both.
+fn repeats_above(a: &Vector3, b: &Vector3, limit: f64) -> bool {
+    a.iter().zip(b.iter()).any(|(a, b)| a == b && a.abs() > limit)
 }
 
 #[cfg(test)]
@@ -125,19 +145,19 @@ mod tests {
     }
 
     #[test]
-    fn means_are_those_of_the_broken_line_and_holes_have_none() {
-        let mut queue = ImuQueue::default();
+    fn means_are_interpolated_and_gaps_have_none() {
+        let mut queue = ImuQueue::new(ImuQueueConfig::default());
         for millis in [0, 10, 20, 200] {
             let value = Vector3::repeat(millis as f64);
             assert!(queue.push(ImuReading {
                 stamp: at(millis),
                 gyro: value,
                 specific_force: -value,
-                saturated: false
+                is_saturated: false
             }));
         }
         assert!(!queue.push(ImuReading { stamp: at(150), ..ImuReading::default() }));
-        let gyro = |from, to| queue.mean(at(from), at(to)).map(|mean| mean.gyro.x);
+        let gyro = |from, to| queue.mean_between(at(from), at(to)).map(|mean| mean.gyro.x);
         assert_eq!(gyro(0, 10), Some(5.0));
         assert_eq!(gyro(12, 16), Some(14.0));
         assert_eq!(gyro(30, 200), None);
@@ -149,11 +169,11 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_range_is_noticed_in_both_readings() {
-        let mut queue = ImuQueue::default();
+    fn saturation_is_detected_in_both_readings() {
+        let mut queue = ImuQueue::new(ImuQueueConfig::default());
         for (millis, rate) in [(0, 17.3), (10, 17.453), (20, 17.453), (30, 17.2)] {
             queue.push(ImuReading { stamp: at(millis), gyro: Vector3::x() * rate, ..ImuReading::default() });
         }
-        assert_eq!(queue.iter().map(|r| r.saturated).collect::<Vec<_>>(), [false, true, true, false]);
+        assert_eq!(queue.iter().map(|r| r.is_saturated).collect::<Vec<_>>(), [false, true, true, false]);
     }
 }

@@ -1,51 +1,153 @@
-//! The first second: which way is up, how far the gyroscope is off, and whether the robot stood still for it.
+//! Initial alignment: the direction of gravity, the bias of the gyroscope and whether the robot stood still, from the first second
+//! of inertial readings.
 
 use crate::imu_queue::ImuReading;
+use crate::state::{
+    ACCEL_BIAS, DIMENSION, ErrorVector, GRAVITY, GYRO_BIAS, LEG_SCALE, POSITION, ROTATION, VELOCITY,
+};
 use geometry::{Rotation, Vector3, so3};
+use vocab::Span;
 
-/// Standing still: standard deviation of each axis below these, rad/s and m/s².
-const STILL_GYRO: f64 = 0.03;
-const STILL_ACCEL: f64 = 0.35;
-/// And the mean turn rate below this, rad/s: more than any bias of a working part.
-const STILL_RATE: f64 = 0.15;
-
-/// What a stretch of inertial readings says about the start.
+/// Parameters of the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct InitialAlignment {
-    /// Mean specific force in the body frame of the first reading, m/s²: up.
-    pub up: Vector3,
-    /// Mean of the gyroscope, rad/s: its bias, when still.
-    pub rate: Vector3,
-    /// Whether the robot stood still.
-    pub still: bool,
+pub struct InitialAlignmentConfig {
+    /// Length of the interval that is checked for standstill.
+    pub stationary_window: Span,
+    /// After this time without standstill, the estimate starts in motion.
+    pub max_window: Span,
+    /// Fewer readings than this give no alignment.
+    pub min_readings: usize,
+    /// Standstill: greatest standard deviation of each axis of the gyroscope, rad/s.
+    pub max_gyro_deviation_rad_s: f64,
+    /// Standstill: greatest standard deviation of each axis of the accelerometer, m/s².
+    pub max_accel_deviation_m_s2: f64,
+    /// Standstill: greatest mean turn rate, rad/s. More than the bias of any working gyroscope.
+    pub max_turn_rate_rad_s: f64,
+    /// Greatest plausible difference between the accelerometer's reading at rest and gravity, m/s²: a bias and a scale error of 3 %.
+    pub gravity_tolerance_m_s2: f64,
+    /// Greatest plausible tilt of a robot that starts, radians.
+    pub max_tilt_rad: f64,
+    /// Initial standard deviation of rotation (rad) and position (m). The pose is the origin by definition.
+    pub pose_deviation: f64,
+    /// Initial standard deviation of the scale of the legs.
+    pub leg_scale_deviation: f64,
+    /// Initial standard deviation of the accelerometer bias, m/s².
+    pub accel_bias_deviation_m_s2: f64,
+    /// Initial standard deviations after a standstill.
+    pub stationary: InitialDeviations,
+    /// Initial standard deviations after a start in motion.
+    pub moving: InitialDeviations,
+    /// Initial standard deviation of the velocity without an IMU, m/s.
+    pub no_imu_velocity_deviation_m_s: f64,
+    /// Initial standard deviation of the turn rate without an IMU, rad/s.
+    pub no_imu_turn_rate_deviation_rad_s: f64,
 }
 
-/// Judges readings; `None` when there are fewer than 5.
-pub fn initial_alignment<'a>(
+/// Initial standard deviations of what the first second of inertial readings determines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialDeviations {
+    /// Velocity, m/s.
+    pub velocity_m_s: f64,
+    /// Gyroscope bias, rad/s.
+    pub gyro_bias_rad_s: f64,
+    /// Horizontal components of gravity, m/s².
+    pub gravity_m_s2: f64,
+}
+
+impl Default for InitialAlignmentConfig {
+    fn default() -> Self {
+        Self {
+            stationary_window: Span::from_millis(500),
+            max_window: Span::from_millis(1_000),
+            min_readings: 5,
+            max_gyro_deviation_rad_s: 0.03,
+            max_accel_deviation_m_s2: 0.35,
+            max_turn_rate_rad_s: 0.15,
+            gravity_tolerance_m_s2: 0.6,
+            max_tilt_rad: 0.6,
+            pose_deviation: 1e-4,
+            leg_scale_deviation: 0.05,
+            accel_bias_deviation_m_s2: 0.1,
+            stationary: InitialDeviations { velocity_m_s: 0.01, gyro_bias_rad_s: 1e-3, gravity_m_s2: 0.1 },
+            moving: InitialDeviations { velocity_m_s: 1.0, gyro_bias_rad_s: 2e-2, gravity_m_s2: 0.6 },
+            no_imu_velocity_deviation_m_s: 5.0,
+            no_imu_turn_rate_deviation_rad_s: 1.0,
+        }
+    }
+}
+
+impl InitialAlignmentConfig {
+    /// Initial standard deviations of the error state with an IMU.
+    pub fn deviations_with_imu(&self, is_stationary: bool) -> ErrorVector {
+        let known = if is_stationary { self.stationary } else { self.moving };
+        let mut deviations = self.common_deviations();
+        set(&mut deviations, VELOCITY, known.velocity_m_s);
+        set(&mut deviations, GYRO_BIAS, known.gyro_bias_rad_s);
+        set(&mut deviations, ACCEL_BIAS, self.accel_bias_deviation_m_s2);
+        deviations[GRAVITY] = known.gravity_m_s2;
+        deviations[GRAVITY + 1] = known.gravity_m_s2;
+        deviations
+    }
+
+    /// Initial standard deviations of the error state without an IMU.
+    pub fn deviations_without_imu(&self) -> ErrorVector {
+        let mut deviations = self.common_deviations();
+        set(&mut deviations, VELOCITY, self.no_imu_velocity_deviation_m_s);
+        set(&mut deviations, GYRO_BIAS, self.no_imu_turn_rate_deviation_rad_s);
+        deviations
+    }
+
+    /// What every start knows equally well. Components that no source of this start determines keep the pose's small deviation.
+    fn common_deviations(&self) -> ErrorVector {
+        let mut deviations = ErrorVector::repeat(self.pose_deviation);
+        set(&mut deviations, ROTATION, self.pose_deviation);
+        set(&mut deviations, POSITION, self.pose_deviation);
+        deviations[LEG_SCALE] = self.leg_scale_deviation;
+        debug_assert_eq!(LEG_SCALE + 1, DIMENSION);
+        deviations
+    }
+}
+
+fn set(deviations: &mut ErrorVector, first: usize, value: f64) {
+    deviations.fixed_rows_mut::<3>(first).fill(value);
+}
+
+/// What an interval of inertial readings says about the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialAlignment {
+    /// Mean specific force in the body frame of the first reading, m/s²: the direction of up.
+    pub up: Vector3,
+    /// Mean turn rate, rad/s: the gyroscope's bias at standstill.
+    pub turn_rate: Vector3,
+    /// Whether the robot stood still.
+    pub is_stationary: bool,
+}
+
+/// The alignment from an interval of readings; `None` if there are too few.
+pub fn estimate_alignment<'a>(
     readings: impl Iterator<Item = &'a ImuReading> + Clone,
+    config: &InitialAlignmentConfig,
 ) -> Option<InitialAlignment> {
     let count = readings.clone().count();
-    if count < 5 {
+    if count < config.min_readings {
         return None;
     }
     let scale = 1.0 / count as f64;
     let mean = |value: fn(&ImuReading) -> Vector3| readings.clone().map(value).sum::<Vector3>() * scale;
-    let (rate, force) = (mean(|r| r.gyro), mean(|r| r.specific_force));
-    let spread = |value: fn(&ImuReading) -> Vector3, mean: Vector3| {
+    let (turn_rate, force) = (mean(|r| r.gyro), mean(|r| r.specific_force));
+    let variance = |value: fn(&ImuReading) -> Vector3, mean: Vector3| {
         readings.clone().map(|r| (value(r) - mean).component_mul(&(value(r) - mean))).sum::<Vector3>() * scale
     };
-    let still = spread(|r| r.gyro, rate).max().sqrt() < STILL_GYRO
-        && spread(|r| r.specific_force, force).max().sqrt() < STILL_ACCEL
-        && rate.norm() < STILL_RATE;
-    if still {
-        return Some(InitialAlignment { up: force, rate, still });
-    }
-    Some(InitialAlignment { up: turned_mean(readings) * scale, rate, still })
+    let is_stationary = variance(|r| r.gyro, turn_rate).max().sqrt() < config.max_gyro_deviation_rad_s
+        && variance(|r| r.specific_force, force).max().sqrt() < config.max_accel_deviation_m_s2
+        && turn_rate.norm() < config.max_turn_rate_rad_s;
+    let up = if is_stationary { force } else { sum_of_rotated_forces(readings) * scale };
+    Some(InitialAlignment { up, turn_rate, is_stationary })
 }
 
-/// Sum of the specific forces, each turned into the body frame of the first reading by the gyroscope: velocity changes
-/// of a walking robot cancel over a second, gravity does not.
-fn turned_mean<'a>(readings: impl Iterator<Item = &'a ImuReading>) -> Vector3 {
+/// Sum of the specific forces, each rotated by the gyroscope into the body frame of the first reading. The accelerations of a
+/// walking robot cancel over a second, gravity does not.
+fn sum_of_rotated_forces<'a>(readings: impl Iterator<Item = &'a ImuReading>) -> Vector3 {
     let mut first_from_body = Rotation::identity();
     let mut previous: Option<&ImuReading> = None;
     let mut sum = Vector3::zeros();
@@ -60,12 +162,12 @@ fn turned_mean<'a>(readings: impl Iterator<Item = &'a ImuReading>) -> Vector3 {
     sum
 }
 
-/// Rotation of the body in a level frame whose heading is the base's: `up` (body frame) points along z and
-/// the base's x axis has no sideways part.
-pub fn level(up: &Vector3, body_from_base: &Rotation) -> Rotation {
+/// Rotation of the body in a level frame with the base's heading: `up` (body frame) points along z, and the base's x axis has no
+/// y component.
+pub fn level_from_body(up: &Vector3, body_from_base: &Rotation) -> Rotation {
     let up_in_base = body_from_base.inverse() * up;
     let Some(level_from_base) = Rotation::rotation_between(&up_in_base, &Vector3::z()) else {
-        // Exactly upside down: turn about x.
+        // Exactly upside down: half a turn about x.
         return Rotation::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
             * body_from_base.inverse();
     };
@@ -81,19 +183,20 @@ mod tests {
     use vocab::Stamp;
 
     #[test]
-    fn level_puts_up_up_and_keeps_the_heading() {
+    fn levelling_puts_up_along_z_and_keeps_the_heading() {
         let mut rng = RngTree::new(31).child("level").rng();
         for _ in 0..100 {
             let up = Vector3::new(rng.normal(), rng.normal(), rng.normal()).normalize() * 9.8;
             let body_from_base = so3::exp(&Vector3::new(rng.normal(), rng.normal(), rng.normal()));
-            let odom_from_body = level(&up, &body_from_base);
+            let odom_from_body = level_from_body(&up, &body_from_base);
             assert!((odom_from_body * up - Vector3::z() * 9.8).norm() < 1e-9);
             assert!((odom_from_body * body_from_base * Vector3::x()).y.abs() < 1e-9);
         }
     }
 
     #[test]
-    fn still_and_walking_are_told_apart_and_both_give_up() {
+    fn standing_and_walking_are_told_apart_and_both_give_up() {
+        let config = InitialAlignmentConfig::default();
         let mut rng = RngTree::new(32).child("bearing").rng();
         let bias = Vector3::new(0.01, -0.02, 0.005);
         let mut readings = |shake: f64| -> Vec<ImuReading> {
@@ -106,17 +209,17 @@ mod tests {
                         stamp: Stamp::from_nanos(i64::from(index) * 2_500_000),
                         gyro: bias + noise(0.005) + Vector3::new(0.0, 0.3 * swing, 0.0),
                         specific_force: Vector3::new(swing * 3.0, 0.0, 9.81) + noise(0.03),
-                        saturated: false,
+                        is_saturated: false,
                     }
                 })
                 .collect()
         };
         let standing = readings(0.0);
-        let Some(found) = initial_alignment(standing.iter()) else { panic!("nothing") };
-        assert!(found.still && (found.rate - bias).norm() < 2e-3);
+        let Some(found) = estimate_alignment(standing.iter(), &config) else { panic!("nothing") };
+        assert!(found.is_stationary && (found.turn_rate - bias).norm() < 2e-3);
         let walking = readings(1.0);
-        let Some(found) = initial_alignment(walking.iter()) else { panic!("nothing") };
-        assert!(!found.still && found.up.angle(&Vector3::z()) < 0.05, "{found:?}");
-        assert_eq!(initial_alignment(walking[..3].iter()), None);
+        let Some(found) = estimate_alignment(walking.iter(), &config) else { panic!("nothing") };
+        assert!(!found.is_stationary && found.up.angle(&Vector3::z()) < 0.05, "{found:?}");
+        assert_eq!(estimate_alignment(walking[..3].iter(), &config), None);
     }
 }

@@ -1,13 +1,13 @@
-//! LiDAR-inertial-leg odometry: where the robot is since it was switched on, smooth but slowly drifting, with
-//! motion-corrected scans.
+//! LiDAR-inertial-leg odometry: the robot's motion since it was switched on, smooth but slowly drifting, with motion-corrected
+//! scans.
 //!
-//! An iterated error-state Kalman filter carries pose, velocity, biases, gravity and the legs' scale through IMU
-//! readings; leg velocities are measurements, and each scan is registered to a local map of Gaussians with the
-//! prediction as prior, so that directions the LiDAR cannot see stay with the other sources and their covariance
-//! grows. Every source is optional. `docs/maths/odometry.md` has the equations.
+//! An iterated error-state Kalman filter propagates pose, velocity, biases, gravity and the scale of the legs through IMU readings.
+//! Leg velocities are measurements. Each scan is registered to a local map of Gaussians with the prediction as prior. Directions
+//! that the LiDAR does not observe keep the prediction of the other sources, and their covariance grows. Every source is optional.
+//! `docs/maths/odometry.md` has the equations; docstrings name them by number.
 //!
-//! Read [`Odometry`] (waiting and ordering), then `carrier` (from scan to scan), `tracker` (taking a scan in) and
-//! `local_map` (its fit).
+//! Read [`Odometry`] first (queues and order of messages), then `state_propagator` (between scans), `scan_tracker` (a scan) and
+//! `local_map` (its registration).
 
 mod config;
 mod event;
@@ -28,10 +28,20 @@ mod state_propagator;
 mod sweep;
 mod velocity_measurement;
 
-pub use config::{Mounting, NoiseConfig, OdometryConfig, Sources};
+pub use config::{Mounting, OdometryConfig, Sources};
 pub use event::{
     DeskewedScan, Estimate, Finding, FindingKind, OdometryEvent, PoseEvent, RegistrationReport, Severity,
     Started,
 };
-pub use odometry::Odometry;
+pub use filter::{FilterConfig, ImuNoise};
+pub use imu_lidar_consistency::ConsistencyConfig;
+pub use imu_queue::ImuQueueConfig;
+pub use initial_alignment::{InitialAlignmentConfig, InitialDeviations};
+pub use local_map::LocalMapConfig;
+pub use motion_model::DecayConfig;
+pub use odometry::{Odometry, SynchronisationConfig};
+pub use pickup_detector::PickupConfig;
+pub use reinitialiser::ReinitialiserConfig;
+pub use scan_tracker::TrackingConfig;
+pub use state_propagator::PropagationConfig;
 pub use sweep::{ScanView, deskew};

@@ -1,125 +1,182 @@
-//! The map around the robot, and where a scan lies in it.
+//! The local map around the robot and the registration of a scan with it.
 
-use crate::config::OdometryConfig;
 use crate::event::RegistrationReport;
 use crate::filter::ErrorStateFilter;
 use crate::state::State;
-use geometry::{Isometry, Matrix6, Vector3, Vector6};
-use points::{Centroid, Downsampler, GaussianMap};
-use registration::{MatchingConfig, NormalEquations, linearise, shrink_eigenvalues};
+use geometry::{Base, Body, Isometry, Matrix6, Transform, Vector3, Vector6};
+use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
+use registration::{
+    GaussNewtonConfig, MatchingConfig, NormalEquations, ScanInformationConfig, WidthSchedule, gauss_newton,
+    linearise, shrink_eigenvalues,
+};
 
-/// Fewer points than this say nothing.
-pub const MIN_POINTS: usize = 60;
-/// Gauss-Newton steps at most.
-const MAX_ITERATIONS: usize = 10;
-/// A step this small ends the iteration: metres and radians.
-const RESTING: f64 = 2e-5;
-/// Share of the strongest direction's information that noise alone can fake in a blind one.
-const APPARENT_GRIP: f64 = 1e-3;
-/// A plane this near is taken without looking further, metres.
-const GATE: f32 = 0.1;
-/// Width of the robust kernel, standard deviations.
-const KERNEL: f32 = 3.0;
+/// Parameters of a [`LocalMap`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalMapConfig {
+    /// How the map divides space.
+    pub gaussians: GaussianMapConfig,
+    /// Root cubes farther from the robot than this along any axis are removed, metres.
+    pub radius_m: f64,
+    /// Distance walked between two removals, metres.
+    pub removal_interval_m: f64,
+    /// How points are matched when the pose is nearly right.
+    pub matching: MatchingConfig,
+    /// How much information a scan is granted.
+    pub information: ScanInformationConfig,
+    /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping.
+    pub tight: GaussNewtonConfig,
+    /// Iteration from a prediction that is good to decimetres. The prior takes the place of damping.
+    pub loose: GaussNewtonConfig,
+    /// Number of points of a scan that are to enter registration. The voxel size adapts to it.
+    pub target_points: usize,
+    /// Voxel size of the first downsampling, metres.
+    pub initial_voxel_m: f32,
+    /// Smallest voxel size, metres.
+    pub min_voxel_m: f32,
+    /// Largest voxel size, metres.
+    pub max_voxel_m: f32,
+    /// Voxel size of the points that enter the map, as a share of that of the points that enter registration.
+    pub fine_voxel_share: f32,
+    /// Exponent of the adaptation of the voxel size while the map is empty. Halving the voxels of a dense surface quadruples its
+    /// points (exponent 0.5); sparse surfaces give fewer.
+    pub initial_adaptation_exponent: f32,
+    /// Exponent of the adaptation from scan to scan.
+    pub adaptation_exponent: f32,
+    /// Greatest number of adaptations for the first scan.
+    pub initial_adaptations: usize,
+    /// Least ratio of the number of points to the target that ends the adaptation for the first scan.
+    pub min_target_ratio: f32,
+    /// Ratio of the number of points to the target, from which the adaptation for the first scan goes on.
+    pub max_target_ratio: f32,
+}
 
-/// How good the predicted pose is.
+impl Default for LocalMapConfig {
+    fn default() -> Self {
+        let tight = GaussNewtonConfig {
+            max_iterations: 10,
+            min_step: 2e-5,
+            initial_width: 2.0,
+            schedule: WidthSchedule::Halving,
+            relative_damping: 0.0,
+            absolute_damping: 0.0,
+        };
+        Self {
+            gaussians: GaussianMapConfig::default(),
+            radius_m: 100.0,
+            removal_interval_m: 10.0,
+            matching: MatchingConfig::default(),
+            information: ScanInformationConfig::default(),
+            tight,
+            loose: GaussNewtonConfig { max_iterations: 20, initial_width: 8.0, ..tight },
+            target_points: 4_000,
+            initial_voxel_m: 0.3,
+            min_voxel_m: 0.05,
+            max_voxel_m: 2.0,
+            fine_voxel_share: 0.5,
+            initial_adaptation_exponent: 0.6,
+            adaptation_exponent: 0.3,
+            initial_adaptations: 6,
+            min_target_ratio: 0.8,
+            max_target_ratio: 1.25,
+        }
+    }
+}
+
+/// Quality of the predicted pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PriorQuality {
-    /// To centimetres.
-    Close,
-    /// To decimetres.
+    /// Good to centimetres.
+    Tight,
+    /// Good to decimetres.
     Loose,
 }
 
-/// Result of fitting a scan.
+/// Result of registering a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanFit {
-    /// Best state.
+    /// The most probable state.
     pub state: State,
-    /// What the scan says about the pose there.
+    /// Information of the scan about the pose there, `[rotation; translation]`.
     pub information: Matrix6,
-    /// For people.
+    /// Figures for the pose event.
     pub report: RegistrationReport,
 }
 
-/// A thinned scan: for registration, and finer for the map.
+/// A downsampled scan, body frame, metres.
 #[derive(Clone, Debug, Default)]
 pub struct DownsampledScan {
-    /// Body frame, metres.
+    /// Points for registration.
     pub coarse: Vec<[f32; 3]>,
-    /// Body frame, metres.
+    /// Points for the map.
     pub fine: Vec<[f32; 3]>,
 }
 
-/// The map around the robot.
+/// The local map around the robot.
 #[derive(Clone, Debug)]
 pub struct LocalMap {
+    config: LocalMapConfig,
     map: GaussianMap,
     downsampler: Downsampler,
     centroids: Vec<Centroid>,
-    /// Edge of the voxels that thin a scan, metres.
-    voxel: f32,
-    noise: f32,
-    correlation: f64,
-    radius: f64,
-    /// Where parts far away were last forgotten.
-    forgotten_at: Option<Vector3>,
+    /// Present voxel size of the downsampling, metres.
+    voxel_m: f32,
+    /// Position of the robot at the last removal of distant cubes, odom frame, metres.
+    removed_at: Option<Vector3>,
 }
 
 impl LocalMap {
-    /// An empty one.
-    pub fn new(config: &OdometryConfig) -> Self {
+    /// An empty map.
+    pub fn new(config: LocalMapConfig) -> Self {
         Self {
-            map: GaussianMap::new(config.map),
+            config,
+            map: GaussianMap::new(config.gaussians),
             downsampler: Downsampler::default(),
             centroids: Vec::new(),
-            voxel: 0.3,
-            noise: config.noise.lidar as f32,
-            correlation: config.noise.lidar_correlation,
-            radius: config.map_radius,
-            forgotten_at: None,
+            voxel_m: config.initial_voxel_m,
+            removed_at: None,
         }
     }
 
-    /// The Gaussians.
+    /// The Gaussians of the map.
     pub fn gaussians(&self) -> &GaussianMap {
         &self.map
     }
 
-    /// How points are matched once the pose is nearly right.
-    pub fn matching(&self) -> MatchingConfig {
-        MatchingConfig {
-            gate_m: GATE,
-            kernel_width: KERNEL,
-            noise_m: self.noise,
-            use_distributions: true,
-            front_facing_only: false,
-        }
+    /// The parameters of the map.
+    pub fn config(&self) -> &LocalMapConfig {
+        &self.config
     }
 
-    /// Thins a scan (base frame) and turns it into the body frame; adapts the voxel size
-    /// so that about `wanted` points remain next time.
+    /// Downsamples a scan (base frame, metres) into `out` (body frame), and adapts the voxel size so that about `target_points`
+    /// points remain next time.
     pub fn downsample(
         &mut self,
         xyz: &[[f32; 3]],
-        wanted: usize,
-        body_from_base: &Isometry,
+        target_points: usize,
+        body_from_base: &Transform<Body, Base>,
         out: &mut DownsampledScan,
     ) {
-        let first = self.map.is_empty();
-        for _ in 0..if first { 6 } else { 1 } {
+        let config = self.config;
+        let is_first = self.map.is_empty();
+        let (attempts, exponent) = if is_first {
+            (config.initial_adaptations, config.initial_adaptation_exponent)
+        } else {
+            (1, config.adaptation_exponent)
+        };
+        for _ in 0..attempts {
             self.downsample_once(xyz, out);
-            // A blind scan says nothing about the next one.
-            if xyz.len() < MIN_POINTS {
+            // A scan with next to no points says nothing about the next one.
+            if xyz.len() < config.information.min_points {
                 break;
             }
-            let ratio = out.coarse.len() as f32 / wanted as f32;
-            // Points on surfaces: halving the edge quadruples them, less where they are sparse.
-            self.voxel = (self.voxel * ratio.powf(if first { 0.6 } else { 0.3 })).clamp(0.05, 2.0);
-            if (0.8..1.25).contains(&ratio) {
+            let ratio = out.coarse.len() as f32 / target_points as f32;
+            self.voxel_m =
+                (self.voxel_m * ratio.powf(exponent)).clamp(config.min_voxel_m, config.max_voxel_m);
+            if (config.min_target_ratio..config.max_target_ratio).contains(&ratio) {
                 break;
             }
         }
-        let matrix = crate::sweep::matrix_of(body_from_base);
+        let matrix = crate::sweep::matrix_of(body_from_base.isometry());
         for point in out.coarse.iter_mut().chain(&mut out.fine) {
             *point = crate::sweep::apply(&matrix, point);
         }
@@ -127,89 +184,83 @@ impl LocalMap {
 
     fn downsample_once(&mut self, xyz: &[[f32; 3]], out: &mut DownsampledScan) {
         self.centroids.clear();
-        self.downsampler.downsample(xyz, &[], self.voxel * 0.5, &mut self.centroids);
+        let fine_voxel_m = self.voxel_m * self.config.fine_voxel_share;
+        self.downsampler.downsample(xyz, &[], fine_voxel_m, &mut self.centroids);
         out.fine.clear();
         out.fine.extend(self.centroids.iter().map(|centroid| centroid.xyz));
         self.centroids.clear();
-        self.downsampler.downsample(&out.fine, &[], self.voxel, &mut self.centroids);
+        self.downsampler.downsample(&out.fine, &[], self.voxel_m, &mut self.centroids);
         out.coarse.clear();
         out.coarse.extend(self.centroids.iter().map(|centroid| centroid.xyz));
     }
 
-    /// Finds the state that a scan and the prior agree on. `start` is where to begin.
+    /// Finds the most probable state given a scan and the prior (docs/maths/odometry.md, equations 14 and 15), starting from
+    /// `start`.
     pub fn fit(
         &self,
         filter: &ErrorStateFilter,
         start: State,
-        downsampled: &DownsampledScan,
+        scan: &DownsampledScan,
         prior_quality: PriorQuality,
     ) -> ScanFit {
-        let mut state = start;
         let mut report = RegistrationReport {
-            points_used: downsampled.coarse.len(),
-            voxel: self.voxel,
+            points_used: scan.coarse.len(),
+            voxel_m: self.voxel_m,
             ..RegistrationReport::default()
         };
         let mut information = Matrix6::zeros();
-        let mut widen: f32 = match prior_quality {
-            PriorQuality::Close => 2.0,
-            PriorQuality::Loose => 8.0,
+        let config = match prior_quality {
+            PriorQuality::Tight => &self.config.tight,
+            PriorQuality::Loose => &self.config.loose,
         };
-        let iterations = match prior_quality {
-            PriorQuality::Close => MAX_ITERATIONS,
-            PriorQuality::Loose => 2 * MAX_ITERATIONS,
-        };
-        for _ in 0..iterations {
-            let options =
-                MatchingConfig { gate_m: GATE * widen, kernel_width: KERNEL * widen, ..self.matching() };
-            let at = linearise(&self.map, &downsampled.coarse, &state.odom_from_body, &options);
-            let (share, gradient);
-            (share, information, gradient) = self.regularise(&at, downsampled);
-            report.matched = at.matched;
-            report.inlier_share = share;
+        let state = gauss_newton(start, &self.config.matching, config, |state, matching| {
+            let equations = linearise(&self.map, &scan.coarse, &state.odom_from_body, matching);
+            let gradient;
+            (information, gradient) = self.trusted_part(&equations, scan);
+            report.matched = equations.matched;
+            report.inlier_share = equations.inliers as f64 / equations.matched.max(1) as f64;
             report.iterations += 1;
-            let Some(deviation) = filter.compute_pose_step(&state, &information, &gradient) else { break };
+            let deviation = filter.compute_pose_step(state, &information, &gradient)?;
             let next = filter.state.retract(&deviation);
-            let moved = geometry::se3::local(&state.odom_from_body, &next.odom_from_body).norm();
-            state = next;
-            let wide = widen > 1.0;
-            widen = (widen * 0.5).max(1.0);
-            if moved < RESTING && !wide {
-                break;
-            }
-        }
+            let step = geometry::se3::local(&state.odom_from_body, &next.odom_from_body).norm();
+            Some((next, step))
+        });
         ScanFit { state, information, report }
     }
 
-    /// Share of inliers, and normal equations with the noise's grip taken off and neighbours' common errors counted.
-    fn regularise(&self, at: &NormalEquations, downsampled: &DownsampledScan) -> (f64, Matrix6, Vector6) {
-        let squares: f64 =
-            downsampled.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
-        let arm = (squares / downsampled.coarse.len().max(1) as f64).sqrt().max(0.5);
-        let conditioned = shrink_eigenvalues(&at.information, &at.gradient, arm, APPARENT_GRIP);
-        let scale = 1.0 / self.correlation;
-        let share = at.inliers as f64 / at.matched.max(1) as f64;
-        (share, conditioned.information * scale, conditioned.gradient * scale)
+    /// Information and gradient without what only noise contributes, and with correlated points counted as one.
+    fn trusted_part(&self, equations: &NormalEquations, scan: &DownsampledScan) -> (Matrix6, Vector6) {
+        let config = &self.config.information;
+        let squares: f64 = scan.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
+        let lever_arm_m = (squares / scan.coarse.len().max(1) as f64).sqrt().max(config.min_lever_arm_m);
+        let shrunk = shrink_eigenvalues(
+            &equations.information,
+            &equations.gradient,
+            lever_arm_m,
+            config.eigenvalue_shrinkage,
+        );
+        let scale = 1.0 / config.correlated_points;
+        (shrunk.information * scale, shrunk.gradient * scale)
     }
 
-    /// Adds a thinned scan at a pose.
-    pub fn insert(&mut self, downsampled: &DownsampledScan, odom_from_body: &Isometry) {
+    /// Adds the fine points of a scan at a pose.
+    pub fn insert(&mut self, scan: &DownsampledScan, odom_from_body: &Isometry) {
         let rotation = odom_from_body.rotation.to_rotation_matrix();
         let translation = odom_from_body.translation.vector;
-        for point in &downsampled.fine {
+        for point in &scan.fine {
             let in_body = Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2]));
             let in_odom = rotation * in_body + translation;
             self.map.insert(&[in_odom.x, in_odom.y, in_odom.z]);
         }
-        self.discard_far(&translation);
+        self.remove_distant(&translation);
     }
 
-    /// Every 10 m, forgets what is out of reach.
-    fn discard_far(&mut self, position: &Vector3) {
-        let due = self.forgotten_at.is_none_or(|last| (position - last).norm() > 10.0);
-        if due {
-            self.forgotten_at = Some(*position);
-            self.map.retain_within(&[position.x, position.y, position.z], self.radius);
+    /// Removes distant cubes, once in every removal interval of distance.
+    fn remove_distant(&mut self, position: &Vector3) {
+        let interval_m = self.config.removal_interval_m;
+        if self.removed_at.is_none_or(|last| (position - last).norm() > interval_m) {
+            self.removed_at = Some(*position);
+            self.map.retain_within(&[position.x, position.y, position.z], self.config.radius_m);
         }
     }
 }

@@ -1,7 +1,8 @@
-//! How the state and its error move over a short time, for each kind of knowledge about the motion.
+//! Motion models: how the state and its error propagate over a short time, for each kind of knowledge about the motion.
 //!
-//! Source of the inertial case: Solà, *Quaternion kinematics for the error-state Kalman filter*, 2017, section 5, with
-//! the position error in the body frame; the mean is integrated with the rotation half-way.
+//! Equations: docs/maths/odometry.md, equations 4 to 7. Source of the inertial model: Solà, *Quaternion kinematics for the
+//! error-state Kalman filter*, 2017, section 5. Here the position error is in the body frame, and the mean is integrated with the
+//! rotation half-way through the step.
 
 use crate::state::{
     ACCEL_BIAS, ErrorMatrix, GRAVITY, GYRO_BIAS, POSITION, ROTATION, STANDARD_GRAVITY, State, VELOCITY,
@@ -9,68 +10,82 @@ use crate::state::{
 use geometry::{Isometry, Matrix3, Vector3, so3};
 use nalgebra::Translation3;
 
-/// Where nothing measures the motion, velocity and turn rate die away with these time constants, seconds. With the walks
-/// of [`NoiseConfig`](crate::config::Noise) they then stay near 1.5 m/s and 1 rad/s, as walkers do, and a direction that a scan
-/// cannot see does not run away.
-const VELOCITY_FADES: f64 = 2.0;
-const TURN_FADES: f64 = 0.5;
+/// Decay of a motion that nothing measures. With the random walks of [`FilterConfig`](crate::FilterConfig) the velocity then stays
+/// near 1.5 m/s and the turn rate near 1 rad/s, as those of walkers do, and a direction that a scan does not observe does not
+/// diverge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecayConfig {
+    /// Time constant of the velocity, seconds.
+    pub velocity_time_constant_s: f64,
+    /// Time constant of the turn rate, seconds.
+    pub turn_rate_time_constant_s: f64,
+}
+
+impl Default for DecayConfig {
+    fn default() -> Self {
+        Self { velocity_time_constant_s: 2.0, turn_rate_time_constant_s: 0.5 }
+    }
+}
 
 /// What is known of the motion over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionModel {
-    /// An IMU reads: turn rate (rad/s) and specific force (m/s²), means over the step, body frame.
+    /// Mean readings of an IMU over the step, body frame (equation 4).
     Inertial {
-        /// Gyroscope.
+        /// Turn rate, rad/s.
         gyro: Vector3,
-        /// Accelerometer.
+        /// Specific force, m/s².
         specific_force: Vector3,
     },
-    /// Another odometry measured the twist, body frame: rad/s and m/s.
+    /// Mean twist that another odometry measured, body frame (equation 5).
     Twist {
-        /// Turn rate.
+        /// Turn rate, rad/s.
         turn_rate: Vector3,
-        /// Velocity.
+        /// Velocity, m/s.
         velocity: Vector3,
     },
-    /// Nothing: the body goes on as it went, more and more slowly.
-    DecayingVelocity,
+    /// Nothing: velocity and turn rate decay exponentially (equation 6).
+    DecayingVelocity(DecayConfig),
 }
 
 impl MotionModel {
-    /// The state `dt` seconds later.
+    /// The mean of the state `dt` seconds later.
     pub fn propagate_mean(&self, state: &State, dt: f64) -> State {
         let pose = &state.odom_from_body;
         let (rotation, position) = (pose.rotation, pose.translation.vector);
         let mut next = *state;
-        let place =
+        let pose_of =
             |position: Vector3, rotation| Isometry::from_parts(Translation3::from(position), rotation);
         match *self {
             Self::Inertial { gyro, specific_force } => {
                 let turn = (gyro - state.gyro_bias) * dt;
-                let half_way = rotation * so3::exp(&(turn * 0.5));
-                let acceleration = half_way * (specific_force - state.accel_bias) + state.gravity();
+                let half_way_rotation = rotation * so3::exp(&(turn * 0.5));
+                let acceleration = half_way_rotation * (specific_force - state.accel_bias) + state.gravity();
                 let moved = position + state.velocity * dt + acceleration * (0.5 * dt * dt);
-                next.odom_from_body = place(moved, rotation * so3::exp(&turn));
+                next.odom_from_body = pose_of(moved, rotation * so3::exp(&turn));
                 next.velocity += acceleration * dt;
             }
             Self::Twist { turn_rate, velocity } => {
                 let half_way = rotation * so3::exp(&(turn_rate * (0.5 * dt)));
                 let turned = rotation * so3::exp(&(turn_rate * dt));
-                next.odom_from_body = place(position + half_way * velocity * dt, turned);
+                next.odom_from_body = pose_of(position + half_way * velocity * dt, turned);
                 next.velocity = turned * velocity;
                 next.gyro_bias = -turn_rate;
             }
-            Self::DecayingVelocity => {
-                let turned = rotation * so3::exp(&(state.gyro_bias * -fading(dt, TURN_FADES)));
-                next.odom_from_body = place(position + state.velocity * fading(dt, VELOCITY_FADES), turned);
-                next.velocity *= (-dt / VELOCITY_FADES).exp();
-                next.gyro_bias *= (-dt / TURN_FADES).exp();
+            Self::DecayingVelocity(decay) => {
+                let (velocity_s, turn_rate_s) =
+                    (decay.velocity_time_constant_s, decay.turn_rate_time_constant_s);
+                let turned = rotation * so3::exp(&(state.gyro_bias * -decayed_duration(dt, turn_rate_s)));
+                let moved = position + state.velocity * decayed_duration(dt, velocity_s);
+                next.odom_from_body = pose_of(moved, turned);
+                next.velocity *= (-dt / velocity_s).exp();
+                next.gyro_bias *= (-dt / turn_rate_s).exp();
             }
         }
         next
     }
 
-    /// Derivative of the error after the step by the error before it; `next` is the mean after the step.
+    /// Jacobian of the error after the step by the error before it (18x18; equation 7). `next` is the mean after the step.
     pub fn compute_jacobian(&self, state: &State, next: &State, dt: f64) -> ErrorMatrix {
         let rotation = state.odom_from_body.rotation.to_rotation_matrix().into_inner();
         let next_from_odom = next.odom_from_body.rotation.inverse().to_rotation_matrix().into_inner();
@@ -87,7 +102,8 @@ impl MotionModel {
                 let half_turn = turn * 0.5;
                 let half_way = rotation * so3::exp(&half_turn).to_rotation_matrix().into_inner();
                 let force = specific_force - state.accel_bias;
-                // Acceleration by a rotation error at the start, and by the bias through the half-way rotation.
+                // Jacobians of the acceleration by a rotation error at the start of the step, and by the gyroscope bias through the
+                // half-way rotation.
                 let by_half_way = -half_way * so3::hat(&force);
                 let by_rotation = by_half_way * so3::exp(&-half_turn).to_rotation_matrix().into_inner();
                 let by_gyro_bias = by_half_way * so3::right_jacobian(&half_turn) * (-0.5 * dt);
@@ -102,7 +118,7 @@ impl MotionModel {
                 set(VELOCITY, ACCEL_BIAS, &(half_way * -dt));
                 let gravity = state.gravity();
                 for axis in 0..2 {
-                    // Gravity keeps its length: tipping it changes z as well.
+                    // The length of gravity is fixed, so a change of a horizontal component changes z as well.
                     let mut direction = Vector3::ith(axis, 1.0);
                     direction.z = -gravity[axis] / gravity.z.min(-0.1 * STANDARD_GRAVITY);
                     f.fixed_view_mut::<3, 1>(VELOCITY, GRAVITY + axis).copy_from(&(direction * dt));
@@ -119,21 +135,24 @@ impl MotionModel {
                 set(VELOCITY, VELOCITY, &Matrix3::zeros());
                 set(GYRO_BIAS, GYRO_BIAS, &Matrix3::zeros());
             }
-            Self::DecayingVelocity => {
-                let (turning, moving) = (fading(dt, TURN_FADES), fading(dt, VELOCITY_FADES));
-                let turn = state.gyro_bias * -turning;
-                set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -turning));
-                set(POSITION, VELOCITY, &(next_from_odom * moving));
-                set(VELOCITY, VELOCITY, &(Matrix3::identity() * (-dt / VELOCITY_FADES).exp()));
-                set(GYRO_BIAS, GYRO_BIAS, &(Matrix3::identity() * (-dt / TURN_FADES).exp()));
+            Self::DecayingVelocity(decay) => {
+                let (velocity_s, turn_rate_s) =
+                    (decay.velocity_time_constant_s, decay.turn_rate_time_constant_s);
+                let (turn_duration, duration) =
+                    (decayed_duration(dt, turn_rate_s), decayed_duration(dt, velocity_s));
+                let turn = state.gyro_bias * -turn_duration;
+                set(ROTATION, GYRO_BIAS, &(so3::right_jacobian(&turn) * -turn_duration));
+                set(POSITION, VELOCITY, &(next_from_odom * duration));
+                set(VELOCITY, VELOCITY, &(Matrix3::identity() * (-dt / velocity_s).exp()));
+                set(GYRO_BIAS, GYRO_BIAS, &(Matrix3::identity() * (-dt / turn_rate_s).exp()));
             }
         }
         f
     }
 }
 
-/// How long a motion that does not fade takes for what one that fades does in `dt`, seconds.
-fn fading(dt: f64, time_constant: f64) -> f64 {
+/// The time in which a constant motion covers what a decaying motion covers in `dt`, seconds.
+fn decayed_duration(dt: f64, time_constant: f64) -> f64 {
     -time_constant * (-dt / time_constant).exp_m1()
 }
 
@@ -156,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn every_derivative_matches_central_differences() {
+    fn every_jacobian_matches_central_differences() {
         let mut rng = RngTree::new(12).child("motion").rng();
         for _ in 0..30 {
             let state = random_state(&mut rng);
@@ -164,7 +183,7 @@ mod tests {
             let motions = [
                 MotionModel::Inertial { gyro: random(2.0), specific_force: random(10.0) },
                 MotionModel::Twist { turn_rate: random(1.0), velocity: random(1.0) },
-                MotionModel::DecayingVelocity,
+                MotionModel::DecayingVelocity(DecayConfig::default()),
             ];
             let dt = 0.02;
             for motion in motions {

@@ -1,4 +1,4 @@
-//! Poses of the body over the last moments, at the rate of the IMU, to look up where each point was measured.
+//! Recent poses of the body at the rate of the IMU. They give the pose at which each point of a sweep was measured.
 
 use geometry::{Isometry, se3};
 use std::collections::VecDeque;
@@ -11,13 +11,13 @@ pub struct PoseTable {
 }
 
 impl PoseTable {
-    /// Forgets everything and starts at one pose.
+    /// Removes all poses and starts with one.
     pub fn restart(&mut self, stamp: Stamp, odom_from_body: Isometry) {
         self.entries.clear();
         self.entries.push_back((stamp, odom_from_body));
     }
 
-    /// Appends a pose; one at the newest stamp replaces it, an older one is ignored.
+    /// Appends a pose. A pose at the newest stamp replaces the newest one; an older one is ignored.
     pub fn push(&mut self, stamp: Stamp, odom_from_body: Isometry) {
         match self.entries.back_mut() {
             Some(last) if last.0 == stamp => last.1 = odom_from_body,
@@ -26,39 +26,39 @@ impl PoseTable {
         }
     }
 
-    /// Forgets what is older than a stamp, but keeps one entry before it to interpolate from.
+    /// Removes the poses older than a stamp, except the last of them, from which later poses are interpolated.
     pub fn discard_before(&mut self, stamp: Stamp) {
         while self.entries.get(1).is_some_and(|entry| entry.0 <= stamp) {
             self.entries.pop_front();
         }
     }
 
-    /// Forgets everything between two stamps, borders excluded: the motion there becomes uniform.
+    /// Removes the poses between two stamps, borders excluded, so that the motion there becomes uniform.
     pub fn make_uniform(&mut self, from: Stamp, to: Stamp) {
         self.entries.retain(|entry| entry.0 <= from || entry.0 >= to);
     }
 
-    /// Moves every pose by the same amount in the odom frame: `odom_from_odom * pose`.
-    pub fn shift(&mut self, odom_from_odom: &Isometry) {
+    /// Multiplies every pose from the left by a correction in the odom frame.
+    pub fn apply_correction(&mut self, odom_from_odom: &Isometry) {
         for entry in &mut self.entries {
             entry.1 = odom_from_odom * entry.1;
         }
     }
 
-    /// Moves the newest pose only.
+    /// Replaces the newest pose.
     pub fn set_last(&mut self, odom_from_body: Isometry) {
         if let Some(last) = self.entries.back_mut() {
             last.1 = odom_from_body;
         }
     }
 
-    /// Pose at a stamp, interpolated; outside the table the nearest entry. `None` when empty.
+    /// Pose at a stamp, interpolated. Outside the table it is the nearest entry. `None` for an empty table.
     pub fn at(&self, stamp: Stamp) -> Option<Isometry> {
         let mut cursor = 0;
         self.at_from(stamp, &mut cursor)
     }
 
-    /// The same, looking on from where the last call with this cursor ended: for ascending stamps.
+    /// As [`Self::at`], with a search that starts where the last call with this cursor ended. For ascending stamps.
     pub fn at_from(&self, stamp: Stamp, cursor: &mut usize) -> Option<Isometry> {
         while self.entries.get(*cursor + 1).is_some_and(|entry| entry.0 <= stamp) {
             *cursor += 1;
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn looks_up_between_before_and_after_its_entries() {
+    fn poses_are_interpolated_between_entries_and_held_outside() {
         let mut table = PoseTable::default();
         assert_eq!(table.at(Stamp::EPOCH), None);
         for i in 0..10_i64 {

@@ -1,72 +1,104 @@
-//! Where to begin when only the scans themselves say how the robot moved: the best of a few guesses, and when none fits
-//! as scans usually do, a search over turns.
+//! Finds a start for registration when only the scans themselves say how the robot moved: the best of a few candidates, or, if none
+//! fits as scans usually do, the best of many rotated starts.
 
 use crate::local_map::{DownsampledScan, LocalMap};
 use geometry::Isometry;
-use registration::{MatchingConfig, MultiStartConfig, multi_start, refine};
+use registration::{MatchingConfig, MultiStartConfig, multi_start, refine, score};
 
-/// Points that compare guesses.
-const SAMPLE: usize = 500;
-/// Steps that refine a guess before it is judged.
-const ITERATIONS: usize = 10;
-/// A guess that fits this share of what is typical is taken.
-const GOOD_ENOUGH: f64 = 0.85;
-/// One that fits less than this share is not followed.
-const POOR: f64 = 0.6;
-/// A turned start must fit so many times as well as the best guess, and as well as [`POOR`] asks, to be followed: through a
-/// door most of what is seen is new and fits nowhere, and something turned fits a little better by chance.
-const CLEARLY_BETTER: f64 = 1.3;
-/// Weight of one scan in the running mean of fits.
-const LEARNING: f64 = 0.1;
+/// Parameters of a [`Reinitialiser`]. Scores are shares of the typical score of recent scans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReinitialiserConfig {
+    /// Points that are used to compare starts.
+    pub sample_points: usize,
+    /// Gauss-Newton iterations that refine a candidate before it is scored.
+    pub refine_iterations: usize,
+    /// A start with a higher score than this is taken without trying others. Also the least score of a scan far from its prediction,
+    /// because places look alike.
+    pub confident_score: f64,
+    /// A start with a lower score than this is not followed.
+    pub min_score: f64,
+    /// A rotated start has to fit this many times as well as the best candidate. Behind a door most of what is seen is new and fits
+    /// nowhere, and a rotated start fits a little better by chance.
+    pub min_improvement: f64,
+    /// Weight of one scan in the running mean of scores.
+    pub learning_rate: f64,
+    /// Gate of the matching, metres: wide enough to converge from several decimetres.
+    pub gate_m: f32,
+    /// Noise of the matching, metres, for the same reason.
+    pub noise_m: f32,
+    /// The rotated starts.
+    pub multi_start: MultiStartConfig,
+}
 
-/// Knows how well scans fit when all is well.
-#[derive(Clone, Debug, Default)]
+impl Default for ReinitialiserConfig {
+    fn default() -> Self {
+        Self {
+            sample_points: 500,
+            refine_iterations: 10,
+            confident_score: 0.85,
+            min_score: 0.6,
+            min_improvement: 1.3,
+            learning_rate: 0.1,
+            gate_m: 0.2,
+            noise_m: 0.03,
+            multi_start: MultiStartConfig::default(),
+        }
+    }
+}
+
+/// Learns how well scans fit, and finds starts.
+#[derive(Clone, Debug)]
 pub struct Reinitialiser {
-    /// Running mean of the fit; 0 before the first.
-    typical: f64,
+    config: ReinitialiserConfig,
+    /// Running mean of the scores of accepted scans; 0 before the first.
+    typical_score: f64,
     sample: Vec<[f32; 3]>,
 }
 
-/// Where to begin.
+/// A start for registration.
 #[derive(Clone, Copy, Debug)]
 pub struct StartPose {
-    /// Body in the map.
+    /// Pose of the body in the map.
     pub map_from_body: Isometry,
-    /// Whether no guess fitted.
+    /// Whether rotated starts were searched because no candidate fitted.
     pub searched: bool,
 }
 
 impl Reinitialiser {
-    /// The best of the guesses, or of turned starts about them.
+    /// Before the first scan.
+    pub fn new(config: ReinitialiserConfig) -> Self {
+        Self { config, typical_score: 0.0, sample: Vec::new() }
+    }
+
+    /// The best of the candidates, or of rotated starts about the first two.
     pub fn find_start(
         &mut self,
         map: &LocalMap,
-        downsampled: &DownsampledScan,
-        guesses: &[Isometry; 3],
+        scan: &DownsampledScan,
+        candidates: &[Isometry; 3],
     ) -> StartPose {
-        self.subsample(downsampled);
-        let options = coarse(map);
-        let mut best = refine(map.gaussians(), &self.sample, &guesses[0], &options, ITERATIONS);
-        for guess in &guesses[1..] {
-            if best.score > GOOD_ENOUGH * self.typical {
+        self.subsample(scan);
+        let config = self.config;
+        let matching = self.matching(map);
+        let refined = |candidate: &Isometry| {
+            refine(map.gaussians(), &self.sample, candidate, &matching, config.refine_iterations)
+        };
+        let mut best = refined(&candidates[0]);
+        for candidate in &candidates[1..] {
+            if best.score > config.confident_score * self.typical_score {
                 return StartPose { map_from_body: best.map_from_body, searched: false };
             }
-            let other = refine(map.gaussians(), &self.sample, guess, &options, ITERATIONS);
+            let other = refined(candidate);
             if other.score > best.score {
                 best = other;
             }
         }
-        let searched = best.score <= GOOD_ENOUGH * self.typical;
+        let searched = best.score <= config.confident_score * self.typical_score;
         if searched {
-            let turned = multi_start(
-                map.gaussians(),
-                &self.sample,
-                &guesses[..2],
-                &options,
-                &MultiStartConfig::default(),
-            );
-            let least = (CLEARLY_BETTER * best.score).max(POOR * self.typical);
-            if let Some(found) = turned.filter(|found| found.score > least) {
+            let rotated =
+                multi_start(map.gaussians(), &self.sample, &candidates[..2], &matching, &config.multi_start);
+            let least = (config.min_improvement * best.score).max(config.min_score * self.typical_score);
+            if let Some(found) = rotated.filter(|found| found.score > least) {
                 best = found;
             }
         }
@@ -77,47 +109,44 @@ impl Reinitialiser {
     pub fn is_typical_fit(
         &mut self,
         map: &LocalMap,
-        downsampled: &DownsampledScan,
+        scan: &DownsampledScan,
         map_from_body: &Isometry,
     ) -> bool {
-        self.fit(map, downsampled, map_from_body) > POOR * self.typical
+        self.score(map, scan, map_from_body) > self.config.min_score * self.typical_score
     }
 
-    /// Whether a scan fits so well at a pose that nobody expected that it is hardly taken somewhere that looks alike.
+    /// Whether a scan fits so well at an unexpected pose that a place that only looks alike is unlikely.
     pub fn is_confident_fit(
         &mut self,
         map: &LocalMap,
-        downsampled: &DownsampledScan,
+        scan: &DownsampledScan,
         map_from_body: &Isometry,
     ) -> bool {
-        self.fit(map, downsampled, map_from_body) > GOOD_ENOUGH * self.typical
+        self.score(map, scan, map_from_body) > self.config.confident_score * self.typical_score
     }
 
-    fn fit(&mut self, map: &LocalMap, downsampled: &DownsampledScan, map_from_body: &Isometry) -> f64 {
-        self.subsample(downsampled);
-        registration::score(map.gaussians(), &self.sample, map_from_body, &coarse(map))
+    /// Updates the typical score by an accepted scan at its final pose, before the scan enters the map.
+    pub fn update_typical_score(&mut self, map: &LocalMap, scan: &DownsampledScan, map_from_body: &Isometry) {
+        let score = self.score(map, scan, map_from_body);
+        let rate = if self.typical_score > 0.0 { self.config.learning_rate } else { 1.0 };
+        self.typical_score += (score - self.typical_score) * rate;
     }
 
-    /// Remembers how well an accepted scan fits at its final pose, before it enters the map.
-    pub fn update_typical_score(
-        &mut self,
-        map: &LocalMap,
-        downsampled: &DownsampledScan,
-        map_from_body: &Isometry,
-    ) {
-        let fit = self.fit(map, downsampled, map_from_body);
-        self.typical += (fit - self.typical) * if self.typical > 0.0 { LEARNING } else { 1.0 };
+    fn score(&mut self, map: &LocalMap, scan: &DownsampledScan, map_from_body: &Isometry) -> f64 {
+        self.subsample(scan);
+        score(map.gaussians(), &self.sample, map_from_body, &self.matching(map))
     }
 
-    /// Evenly spread points of a scan.
-    fn subsample(&mut self, downsampled: &DownsampledScan) {
-        let step = downsampled.coarse.len().div_ceil(SAMPLE).max(1);
+    /// Takes evenly spread points of a scan as the sample.
+    fn subsample(&mut self, scan: &DownsampledScan) {
+        let step = scan.coarse.len().div_ceil(self.config.sample_points).max(1);
         self.sample.clear();
-        self.sample.extend(downsampled.coarse.iter().step_by(step));
+        self.sample.extend(scan.coarse.iter().step_by(step));
     }
-}
 
-/// Matching that is wide enough to be drawn in from afar.
-fn coarse(map: &LocalMap) -> MatchingConfig {
-    MatchingConfig { gate_m: 0.2, noise_m: 0.03, ..map.matching() }
+    /// The map's matching, wide enough to converge from far away.
+    fn matching(&self, map: &LocalMap) -> MatchingConfig {
+        let ReinitialiserConfig { gate_m, noise_m, .. } = self.config;
+        MatchingConfig { gate_m, noise_m, ..map.config().matching }
+    }
 }

@@ -1,52 +1,52 @@
-//! The estimated state, its error and how the one moves the other.
+//! The estimated state and its error (docs/maths/odometry.md, equations 1 to 3).
 //!
-//! Frames: `odom` has z up at the start; `body` is the IMU (the base where there is none). The error has 18
-//! components in the order of the constants below; rotation and position errors are in the body frame, velocity
-//! and gravity errors in the odom frame, biases in the body frame.
+//! Frames: `odom` has z up at the start; `body` is the IMU, or the base of a robot without an IMU. The error has 18 components in
+//! the order of the constants below. Errors of rotation, position and biases are in the body frame, those of velocity and gravity
+//! in the odom frame.
 
 use geometry::{Isometry, Vector3, Vector6, se3};
 use nalgebra::{SMatrix, SVector};
 
 /// Components of the error.
 pub const DIMENSION: usize = 18;
-/// First component of the rotation error, radians; the position error (metres) follows it.
+/// First component of the rotation error, radians. The position error follows it.
 pub const ROTATION: usize = 0;
-/// Position, metres.
+/// First component of the position error, metres.
 pub const POSITION: usize = 3;
-/// Velocity, m/s.
+/// First component of the velocity error, m/s.
 pub const VELOCITY: usize = 6;
-/// Gyroscope bias, rad/s.
+/// First component of the error of the gyroscope bias, rad/s.
 pub const GYRO_BIAS: usize = 9;
-/// Accelerometer bias, m/s².
+/// First component of the error of the accelerometer bias, m/s².
 pub const ACCEL_BIAS: usize = 12;
-/// Horizontal part of gravity, m/s².
+/// First component of the error of the horizontal part of gravity, m/s².
 pub const GRAVITY: usize = 15;
-/// Leg scale, 1.
+/// Component of the error of the leg scale.
 pub const LEG_SCALE: usize = 17;
 
 /// Error of a state.
 pub type ErrorVector = SVector<f64, DIMENSION>;
-/// Covariance of an error, or the derivative of one error by another.
+/// Covariance of an error, or Jacobian of one error by another.
 pub type ErrorMatrix = SMatrix<f64, DIMENSION, DIMENSION>;
 
-/// Standard gravity, m/s². Local gravity differs by up to 0.03, which the accelerometer's bias takes up.
+/// Standard gravity, m/s². Local gravity differs by up to 0.03 m/s². The accelerometer's bias absorbs the difference.
 pub const STANDARD_GRAVITY: f64 = 9.80665;
 
-/// What is estimated.
+/// The estimated state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
-    /// Body in the odometry's frame.
+    /// Pose of the body in the odometry's frame.
     pub odom_from_body: Isometry,
     /// Velocity of the body, m/s, odom frame.
     pub velocity: Vector3,
-    /// Gyroscope bias, rad/s, body frame. Without an IMU: of a gyroscope that always reads zero, so the turn rate is
-    /// its negative.
+    /// Gyroscope bias, rad/s, body frame. Without an IMU it is the bias of a gyroscope that always reads zero, so the turn rate is its
+    /// negative.
     pub gyro_bias: Vector3,
     /// Accelerometer bias, m/s², body frame.
     pub accel_bias: Vector3,
-    /// x and y of gravity in the odom frame, m/s²; near zero because odom starts level.
+    /// x and y of gravity in the odom frame, m/s². Near zero, because the odom frame starts level.
     pub gravity_tilt: [f64; 2],
-    /// The legs report this many times the true velocity.
+    /// Velocity reported by the legs divided by the true velocity.
     pub leg_scale: f64,
 }
 
@@ -63,13 +63,13 @@ impl State {
         }
     }
 
-    /// Gravity in the odom frame, m/s², pointing down. Its length is fixed.
+    /// Gravity in the odom frame, m/s², pointing down, of the fixed length [`STANDARD_GRAVITY`] (equation 2).
     pub fn gravity(&self) -> Vector3 {
         let [x, y] = self.gravity_tilt;
         Vector3::new(x, y, -(STANDARD_GRAVITY * STANDARD_GRAVITY - x * x - y * y).max(0.0).sqrt())
     }
 
-    /// Moved by an error.
+    /// The state plus an error (equation 3).
     pub fn retract(&self, error: &ErrorVector) -> Self {
         let block = |first: usize| error.fixed_rows::<3>(first).into_owned();
         let pose: Vector6 = error.fixed_rows::<6>(ROTATION).into_owned();
@@ -83,7 +83,7 @@ impl State {
         }
     }
 
-    /// The error that [`retract`](Self::retract) needs to go from here to `to`.
+    /// The error with `self.retract(&error) == to`.
     #[cfg(test)]
     pub fn local(&self, to: &Self) -> ErrorVector {
         let mut error = ErrorVector::zeros();

@@ -1,69 +1,72 @@
-//! One LiDAR sweep: kept while it waits, thinned to what is in range, and freed of the motion during it.
+//! One LiDAR sweep: the points in range, kept until the other sensors cover it, and its motion correction (deskewing).
 
 use crate::pose_table::PoseTable;
-use geometry::{Isometry, Vector3};
+use geometry::{Base, Body, Isometry, Lidar, Transform, Vector3};
 use points::filter;
 use vocab::{Aabb, Span, Stamp};
 
-/// A scan as it comes from the sensor: parallel columns in the LiDAR frame, metres. Optional columns are empty or of full
-/// length.
+/// A scan as it comes from the sensor: parallel columns in the LiDAR frame, metres. An optional column is empty or of full length.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanView<'a> {
-    /// The instant to which offset 0 refers; usually the start of the sweep.
+    /// The instant of offset 0, usually the start of the sweep.
     pub stamp: Stamp,
     /// Positions.
     pub xyz: &'a [[f32; 3]],
     /// Return strengths, or empty.
     pub intensity: &'a [f32],
-    /// Nanoseconds after `stamp` at which each point was measured, or empty.
+    /// Time of measurement of each point, nanoseconds after `stamp`, or empty.
     pub offset_ns: &'a [i32],
 }
 
-/// Slices of a sweep whose points share one correction: half of one is 50 µs of a 10 Hz sweep, in which a robot that turns at
-/// 1 rad/s moves a point at 20 m by 1 mm.
+/// Number of time slices of a sweep. The points of a slice share one correction. Half a slice is 50 µs of a 10 Hz sweep, in which a
+/// robot that turns at 1 rad/s moves a point at 20 m by 1 mm.
 const SLICES: usize = 1024;
 
-/// A scan that waits, without the points that nobody wants.
+/// A waiting scan, without the points out of range and on the robot itself.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
-    /// Of the scan.
+    /// The scan's own stamp.
     pub stamp: Stamp,
     /// When its first point was measured.
     pub start: Stamp,
     /// When its last point was measured.
     pub end: Stamp,
     /// Whether its points have times.
-    pub timed: bool,
-    /// LiDAR frame, metres.
+    pub has_times: bool,
+    /// Points, LiDAR frame, metres.
     xyz: Vec<[f32; 3]>,
-    /// Or empty.
+    /// Return strength of each point, or empty.
     intensity: Vec<f32>,
     /// Slice of each point, or empty.
     slice: Vec<u16>,
 }
 
 impl Sweep {
-    /// Copies what is in range and outside the robot's body.
-    pub fn take(
+    /// Copies the points that are between two ranges (metres) and outside the `self_filter` (box in the base frame).
+    /// `kept_indices` is working memory.
+    pub fn from_scan(
         scan: &ScanView<'_>,
-        range: (f32, f32),
-        hidden: Option<&Aabb>,
-        base_from_lidar: &Isometry,
-        kept: &mut Vec<u32>,
+        (min_range_m, max_range_m): (f32, f32),
+        self_filter: Option<&Aabb>,
+        base_from_lidar: &Transform<Base, Lidar>,
+        kept_indices: &mut Vec<u32>,
     ) -> Self {
+        let kept = kept_indices;
         kept.clear();
-        filter::select_in_range(scan.xyz, range.0, range.1, kept);
-        if let Some(hidden) = hidden {
-            let matrix = matrix_of(base_from_lidar);
-            kept.retain(|&index| !filter::contains(hidden, &apply(&matrix, &scan.xyz[index as usize])));
+        filter::select_in_range(scan.xyz, min_range_m, max_range_m, kept);
+        if let Some(aabb) = self_filter {
+            let matrix = matrix_of(base_from_lidar.isometry());
+            kept.retain(|&index| !filter::contains(aabb, &apply(&matrix, &scan.xyz[index as usize])));
         }
         let full = scan.xyz.len();
-        let timed = full > 0 && scan.offset_ns.len() == full;
+        let has_offsets = full > 0 && scan.offset_ns.len() == full;
         let (mut first, mut last) = (0, 0);
-        if timed {
+        if has_offsets {
             first = scan.offset_ns.iter().copied().min().unwrap_or(0);
             last = scan.offset_ns.iter().copied().max().unwrap_or(0);
         }
+        // A sweep whose points all have one time says nothing about motion.
+        let has_times = has_offsets && last > first;
         let whole = (i64::from(last) - i64::from(first)).max(1);
         let slice_of =
             |offset: i32| ((i64::from(offset) - i64::from(first)) * (SLICES as i64 - 1) / whole) as u16;
@@ -71,15 +74,14 @@ impl Sweep {
             stamp: scan.stamp,
             start: scan.stamp + Span::from_nanos(i64::from(first)),
             end: scan.stamp + Span::from_nanos(i64::from(last)),
-            // All at one instant says nothing about motion.
-            timed: timed && last > first,
+            has_times,
             xyz: kept.iter().map(|&index| scan.xyz[index as usize]).collect(),
             intensity: if scan.intensity.len() == full {
                 kept.iter().map(|&index| scan.intensity[index as usize]).collect()
             } else {
                 Vec::new()
             },
-            slice: if timed && last > first {
+            slice: if has_times {
                 kept.iter().map(|&index| slice_of(scan.offset_ns[index as usize])).collect()
             } else {
                 Vec::new()
@@ -87,7 +89,7 @@ impl Sweep {
         }
     }
 
-    /// Part `index` of `parts` by time, a small sweep of its own. Needs times.
+    /// Part `index` of `parts` equal intervals of time, as a sweep of its own. Needs times of the points.
     pub fn part(&self, index: usize, parts: usize) -> Self {
         let size = SLICES / parts;
         let (first, end) = (index * size, if index + 1 == parts { SLICES } else { (index + 1) * size });
@@ -102,7 +104,7 @@ impl Sweep {
                 part.slice.push(((slice - first) * SLICES / (end - first)) as u16);
             }
         }
-        part.timed = self.timed;
+        part.has_times = self.has_times;
         part
     }
 
@@ -112,22 +114,23 @@ impl Sweep {
         self.xyz.len()
     }
 
-    /// Gives the return strengths away.
+    /// Moves the return strengths out.
     pub fn take_intensity(&mut self) -> Vec<f32> {
         std::mem::take(&mut self.intensity)
     }
 
-    /// Moves every point to the base frame at the end of the sweep.
+    /// Moves every point to the base frame at the end of the sweep (docs/maths/odometry.md, equation 22). `table` holds the poses of
+    /// the body during the sweep.
     pub fn deskew(
         &self,
         table: &PoseTable,
-        base_from_lidar: &Isometry,
-        body_from_base: &Isometry,
+        base_from_lidar: &Transform<Base, Lidar>,
+        body_from_base: &Transform<Body, Base>,
         xyz: &mut Vec<[f32; 3]>,
     ) {
         xyz.clear();
         if self.slice.is_empty() {
-            let matrix = matrix_of(base_from_lidar);
+            let matrix = matrix_of(base_from_lidar.isometry());
             xyz.extend(self.xyz.iter().map(|point| apply(&matrix, point)));
             return;
         }
@@ -140,35 +143,35 @@ impl Sweep {
         );
     }
 
-    /// For each slice, base at the end from LiDAR at that time.
+    /// For each slice, the pose of the LiDAR at its time in the base at the end of the sweep.
     fn slice_matrices(
         &self,
         table: &PoseTable,
-        base_from_lidar: &Isometry,
-        body_from_base: &Isometry,
+        base_from_lidar: &Transform<Base, Lidar>,
+        body_from_base: &Transform<Body, Base>,
     ) -> Vec<[[f32; 4]; 3]> {
         let whole = (self.end - self.start).nanos();
-        let body_from_lidar = body_from_base * base_from_lidar;
-        let end_from_odom = table.at(self.end).map(|pose| (pose * body_from_base).inverse());
+        let body_from_lidar: Transform<Body, Lidar> = *body_from_base * *base_from_lidar;
+        let end_from_odom = table.at(self.end).map(|pose| (pose * body_from_base.isometry()).inverse());
         let mut cursor = 0;
         (0..SLICES as i64)
             .map(|slice| {
-                // The middle of the slice; the last one holds the last instant only.
+                // The middle of the slice. The last slice holds the last instant only.
                 let nanos = (whole * (2 * slice + 1) / (2 * (SLICES as i64 - 1))).min(whole);
                 let at = table.at_from(self.start + Span::from_nanos(nanos), &mut cursor);
                 match (&end_from_odom, at) {
                     (Some(end_from_odom), Some(odom_from_body)) => {
-                        matrix_of(&(end_from_odom * odom_from_body * body_from_lidar))
+                        matrix_of(&(end_from_odom * odom_from_body * body_from_lidar.isometry()))
                     }
-                    _ => matrix_of(base_from_lidar),
+                    _ => matrix_of(base_from_lidar.isometry()),
                 }
             })
             .collect()
     }
 }
 
-/// Takes known motion out of a scan: moves every finite point to the body frame at the end of the sweep. `poses` are the
-/// body's, in any fixed frame, ascending; between them it moves uniformly. Also returns the body's pose at the end.
+/// Corrects a scan for a known motion: moves every finite point to the body frame at the end of the sweep. `poses` are stamped poses
+/// of the body in any fixed frame, ascending; between them the motion is uniform. Also returns the pose of the body at the end.
 pub fn deskew(
     scan: &ScanView<'_>,
     poses: &[(Stamp, Isometry)],
@@ -178,13 +181,14 @@ pub fn deskew(
     for (stamp, pose) in poses {
         table.push(*stamp, *pose);
     }
-    let sweep = Sweep::take(scan, (0.0, f32::INFINITY), None, body_from_lidar, &mut Vec::new());
+    let base_from_lidar = Transform::new(*body_from_lidar);
+    let sweep = Sweep::from_scan(scan, (0.0, f32::INFINITY), None, &base_from_lidar, &mut Vec::new());
     let mut xyz = Vec::new();
-    sweep.deskew(&table, body_from_lidar, &Isometry::identity(), &mut xyz);
+    sweep.deskew(&table, &base_from_lidar, &Transform::identity(), &mut xyz);
     (xyz, table.at(sweep.end).unwrap_or_default())
 }
 
-/// Rows of a 3x4 matrix, `f32`.
+/// A rigid transform as the rows of a 3x4 matrix.
 pub(crate) fn matrix_of(iso: &Isometry) -> [[f32; 4]; 3] {
     let rotation = iso.rotation.to_rotation_matrix();
     let translation: &Vector3 = &iso.translation.vector;
@@ -197,6 +201,7 @@ pub(crate) fn matrix_of(iso: &Isometry) -> [[f32; 4]; 3] {
     })
 }
 
+/// Transforms a point.
 #[inline]
 pub(crate) fn apply(matrix: &[[f32; 4]; 3], point: &[f32; 3]) -> [f32; 3] {
     std::array::from_fn(|row| {
@@ -210,11 +215,17 @@ mod tests {
     use super::*;
     use geometry::se3;
 
-    /// A sensor that turns and moves uniformly sees one fixed point all the time: corrected, it is one point.
+    /// A sensor that turns and moves uniformly measures one fixed point all the time. After the correction it is one point.
     #[test]
     fn a_fixed_point_seen_throughout_a_sweep_stays_one_point() {
-        let base_from_lidar = Isometry::new(Vector3::new(0.2, 0.0, 0.4), Vector3::new(0.0, 0.1, 1.0));
-        let body_from_base = Isometry::new(Vector3::new(-0.1, 0.05, 0.0), Vector3::new(3.0, 0.0, 0.2));
+        let base_from_lidar = Transform::<Base, Lidar>::new(Isometry::new(
+            Vector3::new(0.2, 0.0, 0.4),
+            Vector3::new(0.0, 0.1, 1.0),
+        ));
+        let body_from_base = Transform::<Body, Base>::new(Isometry::new(
+            Vector3::new(-0.1, 0.05, 0.0),
+            Vector3::new(3.0, 0.0, 0.2),
+        ));
         let (start, end) = (
             Isometry::new(Vector3::new(1.0, 2.0, 0.5), Vector3::new(0.0, 0.0, 0.3)),
             Isometry::new(Vector3::new(1.1, 2.05, 0.52), Vector3::new(0.02, -0.03, 0.45)),
@@ -228,15 +239,15 @@ mod tests {
         for index in 0..=2_000_i32 {
             offset_ns.push(index * 50_000);
             let odom_from_body = se3::interpolate(&start, &end, f64::from(index) / 2_000.0);
-            let odom_from_lidar = odom_from_body * body_from_base * base_from_lidar;
+            let odom_from_lidar = odom_from_body * (body_from_base * base_from_lidar).isometry();
             let point = odom_from_lidar.inverse_transform_point(&fixed.into());
             xyz.push([point.x as f32, point.y as f32, point.z as f32]);
         }
         let view = ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &offset_ns };
-        let sweep = Sweep::take(&view, (0.1, 100.0), None, &base_from_lidar, &mut Vec::new());
+        let sweep = Sweep::from_scan(&view, (0.1, 100.0), None, &base_from_lidar, &mut Vec::new());
         let mut deskewed = Vec::new();
         sweep.deskew(&table, &base_from_lidar, &body_from_base, &mut deskewed);
-        let expected = (end * body_from_base).inverse_transform_point(&fixed.into());
+        let expected = (end * body_from_base.isometry()).inverse_transform_point(&fixed.into());
         for point in &deskewed {
             let error =
                 Vector3::new(f64::from(point[0]), f64::from(point[1]), f64::from(point[2])) - expected.coords;
@@ -246,15 +257,16 @@ mod tests {
 
     #[test]
     fn the_robots_own_body_is_dropped() {
-        let base_from_lidar = Isometry::translation(0.0, 0.0, 0.5);
-        let hidden = Aabb { min: [-0.4, -0.3, -0.5], max: [0.4, 0.3, 0.3] };
+        let base_from_lidar = Transform::new(Isometry::translation(0.0, 0.0, 0.5));
+        let robot = Aabb { min: [-0.4, -0.3, -0.5], max: [0.4, 0.3, 0.3] };
         let view = ScanView {
             stamp: Stamp::EPOCH,
             xyz: &[[0.3, 0.0, -0.4], [0.0, 0.0, 1.0], [5.0, 0.0, 0.0]],
             intensity: &[1.0, 2.0, 3.0],
             offset_ns: &[],
         };
-        let mut sweep = Sweep::take(&view, (0.1, 100.0), Some(&hidden), &base_from_lidar, &mut Vec::new());
-        assert_eq!((sweep.len(), sweep.timed, sweep.take_intensity()), (2, false, vec![2.0, 3.0]));
+        let mut sweep =
+            Sweep::from_scan(&view, (0.1, 100.0), Some(&robot), &base_from_lidar, &mut Vec::new());
+        assert_eq!((sweep.len(), sweep.has_times, sweep.take_intensity()), (2, false, vec![2.0, 3.0]));
     }
 }
