@@ -1,4 +1,4 @@
-//! Sensors and setups that are wrong: each must be told, none may panic or spoil what still works.
+//! Faulty sensors and setups: each has to be reported, and none may cause a panic or impair the other sensors.
 
 use crate::support::{b1, config, feed, poses, run};
 use geometry::{Isometry, Transform, Vector3};
@@ -18,7 +18,7 @@ fn kinds(events: &[OdometryEvent]) -> Vec<FindingKind> {
     events.iter().filter_map(kind).collect()
 }
 
-/// The first messages, the IMU's changed on the way.
+/// The first messages of the walk, with the readings of the IMU changed.
 fn with_imu(count: usize, change: impl Fn(&mut messages::ImuSample)) -> impl Iterator<Item = Sensor> {
     b1().messages.iter().take(count).cloned().map(move |mut message| {
         if let Sensor::Imu(imu) = &mut message {
@@ -29,7 +29,7 @@ fn with_imu(count: usize, change: impl Fn(&mut messages::ImuSample)) -> impl Ite
 }
 
 #[test]
-fn an_imu_mounted_upside_down_is_told() {
+fn an_imu_mounted_upside_down_is_reported() {
     let mut upside_down = config(b1(), &[]);
     let half_turn = Isometry::rotation(Vector3::x() * std::f64::consts::PI);
     let upright = upside_down.mounting.base_from_imu;
@@ -39,7 +39,7 @@ fn an_imu_mounted_upside_down_is_told() {
 }
 
 #[test]
-fn an_accelerometer_in_multiples_of_gravity_is_told() {
+fn an_accelerometer_in_multiples_of_gravity_is_reported() {
     let events = run(
         config(b1(), &[]),
         with_imu(2_000, |imu| {
@@ -52,11 +52,11 @@ fn an_accelerometer_in_multiples_of_gravity_is_told() {
 }
 
 #[test]
-fn a_saturated_gyroscope_is_told_and_survived() {
+fn a_saturated_gyroscope_is_reported_and_tolerated() {
     let events = run(
         config(b1(), &[]),
         with_imu(12_000, |imu| {
-            // Two whole turns a second is the end of this one's range; something hits it now and then.
+            // The range of this gyroscope ends at two turns a second, and a knock reaches it once a second.
             if imu.stamp.nanos() % 1_000_000_000 < 12_000_000 {
                 imu.angular_velocity.y = 12.566;
             }
@@ -68,7 +68,7 @@ fn a_saturated_gyroscope_is_told_and_survived() {
 }
 
 #[test]
-fn clocks_without_common_time_are_told_and_the_lidar_goes_on() {
+fn clocks_without_common_time_are_reported_and_the_lidar_goes_on() {
     let events = run(
         config(b1(), &["lidar", "imu"]),
         with_imu(14_000, |imu| imu.stamp += Span::from_millis(86_400_000)),
@@ -79,13 +79,13 @@ fn clocks_without_common_time_are_told_and_the_lidar_goes_on() {
 }
 
 #[test]
-fn a_lagging_imu_is_told() {
+fn a_lagging_imu_is_reported() {
     let events = run(config(b1(), &[]), with_imu(usize::MAX, |imu| imu.stamp += Span::from_millis(40)));
     assert_eq!(kinds(&events), [FindingKind::ImuLag]);
 }
 
 #[test]
-fn missing_point_times_are_told() {
+fn missing_point_times_are_reported() {
     let untimed = b1().messages.iter().take(2_000).map(|message| match message {
         Sensor::Scan(scan) => {
             Sensor::Scan(Arc::new(messages::Scan { offset_ns: Vec::new(), ..(**scan).clone() }))
@@ -96,7 +96,7 @@ fn missing_point_times_are_told() {
 }
 
 #[test]
-fn stamps_that_go_backwards_are_told_and_ignored() {
+fn stamps_that_go_backwards_are_reported_and_ignored() {
     let mut messages: Vec<Sensor> = b1().messages.iter().take(6_000).cloned().collect();
     messages.swap(3_000, 3_050);
     let events = run(config(b1(), &[]), messages.into_iter());
@@ -105,7 +105,7 @@ fn stamps_that_go_backwards_are_told_and_ignored() {
 }
 
 #[test]
-fn a_source_that_falls_silent_is_told() {
+fn a_source_that_falls_silent_is_reported() {
     let until = b1().messages[0].stamp() + Span::from_millis(5_000);
     let messages =
         b1().messages.iter().filter(|m| !matches!(m, Sensor::Imu(_)) || m.stamp() < until).take(4_000);
@@ -113,7 +113,7 @@ fn a_source_that_falls_silent_is_told() {
 }
 
 #[test]
-fn nonsense_neither_panics_nor_moves_the_robot() {
+fn invalid_input_neither_panics_nor_moves_the_robot() {
     let mut odometry = Odometry::new(OdometryConfig::default());
     let mut out = Vec::new();
     let nan = f32::NAN;
@@ -150,16 +150,16 @@ fn nonsense_neither_panics_nor_moves_the_robot() {
     }
 }
 
-/// Whatever is dropped, the queues stay short: an IMU alone for a long time, then nothing but legs.
+/// Without scans, legs and IMU are still processed.
 #[test]
-fn nothing_piles_up_when_scans_stay_away() {
+fn legs_and_imu_are_processed_without_scans() {
     let mut odometry = Odometry::new(config(b1(), &[]));
     let mut out = Vec::new();
     for message in b1().messages.iter().filter(|message| !matches!(message, Sensor::Scan(_))) {
         feed(&mut odometry, message, &mut out);
     }
     let last = b1().messages.last().unwrap().stamp();
-    // Legs and IMU alone know the way within a few percent.
+    // Dead reckoning by legs and IMU has an error of a few percent of the distance.
     let estimate = odometry.predict(last);
     let truth = b1().truth_at(b1().messages[0].stamp()).inverse() * b1().truth_at(last);
     let error = (estimate.odom_from_base.translation.vector - truth.translation.vector).norm();

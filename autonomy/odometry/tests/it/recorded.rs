@@ -1,4 +1,4 @@
-//! Real recordings, where they are at hand.
+//! Tests on real recordings, where they are available.
 
 use crate::support::{aligned_error, poses};
 use geometry::{Isometry, Rotation, Vector3, so3};
@@ -65,9 +65,9 @@ fn keyframes_of_a_car_one_metre_apart_are_tracked_by_the_lidar_alone() {
     assert!(error < 0.10, "{error}");
 }
 
-/// Between the poses of a LiDAR-inertial trajectory, the IMU alone predicts the turn.
+/// The IMU alone predicts the rotations between the poses of a LiDAR-inertial trajectory.
 #[test]
-fn a_hand_held_imu_predicts_the_turns_of_its_trajectory() {
+fn a_hand_held_imu_predicts_the_rotations_of_its_trajectory() {
     let Some(folder) = data("imu-handheld") else { return };
     let imu = text(folder.join("imu.txt"));
     let trajectory = text(folder.join("traj.txt"));
@@ -85,11 +85,13 @@ fn a_hand_held_imu_predicts_the_turns_of_its_trajectory() {
             odometry.insert_imu(Stamp::from_secs_f64(r[0]), gyro, force, &mut out);
             fed += 1;
         }
-        let felt = odometry.predict(Stamp::from_secs_f64(row[0])).odom_from_base.rotation;
-        let seen = rotation(row);
-        if let Some((felt_before, seen_before)) = previous.replace((felt, seen)) {
-            let difference =
-                so3::log(&((felt_before.inverse() * felt).inverse() * (seen_before.inverse() * seen)));
+        let predicted = odometry.predict(Stamp::from_secs_f64(row[0])).odom_from_base.rotation;
+        let measured = rotation(row);
+        if let Some((predicted_before, measured_before)) = previous.replace((predicted, measured)) {
+            let difference = so3::log(
+                &((predicted_before.inverse() * predicted).inverse()
+                    * (measured_before.inverse() * measured)),
+            );
             squares += difference.norm_squared();
             count += 1;
         }
@@ -99,8 +101,8 @@ fn a_hand_held_imu_predicts_the_turns_of_its_trajectory() {
     assert!(error < 0.01, "{error}");
 }
 
-/// The corrected clouds of a fast-turning LiDAR: a motion with eight knots through the sweep, which is much coarser than
-/// the table the odometry looks up, leaves millimetres.
+/// Clouds of a fast-turning LiDAR with published corrections. A motion with eight knots in the sweep, much coarser than the pose
+/// table of the odometry, leaves millimetres.
 #[test]
 fn a_fast_turning_sweep_is_corrected() {
     let Some(folder) = data("deskew-newer06") else { return };
@@ -122,8 +124,8 @@ fn a_fast_turning_sweep_is_corrected() {
     }
 }
 
-/// Poses at eight instants (ends included) such that moving each raw point by the pose at its time meets the corrected
-/// one: the best rigid motion of the points nearest in time.
+/// Poses at eight instants (ends included) that move the raw points onto the corrected ones: each is the best rigid motion of the
+/// points nearest in time.
 fn fit_knots(
     raw: &[Vector3],
     deskewed: &[Vector3],

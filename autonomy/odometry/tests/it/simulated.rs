@@ -1,4 +1,4 @@
-//! Half a minute of walking through the test hall, with every combination of sources that makes sense.
+//! Half a minute of walking through the test hall with every useful combination of sources, LiDAR outages and a carried robot.
 
 use crate::support::{Walk, b1, carried, config, narrow_doors, poses, run};
 use geometry::Vector3;
@@ -18,7 +18,7 @@ fn all_sources_together_stay_within_millimetres() {
     assert!(error < 0.005, "{error}");
     let findings: Vec<_> = events.iter().filter(|event| matches!(event, OdometryEvent::Finding(_))).collect();
     assert!(findings.is_empty(), "{findings:?}");
-    // At the scan's own stamp too.
+    // The pose at the scan's own stamp is as good.
     let start = &found[200];
     let moved = found[199].estimate.odom_from_base.inverse() * start.odom_from_base_at_scan;
     let truth = walk.truth_at(found[199].estimate.stamp).inverse() * walk.truth_at(start.scan_stamp);
@@ -26,7 +26,7 @@ fn all_sources_together_stay_within_millimetres() {
 }
 
 #[test]
-fn the_stated_covariance_is_of_the_size_of_the_error() {
+fn the_covariance_is_of_the_size_of_the_error() {
     let walk = b1();
     let found = poses(&run(config(walk, &[]), walk.messages.iter().cloned()));
     let first = &found[5].estimate;
@@ -42,7 +42,7 @@ fn the_stated_covariance_is_of_the_size_of_the_error() {
 }
 
 #[test]
-fn lidar_alone_lidar_with_imu_and_lidar_with_legs_work() {
+fn lidar_alone_lidar_with_imu_and_lidar_with_legs_are_enough() {
     let walk = b1();
     for (sources, limit) in
         [(vec!["lidar"], 0.1), (vec!["lidar", "imu"], 0.005), (vec!["lidar", "legs"], 0.1)]
@@ -54,7 +54,7 @@ fn lidar_alone_lidar_with_imu_and_lidar_with_legs_work() {
 }
 
 #[test]
-fn the_lidar_alone_keeps_its_way_where_half_of_what_it_sees_is_new() {
+fn the_lidar_alone_tracks_through_doors_behind_which_all_is_new() {
     let walk = narrow_doors();
     let found = poses(&run(config(walk, &["lidar"]), walk.messages.iter().cloned()));
     let error = walk.error(&found);
@@ -62,8 +62,8 @@ fn the_lidar_alone_keeps_its_way_where_half_of_what_it_sees_is_new() {
 }
 
 #[test]
-fn lost_for_good_it_begins_anew_and_says_so() {
-    // Carried with covered eyes: the first half minute here, then at once somewhere else.
+fn lost_tracking_is_reported_and_the_estimate_begins_anew() {
+    // Ten seconds in one place, then scans of another place at once.
     let (here, there) = (b1(), narrow_doors());
     let lidar = |message: &&Sensor| matches!(message, Sensor::Scan(_));
     let before = here.messages.iter().filter(lidar).take(100);
@@ -81,7 +81,7 @@ fn lost_for_good_it_begins_anew_and_says_so() {
     let lost = |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::TrackingLost);
     assert!(events.iter().any(lost));
     let found = poses(&events);
-    // From well after the beginning on, the way is followed again.
+    // Some seconds after the restart, the motion is tracked again.
     let (a, b) = (&found[found.len() - 150], found.last().unwrap());
     assert!(!b.registration.rejected);
     let moved = a.estimate.odom_from_base.inverse() * b.estimate.odom_from_base;
@@ -89,13 +89,13 @@ fn lost_for_good_it_begins_anew_and_says_so() {
     let truth = at(a.estimate.stamp).inverse() * at(b.estimate.stamp);
     let error = (moved.translation.vector - truth.translation.vector).norm();
     assert!(error < 0.1, "{error} of {}", truth.translation.vector.norm());
-    // And how far it was carried is no certainty.
+    // The covariance contains the unknown distance between the two places.
     assert!(b.estimate.covariance[(3, 3)].sqrt() > 0.3, "{}", b.estimate.covariance);
 }
 
-/// Legs at rest in somebody's arms contradict an IMU that moves, and no scan says which is right.
+/// While the robot is carried with a covered LiDAR, its legs report standstill and its IMU moves.
 #[test]
-fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_put_down() {
+fn a_robot_carried_with_a_covered_lidar_begins_anew_where_it_is_put_down() {
     let (walk, put_down) = carried();
     let events = run(config(walk, &[]), walk.messages.iter().cloned());
     let lost: Vec<FindingKind> = events
@@ -111,9 +111,9 @@ fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_p
         let at = *put_down + Span::from_secs_f64(seconds);
         found.iter().find(|pose| pose.estimate.stamp >= at).unwrap().estimate
     };
-    // It feels that it is carried.
+    // The carrying is detected while it lasts.
     assert!(after(-4.0).covariance[(3, 3)].sqrt() > 3.0, "{}", after(-4.0).covariance);
-    // It stands, upright, from three seconds on.
+    // Three seconds after the robot was put down, the estimate stands still and upright.
     let (first, last) = (after(3.0), found.last().unwrap().estimate);
     let moved = first.odom_from_base.inverse() * last.odom_from_base;
     assert!(moved.translation.vector.norm() < 0.02, "{moved}");
@@ -122,17 +122,17 @@ fn carried_away_in_the_dark_odometry_begins_anew_and_stands_still_where_it_was_p
     let up = last.odom_from_base.rotation.inverse() * Vector3::z();
     assert!(up.angle(&truth) < 0.01, "{}", up.angle(&truth));
     assert!(found.last().unwrap().registration.inlier_share > 0.8);
-    // Where that is, it does not claim to know.
+    // The place where it stands is unknown.
     assert!(last.covariance[(3, 3)].sqrt() > 5.0 && last.covariance[(2, 2)].sqrt() > 0.5);
 }
 
 #[test]
-fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
+fn legs_and_imu_carry_on_during_a_lidar_outage() {
     let walk = b1();
     let found = poses(&run(config(walk, &[]), covered(walk, 20.0)));
-    let dark = walk.messages[0].stamp() + Span::from_millis(10_000);
+    let covered_at = walk.messages[0].stamp() + Span::from_millis(10_000);
     let last = found.last().unwrap();
-    let before = found.iter().rfind(|pose| pose.scan_stamp < dark).unwrap();
+    let before = found.iter().rfind(|pose| pose.scan_stamp < covered_at).unwrap();
     let moved = before.estimate.odom_from_base.inverse() * last.estimate.odom_from_base;
     let truth = walk.truth_at(before.estimate.stamp).inverse() * walk.truth_at(last.estimate.stamp);
     let error = (moved.translation.vector - truth.translation.vector).norm();
@@ -145,7 +145,7 @@ fn legs_and_imu_carry_on_while_the_lidar_is_blind() {
     assert!(error < 5.0 * deviation(last));
 }
 
-/// The walk through b1 with the LiDAR covered for so long from its tenth second on.
+/// The walk through b1 with the LiDAR covered for a number of seconds from its tenth second on.
 fn covered(walk: &Walk, seconds: f64) -> impl Iterator<Item = Sensor> {
     let from = walk.messages[0].stamp() + Span::from_millis(10_000);
     let until = from + Span::from_secs_f64(seconds);
@@ -159,14 +159,18 @@ fn covered(walk: &Walk, seconds: f64) -> impl Iterator<Item = Sensor> {
 }
 
 #[test]
-fn what_it_sees_after_walking_through_the_dark_may_be_new_for_the_most_part() {
+fn after_a_lidar_outage_most_of_what_a_scan_sees_may_be_new() {
     let walk = b1();
     let events = run(config(walk, &[]), covered(walk, 16.0));
-    assert!(!events.iter().any(|event| matches!(event, OdometryEvent::Finding(_))), "nobody carried it");
+    assert!(
+        !events.iter().any(|event| matches!(event, OdometryEvent::Finding(_))),
+        "the robot was not carried"
+    );
     let found = poses(&events);
-    let lit = walk.messages[0].stamp() + Span::from_millis(26_000);
-    let before = found.iter().rfind(|pose| pose.scan_stamp < lit - Span::from_millis(16_000)).unwrap();
-    let after = found.iter().filter(|pose| pose.scan_stamp >= lit);
+    let uncovered_at = walk.messages[0].stamp() + Span::from_millis(26_000);
+    let before =
+        found.iter().rfind(|pose| pose.scan_stamp < uncovered_at - Span::from_millis(16_000)).unwrap();
+    let after = found.iter().filter(|pose| pose.scan_stamp >= uncovered_at);
     assert!(after.clone().count() > 20);
     for pose in after {
         assert!(!pose.registration.rejected, "{:?}", pose.registration);
@@ -178,7 +182,7 @@ fn what_it_sees_after_walking_through_the_dark_may_be_new_for_the_most_part() {
 }
 
 #[test]
-fn far_faster_than_its_legs_it_does_not_know_how_it_moves() {
+fn an_estimate_far_faster_than_the_legs_loses_tracking() {
     let walk = b1();
     let from = walk.messages[0].stamp() + Span::from_millis(12_000);
     let pushed = covered(walk, 10.0).map(|message| match message {
@@ -190,7 +194,7 @@ fn far_faster_than_its_legs_it_does_not_know_how_it_moves() {
     });
     let events = run(config(walk, &[]), pushed);
     let lost = |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::TrackingLost);
-    // As soon as it sees, and not only after it has been lost for long.
+    // With the first scans after the outage, and not only after the time limit of rejected scans.
     let before = events.iter().take_while(|event| !lost(event)).cloned().collect::<Vec<_>>();
     assert!(before.len() < events.len());
     let seen = poses(&before).last().unwrap().scan_stamp - walk.messages[0].stamp();
@@ -200,20 +204,20 @@ fn far_faster_than_its_legs_it_does_not_know_how_it_moves() {
 }
 
 #[test]
-fn starting_in_full_walk_is_possible() {
+fn starting_while_walking_is_possible() {
     let walk = b1();
     let begin = walk.messages[0].stamp() + Span::from_millis(12_000);
     let found = poses(&run(config(walk, &[]), walk.messages.iter().filter(|m| m.stamp() > begin).cloned()));
     let error = walk.error(&found);
     assert!(error < 0.02, "{error}");
-    // The frame is level within a few degrees, though gravity was seen only while moving.
+    // The frame is level within a few degrees, although gravity was measured only while walking.
     let up = walk.truth_at(found[0].estimate.stamp).rotation.inverse() * Vector3::z();
-    let covariance_inflation = found[0].estimate.odom_from_base.rotation.inverse() * Vector3::z();
-    assert!(up.angle(&covariance_inflation) < 0.1, "{}", up.angle(&covariance_inflation));
+    let estimated_up = found[0].estimate.odom_from_base.rotation.inverse() * Vector3::z();
+    assert!(up.angle(&estimated_up) < 0.1, "{}", up.angle(&estimated_up));
 }
 
 #[test]
-fn an_imu_that_falls_silent_is_done_without_and_taken_back() {
+fn an_imu_that_falls_silent_is_replaced_and_used_again() {
     let walk = b1();
     let first = walk.messages[0].stamp();
     let silent = first + Span::from_millis(12_000)..first + Span::from_millis(16_000);
@@ -235,7 +239,7 @@ fn same_messages_same_bits() {
     assert_eq!(format!("{first:?}"), format!("{second:?}"));
 }
 
-/// Between scans the pose runs on with the IMU.
+/// Between scans the IMU propagates the pose.
 #[test]
 fn predictions_run_ahead_of_the_scans() {
     let walk = b1();

@@ -1,4 +1,4 @@
-//! Walks through the simulator kept in memory, and the error of an estimate against the truth.
+//! Simulated walks in memory, and the error of an estimate against the truth.
 
 use geometry::{Isometry, Vector3, se3, vec_from_plain};
 use messages::Sensor;
@@ -7,20 +7,20 @@ use sim::{Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
 use vocab::{Span, Stamp};
 
-/// What the sensors said on a walk, in order of arrival, and where the robot really was.
+/// The sensor messages of a walk in order of arrival, and the true poses of the robot.
 pub struct Walk {
     pub mounting: Mounting,
     pub messages: Vec<Sensor>,
     truth: Vec<(Stamp, Isometry)>,
 }
 
-/// The first half minute of the round through b1 at a quarter of the LiDAR's resolution; made once.
+/// The first half minute of the round through b1 at a quarter of the LiDAR's resolution. Simulated once.
 pub fn b1() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| walk(SiteName::B1, 30.0))
 }
 
-/// Through a narrow door into a room of b1 and out again, with turns in the door; made once.
+/// Through a narrow door into a room of b1 and out again, with turns in the door. Simulated once.
 pub fn narrow_doors() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
@@ -32,39 +32,39 @@ pub fn narrow_doors() -> &'static Walk {
     })
 }
 
-/// Ten seconds of walking in b1, ten in somebody's arms to a room, with the LiDAR covered, and fifteen of standing there; made
-/// once.
+/// Ten seconds of walking in b1, ten of being carried to a room with the LiDAR covered, and fifteen of standing there, with the time
+/// at which the robot is put down. Simulated once.
 pub fn carried() -> &'static (Walk, Stamp) {
     static WALK: OnceLock<(Walk, Stamp)> = OnceLock::new();
     WALK.get_or_init(|| {
         let mut walking = Walking::on(&Arc::new(Site::new(SiteName::B1)), None);
-        walking.go(10.0);
+        walking.simulate_until(10.0);
         walking.walker = None;
         let away = Start { position: vocab::Vec3 { x: 8.0, y: 36.0, z: 0.0 }, yaw: 1.0 };
         walking.sim.carry(away, Span::from_millis(10_000));
-        walking.go(20.0);
+        walking.simulate_until(20.0);
         let put_down = walking.sim.now();
-        walking.go(35.0);
+        walking.simulate_until(35.0);
         (walking.end(), put_down)
     })
 }
 
 fn walk(name: SiteName, seconds: f64) -> Walk {
     let mut walking = Walking::on(&Arc::new(Site::new(name)), None);
-    walking.go(seconds);
+    walking.simulate_until(seconds);
     walking.end()
 }
 
 fn walk_route(site: &Arc<Site>, route: Route, seconds: f64) -> Walk {
     let mut walking = Walking::on(site, Some(route));
-    walking.go(seconds);
+    walking.simulate_until(seconds);
     walking.end()
 }
 
-/// A walk being made.
+/// A walk that is being simulated.
 struct Walking {
     sim: Simulator,
-    /// `None` once the robot is to stand still.
+    /// `None` while the robot stands still.
     walker: Option<RouteWalker>,
     mounting: Mounting,
     events: Vec<sim::SimEvent>,
@@ -72,7 +72,7 @@ struct Walking {
 }
 
 impl Walking {
-    /// Along a route, or the site's first.
+    /// Begins a route, by default the first one of the site.
     fn on(site: &Arc<Site>, route: Option<Route>) -> Self {
         let route = route.unwrap_or_else(|| site.routes()[0].clone());
         let mut config = SimConfig { lidar_columns: 500, ..SimConfig::new(site.name(), 3) };
@@ -84,8 +84,8 @@ impl Walking {
         Self { sim, walker, mounting, events: Vec::new(), truth: Vec::new() }
     }
 
-    /// Goes on to so many seconds from the beginning, or to the route's end.
-    fn go(&mut self, seconds: f64) {
+    /// Simulates up to a number of seconds after the start, or to the end of the route.
+    fn simulate_until(&mut self, seconds: f64) {
         while self.sim.elapsed().secs_f64() < seconds {
             if let Some(walker) = &mut self.walker {
                 let Some(drive) = walker.drive(&self.sim.truth()) else { break };
@@ -104,7 +104,7 @@ impl Walking {
     }
 }
 
-/// All sources, or those named.
+/// A configuration with the named sources, or all if none is named.
 pub fn config(walk: &Walk, sources: &[&str]) -> OdometryConfig {
     let has = |name| sources.is_empty() || sources.contains(&name);
     let sources =
@@ -112,7 +112,7 @@ pub fn config(walk: &Walk, sources: &[&str]) -> OdometryConfig {
     OdometryConfig { sources, mounting: walk.mounting, ..OdometryConfig::default() }
 }
 
-/// Hands one message over.
+/// Inserts one message into the odometry.
 pub fn feed(odometry: &mut Odometry, message: &Sensor, out: &mut Vec<OdometryEvent>) {
     match message {
         Sensor::Imu(imu) => odometry.insert_imu(
@@ -135,7 +135,7 @@ pub fn feed(odometry: &mut Odometry, message: &Sensor, out: &mut Vec<OdometryEve
     }
 }
 
-/// Runs over messages, each changed on the way or dropped.
+/// The events of an odometry that is fed with messages.
 pub fn run(config: OdometryConfig, messages: impl Iterator<Item = Sensor>) -> Vec<OdometryEvent> {
     let mut odometry = Odometry::new(config);
     let mut out = Vec::new();
@@ -156,7 +156,7 @@ pub fn poses(events: &[OdometryEvent]) -> Vec<PoseEvent> {
 }
 
 impl Walk {
-    /// The base in the site, interpolated.
+    /// True pose of the base in the site, interpolated.
     pub fn truth_at(&self, stamp: Stamp) -> Isometry {
         let after = self.truth.partition_point(|entry| entry.0 < stamp).clamp(1, self.truth.len() - 1);
         let (a, b) = (&self.truth[after - 1], &self.truth[after]);
