@@ -24,13 +24,12 @@ const OURS: &[(&str, &[&str])] = &[
     ("points", &["geometry", "vocab"]),
     ("registration", &["geometry", "points", "vocab"]),
     ("odometry", &["geometry", "points", "registration", "vocab"]),
-    ("mapping", &["geometry", "points", "registration", "vocab"]),
+    ("mapping", &["factors", "geometry", "points", "registration", "vocab"]),
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
     (
         "stack",
         &[
-            "factors",
             "geometry",
             "localisation",
             "mapping",

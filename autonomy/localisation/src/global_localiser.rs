@@ -264,7 +264,7 @@ impl GlobalLocaliser {
             .iter()
             .take_while(|one| one.alignment.distance <= config.max_descriptor_distance)
             .map(|one| {
-                let (map_from_keyframe, _) = &keyframes[one.place];
+                let (map_from_keyframe, _) = &keyframes[one.keyframe];
                 let keyframe_level = level_from_base(&map_from_keyframe.rotation);
                 map_from_keyframe
                     * first_from_second(&one.alignment, &keyframe_level, &level, VIEW_ORIGINS[one.view])

@@ -189,7 +189,8 @@ impl PoseTracker {
             config.translation_std_m_per_m,
             config.translation_std_m_per_rad,
         ) + translation_growth;
-        self.map_from_base.then(&UncertainPose { pose: motion, covariance: diagonal(rotation, translation) })
+        self.map_from_base
+            .compose(&UncertainPose { pose: motion, covariance: diagonal(rotation, translation) })
     }
 
     /// Covariance of the map's own errors.

@@ -33,7 +33,8 @@ fn cloud() -> Vec<[f32; 3]> {
 /// A map of what is seen from where one could stand.
 fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     let options = ViewpointConfig::default();
-    let VirtualViewpoints { places, ways } = find_viewpoints(cloud, &options, &mut |_| {});
+    let VirtualViewpoints { viewpoints: places, connections: ways } =
+        find_viewpoints(cloud, &options, &mut |_| {});
     let nodes = (0..).zip(&places).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,
@@ -51,9 +52,9 @@ fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     let known = places.iter().map(|place| {
         let base = place.map_from_base.translation.vector.map(|c| c as f32);
         let about = |index: &u32| std::array::from_fn(|axis| cloud[*index as usize][axis] - base[axis]);
-        let xyz: Vec<[f32; 3]> = place.seen.iter().map(about).collect();
+        let xyz: Vec<[f32; 3]> = place.visible.iter().map(about).collect();
         let pose = pose_from_isometry(&place.map_from_base);
-        let known = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height]);
+        let known = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height_m]);
         known.unwrap_or_else(|| panic!("no pose"))
     });
     let graph = PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() };

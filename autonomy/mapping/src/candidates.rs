@@ -1,170 +1,185 @@
-//! Which old keyframes are worth comparing with the newest: those that the estimates put within reach, and those that look
-//! alike.
+//! Loop candidates: old keyframes worth comparing with the newest one, because the estimates put them within reach or because they look
+//! alike (docs/maths/loops.md, section 4).
 
-use crate::drift::OdometryChain;
+use crate::odometry_chain::OdometryChain;
 use crate::scan_context::first_from_second;
 use crate::scan_context_index::ScanContextMatch;
 use crate::{CandidateSource, UncertainPose};
 use geometry::{Isometry, Rotation, Vector3};
 use std::ops::Range;
 
-/// Standard deviations that "within reach" means.
-const DEVIATIONS: f64 = 3.0;
-
-/// Who is a candidate.
+/// Which old keyframes are compared with the newest one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CandidateConfig {
-    /// Places reached by less walking than this are no revisits, metres.
-    pub walked: f64,
-    /// Horizontal distance at which two keyframes still overlook the same, metres.
-    pub near: f64,
-    /// The same vertically, metres: less than half a storey.
-    pub level: f64,
-    /// However uncertain the estimate, nothing farther than this is a geometric candidate, metres.
-    pub reach: f64,
-    /// Greatest distance of descriptors that look alike.
-    pub resemblance: f32,
-    /// Candidates of either kind at most.
-    pub most: usize,
-    /// Once a loop was accepted by geometry, the next is looked for after so many metres.
-    pub spacing: f64,
-    /// Looking alike is not asked where the estimate is at least as good as this, metres.
-    pub sure: f64,
+    /// Least walking distance between two keyframes for a loop, metres. Nearer ones are recent travel.
+    pub min_walked_m: f64,
+    /// Horizontal distance at which two keyframes still see the same surroundings, metres.
+    pub max_offset_m: f64,
+    /// The same vertically, metres. Less than half a storey.
+    pub max_height_m: f64,
+    /// Limit of the horizontal search radius however uncertain the estimate is, metres.
+    pub max_search_radius_m: f64,
+    /// Standard deviations by which the search radius grows with the uncertainty of the estimate.
+    pub search_deviations: f64,
+    /// Greatest distance of scan contexts that count as alike, 0 to 1.
+    pub max_appearance_distance: f32,
+    /// Greatest number of candidates of each kind, by geometry and by appearance.
+    pub max_count: usize,
+    /// After a loop was accepted by geometry, the next candidate by geometry is compared only after this walking distance, metres.
+    pub spacing_m: f64,
+    /// Candidates by appearance are skipped if the estimate of a candidate by geometry has at most this standard deviation, metres.
+    pub certain_std_m: f64,
 }
 
 impl Default for CandidateConfig {
     fn default() -> Self {
         Self {
-            walked: 15.0,
-            near: 2.5,
-            level: 1.0,
-            reach: 12.0,
-            resemblance: 0.45,
-            most: 2,
-            spacing: 2.0,
-            sure: 0.4,
+            min_walked_m: 15.0,
+            max_offset_m: 2.5,
+            max_height_m: 1.0,
+            max_search_radius_m: 12.0,
+            search_deviations: 3.0,
+            max_appearance_distance: 0.45,
+            max_count: 2,
+            spacing_m: 2.0,
+            certain_std_m: 0.4,
         }
     }
 }
 
 impl CandidateConfig {
-    /// Greatest difference of height for a deviation of the estimate, metres: never a storey.
-    fn rise(&self, deviation: f64) -> f64 {
-        self.level + (DEVIATIONS * deviation).min(self.level)
+    /// Greatest height difference of a candidate whose estimate has this standard deviation, metres. It stays below a storey.
+    fn height_limit_m(&self, std_m: f64) -> f64 {
+        self.max_height_m + (self.search_deviations * std_m).min(self.max_height_m)
     }
 }
 
-/// An old keyframe to compare with.
+/// An old keyframe to compare with the newest one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Candidate {
+pub struct LoopCandidate {
     /// Its number.
     pub keyframe: usize,
-    /// Why.
+    /// Why it was proposed.
     pub source: CandidateSource,
     /// Guess of the newest keyframe's pose in it.
     pub guess: Isometry,
-    /// What the graph says of the same.
+    /// The same pose as the graph knows it.
     pub expected: UncertainPose,
 }
 
-/// Old keyframes that are no recent travel: the longest beginning of the walk that ends far enough before `newest`.
-pub fn old(chain: &OdometryChain, newest: usize, policy: &CandidateConfig) -> Range<usize> {
-    let recent = |keyframe: &usize| chain.walked(*keyframe, newest).is_none_or(|w| w < policy.walked);
-    let first_recent = (0..=newest).rev().take_while(recent).last().unwrap_or(newest);
+/// Keyframes that are not recent travel: all up to the last one that lies far enough before `newest` along the walk.
+pub fn old_keyframes(chain: &OdometryChain, newest: usize, config: &CandidateConfig) -> Range<usize> {
+    let is_recent =
+        |keyframe: &usize| chain.distance_between(*keyframe, newest).is_none_or(|d| d < config.min_walked_m);
+    let first_recent = (0..=newest).rev().take_while(is_recent).last().unwrap_or(newest);
     0..first_recent
 }
 
-/// Candidates by the estimates, nearest first, each from another stretch of the walk. `reach` is where each keyframe is as
-/// seen from `newest`. Linear in the old keyframes.
+/// Candidates by geometry: nearest first, each from another part of the walk. `poses` are the keyframes' poses in `newest`. Linear in the
+/// old keyframes.
 pub fn by_geometry(
-    reach: &[Option<UncertainPose>],
+    poses: &[Option<UncertainPose>],
     chain: &OdometryChain,
     level_from_newest: &Rotation,
     old: Range<usize>,
-    policy: &CandidateConfig,
-) -> Vec<Candidate> {
+    config: &CandidateConfig,
+) -> Vec<LoopCandidate> {
     let mut near: Vec<(f64, usize, UncertainPose)> = old
         .filter_map(|keyframe| {
-            let seen = reach.get(keyframe).copied().flatten()?;
+            let seen = poses.get(keyframe).copied().flatten()?;
             let offset: Vector3 = level_from_newest * seen.pose.translation.vector;
-            let deviation = seen.translation_std_m();
-            let apart = offset.xy().norm();
-            let within = apart <= (policy.near + DEVIATIONS * deviation).min(policy.reach)
-                && offset.z.abs() <= policy.rise(deviation);
-            within.then_some((apart, keyframe, seen))
+            let std_m = seen.translation_std_m();
+            let distance_m = offset.xy().norm();
+            let radius_m =
+                (config.max_offset_m + config.search_deviations * std_m).min(config.max_search_radius_m);
+            let is_near = distance_m <= radius_m && offset.z.abs() <= config.height_limit_m(std_m);
+            is_near.then_some((distance_m, keyframe, seen))
         })
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut chosen: Vec<Candidate> = Vec::new();
+    let mut chosen: Vec<LoopCandidate> = Vec::new();
     for (_, keyframe, seen) in near {
-        let fresh = |c: &Candidate| chain.walked(c.keyframe, keyframe).is_some_and(|w| w > policy.walked);
-        if chosen.len() < policy.most && chosen.iter().all(fresh) {
+        if chosen.len() < config.max_count && is_elsewhere(&chosen, keyframe, chain, config) {
             let expected = seen.inverse();
             let source = CandidateSource::Geometry;
-            chosen.push(Candidate { keyframe, source, guess: expected.pose, expected });
+            chosen.push(LoopCandidate { keyframe, source, guess: expected.pose, expected });
         }
     }
     chosen
 }
 
-/// Whether any old keyframe could be a candidate by looks, seen from up to `aside` metres beside the base: where the estimates rule
-/// all of them out, nobody has to look. `newest` and its greatest deviation as for [`by_appearance`]. Linear in the old
-/// keyframes, 30 ns each where they are far.
+/// Whether a keyframe is from another part of the walk than all candidates chosen so far.
+fn is_elsewhere(
+    chosen: &[LoopCandidate],
+    keyframe: usize,
+    chain: &OdometryChain,
+    config: &CandidateConfig,
+) -> bool {
+    let is_far = |c: &LoopCandidate| {
+        chain.distance_between(c.keyframe, keyframe).is_some_and(|d| d > config.min_walked_m)
+    };
+    chosen.iter().all(is_far)
+}
+
+/// Whether any old keyframe could become a candidate by appearance. If the estimates rule out all of them, no scan context has to be
+/// computed. `view_offset_m` is the distance of the farthest virtual view from the base, `deviations` as for [`by_appearance`]. Linear in
+/// the old keyframes, 30 ns each where they are far away.
 pub fn appearance_may_help(
-    reach: &[Option<UncertainPose>],
+    poses: &[Option<UncertainPose>],
     level_from_newest: &Rotation,
     old: Range<usize>,
-    (aside, deviations): (f64, f64),
-    policy: &CandidateConfig,
+    (view_offset_m, deviations): (f64, f64),
+    config: &CandidateConfig,
 ) -> bool {
-    reach.get(old).unwrap_or_default().iter().flatten().any(|seen| {
-        let apart = (level_from_newest * seen.pose.translation.vector).xy().norm();
-        let within = |deviation: f64| apart <= policy.near + aside + deviations * deviation;
-        // First a bound that costs little: the whole of the variance, and rotation's at the lever.
+    poses.get(old).unwrap_or_default().iter().flatten().any(|seen| {
+        let distance_m = (level_from_newest * seen.pose.translation.vector).xy().norm();
+        let is_near = |std_m: f64| distance_m <= config.max_offset_m + view_offset_m + deviations * std_m;
+        // A cheap upper bound first: the trace of the translation, and that of the rotation at the lever of the distance.
         let variance = |first: usize| (first..first + 3).map(|i| seen.covariance[(i, i)]).sum::<f64>();
-        let bound = variance(3).max(0.0).sqrt() + apart * variance(0).max(0.0).sqrt();
-        within(bound) && within(seen.inverse().translation_std_m())
+        let bound = variance(3).max(0.0).sqrt() + distance_m * variance(0).max(0.0).sqrt();
+        is_near(bound) && is_near(seen.inverse().translation_std_m())
     })
 }
 
-/// Candidates by looks, most alike first, each from another stretch of the walk and none that the estimates rule out by
-/// `deviations`. `origins` are the points from which the views of the search were taken.
+/// Candidates by appearance: most alike first, each from another part of the walk, and none that the estimates rule out by more than
+/// `deviations` standard deviations. `origins` are the points from which the views of the query were taken.
 pub fn by_appearance(
     found: &[ScanContextMatch],
     levels: &[Rotation],
     origins: &[[f32; 2]],
-    reach: &[Option<UncertainPose>],
+    poses: &[Option<UncertainPose>],
     chain: &OdometryChain,
     (newest, deviations): (usize, f64),
-    policy: &CandidateConfig,
-) -> Vec<Candidate> {
-    let mut chosen: Vec<Candidate> = Vec::new();
-    for resemblance in found {
-        if chosen.len() == policy.most || resemblance.alignment.distance > policy.resemblance {
+    config: &CandidateConfig,
+) -> Vec<LoopCandidate> {
+    let mut chosen: Vec<LoopCandidate> = Vec::new();
+    for found in found {
+        if chosen.len() == config.max_count || found.alignment.distance > config.max_appearance_distance {
             break;
         }
-        let keyframe = resemblance.place;
-        let fresh = |c: &Candidate| chain.walked(c.keyframe, keyframe).is_some_and(|w| w > policy.walked);
-        if !chosen.iter().all(fresh) {
+        let keyframe = found.keyframe;
+        if !is_elsewhere(&chosen, keyframe, chain, config) {
             continue;
         }
         let (Some(level_from_old), Some(level_from_newest), Some(origin)) =
-            (levels.get(keyframe), levels.get(newest), origins.get(resemblance.view))
+            (levels.get(keyframe), levels.get(newest), origins.get(found.view))
         else {
             continue;
         };
-        let Some(expected) = reach.get(keyframe).copied().flatten().map(|seen| seen.inverse()) else {
+        let Some(expected) = poses.get(keyframe).copied().flatten().map(|seen| seen.inverse()) else {
             continue;
         };
-        let guess = first_from_second(&resemblance.alignment, level_from_old, level_from_newest, *origin);
-        // The guess is right to a few metres; what is farther off than that would be refused anyway.
-        let off = level_from_old * (guess.translation.vector - expected.pose.translation.vector);
-        let deviation = expected.translation_std_m();
-        if off.xy().norm() > policy.near + deviations * deviation || off.z.abs() > policy.rise(deviation) {
+        let guess = first_from_second(&found.alignment, level_from_old, level_from_newest, *origin);
+        // The guess is right to a few metres. A guess farther away would be rejected by the consistency check anyway.
+        let error = level_from_old * (guess.translation.vector - expected.pose.translation.vector);
+        let std_m = expected.translation_std_m();
+        if error.xy().norm() > config.max_offset_m + deviations * std_m
+            || error.z.abs() > config.height_limit_m(std_m)
+        {
             continue;
         }
-        let source = CandidateSource::Appearance(resemblance.alignment.distance);
-        chosen.push(Candidate { keyframe, source, guess, expected });
+        let source = CandidateSource::Appearance(found.alignment.distance);
+        chosen.push(LoopCandidate { keyframe, source, guess, expected });
     }
     chosen
 }
@@ -172,14 +187,14 @@ pub fn by_appearance(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drift::CovarianceGraph;
+    use crate::covariance_graph::CovarianceGraph;
     use crate::scan_context::Alignment;
     use crate::testing::at;
     use geometry::Matrix6;
 
-    /// 30 m there, 30 m back beside it at height `rise`; the reach from its last keyframe.
+    /// 30 m forth, and 30 m back beside it at the height `rise`. Returns the chain and the poses in its last keyframe.
     fn walk(rise: f64, variance: f64) -> (OdometryChain, Vec<Option<UncertainPose>>) {
-        let (mut chain, mut web) = (OdometryChain::default(), CovarianceGraph::default());
+        let (mut chain, mut graph) = (OdometryChain::default(), CovarianceGraph::default());
         let mut poses: Vec<Isometry> = (0..=30).map(|i| at(f64::from(i), 0.0, 0.0)).collect();
         poses.extend((0..=30).rev().map(|i| {
             let mut pose = at(f64::from(i), 0.8, 3.0);
@@ -192,67 +207,70 @@ mod tests {
                 covariance: Matrix6::identity() * variance,
             };
             chain.push(&step);
-            web.connect(index, index + 1, &step);
+            graph.add_odometry(index, index + 1, &step);
         }
         let newest = chain.len() - 1;
-        (chain, web.reach(newest))
+        (chain, graph.poses_in(newest))
     }
 
-    fn geometric(rise: f64, variance: f64) -> Vec<Candidate> {
-        let (chain, reach) = walk(rise, variance);
-        let (newest, policy) = (chain.len() - 1, CandidateConfig::default());
-        let old = old(&chain, newest, &policy);
+    fn geometric(rise: f64, variance: f64) -> Vec<LoopCandidate> {
+        let (chain, poses) = walk(rise, variance);
+        let (newest, config) = (chain.len() - 1, CandidateConfig::default());
+        let old = old_keyframes(&chain, newest, &config);
         assert!((40..50).contains(&old.end), "{old:?}");
-        by_geometry(&reach, &chain, &Rotation::identity(), old, &policy)
+        by_geometry(&poses, &chain, &Rotation::identity(), old, &config)
     }
 
     #[test]
-    fn the_nearest_old_place_is_found_and_other_floors_are_not() {
+    fn the_nearest_old_keyframe_is_found_and_other_floors_are_not() {
         let found = geometric(0.0, 1e-8);
         assert_eq!(found.iter().map(|c| c.keyframe).collect::<Vec<_>>(), [0]);
         let guess = &found[0].guess;
         assert!((guess.translation.vector - Vector3::new(0.0, 0.8, 0.0)).norm() < 1e-9, "{guess}");
-        // However vague the estimate, a storey up is another floor.
+        // However uncertain the estimate is, a storey up is another floor.
         assert!(geometric(4.0, 1e-8).is_empty() && geometric(4.0, 1e-2).is_empty());
     }
 
     #[test]
-    fn vague_estimates_reach_farther() {
-        let (chain, reach) = walk(0.0, 1e-8);
-        let policy = CandidateConfig { near: 0.5, ..CandidateConfig::default() };
+    fn uncertain_estimates_enlarge_the_search_radius() {
+        let (chain, poses) = walk(0.0, 1e-8);
+        let config = CandidateConfig { max_offset_m: 0.5, ..CandidateConfig::default() };
         let level = Rotation::identity();
-        assert!(by_geometry(&reach, &chain, &level, 0..40, &policy).is_empty());
-        let (chain, reach) = walk(0.0, 1e-3);
-        assert_eq!(by_geometry(&reach, &chain, &level, 0..40, &policy).len(), 1);
+        assert!(by_geometry(&poses, &chain, &level, 0..40, &config).is_empty());
+        let (chain, poses) = walk(0.0, 1e-3);
+        assert_eq!(by_geometry(&poses, &chain, &level, 0..40, &config).len(), 1);
     }
 
     #[test]
-    fn nobody_looks_where_the_estimates_rule_all_out() {
-        let (level, policy) = (Rotation::identity(), CandidateConfig::default());
+    fn appearance_is_skipped_where_the_estimates_rule_out_all_keyframes() {
+        let (level, config) = (Rotation::identity(), CandidateConfig::default());
         let matter = |old, variance, aside| {
-            let (_, reach) = walk(0.0, variance);
-            appearance_may_help(&reach, &level, old, (aside, 10.0), &policy)
+            let (_, poses) = walk(0.0, variance);
+            appearance_may_help(&poses, &level, old, (aside, 10.0), &config)
         };
         // The walk ends beside keyframe 0.
         assert!(matter(0..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 0.0) && !matter(8..30, 1e-8, 1.5));
-        assert!(matter(8..30, 1e-8, 6.0), "seen from farther aside");
-        assert!(matter(8..30, 1e-3, 0.0), "known vaguely");
+        assert!(matter(8..30, 1e-8, 6.0), "a view farther from the base");
+        assert!(matter(8..30, 1e-3, 0.0), "uncertain estimates");
         assert!(!matter(8..4_000, 1e-3, 9.0), "no such keyframes");
     }
 
     #[test]
-    fn looks_are_believed_only_where_the_estimates_allow() {
-        let found =
-            |place| ScanContextMatch { place, view: 0, alignment: Alignment { distance: 0.2, yaw: 3.0 } };
+    fn candidates_by_appearance_must_agree_with_the_estimates() {
+        let found = |keyframe| ScanContextMatch {
+            keyframe,
+            view: 0,
+            alignment: Alignment { distance: 0.2, yaw: 3.0 },
+        };
         let chosen = |rise, variance, place| {
-            let (chain, reach) = walk(rise, variance);
+            let (chain, poses) = walk(rise, variance);
             let levels = vec![Rotation::identity(); chain.len()];
-            let policy = CandidateConfig::default();
+            let config = CandidateConfig::default();
             let newest = (chain.len() - 1, 10.0);
-            by_appearance(&[found(place)], &levels, &[[0.0; 2]], &reach, &chain, newest, &policy).len()
+            by_appearance(&[found(place)], &levels, &[[0.0; 2]], &poses, &chain, newest, &config).len()
         };
         assert_eq!((chosen(0.0, 1e-8, 0), chosen(0.0, 1e-8, 20)), (1, 0));
         assert_eq!((chosen(0.0, 1e-3, 20), chosen(4.0, 1e-3, 0)), (1, 0));
-        assert_eq!(chosen(0.0, 1e-8, 4_000), 0, "a place that is not there");
+        assert_eq!(chosen(0.0, 1e-8, 4_000), 0, "an unknown keyframe");
     }
 }

@@ -1,18 +1,18 @@
-//! The largest set of things that all agree with each other.
+//! Maximum clique of a small graph given as bit sets.
 
-/// Branches looked at before the best found so far is taken.
-const BUDGET: usize = 20_000;
+/// Branches of the search after which the best clique found so far is returned. It bounds the time of a step.
+const MAX_BRANCHES: usize = 20_000;
 
-/// The largest set of at most 64 things, all pairs of which agree, among those that contain `must`. `agree[i]` has bit `j`
-/// set if `i` and `j` agree. Depth-first with the count of what is left as bound; the same input gives the same set, and
-/// after 20,000 branches the best one found. Source of the use: Mangelson et al., *Pairwise Consistent Measurement Set
+/// The largest clique that contains the node `required`, in a graph of at most 64 nodes. `agree[i]` has bit `j` set if `i` and `j` are
+/// adjacent. Depth-first search with the number of remaining nodes as bound. The same input gives the same clique. The result is exact up
+/// to 20,000 branches, and the best one found beyond. Source of the use: Mangelson et al., *Pairwise Consistent Measurement Set
 /// Maximization*, ICRA 2018.
-pub fn largest(agree: &[u64], must: usize) -> u64 {
-    if must >= agree.len().min(64) {
+pub fn largest_clique(agree: &[u64], required: usize) -> u64 {
+    if required >= agree.len().min(64) {
         return 0;
     }
-    let mut search = Search { agree, best: 1 << must, branches: 0 };
-    search.grow(1 << must, agree[must] & !(1 << must) & valid(agree.len()));
+    let mut search = Search { agree, best: 1 << required, branches: 0 };
+    search.extend(1 << required, agree[required] & !(1 << required) & valid(agree.len()));
     search.best
 }
 
@@ -27,21 +27,23 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn grow(&mut self, chosen: u64, mut left: u64) {
+    fn extend(&mut self, chosen: u64, mut left: u64) {
         if chosen.count_ones() > self.best.count_ones() {
             self.best = chosen;
         }
         while left != 0 {
             self.branches += 1;
-            if chosen.count_ones() + left.count_ones() <= self.best.count_ones() || self.branches > BUDGET {
+            if chosen.count_ones() + left.count_ones() <= self.best.count_ones()
+                || self.branches > MAX_BRANCHES
+            {
                 return;
             }
-            // The one that agrees with most of the others first: greedy descent finds large sets early.
+            // The node with most neighbours among the remaining ones first: this greedy order finds large cliques early.
             let next = bits(left)
                 .max_by_key(|&i| ((self.agree[i] & left).count_ones(), usize::MAX - i))
                 .unwrap_or_default();
             left &= !(1 << next);
-            self.grow(chosen | 1 << next, left & self.agree[next]);
+            self.extend(chosen | 1 << next, left & self.agree[next]);
         }
     }
 }
@@ -63,7 +65,7 @@ mod tests {
     use geometry::RngTree;
 
     #[test]
-    fn agrees_with_trying_every_subset() {
+    fn agrees_with_an_exhaustive_search() {
         for seed in 0..40 {
             let mut rng = RngTree::new(seed).child("clique").rng();
             let count = 11;
@@ -78,19 +80,19 @@ mod tests {
             }
             let is_clique = |set: u64| bits(set).all(|i| set & !(1 << i) & !agree[i] == 0);
             let best = (0..1_u64 << count).filter(|s| s & 1 != 0 && is_clique(*s)).map(u64::count_ones).max();
-            let found = largest(&agree, 0);
+            let found = largest_clique(&agree, 0);
             assert!(is_clique(found) && found & 1 != 0);
             assert_eq!(Some(found.count_ones()), best, "seed {seed}");
         }
     }
 
     #[test]
-    fn sixty_four_that_all_agree_and_hard_ones_end() {
+    fn a_full_graph_of_64_nodes_and_a_hard_one_are_searched_in_bounded_time() {
         let all: Vec<u64> = (0..64).map(|i| !(1_u64 << i)).collect();
-        assert_eq!(largest(&all, 7), u64::MAX);
-        // 32 pairs of which only partners disagree: 2^32 largest sets.
+        assert_eq!(largest_clique(&all, 7), u64::MAX);
+        // 32 pairs of which only partners are not adjacent: 2^32 maximum cliques.
         let pairs: Vec<u64> = (0..64).map(|i| !(3_u64 << (i / 2 * 2))).collect();
-        assert_eq!(largest(&pairs, 0).count_ones(), 32);
-        assert_eq!((largest(&[], 0), largest(&[0], 0)), (0, 1));
+        assert_eq!(largest_clique(&pairs, 0).count_ones(), 32);
+        assert_eq!((largest_clique(&[], 0), largest_clique(&[0], 0)), (0, 1));
     }
 }

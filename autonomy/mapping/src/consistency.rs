@@ -1,401 +1,321 @@
-//! Which loops may bend the map: those that agree with what is known of the walk, or with enough others.
+//! Consistency check of verified loops: only those that agree with the graph, or with enough other loops, are accepted
+//! (docs/maths/loops.md, section 6).
 //!
-//! Places can be built alike to the screw, and registration cannot tell them apart. So a loop is believed at once only
-//! where the graph already says, within a margin that is tight itself, that the pair must be there. Where the graph is vague, several
-//! loops must agree; where it disagrees, many, from places farther apart than a room is long, and never by much more than
-//! the graph's own deviation. Source of the pairwise test: Mangelson et al., *Pairwise Consistent Measurement
-//! Set Maximization*, ICRA 2018.
+//! Places can be built exactly alike, and registration cannot tell them apart. So a loop is accepted at once only if the graph already expects the
+//! pair there, with a small standard deviation. Where the graph is uncertain, several loops must agree with each other. Where it disagrees, many
+//! must agree, from keyframes farther apart than a room is long, and never by much more than the graph's own deviation. Source of the pairwise
+//! test: Mangelson et al., *Pairwise Consistent Measurement Set Maximization*, ICRA 2018.
 
-use crate::clique::{bits, largest};
-use crate::drift::{CovarianceGraph, OdometryChain};
-use crate::verify::{Evidence, RejectionReason, VerifiedPair};
-use crate::{Edge, UncertainPose};
+use crate::UncertainPose;
+use crate::clique::{bits, largest_clique};
+use crate::pose_graph::{Edge, PoseGraph, index};
+use crate::uncertain_pose::CHI_SQUARED_6_999;
+use crate::verification::{Evidence, RejectionReason, VerifiedPair};
 use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
-/// 99.9 % of the squared Mahalanobis distances of six normal errors lie below.
-const CHI_SQUARED_6: f64 = 22.46;
-/// Loops that wait; beyond it the oldest is dropped.
-const WAITING: usize = 64;
-/// How many of them, newest first, are looked at again after a loop was accepted: each costs a search of the graph.
-const LOOKED_AT_AGAIN: usize = 8;
-
-/// When a loop is believed.
+/// Parameters of [`LoopConsistencyCheck`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConsistencyConfig {
-    /// Place deviation up to which an expectation confirms a loop by itself, metres: a third of the least distance at
-    /// which things repeat (racks, columns, doors).
-    pub tight: f64,
-    /// Loops that must agree where the expectation is vaguer.
-    pub support: usize,
-    /// Metres that their keyframes must be apart.
-    pub spread: f64,
-    /// Loops that must agree where they contradict the expectation.
-    pub contrary_support: usize,
-    /// Metres that those keyframes must be apart: more than a room.
-    pub contrary_spread: f64,
-    /// Deviations beyond which a contradiction is never believed, however many agree.
-    pub contrary_deviations: f64,
+    /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. A third of the least distance at which
+    /// things repeat (racks, columns, doors).
+    pub confirming_std_m: f64,
+    /// Number of loops that must agree where the expectation is less certain.
+    pub min_support: usize,
+    /// Least extent of their keyframes, metres.
+    pub min_extent_m: f64,
+    /// Number of loops that must agree where they contradict the expectation.
+    pub contradicting_min_support: usize,
+    /// Least extent of those keyframes, metres: more than a room.
+    pub contradicting_min_extent_m: f64,
+    /// A contradiction of more than this many standard deviations is never accepted, however many loops agree.
+    pub max_contradiction_deviations: f64,
+    /// Greatest number of held loops; beyond it the oldest is dropped. At most 64, the width of a bit set.
+    pub max_held: usize,
+    /// Number of held loops, newest first, that are checked again after a loop was accepted. Each costs a search of the graph.
+    pub rechecked: usize,
 }
 
 impl Default for ConsistencyConfig {
     fn default() -> Self {
         Self {
-            tight: 0.4,
-            support: 3,
-            spread: 2.5,
-            contrary_support: 6,
-            contrary_spread: 18.0,
-            contrary_deviations: 10.0,
+            confirming_std_m: 0.4,
+            min_support: 3,
+            min_extent_m: 2.5,
+            contradicting_min_support: 6,
+            contradicting_min_extent_m: 18.0,
+            max_contradiction_deviations: 10.0,
+            max_held: 64,
+            rechecked: 8,
         }
     }
 }
 
-/// What became of a pair.
+/// Outcome of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It is an edge of the graph.
+    /// It is a loop of the graph.
     Accepted,
-    /// It passed all gates, but waits for others to agree with it.
+    /// It passed the verification, but waits for other loops to agree with it.
     Held,
-    /// It is not what it seemed.
+    /// It failed the verification.
     Rejected(RejectionReason),
-    /// It waited too long.
+    /// It was held for too long.
     Dropped,
 }
 
-/// A verdict with its reasons: recorded and shown. A held loop gets a second one when it is accepted or dropped.
+/// A verdict with its figures, to be recorded and shown. A held loop gets a second one when it is accepted or dropped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
     /// The loop.
     pub edge: Edge,
-    /// What spoke for and against it.
+    /// The figures of its verification.
     pub evidence: Evidence,
-    /// What became of it.
+    /// The outcome.
     pub verdict: Verdict,
-    /// How many loops agreed with it, itself among them.
+    /// Number of loops that agree with it, itself included.
     pub agreeing: usize,
 }
 
-/// The graph as far as loops are judged by it.
-#[derive(Clone, Debug)]
+/// Decides which verified loops enter the graph, and holds those that wait for support.
+#[derive(Clone, Debug, Default)]
 pub struct LoopConsistencyCheck {
-    trust: ConsistencyConfig,
-    chain: OdometryChain,
-    web: CovarianceGraph,
-    waiting: Vec<Waiting>,
+    config: ConsistencyConfig,
+    held: Vec<HeldLoop>,
 }
 
 /// A loop that waits for others.
 #[derive(Clone, Copy, Debug)]
-struct Waiting {
+struct HeldLoop {
     edge: Edge,
     evidence: Evidence,
-    /// Those waiting that agree with it, by their places.
-    agrees: u64,
+    /// Bit set of the held loops that agree with it, by index.
+    agreeing: u64,
 }
 
-/// How a loop compares with what the graph says of the pair.
+/// How a loop compares with what the graph expects of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stance {
+enum Agreement {
+    /// It agrees, and the expectation is certain.
     Confirmed,
-    Vague,
-    Contrary,
-    Absurd,
+    /// It agrees with an uncertain expectation.
+    Uncertain,
+    /// It contradicts the expectation.
+    Contradicting,
+    /// It contradicts the expectation by more than is ever accepted.
+    Implausible,
 }
 
 impl LoopConsistencyCheck {
-    /// Knows one keyframe.
-    pub fn new(trust: ConsistencyConfig) -> Self {
-        Self { trust, chain: OdometryChain::default(), web: CovarianceGraph::default(), waiting: Vec::new() }
+    /// Without held loops.
+    pub fn new(config: ConsistencyConfig) -> Self {
+        Self { config, held: Vec::new() }
     }
 
-    /// Knows the keyframes of a finished map, which are at `poses` in it, with the edges that were walked and the loops. At least
-    /// one keyframe; edges between others are left out.
-    pub fn resume(trust: ConsistencyConfig, poses: &[Isometry], edges: &[Edge], loops: &[Edge]) -> Self {
-        let (mut chain, mut web) = (OdometryChain::default(), CovarianceGraph::default());
-        let known = |edge: &&Edge| index(edge.from).max(index(edge.to)) < poses.len();
-        let measured = |edge: &Edge| UncertainPose::from_information(edge.from_from_to, &edge.information);
-        // Of each keyframe the way that leads to it from the newest before it.
-        let mut ways: Vec<Option<(usize, UncertainPose)>> = vec![None; poses.len()];
-        for edge in edges.iter().filter(known) {
-            let (from, to, way) = (index(edge.from), index(edge.to), measured(edge));
-            web.connect_walked(from, to, &way);
-            let (from, to, way) = if from < to { (from, to, way) } else { (to, from, way.inverse()) };
-            if from < to && ways[to].is_none_or(|(before, _)| before < from) {
-                ways[to] = Some((from, way));
-            }
-        }
-        for edge in loops.iter().filter(known) {
-            web.connect(index(edge.from), index(edge.to), &measured(edge));
-        }
-        for (keyframe, way) in ways.iter().enumerate().skip(1) {
-            let apart = poses[keyframe - 1].inverse() * poses[keyframe];
-            chain.walk(apart.translation.vector.norm());
-            match way {
-                Some((from, way)) => chain.attach(*from, way),
-                None => chain.begin(&(poses[0].inverse() * poses[keyframe])),
-            }
-        }
-        Self { trust, chain, web, waiting: Vec::new() }
-    }
-
-    /// Adds the next keyframe, that the odometry's edge leads to from the last one.
-    pub fn add_keyframe(&mut self, edge: &Edge) {
-        let step = UncertainPose::from_information(edge.from_from_to, &edge.information);
-        let next = self.chain.len();
-        self.chain.push(&step);
-        self.web.connect_walked(next - 1, next, &step);
-    }
-
-    /// Metres were walked over known ground.
-    pub fn walk(&mut self, metres: f64) {
-        self.chain.walk(metres);
-    }
-
-    /// Adds the next keyframe, that `edge` leads to from an old one, its metres having been walked already.
-    pub fn attach_keyframe(&mut self, edge: &Edge) {
-        let way = UncertainPose::from_information(edge.from_from_to, &edge.information);
-        let next = self.chain.len();
-        self.chain.attach(index(edge.from), &way);
-        self.web.connect_walked(index(edge.from).min(next - 1), next, &way);
-    }
-
-    /// The walk by odometry.
-    pub fn chain(&self) -> &OdometryChain {
-        &self.chain
-    }
-
-    /// The best known pose of every keyframe in `from`, over odometry and accepted loops.
-    pub fn reach(&self, from: KeyframeId) -> Vec<Option<UncertainPose>> {
-        self.web.reach(index(from))
-    }
-
-    /// The best known pose of one keyframe in another.
-    pub fn between(&self, from: KeyframeId, to: KeyframeId) -> Option<UncertainPose> {
-        self.web.between(index(from), index(to))
-    }
-
-    /// As [`Self::reach`], from the place that `way` leads to from a keyframe.
-    pub fn reach_along(&self, from: KeyframeId, way: &UncertainPose) -> Vec<Option<UncertainPose>> {
-        self.web.reach_along(index(from), way)
-    }
-
-    /// Whether a measurement agrees with an expectation that is itself sure enough.
+    /// Whether a measurement agrees with an expectation that is certain enough by itself.
     pub fn confirms(&self, expected: &UncertainPose, measured: &UncertainPose) -> bool {
-        self.stance(Some(expected), measured) == Stance::Confirmed
+        self.agreement(Some(expected), measured) == Agreement::Confirmed
     }
 
-    /// Loops that wait for others.
-    pub fn waiting(&self) -> usize {
-        self.waiting.len()
+    /// Number of loops that wait for others.
+    pub fn held_count(&self) -> usize {
+        self.held.len()
     }
 
-    /// Judges a verified pair. What it decides may free others that waited. Cost: at most nine searches of the
-    /// graph for a loop that is accepted at once, and as many as agree (64) for one that frees others.
-    pub fn evaluate(&mut self, verified: &VerifiedPair) -> Vec<Decision> {
+    /// Decides about a verified pair, and about held loops that it supports. Accepted loops are added to the graph. Cost: at most nine searches of
+    /// the graph for a loop that is accepted at once, and as many as agree (64) for one that releases others.
+    pub fn evaluate(&mut self, graph: &mut PoseGraph, verified: &VerifiedPair) -> Vec<Decision> {
         let decision = |verdict, agreeing| Decision {
             edge: verified.edge,
             evidence: verified.evidence,
             verdict,
             agreeing,
         };
-        if let Some(rejection) = verified.rejection {
-            return vec![decision(Verdict::Rejected(rejection), 0)];
+        if let Some(reason) = verified.rejection {
+            return vec![decision(Verdict::Rejected(reason), 0)];
         }
-        if self.stance_of(&verified.edge) == Stance::Confirmed {
-            self.connect(&verified.edge);
+        if self.agreement_of(graph, &verified.edge) == Agreement::Confirmed {
+            graph.add_loop(&verified.edge);
             let mut decisions = vec![decision(Verdict::Accepted, 1)];
-            self.confirm_waiting(&mut decisions);
+            self.recheck_held(graph, &mut decisions);
             return decisions;
         }
         let mut decisions = Vec::new();
-        if self.waiting.len() == WAITING {
-            let Waiting { edge, evidence, .. } = self.no_longer(0);
+        if self.held.len() == self.config.max_held.min(64) {
+            let HeldLoop { edge, evidence, .. } = self.release(0);
             decisions.push(Decision { edge, evidence, verdict: Verdict::Dropped, agreeing: 0 });
         }
-        self.wait(verified.edge, verified.evidence);
-        let set = self.agreeing_with_last();
-        if self.convinces(set) {
+        self.hold(graph, verified.edge, verified.evidence);
+        let set = self.largest_set_with_newest();
+        if self.is_convincing(graph, set) {
             let agreeing = set.count_ones() as usize;
-            let mut accepted: Vec<Waiting> = Vec::new();
-            // Backwards, so that places ahead stay.
-            for place in bits(set).collect::<Vec<_>>().into_iter().rev() {
-                accepted.push(self.no_longer(place));
+            let mut accepted: Vec<HeldLoop> = Vec::new();
+            // From the last one, so that the indices before it stay valid.
+            for index in bits(set).collect::<Vec<_>>().into_iter().rev() {
+                accepted.push(self.release(index));
             }
-            for Waiting { edge, evidence, .. } in accepted.into_iter().rev() {
-                self.connect(&edge);
+            for HeldLoop { edge, evidence, .. } in accepted.into_iter().rev() {
+                graph.add_loop(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing });
             }
-            self.confirm_waiting(&mut decisions);
+            self.recheck_held(graph, &mut decisions);
         } else {
             decisions.push(decision(Verdict::Held, set.count_ones() as usize));
         }
         decisions
     }
 
-    /// Takes an edge without judging it: a person's word. It waits no longer then. Says whether there are such keyframes.
-    pub fn accept(&mut self, edge: &Edge) -> bool {
-        self.forget_waiting(edge.from, edge.to);
-        self.connect(edge)
+    /// Adds a loop to the graph without a check, because a person accepted it. It is not held any more. Returns whether the keyframes exist.
+    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &Edge) -> bool {
+        self.drop_held(edge.from, edge.to);
+        graph.add_loop(edge)
     }
 
-    fn connect(&mut self, edge: &Edge) -> bool {
-        let known = index(edge.from).max(index(edge.to)) < self.chain.len();
-        if known {
-            let measured = UncertainPose::from_information(edge.from_from_to, &edge.information);
-            self.web.connect(index(edge.from), index(edge.to), &measured);
-        }
-        known
-    }
-
-    /// Takes a loop back that was accepted or waits, a person having found it wrong. Says whether there was one; what was
-    /// walked is none. Who of those waiting agree is looked at again without it: two searches of the graph for each.
-    pub fn remove_loop(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        let waited = self.forget_waiting(from, to);
-        let closed = self.web.disconnect(index(from), index(to));
-        if closed {
-            for Waiting { edge, evidence, .. } in std::mem::take(&mut self.waiting) {
-                self.wait(edge, evidence);
+    /// Removes a loop from the graph and from the held ones, because a person rejected it. Returns whether there was one. Which held loops agree
+    /// with each other is computed again without it, with two searches of the graph for each.
+    pub fn remove_loop(&mut self, graph: &mut PoseGraph, from: KeyframeId, to: KeyframeId) -> bool {
+        let was_held = self.drop_held(from, to);
+        let was_accepted = graph.remove_loop(from, to);
+        if was_accepted {
+            for HeldLoop { edge, evidence, .. } in std::mem::take(&mut self.held) {
+                self.hold(graph, edge, evidence);
             }
         }
-        waited || closed
+        was_held || was_accepted
     }
 
-    fn forget_waiting(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        let before = self.waiting.len();
-        while let Some(place) = self.waiting.iter().position(|w| (w.edge.from, w.edge.to) == (from, to)) {
-            self.no_longer(place);
+    fn drop_held(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
+        let before = self.held.len();
+        while let Some(index) = self.held.iter().position(|h| (h.edge.from, h.edge.to) == (from, to)) {
+            self.release(index);
         }
-        self.waiting.len() < before
+        self.held.len() < before
     }
 
-    /// Accepts those that waited and are now confirmed, newest first.
-    fn confirm_waiting(&mut self, decisions: &mut Vec<Decision>) {
-        let oldest = self.waiting.len().saturating_sub(LOOKED_AT_AGAIN);
-        for place in (oldest..self.waiting.len()).rev() {
-            if self.stance_of(&self.waiting[place].edge) == Stance::Confirmed {
-                let Waiting { edge, evidence, .. } = self.no_longer(place);
-                self.connect(&edge);
+    /// Accepts held loops that the graph confirms now, newest first.
+    fn recheck_held(&mut self, graph: &mut PoseGraph, decisions: &mut Vec<Decision>) {
+        let oldest = self.held.len().saturating_sub(self.config.rechecked);
+        for index in (oldest..self.held.len()).rev() {
+            if self.agreement_of(graph, &self.held[index].edge) == Agreement::Confirmed {
+                let HeldLoop { edge, evidence, .. } = self.release(index);
+                graph.add_loop(&edge);
                 decisions.push(Decision { edge, evidence, verdict: Verdict::Accepted, agreeing: 1 });
             }
         }
     }
 
-    fn stance_of(&self, edge: &Edge) -> Stance {
-        let expected = self.web.between(index(edge.from), index(edge.to));
-        self.stance(expected.as_ref(), &UncertainPose::from_information(edge.from_from_to, &edge.information))
+    fn agreement_of(&self, graph: &PoseGraph, edge: &Edge) -> Agreement {
+        let expected = graph.relative_pose(edge.from, edge.to);
+        self.agreement(expected.as_ref(), &edge.relative_pose())
     }
 
-    fn stance(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> Stance {
-        let Some(expected) = expected else { return Stance::Absurd };
-        let deviation = expected.translation_std_m();
-        match expected.distance_squared(measured) {
-            Some(squared) if squared <= CHI_SQUARED_6 => {
-                if deviation <= self.trust.tight {
-                    Stance::Confirmed
+    fn agreement(&self, expected: Option<&UncertainPose>, measured: &UncertainPose) -> Agreement {
+        let Some(expected) = expected else { return Agreement::Implausible };
+        let std_m = expected.translation_std_m();
+        match expected.mahalanobis_squared(measured) {
+            Some(squared) if squared <= CHI_SQUARED_6_999 => {
+                if std_m <= self.config.confirming_std_m {
+                    Agreement::Confirmed
                 } else {
-                    Stance::Vague
+                    Agreement::Uncertain
                 }
             }
             Some(_) => {
                 let error = expected.pose.inverse() * measured.pose;
-                let limit = self.trust.contrary_deviations * deviation;
-                if error.translation.vector.norm() <= limit { Stance::Contrary } else { Stance::Absurd }
+                let limit_m = self.config.max_contradiction_deviations * std_m;
+                if error.translation.vector.norm() <= limit_m {
+                    Agreement::Contradicting
+                } else {
+                    Agreement::Implausible
+                }
             }
-            None => Stance::Absurd,
+            None => Agreement::Implausible,
         }
     }
 
-    /// Lets a loop wait, and notes who agrees with it. Cost: two searches of the graph, however many wait.
-    fn wait(&mut self, edge: Edge, evidence: Evidence) {
-        let place = self.waiting.len();
-        let mut agrees = 0_u64;
-        let [from, to] =
-            [edge.from, edge.to].map(|end| Ways { consistency: self, end: index(end), by_loops: None });
-        let mut ends = [from, to];
-        for (other, waiting) in self.waiting.iter().enumerate() {
-            let agree = agree(&edge, &waiting.edge, &mut ends);
-            agrees |= u64::from(agree) << other;
+    /// Holds a loop, and notes which held loops agree with it. Cost: two searches of the graph, however many are held.
+    fn hold(&mut self, graph: &PoseGraph, edge: Edge, evidence: Evidence) {
+        let own = self.held.len();
+        let mut agreeing = 0_u64;
+        let mut ends = [edge.from, edge.to].map(|keyframe| RelativePoses { graph, keyframe, by_loops: None });
+        for (other, held) in self.held.iter().enumerate() {
+            agreeing |= u64::from(are_consistent(&edge, &held.edge, &mut ends)) << other;
         }
-        for other in bits(agrees) {
-            self.waiting[other].agrees |= 1 << place;
+        for other in bits(agreeing) {
+            self.held[other].agreeing |= 1 << own;
         }
-        self.waiting.push(Waiting { edge, evidence, agrees });
+        self.held.push(HeldLoop { edge, evidence, agreeing });
     }
 
-    /// Takes a loop out of those that wait.
-    fn no_longer(&mut self, place: usize) -> Waiting {
-        let gone = self.waiting.remove(place);
-        let ahead = (1_u64 << place) - 1;
-        for waiting in &mut self.waiting {
-            waiting.agrees = waiting.agrees & ahead | waiting.agrees >> 1 & !ahead;
+    /// Removes a held loop.
+    fn release(&mut self, index: usize) -> HeldLoop {
+        let removed = self.held.remove(index);
+        let before = (1_u64 << index) - 1;
+        for held in &mut self.held {
+            held.agreeing = held.agreeing & before | held.agreeing >> 1 & !before;
         }
-        gone
+        removed
     }
 
-    /// The largest set of waiting loops that agree with each other and with the last one.
-    fn agreeing_with_last(&self) -> u64 {
-        let agree: Vec<u64> = self.waiting.iter().map(|waiting| waiting.agrees).collect();
-        largest(&agree, agree.len().saturating_sub(1))
+    /// The largest set of held loops that agree with each other and with the newest one.
+    fn largest_set_with_newest(&self) -> u64 {
+        let agreeing: Vec<u64> = self.held.iter().map(|held| held.agreeing).collect();
+        largest_clique(&agreeing, agreeing.len().saturating_sub(1))
     }
 
-    /// Whether a set of waiting loops is enough.
-    fn convinces(&self, set: u64) -> bool {
-        if (set.count_ones() as usize) < self.trust.support {
+    /// Whether a set of held loops is enough to be accepted.
+    fn is_convincing(&self, graph: &PoseGraph, set: u64) -> bool {
+        let config = &self.config;
+        if (set.count_ones() as usize) < config.min_support {
             return false;
         }
-        let stances: Vec<Stance> = bits(set).map(|i| self.stance_of(&self.waiting[i].edge)).collect();
-        if stances.contains(&Stance::Absurd) {
+        let agreements: Vec<Agreement> =
+            bits(set).map(|i| self.agreement_of(graph, &self.held[i].edge)).collect();
+        if agreements.contains(&Agreement::Implausible) {
             return false;
         }
-        let (support, spread) = if stances.contains(&Stance::Contrary) {
-            (self.trust.contrary_support, self.trust.contrary_spread)
+        let (min_support, min_extent_m) = if agreements.contains(&Agreement::Contradicting) {
+            (config.contradicting_min_support, config.contradicting_min_extent_m)
         } else {
-            (self.trust.support, self.trust.spread)
+            (config.min_support, config.min_extent_m)
         };
-        let far = |end: fn(&Edge) -> KeyframeId| {
-            let places: Vec<Vector3> = bits(set)
-                .filter_map(|i| self.chain.pose(index(end(&self.waiting[i].edge))))
+        let is_wide = |end: fn(&Edge) -> KeyframeId| {
+            let positions: Vec<Vector3> = bits(set)
+                .filter_map(|i| graph.chain().pose(index(end(&self.held[i].edge))))
                 .map(|pose: &Isometry| pose.translation.vector)
                 .collect();
-            let pairs = places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm()));
-            pairs.fold(0.0, f64::max) >= spread
+            let pairs = positions.iter().flat_map(|a| positions.iter().map(move |b| (a - b).norm()));
+            pairs.fold(0.0, f64::max) >= min_extent_m
         };
-        stances.len() >= support && far(|edge| edge.from) && far(|edge| edge.to)
+        agreements.len() >= min_support && is_wide(|edge| edge.from) && is_wide(|edge| edge.to)
     }
 }
 
-/// How other keyframes lie to one.
-struct Ways<'a> {
-    consistency: &'a LoopConsistencyCheck,
-    end: usize,
-    /// Over loops; searched for when it is first asked for.
+/// Poses of other keyframes in one.
+struct RelativePoses<'a> {
+    graph: &'a PoseGraph,
+    keyframe: KeyframeId,
+    /// Over loops; computed when it is first asked for.
     by_loops: Option<Vec<Option<UncertainPose>>>,
 }
 
-impl Ways<'_> {
-    /// By odometry alone if both are of one stretch of the walk, and over loops if not.
-    fn to(&mut self, other: KeyframeId) -> Option<UncertainPose> {
-        let (consistency, end) = (self.consistency, self.end);
-        consistency.chain.relative(end, index(other)).or_else(|| {
-            let reached = self.by_loops.get_or_insert_with(|| consistency.web.reach(end));
-            reached.get(index(other)).copied().flatten()
+impl RelativePoses<'_> {
+    /// By odometry alone if both keyframes are of one segment of the walk, else over loops.
+    fn get(&mut self, other: KeyframeId) -> Option<UncertainPose> {
+        let (graph, keyframe) = (self.graph, self.keyframe);
+        graph.chain().relative_pose(index(keyframe), index(other)).or_else(|| {
+            let poses = self.by_loops.get_or_insert_with(|| graph.poses_in(keyframe));
+            poses.get(index(other)).copied().flatten()
         })
     }
 }
 
-/// Whether two loops and the ways between their ends close a circle within their covariance. `ends`: those of `a`.
-fn agree(a: &Edge, b: &Edge, [from, to]: &mut [Ways<'_>; 2]) -> bool {
-    let [first, second] =
-        [a, b].map(|edge| UncertainPose::from_information(edge.from_from_to, &edge.information));
-    let (Some(there), Some(back)) = (from.to(b.from), to.to(b.to)) else { return false };
-    let around = there.inverse().then(&first).then(&back);
-    around.distance_squared(&second).is_some_and(|squared| squared <= CHI_SQUARED_6)
-}
-
-fn index(keyframe: KeyframeId) -> usize {
-    keyframe.0 as usize
+/// Whether two loops and the paths between their ends close a circle within their covariance (equation 9). `ends` are those of `a`.
+fn are_consistent(a: &Edge, b: &Edge, [from, to]: &mut [RelativePoses<'_>; 2]) -> bool {
+    let [first, second] = [a, b].map(Edge::relative_pose);
+    let (Some(there), Some(back)) = (from.get(b.from), to.get(b.to)) else { return false };
+    let around = there.inverse().compose(&first).compose(&back);
+    around.mahalanobis_squared(&second).is_some_and(|squared| squared <= CHI_SQUARED_6_999)
 }
 
 #[cfg(test)]

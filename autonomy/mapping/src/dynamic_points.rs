@@ -1,93 +1,115 @@
-//! People, doors and trolleys: points of a keyframe that others looked through.
+//! Dynamic points of a keyframe: people, doors and trolleys that other keyframes looked through.
 //!
-//! Votes are cast for each voxel of the cloud by keyframes near it: its points were met by their rays, or their rays went
-//! through. What was seen through more often than met was not there for long. Bounded: at most [`VOTERS`] images are asked
-//! about each point. Source of the idea: Kim and Kim, *Remove, then Revert*, IROS 2020 (images of ranges against each
-//! other); Schmid et al., *Dynablox*, RA-L 2023 (voxels that were free are never static).
+//! The keyframes nearby vote on each voxel of the cloud: their rays either ended there, or went through. A voxel with more votes for free
+//! space than for a surface was occupied for a short time only. At most [`DynamicPointsConfig::max_voters`] range images are asked for each
+//! point. Source of the idea: Kim and Kim, *Remove, then Revert*, IROS 2020 (range images compared with each other); Schmid et al.,
+//! *Dynablox*, RA-L 2023 (voxels that were free are never static).
 
 use crate::range_image::{Occupancy, RangeImage};
 use geometry::Isometry;
 use points::hash::{CellKey, CellTable};
 
-/// Keyframes asked at most: enough for people who stand for half a minute.
-pub const VOTERS: usize = 12;
-/// Edge of the voxels that are judged as one, metres: a limb.
-const VOXEL: f32 = 0.2;
-/// Least number of keyframes that must have looked through.
-const LOOKED_THROUGH: u32 = 2;
-/// Least number of keyframes that must have met what stands.
-const MET: u32 = 3;
-
-/// Indices of the points of a cloud (base frame, metres) that move, judged by what other keyframes saw: each with its pose
-/// in the cloud's base. Only the first [`VOTERS`] are asked. Linear in points times voters, 30 ns each.
-pub fn moving_points(xyz: &[[f32; 3]], others: &[(Isometry, &RangeImage)]) -> Vec<u32> {
-    points_whose(xyz, others, Votes::moves)
+/// Parameters of [`dynamic_points`] and [`static_points`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DynamicPointsConfig {
+    /// Greatest number of keyframes that vote. Enough to detect people who stand still for half a minute.
+    pub max_voters: usize,
+    /// Edge of the voxels that are decided on as a whole, metres. About the width of a limb.
+    pub voxel_m: f32,
+    /// Least number of free-space votes for a dynamic voxel.
+    pub min_free_votes: u32,
+    /// Least number of surface votes for a static voxel.
+    pub min_surface_votes: u32,
 }
 
-/// Indices of the points that stand: others enough met them, and none looked through. Otherwise as [`moving_points`].
-pub fn standing_points(xyz: &[[f32; 3]], others: &[(Isometry, &RangeImage)]) -> Vec<u32> {
-    points_whose(xyz, others, Votes::stands)
+impl Default for DynamicPointsConfig {
+    fn default() -> Self {
+        Self { max_voters: 12, voxel_m: 0.2, min_free_votes: 2, min_surface_votes: 3 }
+    }
 }
 
-fn points_whose(
+/// Indices of the dynamic points of a cloud (base frame, metres). `others` are range images of other keyframes with their poses in the
+/// cloud's base; only the first `max_voters` are asked. Linear in points times voters, 30 ns each.
+pub fn dynamic_points(
     xyz: &[[f32; 3]],
     others: &[(Isometry, &RangeImage)],
-    verdict: impl Fn(&Votes) -> bool,
+    config: &DynamicPointsConfig,
+) -> Vec<u32> {
+    select_points(xyz, others, config, |votes| votes.is_dynamic(config))
+}
+
+/// Indices of the static points: enough other keyframes saw a surface there, and none looked through. Otherwise as [`dynamic_points`].
+pub fn static_points(
+    xyz: &[[f32; 3]],
+    others: &[(Isometry, &RangeImage)],
+    config: &DynamicPointsConfig,
+) -> Vec<u32> {
+    select_points(xyz, others, config, |votes| votes.is_static(config))
+}
+
+fn select_points(
+    xyz: &[[f32; 3]],
+    others: &[(Isometry, &RangeImage)],
+    config: &DynamicPointsConfig,
+    is_selected: impl Fn(&Votes) -> bool,
 ) -> Vec<u32> {
     let mut table = CellTable::default();
     let voxel_of = |table: &mut CellTable, point: &[f32; 3]| {
         let next = table.len() as u32;
-        table.get_or_insert(CellKey::new(point.map(|c| (c / VOXEL).floor() as i64)), next).0 as usize
+        let cell = CellKey::new(point.map(|c| (c / config.voxel_m).floor() as i64));
+        table.get_or_insert(cell, next).0 as usize
     };
     let voxels: Vec<usize> = xyz.iter().map(|point| voxel_of(&mut table, point)).collect();
     let mut votes = vec![Votes::default(); table.len()];
-    for (base_from_other, view) in others.iter().take(VOTERS) {
+    for (base_from_other, view) in others.iter().take(config.max_voters) {
         let other_from_base = base_from_other.inverse();
-        let turn = other_from_base.rotation.to_rotation_matrix().into_inner().map(|v| v as f32);
-        let shift = other_from_base.translation.vector.map(|v| v as f32);
+        let rotation = other_from_base.rotation.to_rotation_matrix().into_inner().map(|v| v as f32);
+        let translation = other_from_base.translation.vector.map(|v| v as f32);
         for (point, &voxel) in xyz.iter().zip(&voxels) {
-            let moved = turn * nalgebra::Vector3::from(*point) + shift;
-            votes[voxel].note(view.classify(&[moved.x, moved.y, moved.z]));
+            let moved = rotation * nalgebra::Vector3::from(*point) + translation;
+            votes[voxel].add_point(view.classify(&[moved.x, moved.y, moved.z]));
         }
-        votes.iter_mut().for_each(Votes::count);
+        votes.iter_mut().for_each(Votes::finish_keyframe);
     }
-    let chosen: Vec<bool> = votes.iter().map(verdict).collect();
-    (0..xyz.len() as u32).filter(|&point| chosen[voxels[point as usize]]).collect()
+    let selected: Vec<bool> = votes.iter().map(is_selected).collect();
+    (0..xyz.len() as u32).filter(|&point| selected[voxels[point as usize]]).collect()
 }
 
-/// Of one voxel.
+/// Votes on one voxel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Votes {
-    /// Points of the voxel by what the keyframe being asked says.
-    through_now: u32,
-    agrees_now: u32,
-    /// Keyframes by what they said.
-    through: u32,
-    agrees: u32,
+    /// Points of the voxel that the keyframe being asked looked through.
+    free_points: u32,
+    /// Points of the voxel that it saw as a surface.
+    surface_points: u32,
+    /// Keyframes that voted for free space.
+    free: u32,
+    /// Keyframes that voted for a surface.
+    surface: u32,
 }
 
 impl Votes {
-    fn note(&mut self, sight: Occupancy) {
-        match sight {
-            Occupancy::Free => self.through_now += 1,
-            Occupancy::Occupied => self.agrees_now += 1,
+    fn add_point(&mut self, occupancy: Occupancy) {
+        match occupancy {
+            Occupancy::Free => self.free_points += 1,
+            Occupancy::Occupied => self.surface_points += 1,
             Occupancy::Occluded | Occupancy::Unobserved => {}
         }
     }
 
-    /// Each keyframe has one vote, by the majority of the voxel's points.
-    fn count(&mut self) {
-        self.through += u32::from(self.through_now > self.agrees_now);
-        self.agrees += u32::from(self.agrees_now > 0 && self.agrees_now >= self.through_now);
-        (self.through_now, self.agrees_now) = (0, 0);
+    /// Turns the points counted for one keyframe into its vote, by majority.
+    fn finish_keyframe(&mut self) {
+        self.free += u32::from(self.free_points > self.surface_points);
+        self.surface += u32::from(self.surface_points > 0 && self.surface_points >= self.free_points);
+        (self.free_points, self.surface_points) = (0, 0);
     }
 
-    fn moves(&self) -> bool {
-        self.through >= LOOKED_THROUGH && self.through > self.agrees
+    fn is_dynamic(&self, config: &DynamicPointsConfig) -> bool {
+        self.free >= config.min_free_votes && self.free > self.surface
     }
 
-    fn stands(&self) -> bool {
-        self.agrees >= MET && self.through == 0
+    fn is_static(&self, config: &DynamicPointsConfig) -> bool {
+        self.surface >= config.min_surface_votes && self.free == 0
     }
 }
 
@@ -134,14 +156,17 @@ mod tests {
             })
             .collect();
         let others: Vec<(Isometry, &RangeImage)> = images.iter().map(|(pose, view)| (*pose, view)).collect();
-        let dropped = moving_points(&cloud, &others);
+        let dropped = dynamic_points(&cloud, &others, &DynamicPointsConfig::default());
         let is_person = |p: &[f32; 3]| (p[0] - 2.0).hypot(p[1] - 1.0) < 0.25;
         let persons = cloud.iter().filter(|p| is_person(p)).count();
         let right = dropped.iter().filter(|&&i| is_person(&cloud[i as usize])).count();
         assert!(persons > 150 && right * 100 >= persons * 95, "{right} of {persons}");
         assert!((dropped.len() - right) * 1000 < cloud.len(), "{} of the room", dropped.len() - right);
         // One witness is not enough, and none at all says nothing.
-        assert!(moving_points(&cloud, &others[..1]).is_empty() && moving_points(&cloud, &[]).is_empty());
+        assert!(
+            dynamic_points(&cloud, &others[..1], &DynamicPointsConfig::default()).is_empty()
+                && dynamic_points(&cloud, &[], &DynamicPointsConfig::default()).is_empty()
+        );
     }
 
     #[test]
@@ -156,10 +181,13 @@ mod tests {
             .collect();
         let others: Vec<(Isometry, &RangeImage)> = images.iter().map(|(pose, view)| (*pose, view)).collect();
         let cloud = room(0.0, person);
-        assert!(moving_points(&cloud, &others).len() * 1000 < cloud.len());
-        let standing = standing_points(&cloud, &others).len();
+        assert!(dynamic_points(&cloud, &others, &DynamicPointsConfig::default()).len() * 1000 < cloud.len());
+        let standing = static_points(&cloud, &others, &DynamicPointsConfig::default()).len();
         assert!(standing * 10 > cloud.len() * 9, "{standing} of {}", cloud.len());
-        assert!(standing_points(&cloud, &others[..2]).is_empty(), "two are too few");
+        assert!(
+            static_points(&cloud, &others[..2], &DynamicPointsConfig::default()).is_empty(),
+            "two are too few"
+        );
         let left: Vec<_> = images
             .iter()
             .map(|(pose, _)| (*pose, RangeImage::new(&room(pose.translation.x, None), [0.0; 3])))
@@ -169,6 +197,6 @@ mod tests {
             let [x, y, _] = cloud[*i as usize];
             (x - 2.0).hypot(y - 1.0) < 0.25
         };
-        assert!(!standing_points(&cloud, &left).iter().any(is_person));
+        assert!(!static_points(&cloud, &left, &DynamicPointsConfig::default()).iter().any(is_person));
     }
 }

@@ -1,5 +1,5 @@
-//! What a keyframe leaves behind for being found again: kept with a saved map, so that it need not be made anew from the full cloud
-//! wherever that map is used.
+//! Descriptor of a keyframe for place recognition. It is stored with a saved map, so that it does not have to be computed again from the full
+//! cloud wherever that map is used.
 
 use crate::range_image::RangeImage;
 use crate::scan_context::{ScanContext, level_from_base};
@@ -8,35 +8,35 @@ use geometry::Rotation;
 use points::Downsampler;
 use std::sync::Arc;
 
-/// Besides from the base, a place is looked up as it would look from so far to the left and right, metres.
-pub(crate) const ASIDE: f32 = 1.5;
-/// From where a place is looked at: metres ahead of and left of the base.
-pub const VIEW_ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, ASIDE], [0.0, -ASIDE]];
+/// Lateral offset of the two virtual views besides the one from the base, metres. Part of the stored format.
+pub(crate) const VIEW_OFFSET_M: f32 = 1.5;
+/// Origins of the views of which scan contexts are computed: metres ahead of the base and to its left.
+pub const VIEW_ORIGINS: [[f32; 2]; 3] = [[0.0, 0.0], [0.0, VIEW_OFFSET_M], [0.0, -VIEW_OFFSET_M]];
 
-/// Which rules places are made by. It goes up whenever those change, so that what was kept of others is not used.
+/// Version of the stored descriptors. It is increased whenever their computation changes, so that older ones are computed again.
 pub const KEYFRAME_DESCRIPTOR_VERSION: u32 = 1;
 
-/// A keyframe's small cloud and its looks from the base and from both sides: some 40 kB, shared by clones.
+/// A keyframe's thinned cloud, its range image and the scan contexts of three views: some 40 kB, shared by clones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeDescriptor {
     pub(crate) cloud: Arc<KeyframeCloud>,
     pub(crate) views: [Arc<ScanContext>; 3],
 }
 
-/// A [`KeyframeDescriptor`] as plain data; the two large lists are shared with it.
+/// A [`KeyframeDescriptor`] as plain data. The two large lists are shared with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyframeDescriptorParts {
     /// As [`KeyframeCloud::lattice`].
     pub points: Arc<[[i16; 3]]>,
     /// As [`crate::range_image::RangeImage::cells`].
     pub ranges: Arc<[u16]>,
-    /// As [`ScanContext::pictures`], of each view.
+    /// As [`ScanContext::images`], of each view.
     pub views: [[Vec<u8>; 2]; 3],
 }
 
 impl KeyframeDescriptor {
-    /// Of a motion-corrected cloud (base frame, metres) seen from `sensor` (base frame), the base being turned like that in a frame
-    /// whose z axis points up. Linear in the points: the cloud and three descriptors, as `docs/maths/loops.md` has them measured.
+    /// Computes the descriptor of a motion-corrected cloud (base frame, metres) measured from `sensor` (base frame, metres). `rotation` is
+    /// the attitude of the base in a frame whose z axis points up. Linear in the points; docs/maths/loops.md has the times.
     pub fn new(
         xyz: &[[f32; 3]],
         rotation: &Rotation,
@@ -48,38 +48,38 @@ impl KeyframeDescriptor {
         Self { cloud: Arc::new(KeyframeCloud::new(xyz, sensor, downsampler)), views }
     }
 
-    /// As [`Self::new`], with a downsampler of its own.
+    /// As [`Self::new`], with its own downsampler.
     pub fn of_cloud(xyz: &[[f32; 3]], rotation: &Rotation, sensor: [f32; 3]) -> Self {
         Self::new(xyz, rotation, sensor, &mut Downsampler::default())
     }
 
-    /// Its data.
+    /// As plain data.
     pub fn parts(&self) -> KeyframeDescriptorParts {
         KeyframeDescriptorParts {
             points: Arc::clone(self.cloud.lattice()),
             ranges: Arc::clone(self.cloud.view().cells()),
-            views: std::array::from_fn(|view| self.views[view].pictures()),
+            views: std::array::from_fn(|view| self.views[view].images()),
         }
     }
 
-    /// From its data, seen from `sensor`; none if they are not of the right size.
+    /// From plain data, measured from `sensor` (base frame, metres). `None` if a list does not have the right length.
     pub fn from_parts(parts: KeyframeDescriptorParts, sensor: [f32; 3]) -> Option<Self> {
         let cloud = KeyframeCloud::from_parts(parts.points, sensor, parts.ranges)?;
-        let [a, b, c] = parts.views.map(|[heights, slices]| ScanContext::from_pictures(&heights, &slices));
+        let [a, b, c] = parts.views.map(|[heights, slices]| ScanContext::from_images(&heights, &slices));
         Some(Self { cloud: Arc::new(cloud), views: [a?, b?, c?].map(Arc::new) })
     }
 
-    /// How it looks from each of [`VIEW_ORIGINS`].
+    /// The scan contexts as seen from each of [`VIEW_ORIGINS`].
     pub fn views(&self) -> &[Arc<ScanContext>; 3] {
         &self.views
     }
 
-    /// Its small cloud, base frame, metres.
+    /// The thinned cloud, base frame, metres.
     pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
         self.cloud.points()
     }
 
-    /// Corners of a box about its small cloud, base frame, metres; none if there is nothing in it.
+    /// Corners of the bounding box of the thinned cloud, base frame, metres. `None` if the cloud is empty.
     pub fn extent(&self) -> Option<[[f32; 3]; 2]> {
         let first = self.points().next()?;
         Some(self.points().fold([first; 2], |[least, most], point| {
@@ -90,12 +90,12 @@ impl KeyframeDescriptor {
         }))
     }
 
-    /// What the sensor saw through.
+    /// The range image of the scan: what the sensor looked through.
     pub fn view(&self) -> &RangeImage {
         self.cloud.view()
     }
 
-    /// Where the LiDAR was, base frame, metres.
+    /// Position of the LiDAR, base frame, metres.
     pub fn sensor(&self) -> [f32; 3] {
         self.cloud.view().sensor()
     }
@@ -107,12 +107,16 @@ mod tests {
     use crate::testing::{SENSOR, at, furnished, scan};
 
     #[test]
-    fn a_place_comes_back_from_its_parts() {
+    fn a_descriptor_is_restored_from_its_parts() {
         let xyz = scan(&furnished(), &at(1.0, 0.5, 0.4), 7);
-        let place = KeyframeDescriptor::new(&xyz, &Rotation::identity(), SENSOR, &mut Downsampler::default());
-        assert_eq!(KeyframeDescriptor::from_parts(place.parts(), place.sensor()).as_ref(), Some(&place));
+        let descriptor =
+            KeyframeDescriptor::new(&xyz, &Rotation::identity(), SENSOR, &mut Downsampler::default());
+        assert_eq!(
+            KeyframeDescriptor::from_parts(descriptor.parts(), descriptor.sensor()).as_ref(),
+            Some(&descriptor)
+        );
         let broken = |change: fn(&mut KeyframeDescriptorParts)| {
-            let mut parts = place.parts();
+            let mut parts = descriptor.parts();
             change(&mut parts);
             KeyframeDescriptor::from_parts(parts, SENSOR)
         };

@@ -1,23 +1,29 @@
-//! From odometry to a map: which scans become keyframes, the pose graph between them, the walked trajectory, and the places
-//! where the walk came back to itself.
+//! From odometry to a map: keyframes, the pose graph between them, place recognition, loop closure, and known ground.
 //!
-//! A [`Session`] keeps poses only (about 1 kB a keyframe and 76 B a scan, 10 MB at most); full clouds go to its owner. A [`LoopFinder`] keeps a
-//! small cloud of every keyframe (about 34 kB in all) and finds loops in four steps: `scan_context` and `places` recognise,
-//! `candidates` chooses, `verify` registers, `consistency` decides. On known ground it ties the robot to old keyframes instead
-//! (`visits`). `charts` finds one finished map in another. `dynamics` tells people from the site.
-//! `vantage` makes keyframes of clouds that no robot has walked. `docs/maths/loops.md` has the method and its numbers.
+//! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1 kB a keyframe and 76 B a scan). Full clouds go to the caller. A [`LoopFinder`]
+//! keeps a thinned cloud of every keyframe (about 34 kB) and finds loops in four steps: `scan_context` and `scan_context_index` recognise,
+//! `candidates` selects, `verification` registers, `consistency` decides. On known ground it anchors the robot's pose to old keyframes instead
+//! (`revisits`). [`LoopClosing`] runs these steps with jobs and people's decisions, and moves the map. [`MapMatcher`] finds one finished map in
+//! another, [`MapSearch`] the robot in a finished map. `dynamic_points` removes people, `map_changes` finds what changed, `virtual_viewpoint` makes
+//! keyframes of clouds that no robot has walked. docs/maths/loops.md describes the methods and their parameters.
 
 pub mod candidates;
 pub mod clique;
 pub mod consistency;
-pub mod drift;
+pub mod covariance_graph;
 pub mod dynamic_points;
+mod graph_optimiser;
 mod ground_surface;
 mod keyframe_descriptor;
+mod last_map;
+mod loop_closing;
 mod loop_finder;
 pub mod map_changes;
 mod map_matcher;
+mod map_search;
 mod odometer;
+pub mod odometry_chain;
+mod pose_graph;
 mod quality;
 mod recent_scans;
 mod revisits;
@@ -28,22 +34,35 @@ pub mod submap;
 #[cfg(test)]
 mod testing;
 mod uncertain_pose;
-mod verify;
+mod verification;
+mod verification_queue;
 pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig};
 pub use keyframe_descriptor::{
     KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts, VIEW_ORIGINS,
 };
+pub use last_map::{LastSavedMap, LastSavedMapConfig};
+pub use loop_closing::{
+    AddedWaypoint, ComparedPair, LoopClosing, LoopClosingConfig, LoopCommandError, LoopEvents, LoopOutcome,
+    LoopRecord, ReanchoredEvent, RevisitCounts,
+};
 pub use loop_finder::{LoopConfig, LoopFinder, MapKeyframe, NewKeyframe};
-pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher};
-pub use odometer::Odometer;
+pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher, MapMatcherConfig};
+pub use map_search::{MapSearch, MapSearchConfig, MapSearchData, MapSearchFix};
+pub use odometer::{Odometer, OdometerConfig};
 pub use points::range_image;
-pub use quality::{MapQuality, SurveyReason, SurveyTarget};
-pub use revisits::{Novelty, Reanchoring, Revisit, RevisitResult};
-pub use session::{DegenerateSegment, Edge, KeyframePolicy, Node, ScanPose, Session, Step, Waypoint, unit};
-pub use uncertain_pose::UncertainPose;
-pub use verify::{
+pub use pose_graph::{Edge, Node, PoseGraph, renormalised};
+pub use quality::{MapQuality, MapQualityConfig, SurveyReason, SurveyTarget};
+pub use revisits::{Novelty, Reanchoring, Revisit, RevisitConfig, RevisitResult};
+pub use session::{
+    DegenerateSegment, KeyframePolicy, OdometryStep, ScanPose, Session, SessionConfig, Waypoint,
+};
+pub use submap::SubmapConfig;
+pub use uncertain_pose::{CHI_SQUARED_6_999, UncertainPose};
+pub use verification::{
     CandidateSource, Comparison, ComparisonResult, Evidence, RejectionReason, VerificationConfig,
     VerificationTask, VerifiedPair, compare, verify,
 };
+pub use verification_queue::{QueuedComparison, VerificationQueueConfig};

@@ -1,82 +1,102 @@
-//! Finding loops: from a new keyframe to pairs worth verifying, and from verified pairs to edges of the graph.
+//! Place recognition of a session: from a new keyframe to pairs worth verifying.
 //!
-//! The owner calls [`LoopFinder::add_keyframe`] for every keyframe, runs [`crate::verify()`] on each task that comes back
-//! (anywhere, in any order), and hands the results to [`LoopFinder::judge`] in an order of its choosing: the same calls give
-//! the same bits. A robot that also walks over known ground calls [`LoopFinder::arrive`] instead, see [`crate::Novelty`].
+//! The owner adds every keyframe with [`LoopFinder::add_keyframe`], runs [`crate::verify()`] on the tasks that come back, anywhere and in any
+//! order, and hands the results to [`LoopFinder::evaluate`]. The same calls give the same bits. A robot that also walks over known ground calls
+//! [`LoopFinder::add_waypoint`] instead, see [`crate::Novelty`]. The pose graph belongs to the caller.
 
-use crate::candidates::{self, Candidate, CandidateConfig};
+use crate::candidates::{self, CandidateConfig, LoopCandidate};
 use crate::consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
-use crate::keyframe_descriptor::{ASIDE, KeyframeDescriptor, VIEW_ORIGINS};
+use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
+use crate::pose_graph::{Edge, PoseGraph};
 use crate::quality::Coverage;
 use crate::recent_scans::RecentScans;
-use crate::revisits::Revisits;
+use crate::revisits::{RevisitConfig, Revisits};
 use crate::scan_context::{ScanContext, level_from_base};
 use crate::scan_context_index::ScanContextIndex;
-use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache};
-use crate::verify::{CandidateSource, Comparison, VerificationConfig, VerificationTask, VerifiedPair};
-use crate::{Edge, UncertainPose, dynamic_points};
+use crate::submap::{KeyframeCloud, LazySubmap, SubmapCache, SubmapConfig};
+use crate::verification::{CandidateSource, Comparison, VerificationConfig, VerificationTask, VerifiedPair};
+use crate::{UncertainPose, dynamic_points};
 use geometry::{Isometry, Rotation};
 use points::Downsampler;
 use std::sync::Arc;
-use vocab::KeyframeId;
+use vocab::{KeyframeId, Stamp};
 
-/// A submap takes in what was walked this far before and after its keyframe, metres, and so many keyframes at most.
-const SUBMAP_WALK: f64 = 8.0;
-const SUBMAP_MEMBERS: usize = 17;
-/// Where the walk alone gives fewer, those nearest over loops are taken in too, if they are known this well, metres.
-const SUBMAP_LEAST: usize = 9;
-const SUBMAP_DEVIATION: f64 = 0.1;
-/// Submaps held ready: 4 to 15 MB each.
-const SUBMAPS_HELD: usize = 4;
-
-/// Settings of a [`LoopFinder`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Parameters of a [`LoopFinder`].
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoopConfig {
-    /// Who is compared.
+    /// Which keyframes are compared.
     pub candidates: CandidateConfig,
+    /// How submaps are made.
+    pub submap: SubmapConfig,
+    /// Submaps kept in memory, 4 to 15 MB each.
+    pub cached_submaps: usize,
     /// What a comparison must pass.
-    pub gates: VerificationConfig,
-    /// When its result is believed.
-    pub trust: ConsistencyConfig,
+    pub verification: VerificationConfig,
+    /// When a loop is accepted.
+    pub consistency: ConsistencyConfig,
+    /// What is known ground, and when it is compared.
+    pub revisits: RevisitConfig,
+    /// How dynamic points are found.
+    pub dynamic_points: dynamic_points::DynamicPointsConfig,
+    /// Two guesses of a pose nearer than this lead to the same result of a registration, metres.
+    pub same_guess_m: f64,
+    /// The same for rotation, radians.
+    pub same_guess_rad: f64,
+}
+
+impl Default for LoopConfig {
+    fn default() -> Self {
+        Self {
+            candidates: CandidateConfig::default(),
+            submap: SubmapConfig::default(),
+            cached_submaps: 4,
+            verification: VerificationConfig::default(),
+            consistency: ConsistencyConfig::default(),
+            revisits: RevisitConfig::default(),
+            dynamic_points: dynamic_points::DynamicPointsConfig::default(),
+            same_guess_m: 1.0,
+            same_guess_rad: 0.2,
+        }
+    }
 }
 
 /// A keyframe as the loop finder takes it.
 #[derive(Clone, Copy, Debug)]
 pub struct NewKeyframe<'a> {
-    /// How the odometry came here from the last keyframe; `None` for the first.
+    /// Odometry edge from the last keyframe; `None` for the first.
     pub edge: Option<&'a Edge>,
     /// Attitude of the base in any frame whose z axis points up.
     pub rotation: Rotation,
     /// Its motion-corrected cloud, base frame, metres.
     pub xyz: &'a [[f32; 3]],
-    /// Where the LiDAR is, base frame, metres.
+    /// Position of the LiDAR, base frame, metres.
     pub sensor: [f32; 3],
 }
 
 /// A keyframe of a finished map.
 #[derive(Clone, Debug)]
 pub struct MapKeyframe {
-    /// Where it is.
+    /// Its pose.
     pub map_from_keyframe: Isometry,
-    /// What it saw.
-    pub place: KeyframeDescriptor,
+    /// Its descriptor.
+    pub descriptor: KeyframeDescriptor,
 }
 
-/// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, image 11.5, descriptor 3.3,
-/// edges 1.5) and four submaps.
+/// Place recognition and loop closure of one session. Holds about 34 kB a keyframe (cloud 18, range image 11.5, scan context 3.3) and four
+/// submaps.
 #[derive(Clone, Debug)]
 pub struct LoopFinder {
     pub(crate) config: LoopConfig,
     pub(crate) consistency: LoopConsistencyCheck,
-    places: ScanContextIndex,
+    index: ScanContextIndex,
     pub(crate) clouds: Vec<Arc<KeyframeCloud>>,
     pub(crate) levels: Vec<Rotation>,
     submaps: SubmapCache,
     pub(crate) downsampler: Downsampler,
-    /// Keyframe of the last loop that was accepted by geometry.
+    /// Keyframe of the last accepted loop.
     last_closed: Option<usize>,
-    pub(crate) trail: RecentScans,
-    pub(crate) visits: Revisits,
+    pub(crate) recent: RecentScans,
+    pub(crate) revisits: Revisits,
     pub(crate) coverage: Coverage,
 }
 
@@ -85,55 +105,57 @@ impl LoopFinder {
     pub fn new(config: LoopConfig) -> Self {
         Self {
             config,
-            consistency: LoopConsistencyCheck::new(config.trust),
-            places: ScanContextIndex::default(),
+            consistency: LoopConsistencyCheck::new(config.consistency),
+            index: ScanContextIndex::default(),
             clouds: Vec::new(),
             levels: Vec::new(),
-            submaps: SubmapCache::new(SUBMAPS_HELD),
+            submaps: SubmapCache::new(config.cached_submaps),
             downsampler: Downsampler::default(),
             last_closed: None,
-            trail: RecentScans::default(),
-            visits: Revisits::default(),
+            recent: RecentScans::default(),
+            revisits: Revisits::default(),
             coverage: Coverage::default(),
         }
     }
 
-    /// Of a session that goes on from a finished map with these keyframes, that the robot has to find itself in first: what it walks
-    /// until [`Self::place`] adds nothing. Linear in keyframes and edges, but for a search of the edges for each keyframe.
-    pub fn resume(config: LoopConfig, map: &[MapKeyframe], edges: &[Edge], loops: &[Edge]) -> Self {
+    /// Of a session that extends a finished map with these keyframes and this graph. The robot's pose in the map is unknown at first: waypoints
+    /// add nothing until [`Self::localise_in_map`] is called. Linear in the keyframes.
+    pub fn resume(config: LoopConfig, map: &[MapKeyframe], graph: &mut PoseGraph) -> Self {
         let mut finder = Self::new(config);
-        let poses: Vec<Isometry> = map.iter().map(|old| old.map_from_keyframe).collect();
-        finder.consistency = LoopConsistencyCheck::resume(config.trust, &poses, edges, loops);
-        // All of it is no recent travel.
-        finder.consistency.walk(2.0 * config.candidates.walked);
-        for MapKeyframe { map_from_keyframe, place } in map {
-            finder.clouds.push(Arc::clone(&place.cloud));
+        // So that no keyframe of the map counts as recent travel.
+        graph.add_distance(2.0 * config.candidates.min_walked_m);
+        for MapKeyframe { map_from_keyframe, descriptor } in map {
+            finder.clouds.push(Arc::clone(&descriptor.cloud));
             finder.levels.push(level_from_base(&map_from_keyframe.rotation));
-            finder.places.push(Arc::clone(&place.views[0]));
+            finder.index.push(Arc::clone(&descriptor.views[0]));
         }
         finder
     }
 
-    /// The settings.
+    /// The parameters.
     pub fn config(&self) -> &LoopConfig {
         &self.config
     }
 
-    /// Adds a keyframe; returns the pairs to verify, at most `2 * most` of the policy. Keyframes are numbered from 0 in the
-    /// order of these calls, as a session does.
-    pub fn add_keyframe(&mut self, new: &NewKeyframe) -> Vec<VerificationTask> {
-        let step = new.edge.map(|edge| UncertainPose::from_information(edge.from_from_to, &edge.information));
-        if let Some(edge) = new.edge {
-            self.consistency.add_keyframe(edge);
+    /// Adds a keyframe to the graph, placed by its odometry edge. Returns the pairs to verify, at most twice
+    /// [`CandidateConfig::max_count`]. Keyframes are numbered from 0 in the order of these calls.
+    pub fn add_keyframe(&mut self, graph: &mut PoseGraph, new: &NewKeyframe) -> Vec<VerificationTask> {
+        let step = new.edge.map(Edge::relative_pose);
+        let last = graph.nodes().last().map_or_else(Isometry::identity, |node| node.map_from_keyframe);
+        if let Some(step) = &step {
+            graph.add_distance(step.pose.translation.vector.norm());
         }
+        let pose = step.map_or(last, |step| last * step.pose);
+        graph.add_keyframe(Stamp::EPOCH, &pose, new.edge);
         let cloud = Arc::new(KeyframeCloud::new(new.xyz, new.sensor, &mut self.downsampler));
-        let waypoint = self.trail.push(step.unwrap_or_else(UncertainPose::identity), Arc::clone(&cloud));
-        self.insert_keyframe(waypoint, cloud, &new.rotation, new.xyz)
+        let waypoint = self.recent.push(step.unwrap_or_else(UncertainPose::identity), Arc::clone(&cloud));
+        self.insert_keyframe(graph, waypoint, cloud, &new.rotation, new.xyz)
     }
 
-    /// Makes the newest waypoint, that the consistency knows as a keyframe already, one.
+    /// Makes the newest waypoint a keyframe. The graph contains it already.
     pub(crate) fn insert_keyframe(
         &mut self,
+        graph: &PoseGraph,
         waypoint: u64,
         cloud: Arc<KeyframeCloud>,
         rotation: &Rotation,
@@ -141,32 +163,32 @@ impl LoopFinder {
     ) -> Vec<VerificationTask> {
         let newest = self.clouds.len();
         let level = level_from_base(rotation);
-        self.visits.begin_at(keyframe(newest), waypoint);
+        self.revisits.anchor_at(keyframe_id(newest), waypoint);
         self.clouds.push(cloud);
         self.levels.push(level);
-        self.places.push(Arc::new(ScanContext::new(xyz, &level, [0.0; 2])));
-        let candidates = self.candidates(newest, xyz);
+        self.index.push(Arc::new(ScanContext::new(xyz, &level, [0.0; 2])));
+        let candidates = self.candidates(graph, newest, xyz);
         if candidates.is_empty() {
             return Vec::new();
         }
-        let newer = Arc::new(self.walked_submap());
+        let newer = Arc::new(self.recent_submap());
         let tasks = candidates.into_iter().map(|candidate| VerificationTask {
-            from: keyframe(candidate.keyframe),
-            to: keyframe(newest),
+            from: keyframe_id(candidate.keyframe),
+            to: keyframe_id(newest),
             comparison: Comparison {
                 source: candidate.source,
                 guesses: vec![candidate.guess],
                 expected: Some(candidate.expected),
-                older: self.submap(candidate.keyframe),
+                older: self.submap(graph, candidate.keyframe),
                 newer: Arc::clone(&newer),
             },
         });
         tasks.collect()
     }
 
-    /// Decides about a verified pair, and about others that it makes believable. Accepted edges belong into the graph.
-    pub fn evaluate(&mut self, verified: &VerifiedPair) -> Vec<Decision> {
-        let decisions = self.consistency.evaluate(verified);
+    /// Decides about a verified pair, and about held loops that it supports. Accepted loops are added to the graph, which the caller optimises.
+    pub fn evaluate(&mut self, graph: &mut PoseGraph, verified: &VerifiedPair) -> Vec<Decision> {
+        let decisions = self.consistency.evaluate(graph, verified);
         for decision in &decisions {
             if decision.verdict == Verdict::Accepted {
                 let closed = decision.edge.to.0 as usize;
@@ -176,175 +198,183 @@ impl LoopFinder {
         decisions
     }
 
-    /// A task for a pair that a person points at, with a guess of the newer one's pose in the older one; `None` if there are
-    /// no such keyframes.
-    pub fn propose(&mut self, from: KeyframeId, to: KeyframeId, guess: Isometry) -> Option<VerificationTask> {
+    /// A task for a pair that a person proposes, with a guess of the newer keyframe's pose in the older one. `None` for unknown keyframes.
+    pub fn propose(
+        &mut self,
+        graph: &PoseGraph,
+        from: KeyframeId,
+        to: KeyframeId,
+        guess: Isometry,
+    ) -> Option<VerificationTask> {
         let (older, newer) = (from.0 as usize, to.0 as usize);
         if older.max(newer) >= self.clouds.len() {
             return None;
         }
-        let expected = self.consistency.reach(from).get(newer).copied().flatten();
-        let (older, newer) = (self.submap(older), self.submap(newer));
-        let comparison =
-            Comparison { source: CandidateSource::Person, guesses: vec![guess], expected, older, newer };
+        let expected = graph.poses_in(from).get(newer).copied().flatten();
+        let (older, newer) = (self.submap(graph, older), self.submap(graph, newer));
+        let source = CandidateSource::Person;
+        let comparison = Comparison { source, guesses: vec![guess], expected, older, newer };
         Some(VerificationTask { from, to, comparison })
     }
 
-    /// Takes an edge on a person's word, without judging it. Says whether there are such keyframes.
-    pub fn accept(&mut self, edge: &Edge) -> bool {
-        self.consistency.accept(edge)
+    /// Adds a loop that a person accepted, without a check. Returns whether the keyframes exist.
+    pub fn accept(&mut self, graph: &mut PoseGraph, edge: &Edge) -> bool {
+        self.consistency.accept(graph, edge)
     }
 
-    /// Takes a loop back that was accepted or waits for others, a person having found it wrong. Says whether there was one.
-    pub fn remove_loop(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        let withdrawn = self.consistency.remove_loop(from, to);
-        if withdrawn {
-            self.submaps = SubmapCache::new(SUBMAPS_HELD);
-            self.visits.doubt();
+    /// Removes a loop that a person rejected, whether it was accepted or held. Returns whether there was one. The robot's pose may depend on it, so
+    /// it is told from the last keyframe again.
+    pub fn remove_loop(&mut self, graph: &mut PoseGraph, from: KeyframeId, to: KeyframeId) -> bool {
+        let removed = self.consistency.remove_loop(graph, from, to);
+        if removed {
+            self.submaps = SubmapCache::new(self.config.cached_submaps);
+            self.revisits.reset_to_odometry();
         }
-        withdrawn
+        removed
     }
 
-    /// Points of a keyframe's cloud (base frame, metres) that move, judged by what the keyframes around it saw through.
-    pub fn moving_points(&self, of: KeyframeId, xyz: &[[f32; 3]]) -> Vec<u32> {
-        let own = of.0 as usize;
+    /// Dynamic points of a keyframe's cloud (base frame, metres), by the scans of the keyframes around it.
+    pub fn dynamic_points(&self, graph: &PoseGraph, of: KeyframeId, xyz: &[[f32; 3]]) -> Vec<u32> {
+        let (own, chain, config) = (of.0 as usize, graph.chain(), &self.config.dynamic_points);
         let mut around: Vec<(f64, usize)> = (0..self.clouds.len())
             .filter(|&other| other != own)
-            .filter_map(|other| Some((self.consistency.chain().walked(own, other)?, other)))
-            .filter(|(walked, _)| *walked <= SUBMAP_WALK)
+            .filter_map(|other| Some((chain.distance_between(own, other)?, other)))
+            .filter(|(distance_m, _)| *distance_m <= self.config.submap.radius_m)
             .collect();
         around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let others: Vec<_> = around
             .iter()
-            .take(dynamic_points::VOTERS)
+            .take(config.max_voters)
             .filter_map(|&(_, other)| {
-                let way = self.consistency.chain().relative(own, other)?;
-                Some((way.pose, self.clouds.get(other)?.view()))
+                let relative = chain.relative_pose(own, other)?;
+                Some((relative.pose, self.clouds.get(other)?.view()))
             })
             .collect();
-        dynamic_points::moving_points(xyz, &others)
+        dynamic_points::dynamic_points(xyz, &others, config)
     }
 
-    /// What is known of the graph.
+    /// The consistency check.
     pub fn consistency(&self) -> &LoopConsistencyCheck {
         &self.consistency
     }
 
-    /// Bytes of submaps held ready, which do not grow with the walk.
+    /// Bytes of the cached submaps. They do not grow with the walk.
     pub fn submap_bytes(&self) -> usize {
         self.submaps.bytes()
     }
 
-    fn candidates(&self, newest: usize, xyz: &[[f32; 3]]) -> Vec<Candidate> {
-        let (policy, chain) = (&self.config.candidates, self.consistency.chain());
-        let old = candidates::old(chain, newest, policy);
+    fn candidates(&self, graph: &PoseGraph, newest: usize, xyz: &[[f32; 3]]) -> Vec<LoopCandidate> {
+        let (config, chain) = (&self.config.candidates, graph.chain());
+        let old = candidates::old_keyframes(chain, newest, config);
         if old.is_empty() {
             return Vec::new();
         }
-        let reach = self.consistency.reach(keyframe(newest));
+        let poses = graph.poses_in(keyframe_id(newest));
         let level = &self.levels[newest];
-        let near = candidates::by_geometry(&reach, chain, level, old.clone(), policy);
-        let sure = near.iter().any(|c| c.expected.translation_std_m() <= policy.sure);
-        if sure {
-            let walked = self.last_closed.and_then(|closed| chain.walked(closed, newest));
-            let due = walked.is_none_or(|walked| walked >= policy.spacing);
-            return if due { near } else { Vec::new() };
+        let near = candidates::by_geometry(&poses, chain, level, old.clone(), config);
+        let is_certain = near.iter().any(|c| c.expected.translation_std_m() <= config.certain_std_m);
+        if is_certain {
+            let walked_m = self.last_closed.and_then(|closed| chain.distance_between(closed, newest));
+            let is_due = walked_m.is_none_or(|walked_m| walked_m >= config.spacing_m);
+            return if is_due { near } else { Vec::new() };
         }
-        let deviations = self.config.trust.contrary_deviations;
-        if !candidates::appearance_may_help(
-            &reach,
-            level,
-            old.clone(),
-            (f64::from(ASIDE), deviations),
-            policy,
-        ) {
+        let deviations = self.config.consistency.max_contradiction_deviations;
+        let offset_m = f64::from(VIEW_OFFSET_M);
+        if !candidates::appearance_may_help(&poses, level, old.clone(), (offset_m, deviations), config) {
             return near;
         }
-        let views = VIEW_ORIGINS.map(|origin| match self.places.descriptor(newest) {
+        let views = VIEW_ORIGINS.map(|origin| match self.index.get(newest) {
             Some(own) if origin == [0.0; 2] => Arc::clone(own),
             _ => Arc::new(ScanContext::new(xyz, level, origin)),
         });
-        let found = self.places.search(&views, old);
+        let found = self.index.search(&views, old);
         let alike = candidates::by_appearance(
             &found,
             &self.levels,
             &VIEW_ORIGINS,
-            &reach,
+            &poses,
             chain,
             (newest, deviations),
-            policy,
+            config,
         );
         let mut all = near;
         for candidate in alike {
-            let known = |c: &Candidate| {
-                chain.walked(c.keyframe, candidate.keyframe).is_some_and(|walked| walked < policy.near)
-                    && near_pose(&c.guess, &candidate.guess)
+            let is_same = |c: &LoopCandidate| {
+                let distance_m = chain.distance_between(c.keyframe, candidate.keyframe);
+                distance_m.is_some_and(|distance_m| distance_m < config.max_offset_m)
+                    && self.is_same_guess(&c.guess, &candidate.guess)
             };
-            if !all.iter().any(known) {
+            if !all.iter().any(is_same) {
                 all.push(candidate);
             }
         }
         all
     }
 
-    /// What was walked up to the newest waypoint.
-    pub(crate) fn walked_submap(&self) -> LazySubmap {
-        self.trail.submap(SUBMAP_WALK, SUBMAP_MEMBERS / 2)
+    /// Whether a registration would give the same result from two guesses.
+    fn is_same_guess(&self, a: &Isometry, b: &Isometry) -> bool {
+        let between = a.inverse() * b;
+        between.translation.vector.norm() < self.config.same_guess_m
+            && between.rotation.angle() < self.config.same_guess_rad
     }
 
-    /// A keyframe with what was walked before and after it, and where that is little, with what lies round it.
-    pub(crate) fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
-        let (consistency, clouds, recent) = (&self.consistency, &self.clouds, self.config.candidates.walked);
-        // A submap made while there was nothing after its keyframe knows only one side; keyed apart so that it is not kept.
+    /// Submap of the newest waypoint: what was walked up to it.
+    pub(crate) fn recent_submap(&self) -> LazySubmap {
+        let config = &self.config.submap;
+        self.recent.submap(config.radius_m, config.max_keyframes / 2)
+    }
+
+    /// Submap of a keyframe: what was walked before and after it. If that is little, keyframes around it are added.
+    pub(crate) fn submap(&mut self, graph: &PoseGraph, own: usize) -> Arc<LazySubmap> {
+        let (clouds, min_walked_m) = (&self.clouds, self.config.candidates.min_walked_m);
+        let config = self.config.submap;
+        // The submap of the newest keyframe has one side only; its own key keeps it from being used when there is more.
         let key = if own + 1 == clouds.len() { usize::MAX - own } else { own };
         self.submaps.get(key, || {
-            let chain = consistency.chain();
-            let close = |k: &usize| chain.walked(own, *k).is_some_and(|walked| walked <= SUBMAP_WALK);
-            let half = SUBMAP_MEMBERS / 2;
-            let along = (own.saturating_sub(half)..(own + half + 1).min(clouds.len())).filter(close);
+            let chain = graph.chain();
+            let is_close = |k: &usize| chain.distance_between(own, *k).is_some_and(|d| d <= config.radius_m);
+            let half = config.max_keyframes / 2;
+            let along = (own.saturating_sub(half)..(own + half + 1).min(clouds.len())).filter(is_close);
             let mut members: Vec<(usize, UncertainPose)> =
-                along.filter_map(|k| Some((k, chain.relative(own, k)?))).collect();
-            if members.len() < SUBMAP_LEAST {
-                // Not of the walk just made, which is what this is going to be compared with.
-                let old = |k: usize| chain.since(k).is_some_and(|walked| walked > recent);
-                add_nearest(&mut members, &consistency.reach(keyframe(own)), old);
+                along.filter_map(|k| Some((k, chain.relative_pose(own, k)?))).collect();
+            if members.len() < config.min_keyframes {
+                // Without the walk just made, because the submap is going to be compared with it.
+                let is_old = |k: usize| chain.distance_since(k).is_some_and(|d| d > min_walked_m);
+                add_nearest(&mut members, &graph.poses_in(keyframe_id(own)), is_old, &config);
             }
-            let place = members.iter().position(|(k, _)| *k == own).unwrap_or_default();
-            LazySubmap::new(members.into_iter().map(|(k, way)| (way, clouds[k].clone())).collect(), place)
+            let position = members.iter().position(|(k, _)| *k == own).unwrap_or_default();
+            let members = members.into_iter().map(|(k, relative)| (relative, clouds[k].clone()));
+            LazySubmap::new(members.collect(), position)
         })
     }
 }
 
-/// Adds those of the keyframes `among` that are nearest to the first one of a submap and known well from it, until it has the
-/// least members; in the order of the walk.
+/// Adds to a submap those of the keyframes `among` that are nearest to its first one and known well from it, until it has the least number of
+/// members. The members stay in the order of the walk.
 fn add_nearest(
     members: &mut Vec<(usize, UncertainPose)>,
-    reach: &[Option<UncertainPose>],
+    poses: &[Option<UncertainPose>],
     among: impl Fn(usize) -> bool,
+    config: &SubmapConfig,
 ) {
-    let mut near: Vec<(f64, usize, UncertainPose)> = reach
+    let mut near: Vec<(f64, usize, UncertainPose)> = poses
         .iter()
         .enumerate()
         .filter(|(k, _)| among(*k) && members.iter().all(|(member, _)| member != k))
-        .filter_map(|(k, way)| {
-            way.filter(|way| way.translation_std_m() <= SUBMAP_DEVIATION)
-                .map(|way| (way.pose.translation.vector.norm(), k, way))
+        .filter_map(|(k, pose)| {
+            pose.filter(|pose| pose.translation_std_m() <= config.max_std_m)
+                .map(|pose| (pose.pose.translation.vector.norm(), k, pose))
         })
-        .filter(|(apart, _, _)| *apart <= SUBMAP_WALK)
+        .filter(|(distance_m, _, _)| *distance_m <= config.radius_m)
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let missing = SUBMAP_LEAST.saturating_sub(members.len());
-    members.extend(near.into_iter().take(missing).map(|(_, k, way)| (k, way)));
+    let missing = config.min_keyframes.saturating_sub(members.len());
+    members.extend(near.into_iter().take(missing).map(|(_, k, pose)| (k, pose)));
     members.sort_by_key(|(k, _)| *k);
 }
 
-/// Whether two guesses would lead to the same result.
-fn near_pose(a: &Isometry, b: &Isometry) -> bool {
-    let between = a.inverse() * b;
-    between.translation.vector.norm() < 1.0 && between.rotation.angle() < 0.2
-}
-
-pub(crate) fn keyframe(index: usize) -> KeyframeId {
+/// The number of a keyframe.
+pub(crate) fn keyframe_id(index: usize) -> KeyframeId {
     KeyframeId(u32::try_from(index).unwrap_or(u32::MAX))
 }
 

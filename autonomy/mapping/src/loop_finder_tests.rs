@@ -1,4 +1,4 @@
-//! The whole of loop finding, in a ring of corridors about a block.
+//! Loop finding as a whole, in a ring of corridors around a block.
 
 use super::*;
 use crate::testing::{SENSOR, at, edge, ring, ring_poses, scan};
@@ -13,12 +13,13 @@ fn poses() -> Vec<Isometry> {
 struct Walked {
     decisions: Vec<Decision>,
     finder: LoopFinder,
+    graph: PoseGraph,
 }
 
 /// Walks the ring with odometry that turns too far by `bias` radians a step.
 fn walk(bias: f64) -> Walked {
     let (world, poses) = (ring(), poses());
-    let mut finder = LoopFinder::new(LoopConfig::default());
+    let (mut finder, mut graph) = (LoopFinder::new(LoopConfig::default()), PoseGraph::default());
     let mut decisions = Vec::new();
     for (index, pose) in poses.iter().enumerate() {
         let step = index.checked_sub(1).map(|last| {
@@ -26,18 +27,16 @@ fn walk(bias: f64) -> Walked {
             edge(last as u32, index as u32, way, (2e-3, 0.01))
         });
         let cloud = scan(&world, pose, index as u64);
-        let tasks = finder.add_keyframe(&NewKeyframe {
-            edge: step.as_ref(),
-            rotation: pose.rotation,
-            xyz: &cloud,
-            sensor: SENSOR,
-        });
+        let tasks = finder.add_keyframe(
+            &mut graph,
+            &NewKeyframe { edge: step.as_ref(), rotation: pose.rotation, xyz: &cloud, sensor: SENSOR },
+        );
         assert!(tasks.len() <= 4, "{} pairs at once", tasks.len());
         for task in tasks {
-            decisions.extend(finder.evaluate(&verify(&task, &finder.config().gates)));
+            decisions.extend(finder.evaluate(&mut graph, &verify(&task, &finder.config().verification)));
         }
     }
-    Walked { decisions, finder }
+    Walked { decisions, finder, graph }
 }
 
 fn walked() -> &'static Walked {
@@ -72,22 +71,22 @@ fn the_same_walk_gives_the_same_bits() {
 }
 
 #[test]
-fn a_persons_pair_is_looked_at_and_unknown_keyframes_are_not() {
+fn a_proposed_pair_is_verified_and_unknown_keyframes_are_not() {
     let mut finder = walked().finder.clone();
     let poses = poses();
     let guess = poses[14].inverse() * poses[62];
-    let task = finder.propose(KeyframeId(14), KeyframeId(62), guess);
+    let task = finder.propose(&walked().graph, KeyframeId(14), KeyframeId(62), guess);
     let Some(task) = task else { panic!("both keyframes are there") };
     let found = verify(&task, &VerificationConfig::default());
     assert_eq!((found.rejection, found.evidence.source), (None, CandidateSource::Person));
-    assert!(finder.propose(KeyframeId(14), KeyframeId(4_000), guess).is_none());
+    assert!(finder.propose(&walked().graph, KeyframeId(14), KeyframeId(4_000), guess).is_none());
 }
 
 #[test]
-fn the_empty_ring_has_nobody_to_drop() {
+fn an_empty_ring_has_no_dynamic_points() {
     let (world, poses) = (ring(), poses());
     let cloud = scan(&world, &poses[30], 30);
-    let dropped = walked().finder.moving_points(KeyframeId(30), &cloud);
+    let dropped = walked().finder.dynamic_points(&walked().graph, KeyframeId(30), &cloud);
     assert!(dropped.len() * 200 < cloud.len(), "{} of {}", dropped.len(), cloud.len());
-    assert!(walked().finder.moving_points(KeyframeId(4_000), &cloud).is_empty());
+    assert!(walked().finder.dynamic_points(&walked().graph, KeyframeId(4_000), &cloud).is_empty());
 }

@@ -1,127 +1,182 @@
-//! Finished maps: where what one of them holds lies in another.
+//! Matching of finished maps: where one map lies in another (docs/maths/loops.md, section 8).
 //!
-//! Nothing is known beforehand of how two maps lie to each other, but that both stand upright. Every few metres a keyframe of one
-//! is looked up by its looks among all of the other's; what fits when compared says, each by itself, where one map is in the
-//! other. They vote, each keyframe for the place where it fits best, because a place built alike fits nearly as well. Looking alike, be it
-//! a hundred times in one room, proves nothing, so that supporters must come from farther apart than most rooms are long, and no other
-//! way may have half as many. From the winner on, the rest is compared where it is then expected.
-//! `docs/maths/loops.md` has the numbers.
+//! The relative pose of the maps is unknown, except that both are upright. Every few metres, a keyframe of one map is searched by its
+//! appearance among all keyframes of the other. Each pair that fits after registration gives one vote for the pose of the second map in the
+//! first. Each keyframe votes for the pair where it fits best, because a place built alike fits nearly as well. Many votes from one room prove
+//! nothing, so the supporters must be farther apart than most rooms are long, and no other pose may have more than half as many votes. From the
+//! winner on, the remaining keyframes are compared where the nearest link expects them.
 
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_ORIGINS};
 use crate::scan_context::{first_from_second, level_from_base};
 use crate::scan_context_index::ScanContextIndex;
-use crate::submap::{LazySubmap, SubmapCache};
-use crate::verify::{CandidateSource, Comparison, ComparisonResult, VerificationConfig, compare};
+use crate::submap::{LazySubmap, SubmapCache, SubmapConfig};
+use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
+use crate::verification::{CandidateSource, Comparison, ComparisonResult, VerificationConfig, compare};
 use crate::{Edge, UncertainPose};
-use geometry::{Isometry, Matrix6, Rotation, Vector3, Vector6, so3};
+use geometry::{Isometry, Matrix6, Rotation, Vector3, so3};
 use points::Downsampler;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use vocab::KeyframeId;
 
-/// A submap takes in the keyframes so near, metres, so many at most.
-const SUBMAP_REACH: f64 = 8.0;
-const SUBMAP_LEVEL: f64 = 1.5;
-const SUBMAP_MEMBERS: usize = 17;
-const SUBMAPS_HELD: usize = 8;
-/// How far neighbours in a finished map are off each other: rotation (rad), translation (m).
-const SETTLED: (f64, f64) = (5e-4, 0.005);
-/// Keyframes are looked up so far apart along the walk, metres.
-const SPACING: f64 = 2.0;
-/// Places looked at for each, so far apart at least, metres, and the greatest distance of descriptors: generous, since what
-/// looks alike is compared and has to win a vote.
-const LOOKED_AT: usize = 3;
-const PLACES_APART: f64 = 5.0;
-const RESEMBLANCE: f32 = 0.75;
-/// Two links agree if they say the same within this: metres, metres for each metre between them, and radians.
-const AGREE: (f64, f64, f64) = (0.3, 0.02, 0.1);
-/// Votes that must agree, and how far apart the farthest of them are in either map, metres: more than most rooms.
-const SUPPORT: usize = 6;
-const SPREAD: f64 = 12.0;
-/// The same of a walk in a small map, as a share of the map's extent.
-const SMALL: f64 = 0.55;
-/// Another place may have this share of the supporters at most.
-const RIVAL: f64 = 0.5;
-/// Keyframes of both maps this near overlook the same, metres, and the same vertically.
-const NEAR: f64 = 2.5;
-const LEVEL: f64 = 1.0;
-/// What is expected from the nearest link: radians and metres, and metres for each metre from there.
-const EXPECTED: (f64, f64, f64) = (0.03, 0.1, 0.02);
-/// Nothing is expected farther from a link than this, metres: by then it is as vague as things repeat.
-const FROM_A_LINK: f64 = 15.0;
-/// 99.9 % of the squared Mahalanobis distances of six normal errors lie below.
-const CHI_SQUARED_6: f64 = 22.46;
+/// Parameters of [`MapMatcher`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapMatcherConfig {
+    /// How submaps are made.
+    pub submap: SubmapConfig,
+    /// Submaps kept in memory, 4 to 15 MB each.
+    pub cached_submaps: usize,
+    /// Standard deviation of the relative rotation of neighbouring keyframes in a finished map, radians.
+    pub neighbour_rotation_std_rad: f64,
+    /// Standard deviation of their relative translation, metres.
+    pub neighbour_translation_std_m: f64,
+    /// Distance along the walk between keyframes that are searched, metres.
+    pub query_spacing_m: f64,
+    /// Greatest number of candidates that are compared with a query.
+    pub max_candidates: usize,
+    /// Least distance between the candidates of a query, metres.
+    pub candidate_spacing_m: f64,
+    /// Greatest distance of scan contexts of a candidate. More than for loops, because a candidate is also compared and has to win a vote.
+    pub max_appearance_distance: f32,
+    /// Two links agree if their translations differ by at most this, metres, ...
+    pub agreement_m: f64,
+    /// ... plus this share of the distance between them, ...
+    pub agreement_share: f64,
+    /// ... and their rotations by at most this, radians.
+    pub agreement_rad: f64,
+    /// Least number of links that agree.
+    pub min_support: usize,
+    /// Least extent of the agreeing keyframes in either map, metres: more than the length of most rooms.
+    pub min_extent_m: f64,
+    /// In a small map, a walk needs only this share of the map's extent.
+    pub min_extent_share: f64,
+    /// Greatest support of another pose, as a share of the winner's.
+    pub max_runner_up_share: f64,
+    /// Keyframes of both maps at most this far apart horizontally see the same surroundings, metres.
+    pub max_offset_m: f64,
+    /// The same vertically, metres.
+    pub max_height_m: f64,
+    /// Standard deviation of a rotation predicted from the nearest link, radians.
+    pub predicted_rotation_std_rad: f64,
+    /// Standard deviation of a translation predicted from the nearest link, metres, ...
+    pub predicted_translation_std_m: f64,
+    /// ... plus this share of the distance to that link.
+    pub predicted_translation_std_share: f64,
+    /// Greatest distance from a link for a prediction, metres. Beyond it, the prediction is as uncertain as the distance at which things
+    /// repeat.
+    pub max_prediction_m: f64,
+}
 
-/// A finished map as places are looked up in it: 45 kB a keyframe.
+impl Default for MapMatcherConfig {
+    fn default() -> Self {
+        Self {
+            submap: SubmapConfig::default(),
+            cached_submaps: 8,
+            neighbour_rotation_std_rad: 5e-4,
+            neighbour_translation_std_m: 0.005,
+            query_spacing_m: 2.0,
+            max_candidates: 3,
+            candidate_spacing_m: 5.0,
+            max_appearance_distance: 0.75,
+            agreement_m: 0.3,
+            agreement_share: 0.02,
+            agreement_rad: 0.1,
+            min_support: 6,
+            min_extent_m: 12.0,
+            min_extent_share: 0.55,
+            max_runner_up_share: 0.5,
+            max_offset_m: 2.5,
+            max_height_m: 1.0,
+            predicted_rotation_std_rad: 0.03,
+            predicted_translation_std_m: 0.1,
+            predicted_translation_std_share: 0.02,
+            max_prediction_m: 15.0,
+        }
+    }
+}
+
+/// A finished map as keyframes are searched in it: 45 kB a keyframe.
 #[derive(Clone, Debug)]
 pub struct MapMatcher {
-    places: ScanContextIndex,
-    keyframes: Vec<Charted>,
+    config: MapMatcherConfig,
+    index: ScanContextIndex,
+    keyframes: Vec<MatcherKeyframe>,
     submaps: SubmapCache,
     downsampler: Downsampler,
 }
 
 #[derive(Clone, Debug)]
-struct Charted {
+struct MatcherKeyframe {
     map_from_keyframe: Isometry,
-    level: Rotation,
-    place: KeyframeDescriptor,
+    level_from_base: Rotation,
+    descriptor: KeyframeDescriptor,
 }
 
-/// How two maps lie to each other.
+/// The relative pose of two maps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapAlignment {
-    /// Where the second one is in the first.
+    /// Pose of the second map in the first.
     pub first_from_second: Isometry,
-    /// Measured poses of keyframes of the second (`to`) in keyframes of the first (`from`), numbered as in their own maps.
+    /// Measured poses of keyframes of the second map (`to`) in keyframes of the first (`from`), numbered as in their own maps.
     pub links: Vec<Edge>,
-    /// Places recognised that agree on it.
+    /// Number of keyframes that agree on it.
     pub support: usize,
-    /// Places that agree on the best other way.
-    pub rival: usize,
+    /// Number of keyframes that agree on the best other pose.
+    pub runner_up_support: usize,
 }
 
-/// Why it cannot be told.
+/// Why two maps cannot be aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlignmentError {
-    /// Too few places were recognised that agree with each other, or all in one spot; this many.
+    /// Too few recognised keyframes agree with each other, or they are too close together. Their number.
     TooFew(usize),
-    /// Two ways fit about as well, with so many places each.
+    /// Two poses fit about equally well. The numbers of keyframes that agree on each.
     Ambiguous(usize, usize),
 }
 
 impl Default for MapMatcher {
     fn default() -> Self {
-        Self {
-            places: ScanContextIndex::default(),
-            keyframes: Vec::new(),
-            submaps: SubmapCache::new(SUBMAPS_HELD),
-            downsampler: Downsampler::default(),
-        }
+        Self::new(MapMatcherConfig::default())
     }
 }
 
-/// A link between two maps under consideration.
+/// A candidate for a link between two maps.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     from: usize,
     to: usize,
-    compared: ComparisonResult,
+    result: ComparisonResult,
     first_from_second: Isometry,
 }
 
 impl MapMatcher {
-    /// Adds a keyframe with its cloud (keyframe's frame, metres), seen from `sensor` (keyframe's frame). Keyframes are numbered from 0.
-    pub fn push(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]], sensor: [f32; 3]) {
-        let place = KeyframeDescriptor::new(xyz, &map_from_keyframe.rotation, sensor, &mut self.downsampler);
-        self.push_place(map_from_keyframe, place);
+    /// An empty map.
+    pub fn new(config: MapMatcherConfig) -> Self {
+        Self {
+            config,
+            index: ScanContextIndex::default(),
+            keyframes: Vec::new(),
+            submaps: SubmapCache::new(config.cached_submaps),
+            downsampler: Downsampler::default(),
+        }
     }
 
-    /// As [`Self::push`], of a place that was made before.
-    pub fn push_place(&mut self, map_from_keyframe: &Isometry, place: KeyframeDescriptor) {
-        let level = level_from_base(&map_from_keyframe.rotation);
-        self.places.push(Arc::clone(&place.views[0]));
-        self.keyframes.push(Charted { map_from_keyframe: *map_from_keyframe, level, place });
+    /// Adds a keyframe with its cloud (keyframe's frame, metres), measured from `sensor` (keyframe's frame, metres). Keyframes are numbered
+    /// from 0.
+    pub fn push_cloud(&mut self, map_from_keyframe: &Isometry, xyz: &[[f32; 3]], sensor: [f32; 3]) {
+        let descriptor =
+            KeyframeDescriptor::new(xyz, &map_from_keyframe.rotation, sensor, &mut self.downsampler);
+        self.push(map_from_keyframe, descriptor);
+    }
+
+    /// As [`Self::push_cloud`], with a descriptor computed before.
+    pub fn push(&mut self, map_from_keyframe: &Isometry, descriptor: KeyframeDescriptor) {
+        self.index.push(Arc::clone(&descriptor.views[0]));
+        self.keyframes.push(MatcherKeyframe {
+            map_from_keyframe: *map_from_keyframe,
+            level_from_base: level_from_base(&map_from_keyframe.rotation),
+            descriptor,
+        });
     }
 
     /// Number of keyframes.
@@ -134,191 +189,207 @@ impl MapMatcher {
         self.keyframes.is_empty()
     }
 
-    /// Takes in the keyframes of another map, numbered on from this one's. `poses`: where all of them are in the map now; those
-    /// missing stay.
+    /// Appends the keyframes of another map, numbered on from this one's. `poses` are the new poses of all keyframes in the map; keyframes
+    /// beyond its end stay where they are.
     pub fn append(&mut self, other: Self, poses: &[Isometry]) {
         for keyframe in other.keyframes {
-            self.places.push(Arc::clone(&keyframe.place.views[0]));
+            self.index.push(Arc::clone(&keyframe.descriptor.views[0]));
             self.keyframes.push(keyframe);
         }
         for (keyframe, pose) in self.keyframes.iter_mut().zip(poses) {
-            // Turned about the upright axis mostly: the levelled views stay true.
-            keyframe.level = level_from_base(&pose.rotation);
+            // The rotation is mostly about the vertical, so the levelled scan contexts stay valid.
+            keyframe.level_from_base = level_from_base(&pose.rotation);
             keyframe.map_from_keyframe = *pose;
         }
-        self.submaps = SubmapCache::new(SUBMAPS_HELD);
+        self.submaps = SubmapCache::new(self.config.cached_submaps);
     }
 
-    /// Finds where `other` lies in this map. Costs some 15 ms for each place looked at: three for every two metres of `other`'s
-    /// keyframes, and one more where both maps overlap.
+    /// Aligns `other` with this map. Costs some 15 ms a comparison: three for every two metres of `other`'s keyframes, and one more where the
+    /// maps overlap.
     ///
     /// # Errors
-    /// When the maps have too little in common, or it fits in several ways.
-    pub fn join(
+    /// When the maps have too little in common, or fit in several ways.
+    pub fn align(
         &mut self,
         other: &mut Self,
-        gates: &VerificationConfig,
+        verification: &VerificationConfig,
     ) -> Result<MapAlignment, AlignmentError> {
-        self.join_over(other, gates, SPREAD)
+        self.align_over(other, verification, self.config.min_extent_m)
     }
 
-    /// As [`Self::join`], of a walk that is known to have been made where this map is of: in a map smaller than most rooms are long,
-    /// less has to be recognised.
+    /// As [`Self::align`], for a walk that is known to be within this map. In a map smaller than most rooms, less of it has to be recognised.
     ///
     /// # Errors
-    /// As for [`Self::join`].
-    pub fn find(
+    /// As for [`Self::align`].
+    pub fn locate(
         &mut self,
         walk: &mut Self,
-        gates: &VerificationConfig,
+        verification: &VerificationConfig,
     ) -> Result<MapAlignment, AlignmentError> {
-        let places: Vec<Vector3> = (0..self.len()).map(|keyframe| self.place(keyframe)).collect();
-        self.join_over(walk, gates, SPREAD.min(SMALL * extent(&places)))
+        let positions: Vec<Vector3> = (0..self.len()).map(|keyframe| self.position(keyframe)).collect();
+        let min_extent_m = self.config.min_extent_m.min(self.config.min_extent_share * extent_m(&positions));
+        self.align_over(walk, verification, min_extent_m)
     }
 
-    fn join_over(
+    fn align_over(
         &mut self,
         other: &mut Self,
-        gates: &VerificationConfig,
-        apart: f64,
+        verification: &VerificationConfig,
+        min_extent_m: f64,
     ) -> Result<MapAlignment, AlignmentError> {
-        let mut found = Vec::new();
-        for to in other.spaced() {
+        let mut links = Vec::new();
+        for to in other.spaced_keyframes() {
             let mut best: Option<Link> = None;
-            for (from, guess) in self.alike(&other.keyframes[to]) {
-                let link = self.link(other, (from, to), (guess, None), gates);
-                // Of equals the one that looks more alike.
+            for (from, guess) in self.candidates(&other.keyframes[to]) {
+                let link = self.find_link(other, (from, to), (guess, None), verification);
+                // Of equal scores, the one that looks more alike comes first.
                 best = match (best, link) {
                     (Some(best), Some(link)) if link.score() > best.score() => Some(link),
                     (best, link) => best.or(link),
                 };
             }
-            found.extend(best);
+            links.extend(best);
         }
-        let (winner, support, rival) = vote(&found, self, other, apart)?;
-        let links = self.spread_out(other, winner, gates);
+        let (winner, support, runner_up_support) = vote(&links, self, other, min_extent_m)?;
+        let links = self.extend_links(other, winner, verification);
         let links = links.iter().map(Link::edge).collect();
-        Ok(MapAlignment { first_from_second: winner.first_from_second, links, support, rival })
+        Ok(MapAlignment { first_from_second: winner.first_from_second, links, support, runner_up_support })
     }
 
-    /// Every few metres of the walk one keyframe.
-    fn spaced(&self) -> Vec<usize> {
+    /// Keyframes at the query spacing.
+    fn spaced_keyframes(&self) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for index in 0..self.len() {
-            let far = |last: &usize| (self.place(*last) - self.place(index)).norm() >= SPACING;
-            if chosen.last().is_none_or(far) {
+            let is_far = |last: &usize| {
+                (self.position(*last) - self.position(index)).norm() >= self.config.query_spacing_m
+            };
+            if chosen.last().is_none_or(is_far) {
                 chosen.push(index);
             }
         }
         chosen
     }
 
-    fn place(&self, keyframe: usize) -> Vector3 {
+    fn position(&self, keyframe: usize) -> Vector3 {
         self.keyframes[keyframe].map_from_keyframe.translation.vector
     }
 
-    /// Keyframes that look like one of another map, with a guess of its pose in them.
-    fn alike(&self, query: &Charted) -> Vec<(usize, Isometry)> {
+    /// Keyframes that look like a keyframe of another map, with a guess of its pose in them.
+    fn candidates(&self, query: &MatcherKeyframe) -> Vec<(usize, Isometry)> {
+        let config = &self.config;
         let mut chosen: Vec<(usize, Isometry)> = Vec::new();
-        for resemblance in self.places.search(&query.place.views, 0..self.len()) {
-            if chosen.len() == LOOKED_AT || resemblance.alignment.distance > RESEMBLANCE {
+        for found in self.index.search(&query.descriptor.views, 0..self.len()) {
+            if chosen.len() == config.max_candidates
+                || found.alignment.distance > config.max_appearance_distance
+            {
                 break;
             }
-            let (place, origin) = (resemblance.place, VIEW_ORIGINS[resemblance.view]);
-            let fresh = |(other, _): &(usize, Isometry)| {
-                (self.place(*other) - self.place(place)).norm() > PLACES_APART
+            let (keyframe, origin) = (found.keyframe, VIEW_ORIGINS[found.view]);
+            let is_elsewhere = |(other, _): &(usize, Isometry)| {
+                (self.position(*other) - self.position(keyframe)).norm() > config.candidate_spacing_m
             };
-            if chosen.iter().all(fresh) {
-                let level = &self.keyframes[place].level;
-                chosen.push((place, first_from_second(&resemblance.alignment, level, &query.level, origin)));
+            if chosen.iter().all(is_elsewhere) {
+                let level = &self.keyframes[keyframe].level_from_base;
+                let guess = first_from_second(&found.alignment, level, &query.level_from_base, origin);
+                chosen.push((keyframe, guess));
             }
         }
         chosen
     }
 
-    /// Compares a keyframe of this map with one of another; none if they do not fit.
-    fn link(
+    /// Compares a keyframe of this map with one of another. `None` if they do not fit.
+    fn find_link(
         &mut self,
         other: &mut Self,
         (from, to): (usize, usize),
         (guess, expected): (Isometry, Option<UncertainPose>),
-        gates: &VerificationConfig,
+        verification: &VerificationConfig,
     ) -> Option<Link> {
         let (older, newer) = (self.submap(from), other.submap(to));
         let (source, guesses) = (CandidateSource::Geometry, vec![guess]);
-        let compared = compare(&Comparison { source, guesses, expected, older, newer }, gates);
-        let measured = UncertainPose::from_information(compared.pose, &compared.information);
-        let surprising = |expected: UncertainPose| {
-            expected.distance_squared(&measured).is_none_or(|squared| squared > CHI_SQUARED_6)
+        let result = compare(&Comparison { source, guesses, expected, older, newer }, verification);
+        let measured = UncertainPose::from_information(result.pose, &result.information);
+        let contradicts = |expected: UncertainPose| {
+            expected.mahalanobis_squared(&measured).is_none_or(|squared| squared > CHI_SQUARED_6_999)
         };
-        if compared.rejection.is_some() || expected.is_some_and(surprising) {
+        if result.rejection.is_some() || expected.is_some_and(contradicts) {
             return None;
         }
         let first_from_second = self.keyframes[from].map_from_keyframe
-            * compared.pose
+            * result.pose
             * other.keyframes[to].map_from_keyframe.inverse();
-        Some(Link { from, to, compared, first_from_second })
+        Some(Link { from, to, result, first_from_second })
     }
 
-    /// A keyframe with those about it.
+    /// Submap of a keyframe and those around it.
     fn submap(&mut self, own: usize) -> Arc<LazySubmap> {
-        let keyframes = &self.keyframes;
+        let (keyframes, config) = (&self.keyframes, &self.config);
         self.submaps.get(own, || {
-            let (turn, place) = (SETTLED.0 * SETTLED.0, SETTLED.1 * SETTLED.1);
-            let settled = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+            let neighbour =
+                diagonal_covariance(config.neighbour_rotation_std_rad, config.neighbour_translation_std_m);
             let own_from_map = keyframes[own].map_from_keyframe.inverse();
             let mut near: Vec<(f64, usize, UncertainPose)> = keyframes
                 .iter()
                 .enumerate()
                 .map(|(index, keyframe)| {
-                    let covariance = if index == own { Matrix6::zeros() } else { settled };
+                    let covariance = if index == own { Matrix6::zeros() } else { neighbour };
                     let pose = own_from_map * keyframe.map_from_keyframe;
                     (pose.translation.vector.norm(), index, UncertainPose { pose, covariance })
                 })
-                .filter(|(apart, _, way)| {
-                    *apart <= SUBMAP_REACH && way.pose.translation.vector.z.abs() <= SUBMAP_LEVEL
+                .filter(|(distance_m, _, relative)| {
+                    *distance_m <= config.submap.radius_m
+                        && relative.pose.translation.vector.z.abs() <= config.submap.max_height_m
                 })
                 .collect();
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            near.truncate(SUBMAP_MEMBERS);
+            near.truncate(config.submap.max_keyframes);
             near.sort_by_key(|(_, index, _)| *index);
-            let place = near.iter().position(|(_, index, _)| *index == own).unwrap_or_default();
-            let members =
-                near.into_iter().map(|(_, index, way)| (way, Arc::clone(&keyframes[index].place.cloud)));
-            LazySubmap::new(members.collect(), place)
+            let position = near.iter().position(|(_, index, _)| *index == own).unwrap_or_default();
+            let members = near
+                .into_iter()
+                .map(|(_, index, relative)| (relative, Arc::clone(&keyframes[index].descriptor.cloud)));
+            LazySubmap::new(members.collect(), position)
         })
     }
 
-    /// From the winner to all that overlaps, nearest first, so that a bend of either map is followed.
-    fn spread_out(&mut self, other: &mut Self, winner: Link, gates: &VerificationConfig) -> Vec<Link> {
-        let mut grown = vec![winner];
-        let mut waiting: BTreeSet<usize> = other.spaced().into_iter().collect();
+    /// Extends the winner to all keyframes that overlap, nearest first, so that deformations of either map are followed.
+    fn extend_links(
+        &mut self,
+        other: &mut Self,
+        winner: Link,
+        verification: &VerificationConfig,
+    ) -> Vec<Link> {
+        let config = self.config;
+        let mut links = vec![winner];
+        let mut waiting: BTreeSet<usize> = other.spaced_keyframes().into_iter().collect();
         waiting.remove(&winner.to);
-        while let Some((apart, to, by)) = nearest(other, &waiting, &grown) {
-            if apart > FROM_A_LINK {
+        while let Some((distance_m, to, link)) = nearest_link(other, &waiting, &links) {
+            if distance_m > config.max_prediction_m {
                 break;
             }
             waiting.remove(&to);
-            let first_from_base = by.first_from_second * other.keyframes[to].map_from_keyframe;
-            let Some(from) = self.nearest_to(&first_from_base) else { continue };
+            let first_from_base = link.first_from_second * other.keyframes[to].map_from_keyframe;
+            let Some(from) = self.nearest_keyframe(&first_from_base) else { continue };
             let guess = self.keyframes[from].map_from_keyframe.inverse() * first_from_base;
-            let (turn, place) = (EXPECTED.0, EXPECTED.1 + EXPECTED.2 * apart);
-            let (turn, place) = (turn * turn, place * place);
-            let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
+            let translation_std_m =
+                config.predicted_translation_std_m + config.predicted_translation_std_share * distance_m;
+            let covariance = diagonal_covariance(config.predicted_rotation_std_rad, translation_std_m);
             let expected = UncertainPose { pose: guess, covariance };
-            grown.extend(self.link(other, (from, to), (guess, Some(expected)), gates));
+            links.extend(self.find_link(other, (from, to), (guess, Some(expected)), verification));
         }
-        grown.sort_by_key(|link| (link.to, link.from));
-        grown
+        links.sort_by_key(|link| (link.to, link.from));
+        links
     }
 
-    /// The keyframe nearest to a place, if it overlooks it.
-    fn nearest_to(&self, map_from_base: &Isometry) -> Option<usize> {
-        let place = map_from_base.translation.vector;
-        let offsets = self.keyframes.iter().map(|k| k.map_from_keyframe.translation.vector - place);
+    /// The keyframe nearest to a pose, if it sees the same surroundings.
+    fn nearest_keyframe(&self, map_from_base: &Isometry) -> Option<usize> {
+        let position = map_from_base.translation.vector;
+        let offsets = self.keyframes.iter().map(|k| k.map_from_keyframe.translation.vector - position);
         let near = offsets
             .enumerate()
-            .filter(|(_, offset)| offset.xy().norm() <= NEAR && offset.z.abs() <= LEVEL)
+            .filter(|(_, offset)| {
+                offset.xy().norm() <= self.config.max_offset_m && offset.z.abs() <= self.config.max_height_m
+            })
             .min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()).then(a.0.cmp(&b.0)));
         near.map(|(index, _)| index)
     }
@@ -327,38 +398,40 @@ impl MapMatcher {
 impl Link {
     fn edge(&self) -> Edge {
         let id = |index: usize| KeyframeId(u32::try_from(index).unwrap_or(u32::MAX));
-        let ComparisonResult { pose, information, .. } = self.compared;
+        let ComparisonResult { pose, information, .. } = self.result;
         Edge { from: id(self.from), to: id(self.to), from_from_to: pose, information }
     }
 
     fn score(&self) -> f64 {
-        self.compared.evidence.score
+        self.result.evidence.score
     }
 
-    /// Whether this link says the same of another link's keyframes as that one does.
-    fn agrees(&self, with: &Self, other: &MapMatcher) -> bool {
-        let apart = (other.place(self.to) - other.place(with.to)).norm();
-        let there = other.keyframes[with.to].map_from_keyframe;
-        let off = (self.first_from_second * there).inverse() * (with.first_from_second * there);
-        off.translation.vector.norm() <= AGREE.0 + AGREE.1 * apart
-            && so3::log(&off.rotation).norm() <= AGREE.2
+    /// Whether this link puts another link's keyframe where that one does.
+    fn agrees(&self, with: &Self, second: &MapMatcher, config: &MapMatcherConfig) -> bool {
+        let distance_m = (second.position(self.to) - second.position(with.to)).norm();
+        let second_from_keyframe = second.keyframes[with.to].map_from_keyframe;
+        let error = (self.first_from_second * second_from_keyframe).inverse()
+            * (with.first_from_second * second_from_keyframe);
+        error.translation.vector.norm() <= config.agreement_m + config.agreement_share * distance_m
+            && so3::log(&error.rotation).norm() <= config.agreement_rad
     }
 }
 
-/// The link on which most others agree, how many those are, and how many agree on the best of the rest; some of them must be so
-/// far apart. Quadratic in the links.
+/// The link that most others agree with, their number, and the number that agree on the best of the rest. The agreeing keyframes must extend
+/// over `min_extent_m` in both maps. Quadratic in the links.
 fn vote(
     links: &[Link],
     first: &MapMatcher,
     second: &MapMatcher,
-    apart: f64,
+    min_extent_m: f64,
 ) -> Result<(Link, usize, usize), AlignmentError> {
+    let config = &first.config;
     let supporters = |link: &Link, among: &[Link]| -> Vec<Link> {
-        among.iter().filter(|with| link.agrees(with, second)).copied().collect()
+        among.iter().filter(|with| link.agrees(with, second, config)).copied().collect()
     };
     let best = |among: &[Link]| {
         let counted = among.iter().map(|link| (supporters(link, among).len(), *link));
-        // Of equals the first.
+        // Of equal counts, the first one.
         counted.fold(None, |best: Option<(usize, Link)>, next| match best {
             Some(best) if best.0 >= next.0 => Some(best),
             _ => Some(next),
@@ -366,34 +439,35 @@ fn vote(
     };
     let Some((count, winner)) = best(links) else { return Err(AlignmentError::TooFew(0)) };
     let supported = supporters(&winner, links);
-    let others: Vec<Link> = links.iter().filter(|link| !winner.agrees(link, second)).copied().collect();
-    let rival = best(&others).map_or(0, |(count, _)| count);
-    let spread = |place: fn(&Link, &MapMatcher) -> Vector3, chart: &MapMatcher| {
-        let places: Vec<Vector3> = supported.iter().map(|link| place(link, chart)).collect();
-        extent(&places)
+    let others: Vec<Link> =
+        links.iter().filter(|link| !winner.agrees(link, second, config)).copied().collect();
+    let runner_up = best(&others).map_or(0, |(count, _)| count);
+    let extent = |position: fn(&Link, &MapMatcher) -> Vector3, map: &MapMatcher| {
+        let positions: Vec<Vector3> = supported.iter().map(|link| position(link, map)).collect();
+        extent_m(&positions)
     };
-    let far = spread(|link, chart| chart.place(link.from), first) >= apart
-        && spread(|link, chart| chart.place(link.to), second) >= apart;
-    if count < SUPPORT || !far {
+    let is_wide = extent(|link, map| map.position(link.from), first) >= min_extent_m
+        && extent(|link, map| map.position(link.to), second) >= min_extent_m;
+    if count < config.min_support || !is_wide {
         return Err(AlignmentError::TooFew(count));
     }
-    if rival as f64 > RIVAL * count as f64 {
-        return Err(AlignmentError::Ambiguous(count, rival));
+    if runner_up as f64 > config.max_runner_up_share * count as f64 {
+        return Err(AlignmentError::Ambiguous(count, runner_up));
     }
-    Ok((winner, count, rival))
+    Ok((winner, count, runner_up))
 }
 
-/// How far the farthest two are apart. Quadratic.
-fn extent(places: &[Vector3]) -> f64 {
-    places.iter().flat_map(|a| places.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
+/// Distance between the two points that are farthest apart, metres. Quadratic.
+fn extent_m(points: &[Vector3]) -> f64 {
+    points.iter().flat_map(|a| points.iter().map(move |b| (a - b).norm())).fold(0.0, f64::max)
 }
 
-/// Of the keyframes that wait the one nearest to a link, how far it is, and that link. Linear in both.
-fn nearest(other: &MapMatcher, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
+/// Of the waiting keyframes the one nearest to a link: its distance, its number, and that link. Linear in both.
+fn nearest_link(other: &MapMatcher, waiting: &BTreeSet<usize>, links: &[Link]) -> Option<(f64, usize, Link)> {
     let pairs = waiting.iter().flat_map(|&to| {
-        links.iter().map(move |link| ((other.place(to) - other.place(link.to)).norm(), to, link))
+        links.iter().map(move |link| ((other.position(to) - other.position(link.to)).norm(), to, link))
     });
-    pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(apart, to, link)| (apart, to, *link))
+    pairs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(distance_m, to, link)| (distance_m, to, *link))
 }
 
 #[cfg(test)]

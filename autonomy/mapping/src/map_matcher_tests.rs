@@ -1,32 +1,35 @@
-//! Maps of one site, of two, and of places built alike.
+//! Maps of one site, of two sites, and of places built alike.
 
 use super::*;
 use crate::testing::{SENSOR, World, at, ring, ring_poses, room, scan};
 
 /// A map of a walk whose own frame lies at `map_from_world`.
-fn chart(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u64) -> MapMatcher {
-    let mut chart = MapMatcher::default();
+fn matcher(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u64) -> MapMatcher {
+    let mut matcher = MapMatcher::default();
     for (seed, pose) in (seed..).zip(poses) {
-        chart.push(&(map_from_world * pose), &scan(world, pose, seed), SENSOR);
+        matcher.push_cloud(&(map_from_world * pose), &scan(world, pose, seed), SENSOR);
     }
-    chart
+    matcher
 }
 
 #[test]
 fn a_part_walked_another_day_is_found_and_placed() {
     let world = ring();
-    let mut first = chart(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
+    let mut first = matcher(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
     // The other way round, two sides of four, in a frame of its own.
     let part: Vec<Isometry> =
         ring_poses(-0.3)[5..32].iter().rev().map(|pose| pose * at(0.0, 0.0, 3.0)).collect();
     let second_from_world = at(-40.0, 13.0, 2.2);
-    let mut second = chart(&world, &part, &second_from_world, 1_000);
-    let joint =
-        first.join(&mut second, &VerificationConfig::default()).expect("they have two corridors in common");
-    let error = joint.first_from_second * second_from_world;
+    let mut second = matcher(&world, &part, &second_from_world, 1_000);
+    let alignment =
+        first.align(&mut second, &VerificationConfig::default()).expect("they have two corridors in common");
+    let error = alignment.first_from_second * second_from_world;
     assert!(error.translation.vector.norm() < 0.3 && error.rotation.angle() < 0.02, "{error}");
-    assert!(joint.support >= SUPPORT && joint.links.len() >= 10, "{joint:?}");
-    for link in &joint.links {
+    assert!(
+        alignment.support >= MapMatcherConfig::default().min_support && alignment.links.len() >= 10,
+        "{alignment:?}"
+    );
+    for link in &alignment.links {
         let truth = ring_poses(0.0)[link.from.0 as usize].inverse() * part[link.to.0 as usize];
         let off = (truth.inverse() * link.from_from_to).translation.vector.norm();
         assert!(off < 0.05, "{link:?}: {off} m");
@@ -35,14 +38,14 @@ fn a_part_walked_another_day_is_found_and_placed() {
 
 #[test]
 fn another_site_is_not_taken_for_this_one() {
-    let mut first = chart(&ring(), &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
+    let mut first = matcher(&ring(), &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
     let hall = room([-15.0, -11.0], [14.0, 9.0]);
     let walk: Vec<Isometry> = (0..24).map(|x| at(f64::from(x) - 12.0, -4.0, 0.3)).collect();
-    let mut second = chart(&hall, &walk, &at(3.0, 0.0, 1.0), 500);
-    let refused = first.join(&mut second, &VerificationConfig::default());
+    let mut second = matcher(&hall, &walk, &at(3.0, 0.0, 1.0), 500);
+    let refused = first.align(&mut second, &VerificationConfig::default());
     assert!(matches!(refused, Err(AlignmentError::TooFew(_))), "{refused:?}");
     assert_eq!(
-        first.join(&mut MapMatcher::default(), &VerificationConfig::default()),
+        first.align(&mut MapMatcher::default(), &VerificationConfig::default()),
         Err(AlignmentError::TooFew(0))
     );
 }
@@ -51,8 +54,8 @@ fn another_site_is_not_taken_for_this_one() {
 fn what_fits_in_two_ways_is_not_decided() {
     // A ring that looks the same from the other side: its block alone, without cupboards.
     let world: World = ring().into_iter().take(7).collect();
-    let mut first = chart(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
-    let mut second = chart(&world, &ring_poses(0.1)[3..40], &at(5.0, 5.0, 1.0), 800);
-    let refused = first.join(&mut second, &VerificationConfig::default());
+    let mut first = matcher(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
+    let mut second = matcher(&world, &ring_poses(0.1)[3..40], &at(5.0, 5.0, 1.0), 800);
+    let refused = first.align(&mut second, &VerificationConfig::default());
     assert!(matches!(refused, Err(AlignmentError::Ambiguous(..))), "{refused:?}");
 }

@@ -1,31 +1,42 @@
-//! Metres walked, without counting the trembling of a robot that stands.
+//! Distance walked, without counting the swaying of a robot that stands.
 
 use geometry::Vector3;
 
-/// Moves shorter than this are summed up first: breathing legs and noise come to a few millimetres.
-const LEAST_MOVE: f64 = 0.05;
+/// Parameters of [`Odometer`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometerConfig {
+    /// Distance from the last counted position at which a move is counted, metres. Swaying legs and noise amount to a few millimetres.
+    pub min_move_m: f64,
+}
+
+impl Default for OdometerConfig {
+    fn default() -> Self {
+        Self { min_move_m: 0.05 }
+    }
+}
 
 /// Sums the length of a walk.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Odometer {
-    counted_to: Option<Vector3>,
-    distance: f64,
+    config: OdometerConfig,
+    last_counted: Option<Vector3>,
+    distance_m: f64,
 }
 
 impl Odometer {
-    /// The body is here now, metres in any fixed frame. Counts once it has gone 5 cm from where it was counted to.
+    /// Takes the position of the body in any fixed frame, metres. A move is counted once it exceeds the configured distance.
     pub fn move_to(&mut self, position: &Vector3) {
-        let from = *self.counted_to.get_or_insert(*position);
+        let from = *self.last_counted.get_or_insert(*position);
         let moved = (position - from).norm();
-        if moved >= LEAST_MOVE {
-            self.counted_to = Some(*position);
-            self.distance += moved;
+        if moved >= self.config.min_move_m {
+            self.last_counted = Some(*position);
+            self.distance_m += moved;
         }
     }
 
-    /// Metres so far.
+    /// Distance so far, metres.
     pub fn distance(&self) -> f64 {
-        self.distance
+        self.distance_m
     }
 }
 
@@ -34,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trembling_is_no_walk() {
+    fn swaying_is_not_counted() {
         let mut odometer = Odometer::default();
         for step in 0..1000 {
             odometer.move_to(&Vector3::new(0.01 * f64::from(step % 3), 0.0, 0.0));

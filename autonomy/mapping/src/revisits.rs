@@ -1,374 +1,445 @@
-//! Known ground: where the robot walks again, it finds its place among old keyframes instead of adding new ones, so that the
-//! graph follows the size of the site and not the time.
+//! Known ground: where the robot walks again, its pose is found among old keyframes instead of adding new ones. The graph then grows with the
+//! size of the site and not with time (docs/maths/loops.md, section 7).
 //!
-//! The robot's place is told from an anchor, a keyframe, by the way walked from there. A waypoint near an old keyframe that saw
-//! most of what is seen now is a visit: nothing is kept of it. Every few metres a visit is compared with that keyframe, and what
-//! comes out makes it the anchor. If that says more of how the two anchors lie to each other than the graph knows, it is a loop between
-//! them. Where the ground is not known, or no comparison has succeeded for some metres, waypoints become keyframes. Source of the
-//! idea: Johannsson et al., *Temporally scalable visual SLAM using a reduced pose graph*, ICRA 2013.
+//! The robot's pose is told from an anchor, a keyframe, by the odometry since. A waypoint near an old keyframe that saw most of the current scan
+//! is a revisit, of which nothing is kept. Every few metres a revisit is compared with that keyframe, and the result makes it the anchor. If the
+//! comparison knows the relative pose of both anchors better than the graph does, it becomes a loop between them. Where the ground is unknown, or
+//! no comparison has succeeded for some metres, waypoints become keyframes. Source of the idea: Johannsson et al., *Temporally scalable visual
+//! SLAM using a reduced pose graph*, ICRA 2013.
 
-use crate::loop_finder::keyframe;
+use crate::loop_finder::keyframe_id;
+use crate::pose_graph::{Edge, PoseGraph};
 use crate::scan_context::level_from_base;
-use crate::session::{Step, Waypoint};
+use crate::session::{OdometryStep, Waypoint};
 use crate::submap::KeyframeCloud;
-use crate::verify::{CandidateSource, Comparison, ComparisonResult, VerificationTask, VerifiedPair};
-use crate::{Edge, LoopFinder, UncertainPose};
+use crate::verification::{CandidateSource, Comparison, ComparisonResult, VerificationTask, VerifiedPair};
+use crate::{LoopFinder, UncertainPose};
 use geometry::{Isometry, Rotation};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use vocab::{KeyframeId, Stamp};
 
-/// A keyframe overlooks what is this near to it, metres: one of the walk just made, less than lies between two of them, and
-/// an old one, whose lane need not be met.
-const NEAR: (f64, f64) = (0.95, 1.5);
-/// The same vertically, metres: some steps of a flight of stairs.
-const LEVEL: f64 = 0.5;
-/// Least share of what is seen now that the keyframe saw too. A metre away it is 0.65 to 0.95, and behind a wall below 0.3.
-const COVERED: f64 = 0.6;
-/// Points looked at for that.
-const POINTS: usize = 300;
-/// Keyframes asked for that.
-const ASKED: usize = 3;
-/// Known ground is believed for so many metres after the last keyframe or visit that was confirmed.
-const BELIEVED: f64 = 6.0;
-/// Comparisons under way at most; beyond it the oldest is given up.
-const UNDER_WAY: usize = 8;
-/// A tie serves two edges, the one that leads to it and the one that leads away, so that each gets half its information.
-const SHARED: f64 = 2.0;
+/// Parameters of revisits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RevisitConfig {
+    /// A keyframe of recent travel covers a waypoint within this distance, metres. Less than the distance between two keyframes.
+    pub recent_radius_m: f64,
+    /// The same for an old keyframe, metres. More, because the robot need not walk in the same lane.
+    pub old_radius_m: f64,
+    /// The same vertically, metres: some steps of a flight of stairs.
+    pub max_height_m: f64,
+    /// Least share of the current scan that the keyframe saw too. It is 0.65 to 0.95 at a distance of a metre, and below 0.3 behind a wall.
+    pub min_covered_share: f64,
+    /// Number of points of the scan that are tested for that.
+    pub tested_points: usize,
+    /// Number of keyframes that are tested for that, nearest first.
+    pub tested_keyframes: usize,
+    /// Distance after the last keyframe or confirmed revisit within which ground counts as known, metres.
+    pub max_unconfirmed_m: f64,
+    /// Greatest number of comparisons that are pending; beyond it the oldest is dropped.
+    pub max_pending: usize,
+    /// Factor of the covariance of a comparison. It serves two edges, the one that leads to the anchor and the one that leads away from it, so each
+    /// gets half of its information.
+    pub shared_covariance: f64,
+}
+
+impl Default for RevisitConfig {
+    fn default() -> Self {
+        Self {
+            recent_radius_m: 0.95,
+            old_radius_m: 1.5,
+            max_height_m: 0.5,
+            min_covered_share: 0.6,
+            tested_points: 300,
+            tested_keyframes: 3,
+            max_unconfirmed_m: 6.0,
+            max_pending: 8,
+            shared_covariance: 2.0,
+        }
+    }
+}
 
 /// What a waypoint is.
 #[derive(Clone, Debug)]
 pub enum Novelty {
-    /// A keyframe, with the edge that leads to it (none to the first) and pairs to verify.
+    /// A keyframe.
     Keyframe {
-        /// From an old keyframe, mostly the last one.
-        edge: Option<Edge>,
-        /// As [`LoopFinder::add_keyframe`] has them.
+        /// Its number. The graph contains it already.
+        id: KeyframeId,
+        /// Pairs to verify, as from [`LoopFinder::add_keyframe`].
         tasks: Vec<VerificationTask>,
     },
-    /// A visit to old keyframes, perhaps to be compared with one of them.
+    /// On known ground, perhaps to be compared with a keyframe.
     Revisit(Option<Revisit>),
-    /// Somewhere in a finished map; [`LoopFinder::localise_in_map`] has not been told where. Its number.
+    /// Somewhere in a finished map: [`LoopFinder::localise_in_map`] has not been called yet. The number of the waypoint.
     Unlocalised(u64),
 }
 
-/// A visit to be compared.
+/// A revisit to be compared.
 #[derive(Clone, Debug)]
 pub struct Revisit {
     /// Number of the waypoint.
-    pub number: u64,
+    pub waypoint: u64,
     /// The keyframe.
     pub keyframe: KeyframeId,
-    /// What comparing takes; the keyframe is the older place.
+    /// The data of the comparison; the keyframe is the older place.
     pub comparison: Comparison,
 }
 
-/// What became of a visit that was compared.
+/// Outcome of a comparison of a revisit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RevisitResult {
-    /// It is not where it was expected, or nothing could be told: all stays as it was.
+    /// The robot is not where it was expected, or the comparison failed. Nothing changes.
     Rejected,
-    /// It confirms the place without saying anything better; or something newer is known by now.
+    /// The pose is confirmed, but not improved, or something newer is known by now.
     Confirmed,
-    /// The place is known anew.
+    /// The keyframe is the new anchor.
     Reanchored(Reanchoring),
-    /// The walk has left known ground since, and this is how its first keyframe there lies to the visited one: a loop to be judged.
+    /// The walk has left known ground since. This is the pose of its first keyframe there in the revisited one, as a loop to be evaluated.
     Loop(VerifiedPair),
 }
 
-/// The robot's place, known anew.
+/// A new anchor of the robot's pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reanchoring {
-    /// From when on.
+    /// Stamp of the revisit. The pose is corrected from then on.
     pub since: Stamp,
-    /// Keyframe that it is told from.
+    /// The new anchor.
     pub anchor: KeyframeId,
-    /// The newest waypoint in it.
+    /// Pose of the newest waypoint in it.
     pub anchor_from_waypoint: Isometry,
-    /// A loop between the anchor before and this one, that says more than the graph.
+    /// A loop between the old anchor and the new one that is known better than in the graph.
     pub edge: Option<VerifiedPair>,
 }
 
-/// Where the robot is in the graph, and which comparisons are under way.
+/// The robot's pose in the graph, and the pending comparisons.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Revisits {
-    position: Option<Position>,
+    position: Option<AnchoredPose>,
     /// Waypoint of the last keyframe.
     last_keyframe: u64,
-    /// The last keyframe and the way walked from there, without any comparison.
-    reckoned: Option<(KeyframeId, UncertainPose)>,
-    under_way: VecDeque<UnderWay>,
+    /// The last keyframe, and the pose in it by odometry alone.
+    by_odometry: Option<(KeyframeId, UncertainPose)>,
+    pending: VecDeque<PendingRevisit>,
 }
 
+/// The robot's pose, told from a keyframe.
 #[derive(Clone, Copy, Debug)]
-struct Position {
+struct AnchoredPose {
     anchor: KeyframeId,
-    /// The newest waypoint in the anchor.
-    way: UncertainPose,
-    /// Waypoint from which on this is known.
+    /// Pose of the newest waypoint in the anchor.
+    anchor_from_waypoint: UncertainPose,
+    /// Waypoint at which the anchor was set.
     since: u64,
-    /// Whether that is the anchor itself, and not a visit to it.
-    own: bool,
-    /// Metres walked since the last keyframe or confirmation, and since a comparison was asked for.
-    unconfirmed: f64,
-    unasked: f64,
+    /// Whether that waypoint is the anchor itself, and not a revisit of it.
+    at_anchor: bool,
+    /// Distance walked since the last keyframe or confirmed revisit, metres.
+    unconfirmed_m: f64,
+    /// Distance walked since the last comparison was asked for, metres.
+    uncompared_m: f64,
 }
 
+/// A revisit whose comparison has not come back yet.
 #[derive(Clone, Copy, Debug)]
-struct UnderWay {
-    visit: u64,
+struct PendingRevisit {
+    waypoint: u64,
     stamp: Stamp,
     keyframe: KeyframeId,
-    /// The visit in the keyframe, by what was known then.
+    /// Pose of the revisit in the keyframe, as expected then.
     expected: UncertainPose,
-    /// The visit in the anchor of then.
+    /// The anchor then.
     anchor: KeyframeId,
-    anchor_from_visit: UncertainPose,
-    /// Keyframes there were.
+    anchor_from_revisit: UncertainPose,
+    /// Number of keyframes then.
     keyframes: usize,
 }
 
 impl Revisits {
-    /// A waypoint became a keyframe: the place is told from it.
-    pub fn begin_at(&mut self, anchor: KeyframeId, waypoint: u64) {
-        let way = UncertainPose::identity();
-        let position = Position { anchor, way, since: waypoint, own: true, unconfirmed: 0.0, unasked: 0.0 };
-        self.position = Some(position);
+    /// A waypoint became a keyframe: it is the anchor now.
+    pub fn anchor_at(&mut self, anchor: KeyframeId, waypoint: u64) {
+        let identity = UncertainPose::identity();
+        self.position = Some(AnchoredPose {
+            anchor,
+            anchor_from_waypoint: identity,
+            since: waypoint,
+            at_anchor: true,
+            unconfirmed_m: 0.0,
+            uncompared_m: 0.0,
+        });
         self.last_keyframe = waypoint;
-        self.reckoned = Some((anchor, way));
+        self.by_odometry = Some((anchor, identity));
     }
 
-    /// A loop was taken back, on which the place may rest: it is told from the last keyframe, no comparison under way is
-    /// believed, and the next waypoint is a keyframe.
-    pub fn doubt(&mut self) {
-        self.under_way.clear();
-        if let (Some(position), Some((anchor, way))) = (&mut self.position, self.reckoned) {
-            (position.anchor, position.way, position.own) = (anchor, way, false);
-            position.unconfirmed = f64::INFINITY;
+    /// A loop was removed on which the pose may depend: the pose is told from the last keyframe, pending comparisons are dropped, and the next
+    /// waypoint becomes a keyframe.
+    pub fn reset_to_odometry(&mut self) {
+        self.pending.clear();
+        if let (Some(position), Some((anchor, pose))) = (&mut self.position, self.by_odometry) {
+            (position.anchor, position.anchor_from_waypoint, position.at_anchor) = (anchor, pose, false);
+            position.unconfirmed_m = f64::INFINITY;
         }
     }
 }
 
 impl LoopFinder {
-    /// Takes in the next waypoint with its motion-corrected cloud (base frame, metres), seen from `sensor` (base frame).
-    /// Costs a search of the graph, as [`Self::add_keyframe`].
-    pub fn add_waypoint(&mut self, waypoint: &Waypoint, xyz: &[[f32; 3]], sensor: [f32; 3]) -> Novelty {
+    /// Adds the next waypoint with its motion-corrected cloud (base frame, metres), measured from `sensor` (base frame, metres). If it is a
+    /// keyframe, it is added to the graph. Costs a search of the graph, as [`Self::add_keyframe`].
+    pub fn add_waypoint(
+        &mut self,
+        graph: &mut PoseGraph,
+        waypoint: &Waypoint,
+        xyz: &[[f32; 3]],
+        sensor: [f32; 3],
+    ) -> Novelty {
         let cloud = Arc::new(KeyframeCloud::new(xyz, sensor, &mut self.downsampler));
         let rotation = &waypoint.map_from_base.rotation;
-        let step = |step: &Step| UncertainPose::from_information(step.pose, &step.information);
-        let way = waypoint.step.as_ref().map_or_else(UncertainPose::identity, step);
-        let length = way.pose.translation.vector.norm();
-        let number = self.trail.push(way, Arc::clone(&cloud));
+        let step = waypoint.step.as_ref().map_or_else(UncertainPose::identity, OdometryStep::relative_pose);
+        let length_m = step.pose.translation.vector.norm();
+        let number = self.recent.push(step, Arc::clone(&cloud));
         if self.clouds.is_empty() {
+            let id = graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, None).id;
             return Novelty::Keyframe {
-                edge: None,
-                tasks: self.insert_keyframe(number, cloud, rotation, xyz),
+                id,
+                tasks: self.insert_keyframe(graph, number, cloud, rotation, xyz),
             };
         }
-        self.consistency.walk(length);
-        let Some(mut position) = self.visits.position else { return Novelty::Unlocalised(number) };
-        position.way = position.way.then(&way);
-        self.visits.reckoned = self.visits.reckoned.map(|(from, walked)| (from, walked.then(&way)));
-        position.unconfirmed += length;
-        position.unasked += length;
-        self.visits.position = Some(position);
-        if let Some((known, seen)) = self.known_ground(&position, &cloud, rotation) {
-            return Novelty::Revisit(self.visit(number, waypoint.stamp, known, &seen));
+        graph.add_distance(length_m);
+        let Some(mut position) = self.revisits.position else { return Novelty::Unlocalised(number) };
+        position.anchor_from_waypoint = position.anchor_from_waypoint.compose(&step);
+        self.revisits.by_odometry =
+            self.revisits.by_odometry.map(|(keyframe, pose)| (keyframe, pose.compose(&step)));
+        position.unconfirmed_m += length_m;
+        position.uncompared_m += length_m;
+        self.revisits.position = Some(position);
+        if let Some((known, waypoint_from_known)) = self.find_known_ground(graph, &position, &cloud, rotation)
+        {
+            let revisit = self.ask_comparison(graph, number, waypoint.stamp, known, &waypoint_from_known);
+            return Novelty::Revisit(revisit);
         }
-        let next = keyframe(self.clouds.len());
         let (pose, information) = match &waypoint.step {
-            Some(step) if position.own && position.since + 1 == number => (step.pose, step.information),
-            _ => (position.way.pose, position.way.information()),
+            Some(step) if position.at_anchor && position.since + 1 == number => (step.pose, step.information),
+            _ => (position.anchor_from_waypoint.pose, position.anchor_from_waypoint.information()),
         };
-        let edge = Edge { from: position.anchor, to: next, from_from_to: pose, information };
-        self.consistency.attach_keyframe(&edge);
-        Novelty::Keyframe { edge: Some(edge), tasks: self.insert_keyframe(number, cloud, rotation, xyz) }
+        let edge = Edge { from: position.anchor, to: graph.next_id(), from_from_to: pose, information };
+        let id = graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, Some(&edge)).id;
+        Novelty::Keyframe { id, tasks: self.insert_keyframe(graph, number, cloud, rotation, xyz) }
     }
 
-    /// Tells where a waypoint was in the finished map that the session goes on from: what is walked from now on extends it. Says
-    /// where the newest waypoint is in the keyframe; none, and nothing is told, if there is no such keyframe or the waypoint was
-    /// too long ago.
+    /// Sets the pose of a waypoint in the finished map that the session extends. From now on the walk extends the map. Returns the pose of the
+    /// newest waypoint in the keyframe. `None`, without an effect, for an unknown keyframe or a waypoint that is not kept any more.
     pub fn localise_in_map(
         &mut self,
         waypoint: u64,
         keyframe: KeyframeId,
         keyframe_from_waypoint: &UncertainPose,
     ) -> Option<Isometry> {
-        let on = self.trail.way(waypoint, self.trail.newest())?;
+        let since = self.recent.relative_pose(waypoint, self.recent.newest())?;
         if keyframe.0 as usize >= self.clouds.len() {
             return None;
         }
-        let way = keyframe_from_waypoint.then(&on);
-        self.visits.position = Some(Position {
+        let pose = keyframe_from_waypoint.compose(&since);
+        self.revisits.position = Some(AnchoredPose {
             anchor: keyframe,
-            way,
+            anchor_from_waypoint: pose,
             since: waypoint,
-            own: false,
-            unconfirmed: on.pose.translation.vector.norm(),
-            unasked: 0.0,
+            at_anchor: false,
+            unconfirmed_m: since.pose.translation.vector.norm(),
+            uncompared_m: 0.0,
         });
-        self.visits.reckoned = Some((keyframe, way));
-        Some(way.pose)
+        self.revisits.by_odometry = Some((keyframe, pose));
+        Some(pose.pose)
     }
 
-    /// The anchor, and the newest waypoint in it; none before the first keyframe.
+    /// The anchor, and the pose of the newest waypoint in it. `None` before the first keyframe.
     pub fn position(&self) -> Option<(KeyframeId, Isometry)> {
-        self.visits.position.map(|position| (position.anchor, position.way.pose))
+        self.revisits.position.map(|position| (position.anchor, position.anchor_from_waypoint.pose))
     }
 
-    /// The nearest keyframe that saw what is seen now, and how it lies to the newest waypoint.
-    fn known_ground(
+    /// The nearest keyframe that saw the current scan, with its pose in the newest waypoint.
+    fn find_known_ground(
         &self,
-        position: &Position,
+        graph: &PoseGraph,
+        position: &AnchoredPose,
         cloud: &KeyframeCloud,
         rotation: &Rotation,
     ) -> Option<(usize, UncertainPose)> {
-        if position.unconfirmed > BELIEVED {
+        let config = &self.config.revisits;
+        if position.unconfirmed_m > config.max_unconfirmed_m {
             return None;
         }
         let level = level_from_base(rotation);
-        let mut near: Vec<(f64, usize, UncertainPose)> = self
-            .consistency
-            .reach_along(position.anchor, &position.way)
+        let mut near: Vec<(f64, usize, UncertainPose)> = graph
+            .poses_in_frame(position.anchor, &position.anchor_from_waypoint)
             .into_iter()
             .enumerate()
             .filter_map(|(index, seen)| {
                 let seen = seen?;
                 let offset = level * seen.pose.translation.vector;
-                let limit = if self.is_old(index) { NEAR.1 } else { NEAR.0 };
-                let within = offset.xy().norm() <= limit && offset.z.abs() <= LEVEL;
-                let sure = within && seen.translation_std_m() <= self.config.candidates.sure;
-                sure.then_some((offset.norm(), index, seen))
+                let radius_m =
+                    if self.is_old(graph, index) { config.old_radius_m } else { config.recent_radius_m };
+                let is_near = offset.xy().norm() <= radius_m && offset.z.abs() <= config.max_height_m;
+                let is_certain = is_near && seen.translation_std_m() <= self.config.candidates.certain_std_m;
+                is_certain.then_some((offset.norm(), index, seen))
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        near.truncate(ASKED);
+        near.truncate(config.tested_keyframes);
         let known = near.into_iter().find(|(_, index, seen)| {
-            self.clouds.get(*index).is_some_and(|old| covered(old, cloud, &seen.pose) >= COVERED)
+            self.clouds.get(*index).is_some_and(|old| {
+                covered_share(old, cloud, &seen.pose, config.tested_points) >= config.min_covered_share
+            })
         });
         known.map(|(_, index, seen)| (index, seen))
     }
 
-    /// Whether a keyframe is no recent travel.
-    fn is_old(&self, keyframe: usize) -> bool {
-        self.consistency.chain().since(keyframe).is_some_and(|walked| walked > self.config.candidates.walked)
+    /// Whether a keyframe is not recent travel.
+    fn is_old(&self, graph: &PoseGraph, keyframe: usize) -> bool {
+        let distance_m = graph.chain().distance_since(keyframe);
+        distance_m.is_some_and(|distance_m| distance_m > self.config.candidates.min_walked_m)
     }
 
-    /// A comparison with a known keyframe, if one is due. `seen`: the keyframe in the waypoint.
-    fn visit(&mut self, number: u64, stamp: Stamp, known: usize, seen: &UncertainPose) -> Option<Revisit> {
-        let due = self.config.candidates.spacing;
-        let old = self.is_old(known);
+    /// A comparison with a known keyframe, if one is due. `waypoint_from_known` is the keyframe's pose in the waypoint.
+    fn ask_comparison(
+        &mut self,
+        graph: &PoseGraph,
+        waypoint: u64,
+        stamp: Stamp,
+        known: usize,
+        waypoint_from_known: &UncertainPose,
+    ) -> Option<Revisit> {
+        let spacing_m = self.config.candidates.spacing_m;
+        let is_old = self.is_old(graph, known);
         let keyframes = self.clouds.len();
-        let position = self.visits.position.as_mut().filter(|position| old && position.unasked >= due)?;
-        position.unasked = 0.0;
-        let (expected, known_id) = (seen.inverse(), keyframe(known));
-        self.visits.under_way.push_back(UnderWay {
-            visit: number,
+        let position = self
+            .revisits
+            .position
+            .as_mut()
+            .filter(|position| is_old && position.uncompared_m >= spacing_m)?;
+        position.uncompared_m = 0.0;
+        let (expected, keyframe) = (waypoint_from_known.inverse(), keyframe_id(known));
+        self.revisits.pending.push_back(PendingRevisit {
+            waypoint,
             stamp,
-            keyframe: known_id,
+            keyframe,
             expected,
             anchor: position.anchor,
-            anchor_from_visit: position.way,
+            anchor_from_revisit: position.anchor_from_waypoint,
             keyframes,
         });
-        if self.visits.under_way.len() > UNDER_WAY {
-            self.visits.under_way.pop_front();
+        if self.revisits.pending.len() > self.config.revisits.max_pending {
+            self.revisits.pending.pop_front();
         }
-        let (older, newer) = (self.submap(known), Arc::new(self.walked_submap()));
+        let (older, newer) = (self.submap(graph, known), Arc::new(self.recent_submap()));
         let (source, guesses) = (CandidateSource::Geometry, vec![expected.pose]);
         let comparison = Comparison { source, guesses, expected: Some(expected), older, newer };
-        Some(Revisit { number, keyframe: known_id, comparison })
+        Some(Revisit { waypoint, keyframe, comparison })
     }
 
-    /// Takes in what came of comparing a visit. Comparisons that are not under way are refused.
-    pub fn complete_revisit(&mut self, visit: u64, compared: &ComparisonResult) -> RevisitResult {
-        let place = self.visits.under_way.iter().position(|asked| asked.visit == visit);
-        let Some(asked) = place.and_then(|place| self.visits.under_way.remove(place)) else {
+    /// Takes the result of comparing a revisit. Comparisons that are not pending are rejected.
+    pub fn complete_revisit(
+        &mut self,
+        graph: &PoseGraph,
+        waypoint: u64,
+        result: &ComparisonResult,
+    ) -> RevisitResult {
+        let index = self.revisits.pending.iter().position(|pending| pending.waypoint == waypoint);
+        let Some(pending) = index.and_then(|index| self.revisits.pending.remove(index)) else {
             return RevisitResult::Rejected;
         };
-        let measured = UncertainPose::from_information(compared.pose, &compared.information);
-        if compared.rejection.is_some() || !self.consistency.confirms(&asked.expected, &measured) {
+        let measured = UncertainPose::from_information(result.pose, &result.information);
+        if result.rejection.is_some() || !self.consistency.confirms(&pending.expected, &measured) {
             return RevisitResult::Rejected;
         }
-        let shared = UncertainPose { covariance: measured.covariance * SHARED, ..measured };
-        let blind = compared.evidence.blind > 0;
-        let newest = self.trail.newest();
-        let Some(position) = &mut self.visits.position else { return RevisitResult::Rejected };
-        if self.clouds.len() > asked.keyframes {
-            let first = keyframe(asked.keyframes);
-            let last = self.clouds.len() == asked.keyframes + 1;
-            // Of several, only the last one's waypoint is remembered.
-            return match self.trail.way(visit, self.visits.last_keyframe).filter(|_| last && !blind) {
-                Some(on) => RevisitResult::Loop(loop_of(asked.keyframe, first, &shared.then(&on), compared)),
+        let covariance = measured.covariance * self.config.revisits.shared_covariance;
+        let shared = UncertainPose { covariance, ..measured };
+        let is_degenerate = result.evidence.degenerate_directions > 0;
+        let newest = self.recent.newest();
+        let Some(position) = &mut self.revisits.position else { return RevisitResult::Rejected };
+        if self.clouds.len() > pending.keyframes {
+            let first = keyframe_id(pending.keyframes);
+            // Of several new keyframes, only the waypoint of the last one is known.
+            let is_only_one = self.clouds.len() == pending.keyframes + 1;
+            let since = self.recent.relative_pose(waypoint, self.revisits.last_keyframe);
+            return match since.filter(|_| is_only_one && !is_degenerate) {
+                Some(since) => {
+                    let relative = shared.compose(&since);
+                    RevisitResult::Loop(verified_loop(pending.keyframe, first, &relative, result))
+                }
                 None => RevisitResult::Confirmed,
             };
         }
-        let Some(on) = self.trail.way(visit, newest) else { return RevisitResult::Confirmed };
-        position.unconfirmed = position.unconfirmed.min(on.pose.translation.vector.norm());
-        if blind || position.since > visit {
+        let Some(since) = self.recent.relative_pose(waypoint, newest) else {
+            return RevisitResult::Confirmed;
+        };
+        position.unconfirmed_m = position.unconfirmed_m.min(since.pose.translation.vector.norm());
+        if is_degenerate || position.since > waypoint {
             return RevisitResult::Confirmed;
         }
-        let way = shared.then(&on);
-        // Another comparison that was asked for before has moved the anchor on, and has used that way already.
-        let used = position.anchor != asked.anchor;
-        (position.anchor, position.way) = (asked.keyframe, way);
-        (position.since, position.own) = (visit, false);
-        let edge = if used { None } else { self.news(&asked, &shared, compared) };
-        let anchor = asked.keyframe;
+        let pose = shared.compose(&since);
+        // An earlier comparison may have moved the anchor and used the path from there already.
+        let is_used = position.anchor != pending.anchor;
+        (position.anchor, position.anchor_from_waypoint) = (pending.keyframe, pose);
+        (position.since, position.at_anchor) = (waypoint, false);
+        let edge = if is_used { None } else { improved_edge(graph, &pending, &shared, result) };
         RevisitResult::Reanchored(Reanchoring {
-            since: asked.stamp,
-            anchor,
-            anchor_from_waypoint: way.pose,
+            since: pending.stamp,
+            anchor: pending.keyframe,
+            anchor_from_waypoint: pose.pose,
             edge,
         })
     }
-
-    /// What a visit says of how its keyframe lies to the anchor before, if that is more than the graph knows.
-    fn news(
-        &self,
-        asked: &UnderWay,
-        shared: &UncertainPose,
-        compared: &ComparisonResult,
-    ) -> Option<VerifiedPair> {
-        if asked.anchor == asked.keyframe {
-            return None;
-        }
-        let between = asked.anchor_from_visit.then(&shared.inverse());
-        let known = self.consistency.between(asked.anchor, asked.keyframe)?;
-        let better = between.translation_std_m() < known.translation_std_m();
-        // Older keyframe first.
-        let (from, to, between) = if asked.anchor < asked.keyframe {
-            (asked.anchor, asked.keyframe, between)
-        } else {
-            (asked.keyframe, asked.anchor, between.inverse())
-        };
-        better.then(|| loop_of(from, to, &between, compared))
-    }
 }
 
-fn loop_of(
+/// The relative pose of the old anchor and the revisited keyframe as a loop, if it is known better than in the graph.
+fn improved_edge(
+    graph: &PoseGraph,
+    pending: &PendingRevisit,
+    shared: &UncertainPose,
+    result: &ComparisonResult,
+) -> Option<VerifiedPair> {
+    if pending.anchor == pending.keyframe {
+        return None;
+    }
+    let measured = pending.anchor_from_revisit.compose(&shared.inverse());
+    let known = graph.relative_pose(pending.anchor, pending.keyframe)?;
+    let is_better = measured.translation_std_m() < known.translation_std_m();
+    // The older keyframe comes first.
+    let (from, to, relative) = if pending.anchor < pending.keyframe {
+        (pending.anchor, pending.keyframe, measured)
+    } else {
+        (pending.keyframe, pending.anchor, measured.inverse())
+    };
+    is_better.then(|| verified_loop(from, to, &relative, result))
+}
+
+fn verified_loop(
     from: KeyframeId,
     to: KeyframeId,
-    way: &UncertainPose,
-    compared: &ComparisonResult,
+    relative: &UncertainPose,
+    result: &ComparisonResult,
 ) -> VerifiedPair {
-    let compared = ComparisonResult { pose: way.pose, information: way.information(), ..*compared };
-    VerifiedPair::new(from, to, &compared)
+    let result = ComparisonResult { pose: relative.pose, information: relative.information(), ..*result };
+    VerifiedPair::new(from, to, &result)
 }
 
-/// Share of what is seen now, from where `now_from_old` says, that an old keyframe saw too.
-fn covered(old: &KeyframeCloud, now: &KeyframeCloud, now_from_old: &Isometry) -> f64 {
+/// Share of the current scan that an old keyframe saw too, by `tested_points` of its points. `now_from_old` is the keyframe's pose in the scan.
+fn covered_share(
+    old: &KeyframeCloud,
+    now: &KeyframeCloud,
+    now_from_old: &Isometry,
+    tested_points: usize,
+) -> f64 {
     let old_from_now = now_from_old.inverse();
-    let turn = old_from_now.rotation.to_rotation_matrix().into_inner().map(|v| v as f32);
-    let shift = old_from_now.translation.vector.map(|v| v as f32);
-    let stride = now.points().len().div_ceil(POINTS).max(1);
-    let (mut seen, mut asked) = (0_usize, 0_usize);
+    let rotation = old_from_now.rotation.to_rotation_matrix().into_inner().map(|v| v as f32);
+    let translation = old_from_now.translation.vector.map(|v| v as f32);
+    let stride = now.points().len().div_ceil(tested_points).max(1);
+    let (mut seen, mut tested) = (0_usize, 0_usize);
     for point in now.points().step_by(stride) {
-        let moved = turn * nalgebra::Vector3::from(point) + shift;
-        asked += 1;
+        let moved = rotation * nalgebra::Vector3::from(point) + translation;
+        tested += 1;
         seen += usize::from(old.view().observes(&[moved.x, moved.y, moved.z]));
     }
-    seen as f64 / asked.max(1) as f64
+    seen as f64 / tested.max(1) as f64
 }
 
 #[cfg(test)]

@@ -1,21 +1,24 @@
-//! Known ground: what is kept of walks over it, and where the robot is then.
+//! Known ground: which waypoints are kept, and the robot's pose there.
 
 use super::*;
 use crate::testing::{SENSOR, World, at, edge, ring, ring_poses, room, scan};
-use crate::{Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, Step, Verdict, compare, verify};
+use crate::{
+    Decision, KeyframeDescriptor, LoopConfig, MapKeyframe, Node, OptimiserConfig, Verdict, compare, verify,
+};
 use geometry::{Matrix6, se3};
 
 /// A robot whose odometry turns too far by `bias` radians a waypoint.
 struct Robot {
     world: World,
     finder: LoopFinder,
+    graph: PoseGraph,
     bias: f64,
     /// Of every waypoint, truly.
     walked: Vec<Isometry>,
     /// Of every keyframe, truly.
     keyframes: Vec<Isometry>,
     decisions: Vec<Decision>,
-    ties: Vec<(u64, RevisitResult)>,
+    results: Vec<(u64, RevisitResult)>,
 }
 
 impl Robot {
@@ -23,11 +26,12 @@ impl Robot {
         Self {
             world,
             finder: LoopFinder::new(LoopConfig::default()),
+            graph: PoseGraph::default(),
             bias,
             walked: Vec::new(),
             keyframes: Vec::new(),
             decisions: Vec::new(),
-            ties: Vec::new(),
+            results: Vec::new(),
         }
     }
 
@@ -36,43 +40,48 @@ impl Robot {
         let step = self.walked.last().map(|last| {
             let way = last.inverse() * pose * at(0.0, 0.0, self.bias);
             let measured = edge(0, 1, way, (2e-3, 0.01));
-            Step { pose: measured.from_from_to, information: measured.information }
+            OdometryStep { pose: measured.from_from_to, information: measured.information }
         });
         let number = self.walked.len();
         self.walked.push(*pose);
         let stamp = Stamp::from_parts(number as i64, 0);
         let cloud = scan(&self.world, pose, number as u64);
-        self.finder.add_waypoint(&Waypoint { stamp, map_from_base: *pose, step }, &cloud, SENSOR)
+        self.finder.add_waypoint(
+            &mut self.graph,
+            &Waypoint { stamp, map_from_base: *pose, step },
+            &cloud,
+            SENSOR,
+        )
     }
 
-    /// As [`Self::ground`]; hands over what is to be compared with a visit.
+    /// As [`Self::ground`]; hands over what is to be compared with a revisit.
     fn arrive(&mut self, pose: &Isometry) -> Option<Revisit> {
         match self.ground(pose) {
-            Novelty::Keyframe { edge, tasks } => {
-                assert_eq!(edge.is_some(), !self.keyframes.is_empty());
+            Novelty::Keyframe { id, tasks } => {
+                assert_eq!(id.0 as usize, self.keyframes.len());
                 self.keyframes.push(*pose);
                 for task in tasks {
-                    let verified = verify(&task, &self.finder.config().gates);
-                    self.decisions.extend(self.finder.evaluate(&verified));
+                    let verified = verify(&task, &self.finder.config().verification);
+                    self.decisions.extend(self.finder.evaluate(&mut self.graph, &verified));
                 }
                 None
             }
-            Novelty::Revisit(visit) => visit,
+            Novelty::Revisit(revisit) => revisit,
             Novelty::Unlocalised(number) => panic!("lost at waypoint {number}"),
         }
     }
 
     /// As [`Self::arrive`], and compares at once.
     fn walk(&mut self, pose: &Isometry) {
-        if let Some(visit) = self.arrive(pose) {
-            let tied = self.tie(&visit);
-            self.ties.push((visit.number, tied));
+        if let Some(revisit) = self.arrive(pose) {
+            let result = self.complete(&revisit);
+            self.results.push((revisit.waypoint, result));
         }
     }
 
-    fn tie(&mut self, visit: &Revisit) -> RevisitResult {
-        let compared = compare(&visit.comparison, &self.finder.config().gates);
-        self.finder.complete_revisit(visit.number, &compared)
+    fn complete(&mut self, revisit: &Revisit) -> RevisitResult {
+        let compared = compare(&revisit.comparison, &self.finder.config().verification);
+        self.finder.complete_revisit(&self.graph, revisit.waypoint, &compared)
     }
 
     fn true_error(&self, anchor: KeyframeId, waypoint: usize, found: &Isometry) -> f64 {
@@ -82,7 +91,7 @@ impl Robot {
 }
 
 #[test]
-fn rounds_over_known_ground_add_nothing_and_the_robot_stays_among_its_keyframes() {
+fn rounds_over_known_ground_add_no_keyframes_and_keep_the_pose() {
     let mut robot = Robot::new(ring(), 1e-3);
     let rounds = 4;
     let mut after = Vec::new();
@@ -94,42 +103,44 @@ fn rounds_over_known_ground_add_nothing_and_the_robot_stays_among_its_keyframes(
     }
     assert!(after[0] >= 45, "{after:?}");
     assert!(after[3] <= after[0] + 6 && after[3] == after[2], "{after:?}");
-    let anew: Vec<(u64, Reanchoring)> = robot
-        .ties
+    let reanchored: Vec<(u64, Reanchoring)> = robot
+        .results
         .iter()
-        .filter_map(
-            |(number, tied)| {
-                if let RevisitResult::Reanchored(tie) = tied { Some((*number, *tie)) } else { None }
-            },
-        )
+        .filter_map(|(number, result)| {
+            if let RevisitResult::Reanchored(reanchoring) = result {
+                Some((*number, *reanchoring))
+            } else {
+                None
+            }
+        })
         .collect();
     // Three rounds of 50 m, a comparison every other metre.
     assert!(
-        anew.len() >= 55 && anew.len() * 10 >= robot.ties.len() * 9,
+        reanchored.len() >= 55 && reanchored.len() * 10 >= robot.results.len() * 9,
         "{} of {}",
-        anew.len(),
-        robot.ties.len()
+        reanchored.len(),
+        robot.results.len()
     );
-    for (number, tie) in &anew {
-        let error = robot.true_error(tie.anchor, *number as usize, &tie.anchor_from_waypoint);
-        assert!(error < 0.04, "visit {number}: {error} m");
-        assert_eq!(tie.since, Stamp::from_parts(*number as i64, 0));
+    for (number, reanchoring) in &reanchored {
+        let error = robot.true_error(reanchoring.anchor, *number as usize, &reanchoring.anchor_from_waypoint);
+        assert!(error < 0.04, "revisit {number}: {error} m");
+        assert_eq!(reanchoring.since, Stamp::from_parts(*number as i64, 0));
     }
-    // What is said of keyframes is true, and is said of each pair once at most.
-    let mut said = Vec::new();
-    for verified in anew.iter().filter_map(|(_, tie)| tie.edge) {
+    // What is loops of keyframes is true, and is loops of each pair once at most.
+    let mut loops = Vec::new();
+    for verified in reanchored.iter().filter_map(|(_, reanchoring)| reanchoring.edge) {
         let Edge { from, to, from_from_to, information } = verified.edge;
         assert!(from < to && information.cholesky().is_some(), "{verified:?}");
         let truth = robot.keyframes[from.0 as usize].inverse() * robot.keyframes[to.0 as usize];
         let error = se3::local(&truth, &from_from_to);
         assert!(error.fixed_rows::<3>(3).norm() < 0.06 && error.norm() < 0.08, "{verified:?} {error}");
-        said.push((from, to));
+        loops.push((from, to));
     }
-    assert!(said.len() <= after[3], "{} edges", said.len());
+    assert!(loops.len() <= after[3], "{} edges", loops.len());
 }
 
 #[test]
-fn behind_a_wall_is_another_place() {
+fn a_room_behind_a_wall_is_new_ground() {
     let mut world = room([-12.0, -1.2], [12.0, 1.8]);
     world.push([[-12.0, 0.2, -0.5], [12.0, 0.4, 2.5]]);
     let mut robot = Robot::new(world, 0.0);
@@ -146,7 +157,7 @@ fn behind_a_wall_is_another_place() {
 }
 
 #[test]
-fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
+fn a_finished_map_is_extended_from_where_the_robot_is_found() {
     // Two sides of the ring, each way with its own errors.
     let poses = ring_poses(0.0);
     let mut first = Robot::new(ring(), 0.0);
@@ -155,8 +166,8 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
     let mut downsampler = points::Downsampler::default();
     let mut old = |(number, pose): (usize, &Isometry)| {
         let cloud = scan(&first.world, pose, number as u64);
-        let place = KeyframeDescriptor::new(&cloud, &pose.rotation, SENSOR, &mut downsampler);
-        MapKeyframe { map_from_keyframe: *pose, place }
+        let descriptor = KeyframeDescriptor::new(&cloud, &pose.rotation, SENSOR, &mut downsampler);
+        MapKeyframe { map_from_keyframe: *pose, descriptor }
     };
     let map: Vec<MapKeyframe> = poses[..30].iter().enumerate().map(&mut old).collect();
     let edges: Vec<Edge> = (1..30)
@@ -166,7 +177,16 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
         })
         .collect();
     let mut robot = Robot::new(ring(), 2e-4);
-    robot.finder = LoopFinder::resume(LoopConfig::default(), &map, &edges, &[]);
+    let nodes = (0..).zip(&poses[..30]).map(|(id, pose)| Node {
+        id: KeyframeId(id),
+        stamp: Stamp::EPOCH,
+        map_from_keyframe: *pose,
+    });
+    let Ok(graph) = PoseGraph::resume(nodes.collect(), edges, Vec::new(), OptimiserConfig::default()) else {
+        panic!("not resumed")
+    };
+    robot.graph = graph;
+    robot.finder = LoopFinder::resume(LoopConfig::default(), &map, &mut robot.graph);
     robot.keyframes = poses[..30].to_vec();
     // Not known yet: nothing is kept.
     for pose in &poses[20..23] {
@@ -198,49 +218,55 @@ fn a_finished_map_is_gone_on_from_where_the_robot_is_found_in_it() {
 fn returned() -> (Robot, Vec<Revisit>) {
     let mut robot = Robot::new(ring(), 5e-4);
     ring_poses(0.0).iter().for_each(|pose| robot.walk(pose));
-    let mut visits = Vec::new();
+    let mut revisits = Vec::new();
     for pose in &ring_poses(0.1)[..4] {
-        visits.extend(robot.arrive(pose));
+        revisits.extend(robot.arrive(pose));
     }
-    assert_eq!(visits.len(), 2);
-    (robot, visits)
+    assert_eq!(revisits.len(), 2);
+    (robot, revisits)
 }
 
 #[test]
-fn results_that_come_late_change_nothing_that_is_newer() {
-    let (mut robot, visits) = returned();
-    let last = visits.len() - 1;
-    let (RevisitResult::Reanchored(tie), newest) = (robot.tie(&visits[last]), robot.walked.len() - 1) else {
-        panic!("the last visit is found again")
+fn late_results_do_not_change_newer_ones() {
+    let (mut robot, revisits) = returned();
+    let last = revisits.len() - 1;
+    let (RevisitResult::Reanchored(reanchoring), newest) =
+        (robot.complete(&revisits[last]), robot.walked.len() - 1)
+    else {
+        panic!("the last revisit is found again")
     };
-    let error = robot.true_error(tie.anchor, newest, &tie.anchor_from_waypoint);
+    let error = robot.true_error(reanchoring.anchor, newest, &reanchoring.anchor_from_waypoint);
     assert!(error < 0.05, "{error} m, walked on since");
-    assert_eq!(robot.tie(&visits[last - 1]), RevisitResult::Confirmed);
-    assert_eq!(robot.tie(&visits[last]), RevisitResult::Rejected, "it is not under way any more");
+    assert_eq!(robot.complete(&revisits[last - 1]), RevisitResult::Confirmed);
+    assert_eq!(robot.complete(&revisits[last]), RevisitResult::Rejected, "it is not under way any more");
 }
 
 #[test]
-fn what_is_not_where_it_was_expected_is_refused() {
+fn unexpected_results_are_rejected() {
     let spoil: [fn(&mut ComparisonResult); 3] = [
         |compared| compared.pose.translation.vector.x += 1.5,
         |compared| compared.rejection = Some(crate::RejectionReason::Overlap),
         |compared| compared.pose.translation.vector.x = f64::NAN,
     ];
-    let (robot, visits) = returned();
-    let compared = compare(&visits[0].comparison, &robot.finder.config().gates);
+    let (robot, revisits) = returned();
+    let compared = compare(&revisits[0].comparison, &robot.finder.config().verification);
     for spoil in spoil {
         let (mut finder, mut spoilt) = (robot.finder.clone(), compared);
         spoil(&mut spoilt);
-        assert_eq!(finder.complete_revisit(visits[0].number, &spoilt), RevisitResult::Rejected, "{spoilt:?}");
+        assert_eq!(
+            finder.complete_revisit(&robot.graph, revisits[0].waypoint, &spoilt),
+            RevisitResult::Rejected,
+            "{spoilt:?}"
+        );
     }
     assert!(matches!(
-        robot.finder.clone().complete_revisit(visits[0].number, &compared),
+        robot.finder.clone().complete_revisit(&robot.graph, revisits[0].waypoint, &compared),
         RevisitResult::Reanchored(_)
     ));
 }
 
 #[test]
-fn ground_that_is_not_confirmed_is_mapped_anew() {
+fn unconfirmed_ground_is_mapped_again() {
     let (mut robot, _) = returned();
     let before = robot.keyframes.len();
     // No comparison ever comes to an end.
@@ -251,34 +277,34 @@ fn ground_that_is_not_confirmed_is_mapped_anew() {
 }
 
 #[test]
-fn a_visit_compared_after_known_ground_was_left_is_a_loop() {
-    let (mut robot, visits) = returned();
-    let last = &visits[visits.len() - 1];
-    let compared = compare(&last.comparison, &robot.finder.config().gates);
+fn a_revisit_compared_after_known_ground_was_left_is_a_loop() {
+    let (mut robot, revisits) = returned();
+    let last = &revisits[revisits.len() - 1];
+    let compared = compare(&last.comparison, &robot.finder.config().verification);
     // Farther aside than any keyframe overlooks.
     let before = robot.keyframes.len();
     let mut pose = robot.walked[robot.walked.len() - 1];
     while robot.keyframes.len() == before {
         pose *= at(0.1, 0.0, 0.0);
         let unconfirmed = pose;
-        robot.finder.visits_unconfirmed();
+        robot.finder.expire_confirmation();
         robot.arrive(&unconfirmed);
     }
-    let tied = robot.finder.complete_revisit(last.number, &compared);
-    let RevisitResult::Loop(verified) = tied else { panic!("{tied:?}, {compared:?}") };
+    let result = robot.finder.complete_revisit(&robot.graph, last.waypoint, &compared);
+    let RevisitResult::Loop(verified) = result else { panic!("{result:?}, {compared:?}") };
     let truth = robot.keyframes[verified.edge.from.0 as usize].inverse() * robot.keyframes[before];
     let error = (truth.inverse() * verified.edge.from_from_to).translation.vector.norm();
     assert!(verified.edge.to.0 as usize == before && error < 0.05, "{verified:?} {error}");
-    let decided = robot.finder.evaluate(&verified);
+    let decided = robot.finder.evaluate(&mut robot.graph, &verified);
     assert!(decided.iter().any(|decision| decision.verdict == Verdict::Accepted), "{decided:?}");
     assert_ne!(verified.edge.information, Matrix6::zeros());
 }
 
 impl LoopFinder {
     /// As if no comparison had succeeded for long.
-    fn visits_unconfirmed(&mut self) {
-        if let Some(position) = &mut self.visits.position {
-            position.unconfirmed = 2.0 * BELIEVED;
+    fn expire_confirmation(&mut self) {
+        if let Some(position) = &mut self.revisits.position {
+            position.unconfirmed_m = 2.0 * self.config.revisits.max_unconfirmed_m;
         }
     }
 }

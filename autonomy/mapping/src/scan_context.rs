@@ -1,50 +1,58 @@
-//! Scan Context: what a place looks like from above, as polar pictures that turn by shifting columns.
+//! Scan Context: a place seen from above as polar images, which a rotation of the robot shifts by columns (docs/maths/loops.md, section 2).
 //!
-//! Source: Kim and Kim, *Scan Context*, IROS 2018; Kim, Choi, Kim, *Scan Context++*, T-RO 2021 (sector key alignment, shifted
-//! origins against lateral offsets). Ours differs in three ways. Rings widen with range, so that rooms and yards both
-//! fill them. Beside the greatest height of a bin there is a second picture, of the heights at which a bin is
-//! filled: under a ceiling the greatest height is the ceiling's everywhere. And heights count from the base, levelled
-//! by gravity, so that slopes and lying down change nothing.
+//! Source: Kim and Kim, *Scan Context*, IROS 2018; Kim, Choi, Kim, *Scan Context++*, T-RO 2021 (alignment by sector keys, virtual views
+//! against lateral offsets). This one differs in three ways. The rings widen with the range, so that both rooms and yards fill them. A second
+//! image holds the occupied height slices of each bin, because under a ceiling the greatest height is the ceiling's everywhere. Heights are
+//! measured from the base, levelled by gravity, so that slopes and a lying robot change nothing.
 
 use geometry::{Isometry, Rotation, Vector3, so3};
 use nalgebra::Translation3;
 
-/// Rings of growing width.
+// These constants define the stored format: a change needs a new `KEYFRAME_DESCRIPTOR_VERSION`.
+
+/// Number of rings, whose radii grow by a constant factor.
 pub const RINGS: usize = 24;
-/// Sectors of 6 degrees.
+/// Number of sectors, 6 degrees each.
 pub const SECTORS: usize = 60;
-/// Numbers of a ring key: fill of each ring, then the mean height of each three.
-pub const KEY: usize = RINGS + RINGS / 3;
-/// Inner and outer radius, metres: nearer points are the robot's surroundings of the moment, farther ones sparse.
-const RADII: (f32, f32) = (1.5, 45.0);
-/// Greatest heights: metres below the base where they begin, and metres a step.
-const HEIGHT: (f32, f32) = (3.0, 0.06);
-/// Slices of the second picture: metres below the base where they begin, and metres each.
-const SLICE: (f32, f32) = (0.9, 0.5);
-/// Alignments of the sector keys that are tried on the pictures.
-const PEAKS: usize = 3;
+/// Length of a ring key: the fill of each ring, then the mean height of each three rings.
+pub const RING_KEY_LENGTH: usize = RINGS + RINGS / 3;
+/// Inner radius, metres. Nearer points show what is around the robot only for the moment.
+const MIN_RADIUS_M: f32 = 1.5;
+/// Outer radius, metres. Farther points are sparse.
+const MAX_RADIUS_M: f32 = 45.0;
+/// Depth below the base at which the scale of the greatest heights begins, metres.
+const HEIGHT_DEPTH_M: f32 = 3.0;
+/// Resolution of the greatest heights, metres.
+const HEIGHT_STEP_M: f32 = 0.06;
+/// Depth below the base at which the first height slice begins, metres.
+const SLICE_DEPTH_M: f32 = 0.9;
+/// Height of a slice, metres.
+const SLICE_M: f32 = 0.5;
 
-type Picture = [[u8; RINGS]; SECTORS];
+/// Sector by sector, one byte for each ring.
+type PolarImage = [[u8; RINGS]; SECTORS];
 
-/// A place as seen once. About 3.3 kB.
+/// Scan Context of one scan. About 3.3 kB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScanContext {
-    heights: Box<Picture>,
-    slices: Box<Picture>,
-    ring_key: [f32; KEY],
+    /// Greatest height of each bin, in steps of `HEIGHT_STEP_M`; 0 where a bin is empty.
+    heights: Box<PolarImage>,
+    /// Occupied height slices of each bin, one bit each.
+    slices: Box<PolarImage>,
+    ring_key: [f32; RING_KEY_LENGTH],
     sector_key: [f32; SECTORS],
 }
 
-/// How two descriptors fit best.
+/// Best alignment of two scan contexts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
-    /// 0 (same) to 1 (nothing in common).
+    /// Distance, 0 (equal) to 1 (nothing in common).
     pub distance: f32,
-    /// Turn of the second about the vertical as seen from the first, radians.
+    /// Rotation of the second about the vertical in the first, radians.
     pub yaw: f64,
 }
 
-/// The part of a rotation that is not heading: turns base coordinates so that z points up and x keeps its heading.
+/// The rotation without its heading: it turns base coordinates so that z points up and x keeps its heading.
 pub fn level_from_base(parent_from_base: &Rotation) -> Rotation {
     let forward = parent_from_base * Vector3::x();
     let heading = so3::exp(&(Vector3::z() * forward.y.atan2(forward.x)));
@@ -52,26 +60,26 @@ pub fn level_from_base(parent_from_base: &Rotation) -> Rotation {
 }
 
 impl ScanContext {
-    /// Of a motion-corrected cloud (base frame, metres), levelled, seen from a point `origin` metres ahead of and left
-    /// of the base. Linear in the points; those that are not finite are skipped.
+    /// Computes the scan context of a motion-corrected cloud (base frame, metres), levelled, as seen from a point that lies `origin` metres
+    /// ahead of the base and to its left. Linear in the points. Points that are not finite are skipped.
     pub fn new(xyz: &[[f32; 3]], level_from_base: &Rotation, origin: [f32; 2]) -> Self {
         let turn = level_from_base.to_rotation_matrix().into_inner().map(|value| value as f32);
-        let rings_per_log = RINGS as f32 / (RADII.1 / RADII.0).ln();
+        let rings_per_log = RINGS as f32 / (MAX_RADIUS_M / MIN_RADIUS_M).ln();
         let (mut heights, mut slices) = (Box::new([[0; RINGS]; SECTORS]), Box::new([[0; RINGS]; SECTORS]));
         for point in xyz {
             let [x, y, z] = [0, 1, 2]
                 .map(|r| turn[(r, 0)] * point[0] + turn[(r, 1)] * point[1] + turn[(r, 2)] * point[2]);
             let (x, y) = (x - origin[0], y - origin[1]);
             let radius = (x * x + y * y).sqrt();
-            if !(radius >= RADII.0 && radius < RADII.1 && z.is_finite()) {
+            if !((MIN_RADIUS_M..MAX_RADIUS_M).contains(&radius) && z.is_finite()) {
                 continue;
             }
-            let ring = (((radius / RADII.0).ln() * rings_per_log) as usize).min(RINGS - 1);
+            let ring = (((radius / MIN_RADIUS_M).ln() * rings_per_log) as usize).min(RINGS - 1);
             let angle = (y.atan2(x) / std::f32::consts::TAU).rem_euclid(1.0);
             let sector = ((angle * SECTORS as f32) as usize).min(SECTORS - 1);
-            let height = ((z + HEIGHT.0) / HEIGHT.1).clamp(1.0, 255.0) as u8;
+            let height = ((z + HEIGHT_DEPTH_M) / HEIGHT_STEP_M).clamp(1.0, 255.0) as u8;
             heights[sector][ring] = height.max(heights[sector][ring]);
-            let slice = (z + SLICE.0) / SLICE.1;
+            let slice = (z + SLICE_DEPTH_M) / SLICE_M;
             if (0.0..8.0).contains(&slice) {
                 slices[sector][ring] |= 1 << slice as u8;
             }
@@ -79,30 +87,31 @@ impl ScanContext {
         Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices }
     }
 
-    /// From what [`Self::pictures`] gave; none if that is not of the right size.
-    pub fn from_pictures(heights: &[u8], slices: &[u8]) -> Option<Self> {
-        let (heights, slices) = (Box::new(picture(heights)?), Box::new(picture(slices)?));
+    /// Restores a scan context from [`Self::images`]. `None` if an image does not have the right size.
+    pub fn from_images(heights: &[u8], slices: &[u8]) -> Option<Self> {
+        let (heights, slices) = (Box::new(polar_image(heights)?), Box::new(polar_image(slices)?));
         Some(Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices })
     }
 
-    /// Both pictures, greatest heights and filled slices, sector by sector. All else follows from them.
-    pub fn pictures(&self) -> [Vec<u8>; 2] {
-        [&self.heights, &self.slices].map(|picture| picture.as_flattened().to_vec())
+    /// Both images, greatest heights and occupied slices, sector by sector. The keys are computed from them.
+    pub fn images(&self) -> [Vec<u8>; 2] {
+        [&self.heights, &self.slices].map(|image| image.as_flattened().to_vec())
     }
 
-    /// Does not change when the robot turns.
-    pub fn ring_key(&self) -> &[f32; KEY] {
+    /// The ring key, which does not change when the robot turns.
+    pub fn ring_key(&self) -> &[f32; RING_KEY_LENGTH] {
         &self.ring_key
     }
 
-    /// Share of the bins in which anything stands, 0 to 1.
+    /// Share of the bins that are not empty, 0 to 1.
     pub fn fill(&self) -> f32 {
         let filled = self.slices.iter().flatten().filter(|&&bin| bin != 0).count();
         filled as f32 / (RINGS * SECTORS) as f32
     }
 
-    /// How `other` fits this: sector keys propose turns, the pictures decide. About 15 us.
-    pub fn align(&self, other: &Self) -> Alignment {
+    /// Best alignment of `other` with this one. The `peaks` best correlations of the sector keys and their neighbours are tried on the images.
+    /// About 15 us for three.
+    pub fn align(&self, other: &Self, peaks: usize) -> Alignment {
         let mut fits = [0.0_f32; SECTORS];
         for (shift, fit) in fits.iter_mut().enumerate() {
             *fit = (0..SECTORS).map(|s| self.sector_key[(s + shift) % SECTORS] * other.sector_key[s]).sum();
@@ -110,7 +119,7 @@ impl ScanContext {
         let mut order: [usize; SECTORS] = std::array::from_fn(|shift| shift);
         order.sort_by(|&a, &b| fits[b].total_cmp(&fits[a]).then(a.cmp(&b)));
         let mut best = Alignment { distance: f32::INFINITY, yaw: 0.0 };
-        for &peak in &order[..PEAKS] {
+        for &peak in order.iter().take(peaks) {
             for shift in [peak + SECTORS - 1, peak, peak + 1].map(|shift| shift % SECTORS) {
                 let distance = self.distance(other, shift);
                 if distance < best.distance {
@@ -122,7 +131,7 @@ impl ScanContext {
         best
     }
 
-    /// Mean of both pictures' distances with `other` turned by `shift` sectors.
+    /// Mean distance of both images with `other` turned by `shift` sectors (equation 4).
     fn distance(&self, other: &Self, shift: usize) -> f32 {
         let (mut both, mut either) = (0_u32, 0_u32);
         let (mut height, mut columns) = (0.0_f32, 0_u32);
@@ -140,22 +149,22 @@ impl ScanContext {
             }
         }
         let slices = 1.0 - both as f32 / either.max(1) as f32;
-        // A column filled on one side only counts as different.
+        // A column that is empty in one of the images counts as different.
         let height = (height + (SECTORS as u32 - columns) as f32) / SECTORS as f32;
         0.5 * (slices + height)
     }
 }
 
-/// Sector by sector; none if it is not of the right size.
-fn picture(bins: &[u8]) -> Option<Picture> {
-    let mut picture = [[0; RINGS]; SECTORS];
+/// From a list sector by sector. `None` if it does not have the right length.
+fn polar_image(bins: &[u8]) -> Option<PolarImage> {
+    let mut image = [[0; RINGS]; SECTORS];
     (bins.len() == RINGS * SECTORS).then(|| {
-        picture.as_flattened_mut().copy_from_slice(bins);
-        picture
+        image.as_flattened_mut().copy_from_slice(bins);
+        image
     })
 }
 
-/// Pose of the second base in the first that an alignment means, `second` having been seen from `origin`.
+/// Pose of the second base in the first one according to an alignment, if the second was seen from `origin`.
 pub fn first_from_second(
     alignment: &Alignment,
     level_from_first: &Rotation,
@@ -168,8 +177,8 @@ pub fn first_from_second(
     Isometry::from_parts(Translation3::from(back * shift), back * turn * level_from_second)
 }
 
-fn ring_key(heights: &Picture, slices: &Picture) -> [f32; KEY] {
-    let mut key = [0.0; KEY];
+fn ring_key(heights: &PolarImage, slices: &PolarImage) -> [f32; RING_KEY_LENGTH] {
+    let mut key = [0.0; RING_KEY_LENGTH];
     for ring in 0..RINGS {
         let filled: u32 = slices.iter().map(|sector| sector[ring].count_ones()).sum();
         key[ring] = filled as f32 / (8 * SECTORS) as f32;
@@ -181,8 +190,8 @@ fn ring_key(heights: &Picture, slices: &Picture) -> [f32; KEY] {
     key
 }
 
-/// Fill of each sector, less the mean, so that correlation compares shapes.
-fn sector_key(slices: &Picture) -> [f32; SECTORS] {
+/// Fill of each sector minus the mean, so that the correlation compares shapes.
+fn sector_key(slices: &PolarImage) -> [f32; SECTORS] {
     let fill: [f32; SECTORS] =
         std::array::from_fn(|s| slices[s].iter().map(|bin| bin.count_ones()).sum::<u32>() as f32);
     let mean = fill.iter().sum::<f32>() / SECTORS as f32;
@@ -193,7 +202,7 @@ fn word(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |word, &byte| word << 8 | u64::from(byte))
 }
 
-/// `None` when a column is empty.
+/// Cosine of the angle between two columns. `None` if one is empty.
 fn cosine(a: &[u8; RINGS], b: &[u8; RINGS]) -> Option<f32> {
     let (mut aa, mut bb, mut ab) = (0_u32, 0_u32, 0_u32);
     for ring in 0..RINGS {
@@ -210,7 +219,7 @@ mod tests {
     use super::*;
     use geometry::RngTree;
 
-    /// A hall with things standing in it, as seen from the origin.
+    /// A hall with boxes in it, as seen from the origin.
     fn hall(seed: u64) -> Vec<[f32; 3]> {
         let mut rng = RngTree::new(seed).child("hall").rng();
         let mut points = Vec::new();
@@ -239,17 +248,17 @@ mod tests {
         let first = ScanContext::new(&hall(1), &level, [0.0; 2]);
         let truth = Isometry::new(Vector3::new(-1.1, 0.9, 0.0), Vector3::z() * 2.2);
         let tilt = so3::exp(&Vector3::new(0.1, -0.15, 0.0));
-        // The base leans by `tilt`; its cloud is the hall moved into it.
+        // The base is tilted; its cloud is the hall in its frame.
         let first_from_base = truth * tilt;
         let cloud = moved(&hall(1), &first_from_base.inverse());
         let levelled = level_from_base(&first_from_base.rotation);
-        // That is, the robot stands 1.42 m off; seen from where the first stood, all but the bins' borders agree.
+        // The robot stands 1.42 m away. Seen from where the first one stood, only the borders of the bins differ.
         let back = truth.rotation.inverse() * -truth.translation.vector;
         let origin = [back.x as f32, back.y as f32];
         let second = ScanContext::new(&cloud, &levelled, origin);
-        let alignment = first.align(&second);
-        let plain = first.align(&ScanContext::new(&cloud, &levelled, [0.0; 2]));
-        let other = first.align(&ScanContext::new(&hall(2), &level, [0.0; 2]));
+        let alignment = first.align(&second, 3);
+        let plain = first.align(&ScanContext::new(&cloud, &levelled, [0.0; 2]), 3);
+        let other = first.align(&ScanContext::new(&hall(2), &level, [0.0; 2]), 3);
         assert!(
             alignment.distance < 0.35 && alignment.distance < 0.6 * other.distance,
             "{alignment:?} {other:?}"
@@ -275,11 +284,11 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_garbage_resemble_nothing() {
+    fn empty_and_invalid_clouds_match_nothing() {
         let level = Rotation::identity();
         let empty = ScanContext::new(&[], &level, [0.0; 2]);
         let broken = ScanContext::new(&[[f32::NAN; 3], [f32::INFINITY; 3]], &level, [0.0; 2]);
         assert_eq!(empty, broken);
-        assert_eq!(empty.align(&ScanContext::new(&hall(1), &level, [0.0; 2])).distance, 1.0);
+        assert_eq!(empty.align(&ScanContext::new(&hall(1), &level, [0.0; 2]), 3).distance, 1.0);
     }
 }

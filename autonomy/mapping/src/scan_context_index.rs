@@ -1,93 +1,106 @@
-//! All places seen so far, to be asked which of them looks like this one.
+//! Index of scan contexts: which keyframes look like a query.
 
-use crate::scan_context::{Alignment, KEY, ScanContext};
+use crate::scan_context::{Alignment, RING_KEY_LENGTH, ScanContext};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Places whose pictures are compared for each way of looking, nearest ring keys first.
-const SHORTLIST: usize = 12;
+/// Parameters of [`ScanContextIndex::search`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScanContextSearchConfig {
+    /// Keyframes with the nearest ring keys whose images are compared, for each view of the query.
+    pub shortlist: usize,
+    /// Best correlations of the sector keys that are tried on the images.
+    pub sector_key_peaks: usize,
+}
 
-/// A place that looks alike.
+impl Default for ScanContextSearchConfig {
+    fn default() -> Self {
+        Self { shortlist: 12, sector_key_peaks: 3 }
+    }
+}
+
+/// A keyframe that looks like the query.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanContextMatch {
-    /// Number of the place, in the order of insertion.
-    pub place: usize,
-    /// Which of the query's descriptors fitted best.
+    /// Number of the keyframe, in the order of insertion.
+    pub keyframe: usize,
+    /// Index of the query's view that fitted best.
     pub view: usize,
-    /// How they fit; its yaw turns the query as seen from the place.
+    /// The alignment; its yaw turns the query as seen from the keyframe.
     pub alignment: Alignment,
 }
 
-/// Descriptors in the order of insertion. A search looks at every ring key: 128 B each, so 1 ms for some 100,000
-/// places; a tree would save little in 32 dimensions.
+/// Scan contexts in the order of insertion. A search compares every ring key: 128 B each, 1 ms for some 100,000 keyframes. A tree would
+/// save little in 32 dimensions.
 #[derive(Clone, Debug, Default)]
 pub struct ScanContextIndex {
-    keys: Vec<[f32; KEY]>,
-    descriptors: Vec<Arc<ScanContext>>,
+    config: ScanContextSearchConfig,
+    ring_keys: Vec<[f32; RING_KEY_LENGTH]>,
+    contexts: Vec<Arc<ScanContext>>,
 }
 
 impl ScanContextIndex {
-    /// Adds a place; its number is the count before.
-    pub fn push(&mut self, descriptor: Arc<ScanContext>) {
-        self.keys.push(*descriptor.ring_key());
-        self.descriptors.push(descriptor);
+    /// Adds a keyframe. Its number is the count before.
+    pub fn push(&mut self, context: Arc<ScanContext>) {
+        self.ring_keys.push(*context.ring_key());
+        self.contexts.push(context);
     }
 
-    /// How many there are.
+    /// Number of keyframes.
     pub fn len(&self) -> usize {
-        self.keys.len()
+        self.ring_keys.len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.keys.is_empty()
+        self.ring_keys.is_empty()
     }
 
-    /// The descriptor of a place.
-    pub fn descriptor(&self, place: usize) -> Option<&Arc<ScanContext>> {
-        self.descriptors.get(place)
+    /// The scan context of a keyframe.
+    pub fn get(&self, keyframe: usize) -> Option<&Arc<ScanContext>> {
+        self.contexts.get(keyframe)
     }
 
-    /// Places within `among` that look like the query (the same place seen in several ways), best first, each once.
+    /// Keyframes within `among` that look like the query, best first, each once. `views` are several scan contexts of one place.
     pub fn search(&self, views: &[Arc<ScanContext>], among: Range<usize>) -> Vec<ScanContextMatch> {
         let among = among.start.min(self.len())..among.end.min(self.len());
         let mut best: Vec<ScanContextMatch> = Vec::new();
         for (view, query) in views.iter().enumerate() {
-            for place in self.shortlist(query.ring_key(), among.clone()) {
-                let alignment = self.descriptors[place].align(query);
-                match best.iter_mut().find(|held| held.place == place) {
+            for keyframe in self.shortlist(query.ring_key(), among.clone()) {
+                let alignment = self.contexts[keyframe].align(query, self.config.sector_key_peaks);
+                match best.iter_mut().find(|held| held.keyframe == keyframe) {
                     Some(held) if held.alignment.distance <= alignment.distance => {}
-                    Some(held) => *held = ScanContextMatch { place, view, alignment },
-                    None => best.push(ScanContextMatch { place, view, alignment }),
+                    Some(held) => *held = ScanContextMatch { keyframe, view, alignment },
+                    None => best.push(ScanContextMatch { keyframe, view, alignment }),
                 }
             }
         }
         best.sort_by(|a, b| {
-            a.alignment.distance.total_cmp(&b.alignment.distance).then(a.place.cmp(&b.place))
+            a.alignment.distance.total_cmp(&b.alignment.distance).then(a.keyframe.cmp(&b.keyframe))
         });
         best
     }
 
-    /// The nearest ring keys, nearest first; ties go to the older place.
-    fn shortlist(&self, key: &[f32; KEY], among: Range<usize>) -> Vec<usize> {
-        let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(SHORTLIST + 1);
-        for place in among {
-            let distance = squared_distance(key, &self.keys[place]);
-            let full = nearest.len() == SHORTLIST;
+    /// Keyframes with the nearest ring keys, nearest first. Ties go to the older keyframe.
+    fn shortlist(&self, key: &[f32; RING_KEY_LENGTH], among: Range<usize>) -> Vec<usize> {
+        let mut nearest: Vec<(f32, usize)> = Vec::with_capacity(self.config.shortlist + 1);
+        for keyframe in among {
+            let distance = squared_distance(key, &self.ring_keys[keyframe]);
+            let full = nearest.len() == self.config.shortlist;
             if full && nearest.last().is_some_and(|worst| distance >= worst.0) {
                 continue;
             }
             let at = nearest.partition_point(|held| held.0 <= distance);
-            nearest.insert(at, (distance, place));
-            nearest.truncate(SHORTLIST);
+            nearest.insert(at, (distance, keyframe));
+            nearest.truncate(self.config.shortlist);
         }
-        nearest.into_iter().map(|(_, place)| place).collect()
+        nearest.into_iter().map(|(_, keyframe)| keyframe).collect()
     }
 }
 
-/// In eight sums side by side, which the compiler turns into vector instructions.
+/// Sums in eight lanes, which the compiler turns into vector instructions.
 #[inline]
-fn squared_distance(a: &[f32; KEY], b: &[f32; KEY]) -> f32 {
+fn squared_distance(a: &[f32; RING_KEY_LENGTH], b: &[f32; RING_KEY_LENGTH]) -> f32 {
     let mut sums = [0.0_f32; 8];
     for (a, b) in a.chunks_exact(8).zip(b.chunks_exact(8)) {
         for lane in 0..8 {
@@ -116,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_found_among_hundreds_and_only_where_it_may_be() {
+    fn a_keyframe_is_found_among_hundreds_and_only_within_the_given_range() {
         let level = Rotation::identity();
         let mut places = ScanContextIndex::default();
         for seed in 0..300 {
@@ -128,9 +141,9 @@ mod tests {
             place(123).into_iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, p)| p).collect();
         let query = [Arc::new(ScanContext::new(&again, &turn, [0.0; 2]))];
         let found = places.search(&query, 0..300);
-        assert_eq!(found[0].place, 123);
+        assert_eq!(found[0].keyframe, 123);
         assert!(found[0].alignment.distance < 0.7 * found[1].alignment.distance, "{found:?}");
-        assert!(places.search(&query, 0..100).iter().all(|r| r.place < 100));
+        assert!(places.search(&query, 0..100).iter().all(|r| r.keyframe < 100));
         assert!(places.search(&query, 300..900).is_empty() && places.search(&[], 0..300).is_empty());
     }
 }

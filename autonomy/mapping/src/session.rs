@@ -1,369 +1,351 @@
-//! One mapping session.
+//! One mapping session: its pose graph, the trajectory of the robot in the map, and the pose of the odometry's frame.
 
 use crate::Odometer;
-use geometry::{Isometry, Matrix6, Rotation, Vector6, se3, so3};
+use crate::graph_optimiser::OptimiserConfig;
+use crate::pose_graph::{Edge, Node, PoseGraph, renormalised};
+use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
-/// Floor of the standard deviation of an odometry edge: rotation (rad) and translation (m). What a cell size of some
-/// centimetres and unmodelled vibration leave even where the filter believes itself perfect.
-const EDGE_FLOOR: (f64, f64) = (1e-3, 5e-3);
-/// Scans farther apart than this leave a stretch between them that the LiDAR did not see.
-const UNSEEN_AFTER: Span = Span::from_millis(1_000);
-/// Standard deviation of a way that only legs and IMU followed, as a share of its length: feet slip in ways that no filter knows of.
-const UNSEEN_SHARE: f64 = 0.03;
-/// Entries of the trajectory at most, 76 B each: a pose a scan for the last hour and a half at
-/// 10 Hz and more, and fewer of what was walked before.
-const TRAJECTORY: usize = 1 << 17;
-/// Degenerate scans closer together than this belong to one stretch.
-const STRETCH_GAP: Span = Span::from_millis(500);
+/// Parameters of a [`Session`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SessionConfig {
+    /// When a scan becomes a waypoint.
+    pub keyframes: KeyframePolicy,
+    /// Least standard deviation of an odometry edge's rotation, radians. What vibration and cells of some centimetres leave even where the filter
+    /// believes itself perfect.
+    pub min_rotation_std_rad: f64,
+    /// The same for its translation, metres.
+    pub min_translation_std_m: f64,
+    /// Scans farther apart than this leave a gap that the LiDAR did not observe.
+    pub max_scan_gap: Span,
+    /// Standard deviation of a distance that only legs and IMU followed, as a share of the distance. Feet slip in ways that no filter models.
+    pub dead_reckoning_std_share: f64,
+    /// Greatest number of entries of the trajectory, 76 B each: a pose for each scan of the last hour and a half at 10 Hz, and fewer of the walk
+    /// before.
+    pub max_trajectory_entries: usize,
+    /// Degenerate scans at most this far apart belong to one segment.
+    pub max_segment_gap: Span,
+}
 
-/// When a scan becomes a keyframe: as soon as either is exceeded since the last one.
+impl Default for SessionConfig {
+    fn default() -> Self {
+        Self {
+            keyframes: KeyframePolicy::default(),
+            min_rotation_std_rad: 1e-3,
+            min_translation_std_m: 5e-3,
+            max_scan_gap: Span::from_millis(1_000),
+            dead_reckoning_std_share: 0.03,
+            max_trajectory_entries: 1 << 17,
+            max_segment_gap: Span::from_millis(500),
+        }
+    }
+}
+
+/// When a scan becomes a waypoint: as soon as either limit is exceeded since the last one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeyframePolicy {
-    /// Metres moved.
-    pub distance: f64,
-    /// Radians turned.
-    pub rotation: f64,
+    /// Translation, metres.
+    pub distance_m: f64,
+    /// Rotation, radians.
+    pub rotation_rad: f64,
 }
 
 impl Default for KeyframePolicy {
     /// A metre or 40 degrees: neighbouring XT-32 scans then overlap by more than 80 % indoors.
     fn default() -> Self {
-        Self { distance: 1.0, rotation: 0.7 }
+        Self { distance_m: 1.0, rotation_rad: 0.7 }
     }
 }
 
-/// A keyframe's place in the graph.
+/// The relative pose of two successive waypoints by odometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
-    /// Counts from 0.
-    pub id: KeyframeId,
-    /// When it was made.
-    pub stamp: Stamp,
-    /// Where.
-    pub map_from_keyframe: Isometry,
-}
-
-/// A measured relative pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
-    /// Parent.
-    pub from: KeyframeId,
-    /// Child.
-    pub to: KeyframeId,
-    /// Pose of the child in the parent.
-    pub from_from_to: Isometry,
+pub struct OdometryStep {
+    /// Pose of the later one in the earlier one.
+    pub pose: Isometry,
     /// Inverse covariance, `[rotation; translation]`.
     pub information: Matrix6,
 }
 
-/// The way between two waypoints by odometry.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// Pose of the later one in the earlier one.
-    pub pose: Isometry,
-    /// Its inverse covariance, `[rotation; translation]`.
-    pub information: Matrix6,
+impl OdometryStep {
+    /// The pose with its covariance.
+    pub fn relative_pose(&self) -> crate::UncertainPose {
+        crate::UncertainPose::from_information(self.pose, &self.information)
+    }
 }
 
-/// A scan far enough from the last waypoint to be one: it becomes a keyframe, or is a visit to known ground.
+/// A scan far enough from the last waypoint: it becomes a keyframe or is a revisit of known ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint {
-    /// When.
+    /// Stamp of the pose.
     pub stamp: Stamp,
-    /// Where.
+    /// Pose of the base.
     pub map_from_base: Isometry,
-    /// From the last waypoint; none to the first.
-    pub step: Option<Step>,
+    /// Odometry from the last waypoint; `None` for the first.
+    pub step: Option<OdometryStep>,
 }
 
-/// What odometry says of one motion-corrected scan.
+/// The odometry's pose of a motion-corrected scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanPose {
-    /// The instant to which its points were moved.
+    /// The instant to which the points were corrected.
     pub stamp: Stamp,
-    /// Base at `stamp`: the pose of the cloud.
+    /// Pose of the base at `stamp`, and of the cloud.
     pub odom_from_base: Isometry,
-    /// The scan's own stamp.
+    /// Stamp of the scan itself.
     pub scan_stamp: Stamp,
-    /// Base at `scan_stamp`: what the trajectory lists.
+    /// Pose of the base at `scan_stamp`, for the trajectory.
     pub odom_from_base_at_scan: Isometry,
-    /// Of `odom_from_base`, `[rotation; translation]`, growing along the walk.
+    /// Covariance of `odom_from_base`, `[rotation; translation]`. It grows along the walk.
     pub covariance: Matrix6,
-    /// What of it stretches left on which nothing was followed, the same for all scans after them.
-    pub guessed: Matrix6,
-    /// Whether the LiDAR did not see some direction.
-    pub degenerate: bool,
-    /// Whether it saw nothing, or nothing that fits what was seen before: the pose is a guess then, and no waypoint.
-    pub blind: bool,
+    /// The part of the covariance that comes from gaps without any measurement. It stays the same for all later scans.
+    pub covariance_inflation: Matrix6,
+    /// Whether the LiDAR did not observe some direction.
+    pub is_degenerate: bool,
+    /// Whether the LiDAR measured nothing, or nothing that fits the earlier scans. The pose is dead reckoning then, and the scan no waypoint.
+    pub is_dead_reckoned: bool,
 }
 
-/// A stretch of the walk in which the LiDAR did not see some direction.
+/// A part of the walk in which the LiDAR did not observe some direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DegenerateSegment {
     /// First such scan.
     pub from: Stamp,
     /// Last such scan.
     pub until: Stamp,
-    /// Metres walked in it.
-    pub distance: f64,
+    /// Distance walked in it, metres.
+    pub distance_m: f64,
 }
 
-/// A map under construction.
-#[derive(Clone, Debug)]
+/// A map under construction: the one owner of its pose graph.
+#[derive(Debug)]
 pub struct Session {
-    policy: KeyframePolicy,
+    config: SessionConfig,
+    graph: PoseGraph,
     map_from_odom: Isometry,
-    nodes: Vec<Node>,
-    edges: Vec<Edge>,
-    loops: Vec<Edge>,
     trajectory: Vec<(Stamp, Isometry)>,
     /// For each entry of the trajectory, the keyframe with which it moves.
     trajectory_anchors: Vec<KeyframeId>,
-    stretches: Vec<DegenerateSegment>,
+    segments: Vec<DegenerateSegment>,
     odometer: Odometer,
-    /// When the last scan was that saw, and metres walked without one since the last waypoint.
+    /// Stamp of the last scan that was not dead reckoning.
     last_scan: Option<Stamp>,
-    unseen: f64,
-    /// The last waypoint in odometry's frame, with its covariance there and what of it is a guess.
-    last_waypoint: Option<(Isometry, Matrix6, Matrix6)>,
-    /// The keyframe with which the robot moves, and whether it is on known ground.
+    /// Distance walked without such a scan since the last waypoint, metres.
+    unobserved_m: f64,
+    last_waypoint: Option<LastWaypoint>,
+    /// The keyframe with which the robot moves.
     anchor: KeyframeId,
-    visiting: bool,
-    revision: u64,
+    /// Whether the last waypoint was on known ground.
+    is_revisiting: bool,
+}
+
+/// The last waypoint in the odometry's frame.
+#[derive(Clone, Copy, Debug)]
+struct LastWaypoint {
+    odom_from_base: Isometry,
+    covariance: Matrix6,
+    covariance_inflation: Matrix6,
 }
 
 impl Session {
-    /// Begins where the robot stands: the map's origin is the base, its x axis the heading, its z axis up.
-    pub fn begin(odom_from_base: &Isometry, policy: KeyframePolicy) -> Self {
-        let forward = odom_from_base.rotation * geometry::Vector3::x();
-        let heading = so3::exp(&(geometry::Vector3::z() * forward.y.atan2(forward.x)));
+    /// Begins a map at the robot: its origin is the base, its x axis the heading, its z axis up. `graph` is empty.
+    pub fn begin(odom_from_base: &Isometry, config: SessionConfig, graph: PoseGraph) -> Self {
+        let forward = odom_from_base.rotation * Vector3::x();
+        let heading = so3::exp(&(Vector3::z() * forward.y.atan2(forward.x)));
         let odom_from_map = Isometry::from_parts(odom_from_base.translation, heading);
         Self {
-            policy,
+            config,
+            graph,
             map_from_odom: odom_from_map.inverse(),
-            nodes: Vec::new(),
-            edges: Vec::new(),
-            loops: Vec::new(),
             trajectory: Vec::new(),
             trajectory_anchors: Vec::new(),
-            stretches: Vec::new(),
+            segments: Vec::new(),
             odometer: Odometer::default(),
             last_scan: None,
-            unseen: 0.0,
+            unobserved_m: 0.0,
             last_waypoint: None,
             anchor: KeyframeId(0),
-            visiting: false,
-            revision: 0,
+            is_revisiting: false,
         }
     }
 
-    /// Goes on from a finished map with these keyframes (numbered from 0), ways and loops. Where the robot is in it is told by
-    /// [`Self::reanchor`]; until then poses are as if the map began here.
-    pub fn resume(
-        odom_from_base: &Isometry,
-        policy: KeyframePolicy,
-        (nodes, edges, loops): (Vec<Node>, Vec<Edge>, Vec<Edge>),
-    ) -> Self {
-        Self { nodes, edges, loops, revision: 1, ..Self::begin(odom_from_base, policy) }
+    /// As [`Self::begin`], with an empty graph that is optimised.
+    pub fn new(odom_from_base: &Isometry, config: SessionConfig) -> Self {
+        Self::begin(odom_from_base, config, PoseGraph::new(OptimiserConfig::default()))
     }
 
-    /// Where the odometry's frame is in the map.
+    /// The pose graph.
+    pub fn graph(&self) -> &PoseGraph {
+        &self.graph
+    }
+
+    /// The pose graph, for adding keyframes and loops. Poses are changed by [`Self::optimise`] only.
+    pub fn graph_mut(&mut self) -> &mut PoseGraph {
+        &mut self.graph
+    }
+
+    /// Pose of the odometry's frame in the map.
     pub fn map_from_odom(&self) -> &Isometry {
         &self.map_from_odom
     }
 
-    /// Adds the pose of a motion-corrected scan, every waypoint becoming a keyframe; returns it if it did.
+    /// Adds the pose of a motion-corrected scan and makes every waypoint a keyframe. Returns the keyframe, if there is a new one.
     pub fn add_scan(&mut self, scan: &ScanPose) -> Option<Node> {
         let waypoint = self.add_scan_pose(scan)?;
-        let edge = self.edge_to(&waypoint);
-        Some(self.add_keyframe(&waypoint, edge))
+        Some(self.add_keyframe(&waypoint))
     }
 
-    /// The edge from the last keyframe to a waypoint, if that was the waypoint before.
-    pub fn edge_to(&self, waypoint: &Waypoint) -> Option<Edge> {
-        let (last, step) = self.nodes.last().zip(waypoint.step)?;
-        let (from, to) = (last.id, self.next_id());
-        Some(Edge { from, to, from_from_to: step.pose, information: step.information })
-    }
-
-    /// Follows the pose of a motion-corrected scan; returns it if it is a waypoint, which then either becomes a keyframe
-    /// ([`Self::add_keyframe`]) or is one on known ground ([`Self::mark_revisit`]). Constant time.
+    /// Adds the pose of a motion-corrected scan. Returns it if it is a waypoint, which then becomes a keyframe ([`Self::add_keyframe`] or
+    /// [`Self::anchor_at`]) or is a revisit ([`Self::mark_revisit`]). Constant time.
     pub fn add_scan_pose(&mut self, scan: &ScanPose) -> Option<Waypoint> {
         let at_scan = self.map_from_odom * scan.odom_from_base_at_scan;
-        let step = self
+        let step_m = self
             .trajectory
             .last()
             .map_or(0.0, |(_, last)| (last.translation.vector - at_scan.translation.vector).norm());
-        if self.last_scan.is_some_and(|last| scan.stamp - last > UNSEEN_AFTER) {
-            self.unseen += step;
+        if self.last_scan.is_some_and(|last| scan.stamp - last > self.config.max_scan_gap) {
+            self.unobserved_m += step_m;
         }
-        if !scan.blind {
+        if !scan.is_dead_reckoned {
             self.last_scan = Some(scan.stamp);
         }
-        // In odometry's frame: what moves the map is no walk.
+        // In the odometry's frame, because a correction of the map is not a walk.
         self.odometer.move_to(&scan.odom_from_base_at_scan.translation.vector);
-        self.note(scan.scan_stamp, at_scan);
-        // What is known ground is held by what was seen of it before.
-        if scan.degenerate && !self.visiting {
-            self.note_degenerate(scan.stamp, step);
+        self.append_trajectory(scan.scan_stamp, at_scan);
+        // On known ground, earlier scans of the place constrain the pose.
+        if scan.is_degenerate && !self.is_revisiting {
+            self.append_degenerate(scan.stamp, step_m);
         }
-        if scan.blind { None } else { self.waypoint(scan) }
+        if scan.is_dead_reckoned { None } else { self.waypoint(scan) }
     }
 
-    /// A waypoint becomes a keyframe, that `edge` leads to from an old one; none leads to the first.
-    pub fn add_keyframe(&mut self, waypoint: &Waypoint, edge: Option<Edge>) -> Node {
-        let node =
-            Node { id: self.next_id(), stamp: waypoint.stamp, map_from_keyframe: waypoint.map_from_base };
-        self.edges.extend(edge);
-        self.nodes.push(node);
-        (self.anchor, self.visiting) = (node.id, false);
-        self.revision += 1;
+    /// Makes a waypoint a keyframe, with an edge from the last keyframe. Each waypoint before must have become one, too.
+    pub fn add_keyframe(&mut self, waypoint: &Waypoint) -> Node {
+        let edge = self.graph.nodes().last().zip(waypoint.step).map(|(last, step)| Edge {
+            from: last.id,
+            to: self.graph.next_id(),
+            from_from_to: step.pose,
+            information: step.information,
+        });
+        if let Some(edge) = &edge {
+            self.graph.add_distance(edge.from_from_to.translation.vector.norm());
+        }
+        let node = self.graph.add_keyframe(waypoint.stamp, &waypoint.map_from_base, edge.as_ref());
+        self.anchor_at(node.id);
         node
+    }
+
+    /// The newest waypoint became this keyframe of the graph: the robot moves with it.
+    pub fn anchor_at(&mut self, keyframe: KeyframeId) {
+        (self.anchor, self.is_revisiting) = (keyframe, false);
     }
 
     /// Whether the last waypoint was on known ground.
     pub fn is_revisiting(&self) -> bool {
-        self.visiting
+        self.is_revisiting
     }
 
     /// The newest waypoint is on known ground: nothing is kept of it.
     pub fn mark_revisit(&mut self) {
-        self.visiting = true;
+        self.is_revisiting = true;
     }
 
-    /// The robot's place is known anew, see [`crate::Reanchoring`]: what was walked since moves along, and nothing else does.
-    /// Linear in that.
+    /// The robot's pose is known from another keyframe, see [`crate::Reanchoring`]. The trajectory since then moves along, and nothing else does.
+    /// Linear in that part.
     pub fn reanchor(&mut self, since: Stamp, anchor: KeyframeId, anchor_from_waypoint: &Isometry) {
-        let (Some((odom_from_waypoint, ..)), Some(node)) =
-            (self.last_waypoint, self.nodes.get(anchor.0 as usize))
-        else {
+        let (Some(last), Some(node)) = (self.last_waypoint, self.graph.nodes().get(anchor.0 as usize)) else {
             return;
         };
         let before = self.map_from_odom;
         self.map_from_odom =
-            unit(&(node.map_from_keyframe * anchor_from_waypoint * odom_from_waypoint.inverse()));
-        let moved = self.map_from_odom * before.inverse();
+            renormalised(&(node.map_from_keyframe * anchor_from_waypoint * last.odom_from_base.inverse()));
+        let correction = self.map_from_odom * before.inverse();
         let first = self.trajectory.partition_point(|(stamp, _)| *stamp < since);
         for (entry, moves_with) in self.trajectory.iter_mut().zip(&mut self.trajectory_anchors).skip(first) {
-            entry.1 = moved * entry.1;
+            entry.1 = correction * entry.1;
             *moves_with = anchor;
         }
         self.anchor = anchor;
     }
 
-    /// Adds a loop that was accepted. Moves nothing: that is for whoever optimises, see [`Session::move_keyframes`].
-    pub fn add_loop(&mut self, edge: Edge) {
-        self.loops.push(edge);
-        self.revision += 1;
+    /// Optimises the graph. The trajectory and the odometry's frame move along, each with its keyframe, so that nothing is torn at the robot.
+    /// Returns whether the graph could be optimised, see [`PoseGraph::failure`]. Linear in the trajectory, some 10 ns an entry, besides the
+    /// optimisation.
+    pub fn optimise(&mut self) -> bool {
+        let corrections = self.graph.optimise();
+        corrections.inspect(|corrections| self.apply(corrections)).is_some()
     }
 
-    /// Takes a loop back, a person having found it wrong. Says whether it was there.
-    pub fn remove_loop(&mut self, from: KeyframeId, to: KeyframeId) -> bool {
-        let before = self.loops.len();
-        self.loops.retain(|edge| (edge.from, edge.to) != (from, to));
-        let removed = self.loops.len() < before;
-        self.revision += u64::from(removed);
-        removed
+    /// As [`Self::optimise`], with every factor linearised again at the solution.
+    pub fn relinearise(&mut self) -> bool {
+        let corrections = self.graph.relinearise();
+        corrections.inspect(|corrections| self.apply(corrections)).is_some()
     }
 
-    /// Loops that were accepted, in that order.
-    pub fn loops(&self) -> &[Edge] {
-        &self.loops
-    }
-
-    /// Puts keyframes where an optimisation found them: `poses` are those of the first keyframes in the map. Keyframes made
-    /// since it began, the trajectory and the odometry's frame move along rigidly, each with the keyframe it is told from, so that
-    /// nothing tears at the robot. Poses that are not finite are left out. Linear in the trajectory, some 10 ns an entry.
+    /// Sets the poses of the first keyframes, see [`PoseGraph::move_keyframes`]. The trajectory and the odometry's frame move along.
     pub fn move_keyframes(&mut self, poses: &[Isometry]) {
-        let mut moved = Vec::with_capacity(self.nodes.len());
-        let mut last = Isometry::identity();
-        for (index, node) in self.nodes.iter_mut().enumerate() {
-            let found = poses.get(index).filter(|pose| pose.to_homogeneous().iter().all(|c| c.is_finite()));
-            let before = node.map_from_keyframe;
-            // On a found pose exactly, so that rounding never adds up.
-            node.map_from_keyframe = unit(&found.copied().unwrap_or(last * before));
-            if found.is_some() {
-                last = unit(&(node.map_from_keyframe * before.inverse()));
-            }
-            moved.push(last);
-        }
-        let moves = |anchor: KeyframeId| moved.get(anchor.0 as usize).unwrap_or(&last);
-        for ((_, pose), anchor) in self.trajectory.iter_mut().zip(&self.trajectory_anchors) {
-            *pose = moves(*anchor) * *pose;
-        }
-        self.map_from_odom = unit(&(moves(self.anchor) * self.map_from_odom));
-        self.revision += 1;
+        let corrections = self.graph.move_keyframes(poses);
+        self.apply(&corrections);
     }
 
-    /// Metres walked.
-    pub fn distance(&self) -> f64 {
+    /// Moves the trajectory and the odometry's frame by the corrections of their keyframes.
+    fn apply(&mut self, corrections: &[Isometry]) {
+        let last = corrections.last().copied().unwrap_or_else(Isometry::identity);
+        let correction = |anchor: KeyframeId| corrections.get(anchor.0 as usize).unwrap_or(&last);
+        for ((_, pose), anchor) in self.trajectory.iter_mut().zip(&self.trajectory_anchors) {
+            *pose = correction(*anchor) * *pose;
+        }
+        self.map_from_odom = renormalised(&(correction(self.anchor) * self.map_from_odom));
+    }
+
+    /// Distance walked, metres.
+    pub fn distance_m(&self) -> f64 {
         self.odometer.distance()
     }
 
-    /// Keyframes in the order of their ids.
-    pub fn nodes(&self) -> &[Node] {
-        &self.nodes
-    }
-
-    /// The keyframe nearest to a pose in the map, and that pose in it. Linear in the keyframes.
-    pub fn nearest(&self, map_from_base: &Isometry) -> Option<(KeyframeId, Isometry)> {
-        let ways = self.nodes.iter().map(|node| (node.id, node.map_from_keyframe.inverse() * map_from_base));
-        ways.min_by(|(_, a), (_, b)| {
-            a.translation.vector.norm_squared().total_cmp(&b.translation.vector.norm_squared())
-        })
-    }
-
-    /// Edges in the order of creation.
-    pub fn edges(&self) -> &[Edge] {
-        &self.edges
-    }
-
-    /// Base in the map after every scan; in long sessions, of what was walked more than an hour and a half ago, after some of them.
+    /// Pose of the base in the map after every scan. In long sessions, only some of the poses from more than an hour and a half ago.
     pub fn trajectory(&self) -> &[(Stamp, Isometry)] {
         &self.trajectory
     }
 
-    /// Stretches that the LiDAR alone could not have followed.
-    pub fn degenerate_stretches(&self) -> &[DegenerateSegment] {
-        &self.stretches
-    }
-
-    /// Grows with every change of the graph.
-    pub fn revision(&self) -> u64 {
-        self.revision
-    }
-
-    fn next_id(&self) -> KeyframeId {
-        KeyframeId(u32::try_from(self.nodes.len()).unwrap_or(u32::MAX))
+    /// Parts of the walk in which the LiDAR alone did not observe the motion.
+    pub fn degenerate_segments(&self) -> &[DegenerateSegment] {
+        &self.segments
     }
 
     fn waypoint(&mut self, scan: &ScanPose) -> Option<Waypoint> {
-        let step = match &self.last_waypoint {
+        let step = match self.last_waypoint {
             None => None,
-            Some((last, covariance, guessed)) => {
-                let pose = unit(&(last.inverse() * scan.odom_from_base));
-                let moved = pose.translation.vector.norm() > self.policy.distance
-                    || so3::log(&pose.rotation).norm() > self.policy.rotation;
-                if !moved {
+            Some(last) => {
+                let pose = renormalised(&(last.odom_from_base.inverse() * scan.odom_from_base));
+                let policy = &self.config.keyframes;
+                let is_far = pose.translation.vector.norm() > policy.distance_m
+                    || so3::log(&pose.rotation).norm() > policy.rotation_rad;
+                if !is_far {
                     return None;
                 }
-                let unseen = UNSEEN_SHARE * std::mem::take(&mut self.unseen);
-                let followed = (covariance - guessed, scan.covariance - scan.guessed);
-                let on_top = (scan.guessed - guessed).diagonal().map(|variance| variance.max(0.0))
-                    + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 1.0) * (unseen * unseen);
-                let information = edge_information(&followed.0, &followed.1, &pose, &on_top);
-                Some(Step { pose, information })
+                let unobserved_std_m =
+                    self.config.dead_reckoning_std_share * std::mem::take(&mut self.unobserved_m);
+                let tracked = (
+                    last.covariance - last.covariance_inflation,
+                    scan.covariance - scan.covariance_inflation,
+                );
+                let inflation = scan.covariance_inflation - last.covariance_inflation;
+                let added_variances = inflation.diagonal().map(|variance| variance.max(0.0))
+                    + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 1.0) * (unobserved_std_m * unobserved_std_m);
+                let information =
+                    edge_information(&tracked.0, &tracked.1, &pose, &added_variances, &self.config);
+                Some(OdometryStep { pose, information })
             }
         };
-        self.last_waypoint = Some((scan.odom_from_base, scan.covariance, scan.guessed));
+        let ScanPose { odom_from_base, covariance, covariance_inflation, .. } = *scan;
+        self.last_waypoint = Some(LastWaypoint { odom_from_base, covariance, covariance_inflation });
         let map_from_base = self.map_from_odom * scan.odom_from_base;
         Some(Waypoint { stamp: scan.stamp, map_from_base, step })
     }
 
-    /// Adds to the trajectory. When that is full, every second entry of the older half goes.
-    fn note(&mut self, stamp: Stamp, map_from_base: Isometry) {
-        if self.trajectory.len() >= TRAJECTORY {
+    /// Appends to the trajectory. If it is full, every second entry of its older half is dropped first.
+    fn append_trajectory(&mut self, stamp: Stamp, map_from_base: Isometry) {
+        if self.trajectory.len() >= self.config.max_trajectory_entries {
             thin_older_half(&mut self.trajectory);
             thin_older_half(&mut self.trajectory_anchors);
         }
@@ -371,13 +353,13 @@ impl Session {
         self.trajectory_anchors.push(self.anchor);
     }
 
-    fn note_degenerate(&mut self, stamp: Stamp, step: f64) {
-        match self.stretches.last_mut() {
-            Some(stretch) if stamp - stretch.until <= STRETCH_GAP => {
-                stretch.until = stamp;
-                stretch.distance += step;
+    fn append_degenerate(&mut self, stamp: Stamp, step_m: f64) {
+        match self.segments.last_mut() {
+            Some(segment) if stamp - segment.until <= self.config.max_segment_gap => {
+                segment.until = stamp;
+                segment.distance_m += step_m;
             }
-            _ => self.stretches.push(DegenerateSegment { from: stamp, until: stamp, distance: 0.0 }),
+            _ => self.segments.push(DegenerateSegment { from: stamp, until: stamp, distance_m: 0.0 }),
         }
     }
 }
@@ -391,27 +373,26 @@ fn thin_older_half<T>(entries: &mut Vec<T>) {
     });
 }
 
-/// The pose with its rotation made a unit quaternion again. Products of products drift off by rounding, and since inverses take the
-/// norm to be one, whatever is computed from its own last value over and over would drift off exponentially.
-pub fn unit(pose: &Isometry) -> Isometry {
-    let rotation = Rotation::new_normalize(pose.rotation.into_inner());
-    Isometry::from_parts(pose.translation, rotation)
-}
-
-/// Information of the relative pose between two moments of one odometry.
+/// Information of the relative pose between two moments of one odometry (docs/maths/loops.md, section 9).
 ///
-/// What the absolute covariance grew by, after moving the old one into the new frame; only the diagonal of that
-/// difference is kept and floored, because the difference of two estimates of a filter need not be positive definite. Where it
-/// shrank, the pose was corrected by about as much. `on_top` are variances that are added.
-fn edge_information(before: &Matrix6, after: &Matrix6, from_from_to: &Isometry, on_top: &Vector6) -> Matrix6 {
+/// It comes from the growth of the absolute covariance, after the old one was moved into the new frame. Only the diagonal of the difference is used,
+/// with a floor, because the difference of two estimates of a filter need not be positive definite. Where it shrank, the pose was corrected by
+/// about as much. `added_variances` are added.
+fn edge_information(
+    before: &Matrix6,
+    after: &Matrix6,
+    from_from_to: &Isometry,
+    added_variances: &Vector6,
+    config: &SessionConfig,
+) -> Matrix6 {
     let ad = se3::adjoint(&from_from_to.inverse());
     let growth = after - ad * before * ad.transpose();
     Matrix6::from_fn(|row, column| {
         if row != column {
             return 0.0;
         }
-        let floor = if row < 3 { EDGE_FLOOR.0 } else { EDGE_FLOOR.1 };
-        let variance = growth[(row, row)].abs().max(floor * floor) + on_top[row];
+        let floor = if row < 3 { config.min_rotation_std_rad } else { config.min_translation_std_m };
+        let variance = growth[(row, row)].abs().max(floor * floor) + added_variances[row];
         if variance.is_finite() { 1.0 / variance } else { 0.0 }
     })
 }

@@ -1,23 +1,27 @@
-//! Sessions: what becomes a keyframe, what edges know, and how the whole moves.
+//! Sessions: which scans become keyframes, the information of edges, and corrections.
 
 use super::*;
 use geometry::Vector3;
 use nalgebra::Translation3;
 
+/// Least standard deviations of an edge.
+const FLOOR_RAD: f64 = 1e-3;
+const FLOOR_M: f64 = 5e-3;
+
 fn at(x: f64, yaw: f64) -> Isometry {
     Isometry::from_parts(Translation3::new(x, 0.0, 0.0), so3::exp(&(Vector3::z() * yaw)))
 }
 
-fn scan(stamp: Stamp, pose: &Isometry, degenerate: bool) -> ScanPose {
+fn scan(stamp: Stamp, pose: &Isometry, is_degenerate: bool) -> ScanPose {
     ScanPose {
         stamp,
         odom_from_base: *pose,
         scan_stamp: stamp,
         odom_from_base_at_scan: *pose,
         covariance: Matrix6::zeros(),
-        guessed: Matrix6::zeros(),
-        degenerate,
-        blind: false,
+        covariance_inflation: Matrix6::zeros(),
+        is_degenerate,
+        is_dead_reckoned: false,
     }
 }
 
@@ -28,12 +32,12 @@ fn walk(session: &mut Session, poses: impl Iterator<Item = Isometry>) {
 }
 
 #[test]
-fn map_begins_at_the_base_level_and_facing_x() {
+fn the_map_begins_at_the_base_level_and_facing_x() {
     let tilted = Isometry::from_parts(
         Translation3::new(3.0, -2.0, 0.5),
         so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
     );
-    let mut session = Session::begin(&tilted, KeyframePolicy::default());
+    let mut session = Session::new(&tilted, SessionConfig::default());
     let node = session.add_scan(&scan(Stamp::EPOCH, &tilted, false)).expect("first keyframe");
     assert!(node.map_from_keyframe.translation.vector.norm() < 1e-12);
     let rotation = node.map_from_keyframe.rotation;
@@ -42,29 +46,35 @@ fn map_begins_at_the_base_level_and_facing_x() {
 
 #[test]
 fn keyframes_follow_distance_and_rotation() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy { distance: 1.0, rotation: 0.5 });
+    let mut session = Session::new(
+        &at(0.0, 0.0),
+        SessionConfig {
+            keyframes: KeyframePolicy { distance_m: 1.0, rotation_rad: 0.5 },
+            ..SessionConfig::default()
+        },
+    );
     walk(&mut session, (0..=50).map(|i| at(f64::from(i) * 0.1, 0.0)));
-    assert_eq!(session.nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
-    assert!((session.distance() - 5.0).abs() < 1e-9);
+    assert_eq!(session.graph().nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
+    assert!((session.distance_m() - 5.0).abs() < 1e-9);
     walk(&mut session, (0..=20).map(|i| at(5.0, f64::from(i) * 0.05)));
-    assert_eq!(session.nodes().len(), 6, "and one for turning by more than half a radian");
-    assert_eq!(session.edges().len(), 5);
+    assert_eq!(session.graph().nodes().len(), 6, "and one for turning by more than half a radian");
+    assert_eq!(session.graph().edges().len(), 5);
 }
 
 #[test]
-fn an_optimisation_moves_all_and_tears_nothing() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn a_correction_moves_the_trajectory_rigidly_with_its_keyframes() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
-    let (before, stretch) = (session.nodes().to_vec(), session.trajectory().to_vec());
+    let (before, stretch) = (session.graph().nodes().to_vec(), session.trajectory().to_vec());
     // Found while the last keyframe was made: the others turned about the first and one shifted.
     let turn = at(0.0, 0.3);
     let mut poses: Vec<Isometry> = before[..3].iter().map(|n| turn * n.map_from_keyframe).collect();
     poses[1].translation.vector.z += 0.2;
     session.move_keyframes(&poses);
-    assert!(session.nodes().iter().zip(&poses).all(|(node, pose)| node.map_from_keyframe == *pose));
+    assert!(session.graph().nodes().iter().zip(&poses).all(|(node, pose)| node.map_from_keyframe == *pose));
     let near = |a: &Isometry, b: &Isometry| (a.inverse() * b).translation.vector.norm() < 1e-9;
     // The new one and the robot keep their place beside the last one that was found.
-    assert!(near(&session.nodes()[3].map_from_keyframe, &(turn * before[3].map_from_keyframe)));
+    assert!(near(&session.graph().nodes()[3].map_from_keyframe, &(turn * before[3].map_from_keyframe)));
     assert!(near(session.map_from_odom(), &turn));
     let last = stretch.len() - 1;
     assert!(near(&session.trajectory()[last].1, &(turn * stretch[last].1)));
@@ -75,33 +85,33 @@ fn an_optimisation_moves_all_and_tears_nothing() {
     // What is walked next is measured as if nothing had happened.
     let next = session.add_scan(&scan(Stamp::from_nanos(1), &at(5.0, 0.0), false));
     assert!(next.is_some_and(|node| near(&node.map_from_keyframe, &(turn * at(5.0, 0.0)))));
-    let edge = session.edges()[3].from_from_to;
+    let edge = session.graph().edges()[3].from_from_to;
     assert!((edge.translation.vector.x - (5.0 - 3.3)).abs() < 1e-9, "{edge}");
-    // Garbage moves nothing.
-    let held = session.nodes().to_vec();
+    // A pose that is not finite moves nothing.
+    let held = session.graph().nodes().to_vec();
     session.move_keyframes(&[at(f64::NAN, 0.0)]);
-    assert_eq!(session.nodes(), held);
+    assert_eq!(session.graph().nodes(), held);
 }
 
-/// As often as loops are closed on a long walk: poses chained over the session's own edges come back into the session.
+/// As on a long walk with many loops: poses chained over the session's own edges are set again and again.
 #[test]
 fn rounding_does_not_add_up_over_hundreds_of_closed_loops() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     let step =
         Isometry::from_parts(Translation3::new(1.2, 0.1, 0.03), so3::exp(&Vector3::new(0.01, -0.02, 0.3)));
     let (mut odom, mut found) = (Isometry::identity(), Vec::new());
     for index in 0..300 {
         session.add_scan(&scan(Stamp::from_nanos(index), &odom, false));
         odom *= step;
-        let pose = match (found.last(), session.edges().last()) {
+        let pose = match (found.last(), session.graph().edges().last()) {
             (Some(last), Some(edge)) => last * edge.from_from_to,
             _ => at(0.0, 0.0),
         };
         found.push(pose);
         session.move_keyframes(&found);
     }
-    assert_eq!(session.edges().len(), 299);
-    for edge in session.edges() {
+    assert_eq!(session.graph().edges().len(), 299);
+    for edge in session.graph().edges() {
         let error = edge.from_from_to.inverse() * step;
         assert!((edge.from_from_to.rotation.norm() - 1.0).abs() < 1e-14, "{edge:?}");
         assert!(error.translation.vector.norm() < 1e-9 && error.rotation.angle() < 1e-7, "{edge:?}");
@@ -109,88 +119,107 @@ fn rounding_does_not_add_up_over_hundreds_of_closed_loops() {
 }
 
 #[test]
-fn loops_come_and_go() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn loops_are_added_and_removed() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
-    let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.edges()[0] };
-    let revision = session.revision();
-    session.add_loop(edge);
-    assert_eq!((session.loops(), session.revision()), (&[edge][..], revision + 1));
-    assert!(session.remove_loop(edge.from, edge.to) && !session.remove_loop(edge.from, edge.to));
-    assert!(session.loops().is_empty());
+    let edge = Edge { from: KeyframeId(0), to: KeyframeId(3), ..session.graph().edges()[0] };
+    let revision = session.graph().revision();
+    session.graph_mut().add_loop(&edge);
+    assert_eq!((session.graph().loops(), session.graph().revision()), (&[edge][..], revision + 1));
+    assert!(
+        session.graph_mut().remove_loop(edge.from, edge.to)
+            && !session.graph_mut().remove_loop(edge.from, edge.to)
+    );
+    assert!(session.graph().loops().is_empty());
 }
 
 #[test]
-fn edges_lose_information_where_the_filter_lost_certainty() {
+fn edges_have_the_covariance_that_the_filter_gained_or_lost() {
     let mut grown = Matrix6::zeros();
     grown[(3, 3)] = 0.25;
-    let information = edge_information(&Matrix6::zeros(), &grown, &at(1.0, 0.0), &Vector6::zeros());
+    let information = edge_information(
+        &Matrix6::zeros(),
+        &grown,
+        &at(1.0, 0.0),
+        &Vector6::zeros(),
+        &SessionConfig::default(),
+    );
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
-    assert!((information[(4, 4)] - 1.0 / (EDGE_FLOOR.1 * EDGE_FLOOR.1)).abs() < 1e-3);
+    assert!((information[(4, 4)] - 1.0 / (FLOOR_M * FLOOR_M)).abs() < 1e-3);
     // And where it regained certainty, having found its place again.
-    let information = edge_information(&grown, &Matrix6::zeros(), &at(1.0, 0.0), &Vector6::zeros());
+    let information = edge_information(
+        &grown,
+        &Matrix6::zeros(),
+        &at(1.0, 0.0),
+        &Vector6::zeros(),
+        &SessionConfig::default(),
+    );
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
 }
 
 #[test]
-fn a_way_without_scans_is_known_worse() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn an_edge_without_scans_is_less_certain() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     for (index, seconds) in [(0, 0), (1, 1), (2, 2), (3, 10), (4, 11)] {
         let pose = at(4.0 * f64::from(index), 0.0);
         session.add_scan(&scan(Stamp::from_parts(seconds, 0), &pose, false));
     }
-    let deviations: Vec<f64> = session.edges().iter().map(|e| e.information[(4, 4)].powf(-0.5)).collect();
-    let expected = [EDGE_FLOOR.1, EDGE_FLOOR.1, EDGE_FLOOR.1.hypot(0.12), EDGE_FLOOR.1];
+    let deviations: Vec<f64> =
+        session.graph().edges().iter().map(|e| e.information[(4, 4)].powf(-0.5)).collect();
+    let expected = [FLOOR_M, FLOOR_M, FLOOR_M.hypot(0.12), FLOOR_M];
     assert!(deviations.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{deviations:?}");
-    assert_eq!(session.edges()[2].information[(0, 0)], EDGE_FLOOR.0.powi(-2), "the IMU holds the heading");
+    assert_eq!(
+        session.graph().edges()[2].information[(0, 0)],
+        FLOOR_RAD.powi(-2),
+        "the IMU holds the heading"
+    );
 }
 
 #[test]
-fn scans_that_saw_nothing_are_no_keyframes_and_make_the_way_vague() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn dead_reckoned_scans_are_no_keyframes_and_make_the_edge_uncertain() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     for tenth in 0..=100_i64 {
         let pose = at(tenth as f64 * 0.1, 0.0);
-        let blind = (13..90).contains(&tenth);
+        let is_dead_reckoned = (13..90).contains(&tenth);
         let scan = scan(Stamp::from_nanos(tenth * 100_000_000), &pose, false);
-        session.add_scan(&ScanPose { blind, ..scan });
+        session.add_scan(&ScanPose { is_dead_reckoned, ..scan });
     }
-    let places: Vec<f64> = session.nodes().iter().map(|node| node.map_from_keyframe.translation.x).collect();
+    let places: Vec<f64> =
+        session.graph().nodes().iter().map(|node| node.map_from_keyframe.translation.x).collect();
     assert_eq!(places.len(), 3, "{places:?}");
     assert!((places[2] - 9.0).abs() < 1e-9);
-    let vague = session.edges()[1].information[(4, 4)].powf(-0.5);
+    let vague = session.graph().edges()[1].information[(4, 4)].powf(-0.5);
     assert!(vague > 0.03 * 6.5 && vague < 0.03 * 8.5, "{vague}");
 }
 
 #[test]
-fn a_guess_makes_one_edge_vague_and_no_other() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn covariance_inflation_affects_one_edge_only() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     let variances = Vector6::new(0.25, 0.25, 0.25, 25.0, 25.0, 25.0);
     for index in 0..4_i64 {
         let guessed = if index < 2 { Matrix6::zeros() } else { Matrix6::from_diagonal(&variances) };
         let pose = at(2.0 * index as f64, 0.3 * index as f64);
         let scan = scan(Stamp::from_nanos(index * 100_000_000), &pose, false);
-        session.add_scan(&ScanPose { covariance: guessed, guessed, ..scan });
+        session.add_scan(&ScanPose { covariance: guessed, covariance_inflation: guessed, ..scan });
     }
-    let deviation = |edge: usize, row: usize| session.edges()[edge].information[(row, row)].powf(-0.5);
+    let deviation =
+        |edge: usize, row: usize| session.graph().edges()[edge].information[(row, row)].powf(-0.5);
     for row in 3..6 {
-        assert!(
-            (deviation(0, row) - EDGE_FLOOR.1).abs() < 1e-9
-                && (deviation(2, row) - EDGE_FLOOR.1).abs() < 1e-9
-        );
+        assert!((deviation(0, row) - FLOOR_M).abs() < 1e-9 && (deviation(2, row) - FLOOR_M).abs() < 1e-9);
         assert!((deviation(1, row) - 5.0).abs() < 1e-3);
     }
-    assert!((deviation(1, 2) - 0.5).abs() < 1e-3 && (deviation(2, 2) - EDGE_FLOOR.0).abs() < 1e-9);
+    assert!((deviation(1, 2) - 0.5).abs() < 1e-3 && (deviation(2, 2) - FLOOR_RAD).abs() < 1e-9);
 }
 
 #[test]
-fn degenerate_scans_join_into_stretches() {
-    let mut session = Session::begin(&at(0.0, 0.0), KeyframePolicy::default());
+fn degenerate_scans_join_into_segments() {
+    let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     for index in 0..60_i64 {
         let degenerate = (10..20).contains(&index) || (40..45).contains(&index);
         let pose = at(index as f64 * 0.1, 0.0);
         session.add_scan(&scan(Stamp::from_nanos(index * 100_000_000), &pose, degenerate));
     }
-    let lengths: Vec<f64> = session.degenerate_stretches().iter().map(|s| s.distance).collect();
+    let lengths: Vec<f64> = session.degenerate_segments().iter().map(|s| s.distance_m).collect();
     assert_eq!(lengths.len(), 2);
     assert!((lengths[0] - 0.9).abs() < 1e-9 && (lengths[1] - 0.4).abs() < 1e-9, "{lengths:?}");
 }

@@ -1,4 +1,4 @@
-//! What a keyframe leaves behind for loop closure, and the small map made of it and its neighbours.
+//! The thinned cloud of a keyframe, and the submap made of a keyframe and its neighbours.
 
 use crate::UncertainPose;
 use crate::range_image::RangeImage;
@@ -6,14 +6,37 @@ use geometry::{Isometry, Matrix6};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use std::sync::{Arc, OnceLock};
 
-/// Points kept of a keyframe at most.
-pub const POINTS: usize = 3_000;
-/// Edge of the voxels in which a cloud is averaged at first, metres; grown by a quarter until few enough remain.
-const VOXEL: f32 = 0.12;
-/// Points are kept as multiples of this, metres: ±65.5 m in 16 bits, an error of a millimetre.
-const STEP: f32 = 0.002;
+/// Greatest number of points kept of a keyframe. Part of the stored format.
+pub const MAX_POINTS: usize = 3_000;
+/// Edge of the voxels in which a cloud is averaged first, metres.
+const VOXEL_M: f32 = 0.12;
+/// Factor by which the voxels grow until at most [`MAX_POINTS`] points remain.
+const VOXEL_GROWTH: f32 = 1.25;
+/// Resolution of the stored points, metres: ±65.5 m in 16 bits, an error of at most a millimetre. Part of the stored format.
+const RESOLUTION_M: f32 = 0.002;
 
-/// A keyframe's own small cloud and what its sensor saw through: at most 18 kB and 11.5 kB.
+/// Parameters of a submap: a keyframe with its neighbours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubmapConfig {
+    /// Neighbours are taken within this distance of the keyframe, metres. Along the walk for loops of a session, straight for finished maps.
+    pub radius_m: f64,
+    /// Greatest number of keyframes in a submap, its own included.
+    pub max_keyframes: usize,
+    /// If the walk alone gives fewer keyframes than this, the nearest ones over loops are added.
+    pub min_keyframes: usize,
+    /// Keyframes over loops are added only if their pose is known to this standard deviation, metres.
+    pub max_std_m: f64,
+    /// Greatest height difference of neighbours in a finished map, metres.
+    pub max_height_m: f64,
+}
+
+impl Default for SubmapConfig {
+    fn default() -> Self {
+        Self { radius_m: 8.0, max_keyframes: 17, min_keyframes: 9, max_std_m: 0.1, max_height_m: 1.5 }
+    }
+}
+
+/// A keyframe's thinned cloud and its range image: at most 18 kB and 11.5 kB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeyframeCloud {
     points: Arc<[[i16; 3]]>,
@@ -21,44 +44,44 @@ pub struct KeyframeCloud {
 }
 
 impl KeyframeCloud {
-    /// Of a motion-corrected cloud (base frame, metres) measured from `sensor` (base frame). Linear in the points; those
-    /// that are not finite or farther than 65 m are dropped.
+    /// Thins a motion-corrected cloud (base frame, metres) measured from `sensor` (base frame, metres). Linear in the points. Points that are
+    /// not finite or farther away than 65 m are dropped.
     pub fn new(xyz: &[[f32; 3]], sensor: [f32; 3], downsampler: &mut Downsampler) -> Self {
-        let limit = STEP * f32::from(i16::MAX);
+        let limit = RESOLUTION_M * f32::from(i16::MAX);
         let mut kept: Vec<[f32; 3]> =
             xyz.iter().filter(|p| p.iter().all(|c| c.abs() < limit)).copied().collect();
-        let (mut voxel, mut centroids) = (VOXEL, Vec::<Centroid>::new());
+        let (mut voxel, mut centroids) = (VOXEL_M, Vec::<Centroid>::new());
         loop {
             centroids.clear();
             downsampler.downsample(&kept, &[], voxel, &mut centroids);
             kept.clear();
             kept.extend(centroids.iter().map(|centroid| centroid.xyz));
-            if kept.len() <= POINTS {
+            if kept.len() <= MAX_POINTS {
                 break;
             }
-            voxel *= 1.25;
+            voxel *= VOXEL_GROWTH;
         }
-        let points = kept.iter().map(|p| p.map(|c| (c / STEP).round() as i16)).collect();
+        let points = kept.iter().map(|p| p.map(|c| (c / RESOLUTION_M).round() as i16)).collect();
         Self { points, view: RangeImage::new(xyz, sensor) }
     }
 
-    /// From what [`Self::lattice`] and [`RangeImage::cells`] gave; none if that is not of the right size.
+    /// Restores a cloud from [`Self::lattice`] and [`RangeImage::cells`]. `None` if they do not have the right size.
     pub fn from_parts(points: Arc<[[i16; 3]]>, sensor: [f32; 3], cells: Arc<[u16]>) -> Option<Self> {
         let view = RangeImage::from_cells(cells, sensor)?;
-        (points.len() <= POINTS).then_some(Self { points, view })
+        (points.len() <= MAX_POINTS).then_some(Self { points, view })
     }
 
-    /// The points as they are kept, base frame, in steps of 2 mm.
+    /// The points as stored: base frame, in steps of 2 mm.
     pub fn lattice(&self) -> &Arc<[[i16; 3]]> {
         &self.points
     }
 
     /// The points, base frame, metres.
     pub fn points(&self) -> impl ExactSizeIterator<Item = [f32; 3]> {
-        self.points.iter().map(|point| point.map(|c| f32::from(c) * STEP))
+        self.points.iter().map(|point| point.map(|c| f32::from(c) * RESOLUTION_M))
     }
 
-    /// What the sensor saw through.
+    /// The range image of the scan: what the sensor looked through.
     pub fn view(&self) -> &RangeImage {
         &self.view
     }
@@ -69,27 +92,27 @@ impl KeyframeCloud {
     }
 }
 
-/// A keyframe with its neighbours along the walk, in its own frame, ready to be registered against and with.
+/// A keyframe with its neighbours, in the keyframe's frame, ready for registration.
 #[derive(Clone, Debug)]
 pub struct Submap {
     /// The keyframe's own points.
     pub points: Vec<[f32; 3]>,
-    /// Surfaces of all of them.
+    /// Surfaces of all members.
     pub map: GaussianMap,
-    /// The keyframe and its neighbours in the keyframe's frame.
+    /// The keyframe and its neighbours, with their poses in the keyframe.
     pub members: Vec<(Isometry, Arc<KeyframeCloud>)>,
-    /// Mean covariance of the members' poses: how far the submap may be bent in itself.
-    pub slack: Matrix6,
+    /// Mean covariance of the members' poses: how far the submap may be deformed.
+    pub mean_covariance: Matrix6,
 }
 
 impl Submap {
-    /// Of `members`, the keyframe itself at `own`, each with its pose in the keyframe's frame. Linear in their points:
-    /// about 10 ms for 20.
+    /// Builds the submap of `members` with their poses in the keyframe, which is the member at the index `own`. Linear in their points:
+    /// about 10 ms for 20 members.
     pub fn new(members: Vec<(UncertainPose, Arc<KeyframeCloud>)>, own: usize) -> Self {
         let mut map = GaussianMap::new(GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() });
-        let mut slack = Matrix6::zeros();
+        let mut mean_covariance = Matrix6::zeros();
         for (UncertainPose { pose: anchor_from_member, covariance }, cloud) in &members {
-            slack += covariance / members.len() as f64;
+            mean_covariance += covariance / members.len() as f64;
             let rotation = anchor_from_member.rotation.to_rotation_matrix();
             for point in cloud.points() {
                 let moved = rotation * geometry::Vector3::from(point.map(f64::from))
@@ -99,17 +122,17 @@ impl Submap {
         }
         let points = members.get(own).map(|(_, cloud)| cloud.points().collect()).unwrap_or_default();
         let members = members.into_iter().map(|(way, cloud)| (way.pose, cloud)).collect();
-        Self { points, map, members, slack }
+        Self { points, map, members, mean_covariance }
     }
 
-    /// Bytes held, without the members, which others hold too.
+    /// Bytes held, without the members, which are shared.
     pub fn bytes(&self) -> usize {
         self.map.bytes() + self.points.len() * size_of::<[f32; 3]>()
     }
 }
 
-/// A submap that is made when it is first looked at: whoever proposes a pair only says of what, in microseconds, and the
-/// one who verifies it pays, wherever that is. What comes out depends on the members alone.
+/// A submap that is built on first use. Proposing a pair takes microseconds; the job that verifies it builds the submap. The result depends
+/// on the members alone.
 #[derive(Clone, Debug)]
 pub struct LazySubmap {
     members: Vec<(UncertainPose, Arc<KeyframeCloud>)>,
@@ -118,44 +141,44 @@ pub struct LazySubmap {
 }
 
 impl LazySubmap {
-    /// As [`Submap::new`], later.
+    /// As [`Submap::new`], built on first use.
     pub fn new(members: Vec<(UncertainPose, Arc<KeyframeCloud>)>, own: usize) -> Self {
         Self { members, own, made: OnceLock::new() }
     }
 
-    /// The submap; the first call makes it. Calls from several threads make it once.
+    /// The submap. The first call builds it, also with several threads.
     pub fn get(&self) -> &Submap {
         self.made.get_or_init(|| Submap::new(self.members.clone(), self.own))
     }
 
-    /// Bytes held, without the members' clouds, which others hold too.
+    /// Bytes held, without the members' clouds, which are shared.
     pub fn bytes(&self) -> usize {
         self.made.get().map_or(0, Submap::bytes) + size_of_val(self.members.as_slice())
     }
 }
 
 impl From<Submap> for LazySubmap {
-    /// One that is made already.
+    /// A submap that is built already.
     fn from(submap: Submap) -> Self {
         Self { members: Vec::new(), own: 0, made: OnceLock::from(submap) }
     }
 }
 
-/// The last few submaps, so that neighbouring revisits do not make the same one again.
+/// Cache of the submaps used last, so that neighbouring revisits do not build the same one again.
 #[derive(Clone, Debug)]
 pub struct SubmapCache {
-    /// Last used last.
+    /// In the order of use, the last one used last.
     held: Vec<(usize, Arc<LazySubmap>)>,
-    room: usize,
+    capacity: usize,
 }
 
 impl SubmapCache {
-    /// Holds at most `room` submaps.
-    pub fn new(room: usize) -> Self {
-        Self { held: Vec::new(), room }
+    /// Holds at most `capacity` submaps.
+    pub fn new(capacity: usize) -> Self {
+        Self { held: Vec::new(), capacity }
     }
 
-    /// The submap of a keyframe, described by `make` if it is not held.
+    /// The submap of a keyframe; `make` describes it if it is not in the cache.
     pub fn get(&mut self, keyframe: usize, make: impl FnOnce() -> LazySubmap) -> Arc<LazySubmap> {
         if let Some(index) = self.held.iter().position(|(held, _)| *held == keyframe) {
             let entry = self.held.remove(index);
@@ -164,7 +187,7 @@ impl SubmapCache {
             return submap;
         }
         let submap = Arc::new(make());
-        if self.held.len() >= self.room.max(1) {
+        if self.held.len() >= self.capacity.max(1) {
             self.held.remove(0);
         }
         self.held.push((keyframe, submap.clone()));
@@ -190,10 +213,14 @@ mod tests {
     }
 
     #[test]
-    fn clouds_are_bounded_and_true_to_a_millimetre() {
+    fn clouds_are_bounded_and_exact_to_a_millimetre() {
         for (points, reach) in [(0, 1.0), (50, 40.0), (60_000, 30.0), (60_000, 500.0)] {
             let cloud = cloud(points, reach);
-            assert!(cloud.points().len() <= POINTS && cloud.bytes() <= 29_600, "{}", cloud.points().len());
+            assert!(
+                cloud.points().len() <= MAX_POINTS && cloud.bytes() <= 29_600,
+                "{}",
+                cloud.points().len()
+            );
         }
         let one =
             KeyframeCloud::new(&[[1.2345, -50.0, 0.5], [f32::NAN; 3]], [0.0; 3], &mut Downsampler::default());
@@ -203,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cache_forgets_what_was_used_longest_ago() {
+    fn the_cache_drops_the_least_recently_used_submap() {
         let mut cache = SubmapCache::new(2);
         let member = || (UncertainPose::identity(), Arc::new(cloud(100, 5.0)));
         let mut made = Vec::new();
@@ -216,6 +243,6 @@ mod tests {
         assert_eq!(made, [1, 2, 3, 2]);
         let unmade = cache.bytes();
         cache.get(2, || LazySubmap::new(Vec::new(), 0)).get();
-        assert!(cache.bytes() > unmade, "made when it was looked at");
+        assert!(cache.bytes() > unmade, "built on first use");
     }
 }

@@ -1,4 +1,4 @@
-//! Small worlds of boxes and a LiDAR in them, for tests.
+//! For tests: small worlds made of boxes with a LiDAR in them, and odometry steps.
 
 use crate::submap::{KeyframeCloud, Submap};
 use crate::{Edge, UncertainPose};
@@ -124,4 +124,17 @@ pub fn edge(from: u32, to: u32, pose: Isometry, (turn, place): (f64, f64)) -> Ed
     let [turn, place] = [turn, place].map(|deviation: f64| deviation.powi(-2));
     let information = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
     Edge { from: KeyframeId(from), to: KeyframeId(to), from_from_to: pose, information }
+}
+
+/// One metre ahead, turned by `yaw` radians, with a translation deviation of `deviation_m` and a larger one about the vertical.
+pub fn step(yaw: f64, deviation_m: f64) -> UncertainPose {
+    let pose = Isometry::new(Vector3::new(1.0, 0.0, 0.0), Vector3::z() * yaw);
+    let variances = Vector6::new(1e-6, 1e-6, 4e-6, 1.0, 1.0, 1.0);
+    let scale = Vector6::new(1.0, 1.0, 1.0, deviation_m, deviation_m, deviation_m).map(|v| v * v);
+    UncertainPose { pose, covariance: Matrix6::from_diagonal(&variances.component_mul(&scale)) }
+}
+
+/// Whether two uncertain poses are the same but for rounding.
+pub fn near(a: &UncertainPose, b: &UncertainPose) -> bool {
+    geometry::se3::local(&a.pose, &b.pose).norm() < 1e-9 && (a.covariance - b.covariance).norm() < 1e-9
 }

@@ -1,4 +1,4 @@
-//! Two rooms joined by a door, with a table and a cupboard, as a cloud without any place it was seen from.
+//! Two rooms joined by a door, with a table and a cupboard, as a cloud without viewpoints.
 
 use super::*;
 
@@ -34,25 +34,25 @@ fn rooms() -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn places_are_on_the_floor_and_ways_go_through_the_door() {
+fn viewpoints_are_on_the_floor_and_connections_go_through_the_door() {
     let cloud = rooms();
     let mut last = 0.0;
     let found = find_viewpoints(&cloud, &ViewpointConfig::default(), &mut |share| last = share);
     assert_eq!(last, 1.0);
     let places: Vec<Vector3> =
-        found.places.iter().map(|place| place.map_from_base.translation.vector).collect();
+        found.viewpoints.iter().map(|place| place.map_from_base.translation.vector).collect();
     assert!((10..40).contains(&places.len()), "{}", places.len());
-    for (place, seen) in places.iter().zip(&found.places) {
+    for (place, seen) in places.iter().zip(&found.viewpoints) {
         // Neither the table nor the ceiling's upper side is ground.
         assert!((place.z - 0.55).abs() < 0.11, "{place}");
         let on_table = place.z < 1.0 && (2.0..3.4).contains(&place.x) && (4.0..4.8).contains(&place.y);
-        assert!(!on_table && seen.seen.len() > 100, "{place}: {}", seen.seen.len());
+        assert!(!on_table && seen.visible.len() > 100, "{place}: {}", seen.visible.len());
     }
-    let crosses = |way: &&[usize; 2]| {
-        let [a, b] = way.map(|index| places[index]);
+    let crosses = |connection: &&[usize; 2]| {
+        let [a, b] = connection.map(|index| places[index]);
         a.z < 1.0 && (a.x < 6.0) != (b.x < 6.0)
     };
-    let through: Vec<_> = found.ways.iter().filter(crosses).collect();
+    let through: Vec<_> = found.connections.iter().filter(crosses).collect();
     assert!(!through.is_empty());
     for [a, b] in through {
         let (a, b) = (places[*a], places[*b]);
@@ -62,17 +62,17 @@ fn places_are_on_the_floor_and_ways_go_through_the_door() {
 }
 
 #[test]
-fn walls_hide_what_is_behind_them() {
+fn points_behind_a_wall_are_not_visible() {
     let cloud = rooms();
     let found = find_viewpoints(&cloud, &ViewpointConfig::default(), &mut |_| {});
-    let place = found.places.iter().filter(|place| place.map_from_base.translation.z < 1.0);
+    let place = found.viewpoints.iter().filter(|place| place.map_from_base.translation.z < 1.0);
     let near = |place: &&VirtualViewpoint| {
         let at = place.map_from_base.translation.vector;
         (at - Vector3::new(2.0, 1.5, 0.5)).norm()
     };
     let place = place.min_by(|a, b| near(a).total_cmp(&near(b))).unwrap();
     let eye = place.map_from_base.translation.vector;
-    let seen: Vec<[f32; 3]> = place.seen.iter().map(|index| cloud[*index as usize]).collect();
+    let seen: Vec<[f32; 3]> = place.visible.iter().map(|index| cloud[*index as usize]).collect();
     let hidden = |point: &&[f32; 3]| {
         let [x, y, _] = point.map(f64::from);
         let crossing = eye.y + (y - eye.y) * (6.0 - eye.x) / (x - eye.x);
@@ -89,16 +89,16 @@ fn walls_hide_what_is_behind_them() {
 #[test]
 fn the_axis_that_points_up_is_found() {
     let cloud = rooms();
-    assert_eq!(find_up_axis(&cloud), Axis::Z);
+    assert_eq!(find_up_axis(&cloud, &ViewpointConfig::default()), Axis::Z);
     let y_up: Vec<[f32; 3]> = cloud.iter().map(|[x, y, z]| [*x, *z, -*y]).collect();
-    assert_eq!(find_up_axis(&y_up), Axis::Y);
+    assert_eq!(find_up_axis(&y_up, &ViewpointConfig::default()), Axis::Y);
     let x_up: Vec<[f32; 3]> = cloud.iter().map(|[x, y, z]| [*z, *x, *y]).collect();
-    assert_eq!(find_up_axis(&x_up), Axis::X);
-    assert_eq!(find_up_axis(&[]), Axis::Z);
+    assert_eq!(find_up_axis(&x_up, &ViewpointConfig::default()), Axis::X);
+    assert_eq!(find_up_axis(&[], &ViewpointConfig::default()), Axis::Z);
 }
 
 #[test]
-fn nothing_has_no_places() {
+fn empty_and_invalid_clouds_have_no_viewpoints() {
     assert_eq!(find_viewpoints(&[], &ViewpointConfig::default(), &mut |_| {}), VirtualViewpoints::default());
     let far = [[f32::NAN, 0.0, 0.0], [1e30, 0.0, 0.0]];
     assert_eq!(find_viewpoints(&far, &ViewpointConfig::default(), &mut |_| {}), VirtualViewpoints::default());

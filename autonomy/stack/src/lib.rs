@@ -7,13 +7,12 @@
 mod control;
 mod health;
 mod localisation_phase;
-mod loops;
+mod loop_texts;
+mod mapping_messages;
 mod mapping_phase;
 mod motion;
 mod odometry_adapter;
-mod optimiser;
 mod prior_map;
-mod search;
 mod work;
 
 pub use prior_map::encode_prior_keyframe;
@@ -24,9 +23,9 @@ use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain,
 use health::Watch;
 use localisation::{DockRegistry, ExplorationHint, InitialPose, LocalisationTransition};
 use localisation_phase::{LocalisationPhase, dock_registry, plain_docks};
-use loops::LoopEvents;
 use mapping::Odometer;
-use mapping_phase::{MapUpdate, MappingPhase, rows};
+use mapping_messages::rows;
+use mapping_phase::{MapUpdate, MappingEvents, MappingPhase};
 use messages::{
     BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, GoalKind, Input, Job, JobDone,
     JobResult, Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
@@ -211,17 +210,16 @@ impl Running {
             }),
         );
         match grown {
-            Some(MapUpdate::Keyframe { keyframe, graph, loops }) => {
+            Some(MapUpdate::Keyframe { keyframe, graph, events }) => {
                 publish(effects, Publication::Keyframe(keyframe));
                 publish(effects, Publication::Graph(graph));
-                self.tell_loops(at, LoopEvents { changed: false, ..loops }, effects);
+                let events = MappingEvents { is_graph_changed: false, ..events };
+                self.publish_mapping(at, events, effects);
             }
-            Some(MapUpdate::Found) => {
-                self.tell_loops(
-                    at,
-                    LoopEvents { found: true, changed: true, ..LoopEvents::default() },
-                    effects,
-                );
+            Some(MapUpdate::Localised) => {
+                let events =
+                    MappingEvents { is_localised: true, is_graph_changed: true, ..MappingEvents::default() };
+                self.publish_mapping(at, events, effects);
             }
             None => {}
         }
@@ -234,23 +232,23 @@ impl Running {
         self.report(at, effects);
     }
 
-    /// Says what became of loops, and looks at the next pairs.
-    fn tell_loops(&mut self, at: Stamp, news: LoopEvents, effects: &mut Vec<StackEffect>) {
-        if news.found {
+    /// Publishes what changed in the map under construction, and starts the next comparisons.
+    fn publish_mapping(&mut self, at: Stamp, events: MappingEvents, effects: &mut Vec<StackEffect>) {
+        if events.is_localised {
             effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
             let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
             effects.push(notice(at, Severity::Info, text));
         }
-        for decision in news.decisions {
+        for decision in events.decisions {
             publish(effects, Publication::LoopDecided(decision));
         }
-        if let Some(tied) = news.tied {
-            publish(effects, Publication::Reanchored(tied));
+        if let Some(reanchored) = events.reanchored {
+            publish(effects, Publication::Reanchored(reanchored));
         }
-        if let Some(graph) = self.mapping.graph().filter(|_| news.changed) {
+        if let Some(graph) = self.mapping.graph().filter(|_| events.is_graph_changed) {
             publish(effects, Publication::Graph(graph));
         }
-        if let Some(text) = news.trouble {
+        if let Some(text) = events.warning {
             effects.push(notice(at, Severity::Warning, text));
         }
         self.start_jobs(effects);
@@ -402,7 +400,7 @@ impl Running {
                 let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
                 let place =
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
-                let walked = || self.last.as_ref().and_then(|last| self.mapping.left(*map, last)).map(InitialPose::MapFromOdom);
+                let walked = || self.last.as_ref().and_then(|last| self.mapping.map_from_odom_of(*map, last)).map(InitialPose::MapFromOdom);
                 self.localisation.begin(*map, place.map(InitialPose::MapFromBase).or_else(walked));
                 effects.extend(self.motion.forget_map().map(StackEffect::Drive));
                 self.start_jobs(effects);
@@ -450,8 +448,8 @@ impl Running {
                 Ok(())
             }
             CommandKind::AcceptLoop { .. } | CommandKind::RejectLoop { .. } | CommandKind::ProposeLoop { .. } => {
-                let news = self.mapping.order_loop(&command.kind)?;
-                self.tell_loops(at, news, effects);
+                let events = self.mapping.handle_loop_command(&command.kind)?;
+                self.publish_mapping(at, events, effects);
                 Ok(())
             }
         }
@@ -484,8 +482,8 @@ impl Running {
                 self.localisation.disambiguation_planned(done.job, Some(&told))
             }
             JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
-                let news = self.mapping.looked_at(&done);
-                self.tell_loops(at, news, effects);
+                let events = self.mapping.complete_job(&done);
+                self.publish_mapping(at, events, effects);
                 self.save_closed_map(at, effects);
             }
             JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
@@ -510,8 +508,8 @@ impl Running {
         self.localisation.disambiguation_planned(job, None);
         self.loaded(at, job, Err(&format!("The map cannot be used: {reason}.")), effects);
         let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
-        let news = self.mapping.looked_at(&failed);
-        self.tell_loops(at, news, effects);
+        let events = self.mapping.complete_job(&failed);
+        self.publish_mapping(at, events, effects);
         self.save_closed_map(at, effects);
     }
 }

@@ -114,7 +114,7 @@ impl LocalisationPhase {
         self.phase = Phase::Idle;
         let known = DecodedPriorMap::decode(read?)?;
         let keyframes =
-            known.keyframes.into_iter().map(|keyframe| (keyframe.map_from_keyframe, keyframe.place));
+            known.keyframes.into_iter().map(|keyframe| (keyframe.map_from_keyframe, keyframe.descriptor));
         let localisation_map = Arc::new(LocalisationMap::new(keyframes.collect()));
         self.localiser.start(Arc::new(GlobalLocaliser::new(localisation_map)), initial_pose);
         self.phase = Phase::Running { map };

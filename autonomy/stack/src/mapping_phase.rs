@@ -1,58 +1,65 @@
-//! The mapping session's life: idle, starting, running, closing its last loops, saving.
+//! The life of a mapping session: idle, loading, starting, running, closing its last loops, saving. The algorithms are in `mapping`; this file
+//! hands them scans, starts their jobs, and publishes what they find.
 
-use crate::loops::{Arrived, LoopEvents, Loops};
+use crate::loop_texts;
+use crate::mapping_messages as plain;
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::DecodedPriorMap;
-use crate::search::{Found, Search};
 use crate::work::ComputeJob;
-use geometry::{Isometry, Matrix6, Vector6, isometry_from_pose, pose_from_isometry};
-use mapping::{Edge, KeyframePolicy, Odometer, ScanPose, Session, UncertainPose};
+use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
+use mapping::{
+    AddedWaypoint, LastSavedMap, LastSavedMapConfig, LoopClosing, LoopClosingConfig, LoopEvents, MapSearch,
+    MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig,
+};
 use messages::{
-    BootRecord, Cloud, CommandKind, DegenerateStretch, EdgeKind, FinishedMap, GraphEdge, GraphNode, Job,
-    JobDone, JobResult, Keyframe, MapQuality, MappingState, PoseGraph, PriorMap, RevisitCounts, StackEffect,
+    BootRecord, Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobDone, JobResult, Keyframe,
+    LoopDecision, MapQuality, MapSearchOutcome, MapSearchTask, MappingState, PriorMap, Reanchored,
+    RevisitCounts, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
-use vocab::{MapId, SessionId, Span, Stamp};
+use vocab::{KeyframeId, MapId, SessionId, Span, Stamp};
 
-/// Clouds of keyframes are averaged in voxels of this edge, metres: well below what a person can tell apart on the
-/// map, and a tenth of the points of a full-resolution sweep near the robot.
-const KEYFRAME_VOXEL: f32 = 0.04;
-/// The end of a walk, where it comes back to its beginning, is waited for so long: far longer than all that may wait takes.
-const LAST_LOOPS: Span = Span::from_millis(10_000);
-/// A map that changes is judged so often, and more rarely by as much for every so many keyframes, because the cost grows with them.
-const JUDGED_EVERY: Span = Span::from_millis(2_000);
-const JUDGED_KEYFRAMES: usize = 500;
-/// How far odometry alone is believed after a map was saved: deviation in radians, in metres, and in metres for each metre walked,
-/// which may be so many. With what odometry itself doubts, it may come to so many metres.
-const LEFT: (f64, f64, f64) = (0.02, 0.05, 0.01);
-const LEFT_WALKED: f64 = 25.0;
-const LEFT_DEVIATION: f64 = 0.4;
+/// Parameters of a mapping session.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct MappingConfig {
+    /// Edge of the voxels in which clouds of keyframes are averaged, metres. Well below what a person can tell apart on the map, and a tenth of the
+    /// points of a full-resolution sweep near the robot.
+    keyframe_voxel_m: f32,
+    /// Time that a finished map waits for its last comparisons. Walks mostly end where they began. Far longer than all comparisons that may wait
+    /// take.
+    max_closing_time: Span,
+    /// Time between two computations of the quality of a map that changes.
+    quality_period: Span,
+    /// The period grows by itself for every so many keyframes, because the cost grows with them.
+    quality_keyframes: usize,
+}
+
+impl Default for MappingConfig {
+    fn default() -> Self {
+        Self {
+            keyframe_voxel_m: 0.04,
+            max_closing_time: Span::from_millis(10_000),
+            quality_period: Span::from_millis(2_000),
+            quality_keyframes: 500,
+        }
+    }
+}
 
 /// The phase and what it needs.
 #[derive(Debug, Default)]
 pub(crate) struct MappingPhase {
+    config: MappingConfig,
     phase: Phase,
     /// Of the last session that has ended.
     map_from_odom: Option<Isometry>,
     /// The map that was saved last.
-    left: Option<Left>,
+    last_saved: Option<LastSavedMap>,
     downsampler: Downsampler,
     published: Option<MappingState>,
     /// Where the LiDAR is, base frame, metres.
     sensor: [f32; 3],
     leave_loops_open: bool,
-}
-
-/// A map that was saved while the robot was in it.
-#[derive(Debug)]
-struct Left {
-    map: MapId,
-    map_from_odom: Isometry,
-    /// Since then.
-    walked: Odometer,
-    /// Odometry's covariance then.
-    covariance: Option<Matrix6>,
 }
 
 #[derive(Debug, Default)]
@@ -65,7 +72,7 @@ enum Phase {
         map: MapId,
         job: Option<u64>,
     },
-    Starting(SessionId, Option<Box<Base>>),
+    Starting(SessionId, Option<Box<BaseMap>>),
     Running(Running),
     /// Nothing is added any more; the last pairs are being looked at.
     Closing {
@@ -81,11 +88,13 @@ enum Phase {
     },
 }
 
-/// What a session goes on from.
+/// The finished map that a session extends.
 #[derive(Debug)]
-struct Base {
-    known: DecodedPriorMap,
-    loops: Box<Loops>,
+struct BaseMap {
+    map: MapId,
+    graph: PoseGraph,
+    loops: Box<LoopClosing>,
+    search: Box<MapSearch>,
 }
 
 #[derive(Debug)]
@@ -94,20 +103,35 @@ struct Running {
     extends: Option<MapId>,
     since: Stamp,
     session: Box<Session>,
-    /// None where they are to be left open.
-    loops: Option<Box<Loops>>,
-    /// While the robot has not found itself in what the session goes on from.
-    search: Option<Box<Search>>,
-    /// When the map was judged last, and its revision then.
-    judged: Option<(Stamp, u64)>,
+    /// None where loops are left open.
+    loops: Option<Box<LoopClosing>>,
+    /// While the robot is not localised in the map that the session extends.
+    search: Option<(MapId, Box<MapSearch>)>,
+    /// When the quality was computed last, and the revision of the graph then.
+    last_quality: Option<(Stamp, u64)>,
 }
 
-/// What a scan did to the map.
+/// What a scan changed in the map.
 pub(crate) enum MapUpdate {
     /// It became a keyframe.
-    Keyframe { keyframe: Keyframe, graph: Arc<PoseGraph>, loops: LoopEvents },
-    /// The robot is known to be in the map that the session goes on from.
-    Found,
+    Keyframe { keyframe: Keyframe, graph: Arc<messages::PoseGraph>, events: MappingEvents },
+    /// The robot was localised in the map that the session extends.
+    Localised,
+}
+
+/// What to publish.
+#[derive(Debug, Default)]
+pub(crate) struct MappingEvents {
+    /// New decisions about loops.
+    pub decisions: Vec<LoopDecision>,
+    /// The robot's pose was confirmed on known ground.
+    pub reanchored: Option<Reanchored>,
+    /// Whether edges or poses of the graph changed.
+    pub is_graph_changed: bool,
+    /// Whether the robot was localised in the map that the session extends.
+    pub is_localised: bool,
+    /// Why loops are not closed any more; said once.
+    pub warning: Option<String>,
 }
 
 impl MappingPhase {
@@ -188,13 +212,18 @@ impl MappingPhase {
             return Ok(());
         }
         self.phase = Phase::Idle;
-        let known = DecodedPriorMap::decode(read?)?;
-        let loops = Loops::resume(session, self.sensor, &known).map_err(|error| {
+        let prior = DecodedPriorMap::decode(read?)?;
+        let search = MapSearch::new(MapSearchConfig::default(), prior.matcher());
+        let DecodedPriorMap { map, nodes, keyframes, edges, loops } = prior;
+        let graph = PoseGraph::resume(nodes, edges, loops, OptimiserConfig::default());
+        let mut graph = graph.map_err(|error| {
             format!(
                 "That map cannot be extended, because its graph cannot be solved: {error}. Begin another."
             )
         })?;
-        self.phase = Phase::Starting(session, Some(Box::new(Base { known, loops: Box::new(loops) })));
+        let loops = LoopClosing::resume(LoopClosingConfig::default(), self.sensor, &keyframes, &mut graph);
+        let (loops, search) = (Box::new(loops), Box::new(search));
+        self.phase = Phase::Starting(session, Some(Box::new(BaseMap { map, graph, loops, search })));
         Ok(())
     }
 
@@ -221,7 +250,7 @@ impl MappingPhase {
             let text = "The robot has not found itself in that map yet, so nothing was added to it. Walk on through the known part, or discard.";
             return Err(text.to_owned());
         }
-        if session.nodes().is_empty() {
+        if session.graph().nodes().is_empty() {
             return Err("The map is still empty. Wait for the first scan.".to_owned());
         }
         let name = name.trim();
@@ -240,11 +269,13 @@ impl MappingPhase {
     pub fn closed(&mut self, at: Stamp) -> Option<FinishedMap> {
         let Phase::Closing { map, name, since, running } = &mut self.phase else { return None };
         let Running { id, extends, session, loops, .. } = running;
-        if loops.as_ref().is_some_and(|loops| loops.is_looking()) && at - *since < LAST_LOOPS {
+        if loops.as_ref().is_some_and(|loops| loops.is_comparing())
+            && at - *since < self.config.max_closing_time
+        {
             return None;
         }
         if let Some(loops) = loops {
-            // Trouble at the very end leaves the poses as they were; they are saved like that.
+            // A failure at the very end leaves the poses as they were. They are saved like that.
             loops.finish(session);
         }
         let map = *map;
@@ -254,17 +285,20 @@ impl MappingPhase {
             session: *id,
             extends: *extends,
             at: *since,
-            distance: session.distance(),
-            graph: Arc::new(graph_of(session)),
+            distance: session.distance_m(),
+            graph: Arc::new(plain::graph_to_plain(session)),
             trajectory: session.trajectory().iter().map(|(s, p)| (*s, pose_from_isometry(p))).collect(),
             degenerate: session
-                .degenerate_stretches()
+                .degenerate_segments()
                 .iter()
-                .map(|s| DegenerateStretch { from: s.from, until: s.until, distance: s.distance })
+                .map(|s| DegenerateStretch { from: s.from, until: s.until, distance: s.distance_m })
                 .collect(),
-            decisions: loops.as_ref().map_or_else(Vec::new, |loops| loops.decisions().to_vec()),
-            unverified: loops.as_ref().map_or(0, |loops| loops.left_out()),
-            visits: loops.as_ref().map_or_else(RevisitCounts::default, |loops| loops.visits()),
+            decisions: loops.as_ref().map_or_else(Vec::new, |loops| decisions_to_plain(*id, loops)),
+            unverified: loops.as_ref().map_or(0, |loops| loops.skipped()),
+            visits: loops.as_ref().map_or_else(RevisitCounts::default, |loops| {
+                let mapping::RevisitCounts { compared, confirmed } = loops.revisits();
+                RevisitCounts { compared, confirmed }
+            }),
         };
         if let Phase::Closing { running: unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Saving { map, unsaved };
@@ -279,12 +313,8 @@ impl MappingPhase {
         }
         if written {
             self.end();
-            self.left = Some(Left {
-                map,
-                map_from_odom: self.map_from_odom(),
-                walked: Odometer::default(),
-                covariance: None,
-            });
+            self.last_saved =
+                Some(LastSavedMap::new(LastSavedMapConfig::default(), map, self.map_from_odom()));
         } else if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase) {
             self.phase = Phase::Running(unsaved);
         }
@@ -296,7 +326,7 @@ impl MappingPhase {
         self.phase = Phase::Idle;
     }
 
-    /// Starts looking at pairs of keyframes. `jobs` counts all jobs of the stack.
+    /// Starts jobs that are due. `jobs` counts all jobs of the stack.
     pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         match &mut self.phase {
             Phase::Loading { session, map, job: job @ None } => {
@@ -305,91 +335,150 @@ impl MappingPhase {
                 *job = Some(*jobs);
                 *jobs += 1;
             }
-            Phase::Running(Running { search: Some(search), .. }) => search.start(jobs, effects),
+            Phase::Running(Running { id, search: Some((map, search)), .. }) => {
+                if let Some(job) = search.start(jobs) {
+                    let work = Job::SearchMap(search_task(*id, *map, search));
+                    effects.push(StackEffect::StartJob { job, work });
+                }
+            }
             _ => {
-                if let Some((_, loops)) = self.closing() {
-                    loops.start(jobs, effects);
+                if let Some((id, _, loops)) = self.loop_closing() {
+                    for (job, queued) in loops.start(jobs) {
+                        let work = plain::comparison_job(id, &queued);
+                        effects.push(StackEffect::StartJob { job, work });
+                    }
                 }
             }
         }
     }
 
-    /// What a job takes; once.
+    /// The data of a job; once.
     pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
-        match &self.phase {
-            Phase::Running(Running { search: Some(search), .. }) => search.take(job),
-            _ => self.closing()?.1.take_compute_job(job),
+        if let Phase::Running(Running { id, search: Some((map, search)), .. }) = &self.phase {
+            return search.data(job).map(|data| ComputeJob::search(search_task(*id, *map, search), data));
         }
+        let (id, _, loops) = self.loop_closing()?;
+        let (queued, comparison) = loops.take_comparison(job)?;
+        Some(ComputeJob::comparison(id, &queued, comparison, loops.config().verification))
     }
 
-    /// A pair of keyframes was looked at, or was not. What belongs to a session that has ended is ignored.
-    pub fn looked_at(&mut self, done: &JobDone) -> LoopEvents {
+    /// A comparison or search has ended, with or without a result. Jobs of a session that has ended are ignored.
+    pub fn complete_job(&mut self, done: &JobDone) -> MappingEvents {
         if let Phase::Running(running) = &mut self.phase
-            && let Some(search) = &mut running.search
+            && let Some((_, search)) = &mut running.search
         {
-            let sought = if let JobResult::MapSearched(sought) = &done.result { Some(sought) } else { None };
-            let found = search.end(done.job, sought).is_some_and(|found| running.found(&found));
-            return LoopEvents { found, changed: found, ..LoopEvents::default() };
+            let found = match &done.result {
+                JobResult::MapSearched(result) => Some(&result.found),
+                _ => None,
+            };
+            let is_ambiguous = found.and_then(|found| match found {
+                MapSearchOutcome::Found { .. } => None,
+                other => Some(matches!(other, MapSearchOutcome::Ambiguous(..))),
+            });
+            let fix =
+                search.end(done.job, is_ambiguous).then(|| found.and_then(plain::fix_from_plain)).flatten();
+            let is_localised = fix.is_some_and(|fix| running.localise(&fix));
+            return MappingEvents {
+                is_localised,
+                is_graph_changed: is_localised,
+                ..MappingEvents::default()
+            };
         }
-        match (self.closing(), &done.result) {
-            (Some((session, loops)), JobResult::LoopVerified(found)) => {
-                loops.verified(done.job, found, session)
-            }
-            (Some((session, loops)), JobResult::RevisitCompared(found)) => {
-                loops.compared(done.job, found, session)
-            }
-            (Some((_, loops)), JobResult::Failed { .. }) => {
-                loops.not_verified(done.job);
+        let Some((id, session, loops)) = self.loop_closing() else { return MappingEvents::default() };
+        let mut reanchored = None;
+        let events = match &done.result {
+            JobResult::LoopVerified(found) => match plain::verified_from_plain(found) {
+                Some(result) => {
+                    let pair = (found.task.from, found.task.to);
+                    loops.complete_pair(done.job, pair, &result, session)
+                }
+                None => {
+                    loops.ignore_comparison(done.job);
+                    LoopEvents::default()
+                }
+            },
+            JobResult::RevisitCompared(found) => match plain::compared_from_plain(found) {
+                Some(result) => {
+                    let revisit = (found.task.visit, found.task.keyframe);
+                    let events = loops.complete_revisit(done.job, revisit, &result, session);
+                    reanchored = events.reanchored.map(|event| Reanchored {
+                        session: id,
+                        stamp: event.stamp,
+                        keyframe: event.keyframe,
+                        keyframe_from_base: found.keyframe_from_base,
+                        information: found.information,
+                    });
+                    events
+                }
+                None => {
+                    loops.ignore_comparison(done.job);
+                    LoopEvents::default()
+                }
+            },
+            JobResult::Failed { .. } => {
+                loops.fail_comparison(done.job);
                 LoopEvents::default()
             }
             _ => LoopEvents::default(),
-        }
+        };
+        MappingEvents { reanchored, ..events_to_plain(id, &events, loops) }
     }
 
-    /// Carries out an order about loops.
-    pub fn order_loop(&mut self, order: &CommandKind) -> Result<LoopEvents, String> {
-        let Some((session, loops)) = self.closing() else {
+    /// Carries out a person's command about loops.
+    pub fn handle_loop_command(&mut self, command: &CommandKind) -> Result<MappingEvents, String> {
+        let Some((id, session, loops)) = self.loop_closing() else {
             return Err("No map with loops is being made. Start mapping first.".to_owned());
         };
-        match order {
+        let events = match command {
             CommandKind::AcceptLoop { from, to } => loops.accept(*from, *to, session),
             CommandKind::RejectLoop { from, to } => loops.reject(*from, *to, session),
             CommandKind::ProposeLoop { from, to, guess } => {
-                loops.propose(*from, *to, guess).map(|()| LoopEvents::default())
+                let Some(guess) = isometry_from_pose(guess) else {
+                    return Err("That guess is not a pose. Place the keyframe again.".to_owned());
+                };
+                let proposed = loops.propose(*from, *to, &guess, session);
+                proposed.map_err(|error| loop_texts::proposal_refusal(&error))?;
+                return Ok(MappingEvents::default());
             }
-            _ => Ok(LoopEvents::default()),
-        }
+            _ => return Ok(MappingEvents::default()),
+        };
+        let events = events.map_err(|error| loop_texts::refusal(&error))?;
+        Ok(events_to_plain(id, &events, loops))
     }
 
-    /// How good the map is, if that is due.
+    /// The quality of the map, if it is due.
     pub fn quality(&mut self, at: Stamp) -> Option<MapQuality> {
         let Phase::Running(running) = &mut self.phase else { return None };
         let (session, loops) =
             (&running.session, running.loops.as_mut().filter(|_| running.search.is_none())?);
-        let every = JUDGED_EVERY * (1 + session.nodes().len() / JUDGED_KEYFRAMES) as i64;
-        let revision = session.revision();
-        if running.judged.is_some_and(|(last, known)| known == revision || at - last < every) {
+        let graph = session.graph();
+        let config = &self.config;
+        let period = config.quality_period * (1 + graph.nodes().len() / config.quality_keyframes) as i64;
+        let revision = graph.revision();
+        if running.last_quality.is_some_and(|(last, known)| known == revision || at - last < period) {
             return None;
         }
-        running.judged = Some((at, revision));
-        Some(loops.quality(session))
+        running.last_quality = Some((at, revision));
+        Some(plain::quality_to_plain(loops.quality(session)))
     }
 
     /// The graph of the running session.
-    pub fn graph(&self) -> Option<Arc<PoseGraph>> {
+    pub fn graph(&self) -> Option<Arc<messages::PoseGraph>> {
         match &self.phase {
             Phase::Running(Running { session, .. })
-            | Phase::Closing { running: Running { session, .. }, .. } => Some(Arc::new(graph_of(session))),
+            | Phase::Closing { running: Running { session, .. }, .. } => {
+                Some(Arc::new(plain::graph_to_plain(session)))
+            }
             _ => None,
         }
     }
 
-    /// The running session, if its loops are closed.
-    fn closing(&mut self) -> Option<(&mut Session, &mut Loops)> {
+    /// The running session and its loop closing, if there is one.
+    fn loop_closing(&mut self) -> Option<(SessionId, &mut Session, &mut LoopClosing)> {
         match &mut self.phase {
-            Phase::Running(Running { session, loops: Some(loops), .. })
-            | Phase::Closing { running: Running { session, loops: Some(loops), .. }, .. } => {
-                Some((session, loops))
+            Phase::Running(Running { id, session, loops: Some(loops), .. })
+            | Phase::Closing { running: Running { id, session, loops: Some(loops), .. }, .. } => {
+                Some((*id, session, loops))
             }
             _ => None,
         }
@@ -402,78 +491,71 @@ impl MappingPhase {
 
     /// Adds a located scan.
     pub fn add(&mut self, located: &LocatedScan) -> Option<MapUpdate> {
-        if let Some(left) = &mut self.left {
-            left.walked.move_to(&located.odom_from_base.translation.vector);
-            left.covariance.get_or_insert(located.covariance);
+        if let Some(last_saved) = &mut self.last_saved {
+            last_saved.update(&located.odom_from_base, &located.covariance);
         }
         if self.is_starting()
             && let Phase::Starting(id, base) = std::mem::take(&mut self.phase)
         {
-            self.phase = Phase::Running(self.begun(id, base, located));
+            self.phase = Phase::Running(self.begin_session(id, base, located));
         }
         let Phase::Running(running) = &mut self.phase else { return None };
-        let Running { id, session, loops, search, .. } = &mut *running;
+        let Running { id: session_id, session, loops, search, .. } = &mut *running;
         let waypoint = session.add_scan_pose(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
             scan_stamp: located.scan_stamp,
             odom_from_base_at_scan: located.odom_from_base_at_scan,
             covariance: located.covariance,
-            guessed: located.guessed,
-            degenerate: located.degenerate.iter().any(Option::is_some),
-            blind: located.is_dead_reckoned,
+            covariance_inflation: located.guessed,
+            is_degenerate: located.degenerate.iter().any(Option::is_some),
+            is_dead_reckoned: located.is_dead_reckoned,
         })?;
-        let cloud = Arc::new(thinned(&mut self.downsampler, &located.cloud));
-        let edge = match loops {
-            Some(loops) => match loops.arrive(&waypoint, &cloud.xyz) {
-                Arrived::Keyframe(edge) => edge,
-                Arrived::Revisit => {
-                    session.mark_revisit();
-                    return None;
-                }
-                Arrived::Lost(number) => {
-                    let search = search.as_mut()?;
-                    search.arrive(number, &located.odom_from_base, &cloud.xyz, self.sensor);
-                    let found = self.left.as_ref()?.place(search.map(), number, located, session)?;
-                    return running.found(&found).then_some(MapUpdate::Found);
-                }
-            },
-            None => session.edge_to(&waypoint),
+        let cloud = thinned(&mut self.downsampler, &located.cloud, self.config.keyframe_voxel_m);
+        let Some(loops) = loops else {
+            let id = session.add_keyframe(&waypoint).id;
+            return Some(running.keyframe(id, cloud, self.sensor, MappingEvents::default()));
         };
-        let node = session.add_keyframe(&waypoint, edge);
-        let keyframe = Keyframe {
-            session: *id,
-            id: node.id,
-            stamp: node.stamp,
-            map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
-            cloud,
-            lidar: self.sensor,
-        };
-        let loops = loops.as_mut().map(|loops| loops.add_keyframe(&node, edge.as_ref()));
-        let graph = Arc::new(graph_of(session));
-        Some(MapUpdate::Keyframe { keyframe, graph, loops: loops.unwrap_or_default() })
+        let (added, events) = loops.add_waypoint(session, &waypoint, &cloud.xyz);
+        match added {
+            AddedWaypoint::Keyframe(id) => {
+                let events = events_to_plain(*session_id, &events, loops);
+                Some(running.keyframe(id, cloud, self.sensor, events))
+            }
+            AddedWaypoint::Revisit => None,
+            AddedWaypoint::Unlocalised(number) => {
+                let (map, search) = search.as_mut()?;
+                search.add_waypoint(number, &located.odom_from_base, &cloud.xyz, self.sensor);
+                let (pose, covariance) = (&located.odom_from_base, &located.covariance);
+                let fix =
+                    self.last_saved.as_ref()?.locate(*map, number, pose, covariance, session.graph())?;
+                running.localise(&fix).then_some(MapUpdate::Localised)
+            }
+        }
     }
 
     /// A session that begins with a located scan.
-    fn begun(&self, id: SessionId, base: Option<Box<Base>>, located: &LocatedScan) -> Running {
-        let (since, policy) = (located.stamp, KeyframePolicy::default());
+    fn begin_session(&self, id: SessionId, base: Option<Box<BaseMap>>, located: &LocatedScan) -> Running {
+        let (pose, config, since) = (&located.odom_from_base, SessionConfig::default(), located.stamp);
         let Some(base) = base else {
-            let session = Box::new(Session::begin(&located.odom_from_base, policy));
-            let loops = (!self.leave_loops_open).then(|| Box::new(Loops::new(id, self.sensor)));
-            return Running { id, extends: None, since, session, loops, search: None, judged: None };
+            let graph = match self.leave_loops_open {
+                true => PoseGraph::default(),
+                false => PoseGraph::new(OptimiserConfig::default()),
+            };
+            let session = Box::new(Session::begin(pose, config, graph));
+            let closing = || Box::new(LoopClosing::new(LoopClosingConfig::default(), self.sensor));
+            let loops = (!self.leave_loops_open).then(closing);
+            return Running { id, extends: None, since, session, loops, search: None, last_quality: None };
         };
-        let Base { known, loops } = *base;
-        let extends = Some(known.map);
-        let search = Some(Box::new(Search::new(id, &known)));
-        let graph = (known.nodes, known.edges, known.loops);
-        let session = Box::new(Session::resume(&located.odom_from_base, policy, graph));
-        Running { id, extends, since, session, loops: Some(loops), search, judged: None }
+        let BaseMap { map, graph, loops, search } = *base;
+        let session = Box::new(Session::begin(pose, config, graph));
+        let (loops, search) = (Some(loops), Some((map, search)));
+        Running { id, extends: Some(map), since, session, loops, search, last_quality: None }
     }
 
-    /// Where odometry's frame is in a saved map, if the robot has just made that map and not walked far since.
-    pub fn left(&self, map: MapId, located: &LocatedScan) -> Option<Isometry> {
-        let left = self.left.as_ref().filter(|left| left.map == map)?;
-        left.covariance(located).map(|_| left.map_from_odom)
+    /// Pose of the odometry's frame in a saved map, if the robot has just made that map and has not walked far since.
+    pub fn map_from_odom_of(&self, map: MapId, located: &LocatedScan) -> Option<Isometry> {
+        self.last_saved.as_ref()?.map_from_odom(map, &located.covariance)
     }
 
     /// The state, if it changed since it was last said.
@@ -482,18 +564,18 @@ impl MappingPhase {
             Phase::Idle => MappingState::Idle,
             Phase::Loading { session, map, .. } => MappingState::Loading { session: *session, map: *map },
             Phase::Starting(session, _) => MappingState::Starting { session: *session },
-            Phase::Running(Running { id, search: Some(search), .. }) => MappingState::Finding {
+            Phase::Running(Running { id, search: Some((map, search)), .. }) => MappingState::Finding {
                 session: *id,
-                map: search.map(),
-                distance: search.metres().round(),
+                map: *map,
+                distance: search.distance_m().round(),
                 ambiguous: search.is_ambiguous(),
             },
             Phase::Running(Running { id, extends, since, session, .. }) => MappingState::Mapping {
                 session: *id,
                 extends: *extends,
                 since: *since,
-                distance: (session.distance() * 10.0).round() / 10.0,
-                keyframes: session.nodes().len() as u32,
+                distance: (session.distance_m() * 10.0).round() / 10.0,
+                keyframes: session.graph().nodes().len() as u32,
                 on_known_ground: session.is_revisiting(),
             },
             Phase::Closing { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
@@ -508,47 +590,55 @@ impl MappingPhase {
 }
 
 impl Running {
-    /// The robot is there in what the session goes on from. Says whether that could be believed.
-    fn found(&mut self, found: &Found) -> bool {
-        let placed = self.loops.as_mut().is_some_and(|loops| loops.place(found, &mut self.session));
-        if placed {
+    /// Sets the robot's pose in the map that the session extends. Returns whether it was plausible.
+    fn localise(&mut self, fix: &MapSearchFix) -> bool {
+        let is_localised =
+            self.loops.as_mut().is_some_and(|loops| loops.localise_in_map(fix, &mut self.session));
+        if is_localised {
             self.search = None;
         }
-        placed
+        is_localised
+    }
+
+    /// A new keyframe, as it is published.
+    fn keyframe(&self, id: KeyframeId, cloud: Cloud, lidar: [f32; 3], events: MappingEvents) -> MapUpdate {
+        let node = self.session.graph().nodes().last();
+        let keyframe = Keyframe {
+            session: self.id,
+            id,
+            stamp: node.map_or(Stamp::EPOCH, |node| node.stamp),
+            map_from_keyframe: node
+                .map_or(vocab::Pose::IDENTITY, |node| pose_from_isometry(&node.map_from_keyframe)),
+            cloud: Arc::new(cloud),
+            lidar,
+        };
+        MapUpdate::Keyframe { keyframe, graph: Arc::new(plain::graph_to_plain(&self.session)), events }
     }
 }
 
-impl Left {
-    /// Where a waypoint is in that map, if it is the one asked for and odometry can be believed for as long as was walked since.
-    fn place(&self, map: MapId, number: u64, located: &LocatedScan, session: &Session) -> Option<Found> {
-        if self.map != map {
-            return None;
-        }
-        let covariance = self.covariance(located)?;
-        let (keyframe, pose) = session.nearest(&(self.map_from_odom * located.odom_from_base))?;
-        let keyframe_from_waypoint = UncertainPose { pose, covariance };
-        Some(Found { waypoint: number, keyframe, keyframe_from_waypoint })
-    }
+fn search_task(session: SessionId, map: MapId, search: &MapSearch) -> MapSearchTask {
+    MapSearchTask { session, map, waypoint: search.newest_waypoint() }
+}
 
-    /// Of the base in that map, while odometry can be believed for as long as was walked since.
-    fn covariance(&self, located: &LocatedScan) -> Option<Matrix6> {
-        let walked = self.walked.distance();
-        // Odometry that has lost its way since says so in its covariance.
-        let before = self.covariance.unwrap_or_else(Matrix6::zeros);
-        let grown = (located.covariance - before).diagonal();
-        let [turned, moved] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));
-        let (turn, place) = (LEFT.0, LEFT.1 + LEFT.2 * walked);
-        let (turn, place) = (turn * turn + turned, place * place + moved);
-        let covariance = Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, place, place, place));
-        let uncertain = UncertainPose { pose: Isometry::identity(), covariance };
-        (walked <= LEFT_WALKED && uncertain.translation_std_m() <= LEFT_DEVIATION).then_some(covariance)
+fn decisions_to_plain(id: SessionId, loops: &LoopClosing) -> Vec<LoopDecision> {
+    let config = &loops.config().verification;
+    loops.decisions().iter().map(|record| plain::decision_to_plain(id, record, config)).collect()
+}
+
+fn events_to_plain(id: SessionId, events: &LoopEvents, loops: &LoopClosing) -> MappingEvents {
+    let config = &loops.config().verification;
+    let decision = |record| plain::decision_to_plain(id, record, config);
+    MappingEvents {
+        decisions: events.decisions.iter().map(decision).collect(),
+        is_graph_changed: events.is_graph_changed,
+        warning: events.failure.as_ref().map(loop_texts::graph_failed),
+        ..MappingEvents::default()
     }
 }
 
-fn thinned(downsampler: &mut Downsampler, cloud: &Cloud) -> Cloud {
+fn thinned(downsampler: &mut Downsampler, cloud: &Cloud, voxel_m: f32) -> Cloud {
     let mut centroids = Vec::new();
-    // The mean that the downsampler takes beside the position serves for the intensity here.
-    downsampler.downsample(&cloud.xyz, &cloud.intensity, KEYFRAME_VOXEL, &mut centroids);
+    downsampler.downsample(&cloud.xyz, &cloud.intensity, voxel_m, &mut centroids);
     Cloud {
         xyz: centroids.iter().map(|c| c.xyz).collect(),
         intensity: if cloud.intensity.is_empty() {
@@ -557,37 +647,4 @@ fn thinned(downsampler: &mut Downsampler, cloud: &Cloud) -> Cloud {
             centroids.iter().map(|c| c.attribute).collect()
         },
     }
-}
-
-fn graph_of(session: &Session) -> PoseGraph {
-    PoseGraph {
-        revision: session.revision(),
-        nodes: session
-            .nodes()
-            .iter()
-            .map(|node| GraphNode {
-                id: node.id,
-                stamp: node.stamp,
-                map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
-            })
-            .collect(),
-        edges: edges_of(session.edges(), EdgeKind::Odometry)
-            .chain(edges_of(session.loops(), EdgeKind::Loop))
-            .collect(),
-    }
-}
-
-fn edges_of(edges: &[Edge], kind: EdgeKind) -> impl Iterator<Item = GraphEdge> {
-    edges.iter().map(move |edge| GraphEdge {
-        from: edge.from,
-        to: edge.to,
-        kind,
-        from_from_to: pose_from_isometry(&edge.from_from_to),
-        information: rows(&edge.information),
-    })
-}
-
-/// Row-major rows of a matrix.
-pub(crate) fn rows(matrix: &Matrix6) -> [[f64; 6]; 6] {
-    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }

@@ -1,6 +1,6 @@
 //! Saved maps that a session goes on from: between the log's plain data and what the libraries take.
 
-use crate::loops::plain;
+use crate::mapping_messages as plain;
 use geometry::isometry_from_pose;
 use mapping::{Edge, KeyframeDescriptor, KeyframeDescriptorParts, MapKeyframe, MapMatcher, Node};
 use messages::{EdgeKind, GraphEdge, GraphNode, PriorKeyframe, PriorMap};
@@ -48,9 +48,9 @@ impl DecodedPriorMap {
         let nodes: Vec<Node> = nodes.collect::<Option<_>>()?;
         let keyframes = nodes.iter().zip(&plain.places).map(|(node, place)| {
             let PriorKeyframe { lidar, points, ranges, views } = place.clone();
-            let place =
+            let descriptor =
                 KeyframeDescriptor::from_parts(KeyframeDescriptorParts { points, ranges, views }, lidar)?;
-            Some(MapKeyframe { map_from_keyframe: node.map_from_keyframe, place })
+            Some(MapKeyframe { map_from_keyframe: node.map_from_keyframe, descriptor })
         });
         let keyframes = keyframes.collect::<Option<_>>()?;
         let of_kind = |kind| {
@@ -61,13 +61,13 @@ impl DecodedPriorMap {
         Some(Self { map: plain.map, nodes, keyframes, edges, loops })
     }
 
-    /// As places are looked up in it.
-    pub fn chart(&self) -> MapMatcher {
-        let mut chart = MapMatcher::default();
-        for MapKeyframe { map_from_keyframe, place } in &self.keyframes {
-            chart.push_place(map_from_keyframe, place.clone());
+    /// A matcher in which the robot is searched.
+    pub fn matcher(&self) -> MapMatcher {
+        let mut matcher = MapMatcher::default();
+        for MapKeyframe { map_from_keyframe, descriptor } in &self.keyframes {
+            matcher.push(map_from_keyframe, descriptor.clone());
         }
-        chart
+        matcher
     }
 }
 

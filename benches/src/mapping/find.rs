@@ -3,7 +3,7 @@
 use crate::walk::Recorded;
 use geometry::{Isometry, Matrix6, RngTree, Vector6, se3};
 use mapping::{
-    Decision, Edge, KeyframePolicy, LoopConfig, LoopFinder, NewKeyframe, ScanPose, Session, verify,
+    Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, ScanPose, Session, SessionConfig, verify,
 };
 use std::time::Instant;
 
@@ -15,6 +15,8 @@ const SENSOR: [f32; 3] = [0.07, 0.005, 0.31];
 pub struct Found {
     /// As it was after the last keyframe.
     pub finder: LoopFinder,
+    /// The graph as it was then.
+    pub graph: PoseGraph,
     /// Of the odometry, made worse as told.
     pub edges: Vec<Edge>,
     pub decisions: Vec<Decision>,
@@ -34,6 +36,7 @@ const STEADY: f64 = 50.0;
 pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) -> Found {
     let mut found = Found {
         finder: LoopFinder::new(config),
+        graph: PoseGraph::default(),
         edges: edges(recorded, drift, seed),
         decisions: Vec::new(),
         insert_keyframe: Vec::new(),
@@ -41,22 +44,25 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
         judge: Vec::new(),
         submap_bytes: 0,
     };
-    let finder = &mut found.finder;
+    let (finder, graph) = (&mut found.finder, &mut found.graph);
     for (index, keyframe) in recorded.iter().enumerate() {
         let began = Instant::now();
-        let tasks = finder.add_keyframe(&NewKeyframe {
-            edge: index.checked_sub(1).and_then(|last| found.edges.get(last)),
-            rotation: keyframe.odom_from_base.rotation,
-            xyz: &keyframe.cloud,
-            sensor: SENSOR,
-        });
+        let tasks = finder.add_keyframe(
+            graph,
+            &NewKeyframe {
+                edge: index.checked_sub(1).and_then(|last| found.edges.get(last)),
+                rotation: keyframe.odom_from_base.rotation,
+                xyz: &keyframe.cloud,
+                sensor: SENSOR,
+            },
+        );
         found.insert_keyframe.push(milliseconds(began));
         for task in tasks {
             let began = Instant::now();
-            let verified = verify(&task, &config.gates);
+            let verified = verify(&task, &config.verification);
             found.verify.push(milliseconds(began));
             let began = Instant::now();
-            found.decisions.extend(finder.evaluate(&verified));
+            found.decisions.extend(finder.evaluate(graph, &verified));
             found.judge.push(milliseconds(began));
         }
         found.submap_bytes = found.submap_bytes.max(finder.submap_bytes());
@@ -67,7 +73,7 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
 /// The odometry's edges, as a session makes them.
 fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
     let Some(first) = recorded.first() else { return Vec::new() };
-    let mut session = Session::begin(&first.odom_from_base, KeyframePolicy::default());
+    let mut session = Session::begin(&first.odom_from_base, SessionConfig::default(), PoseGraph::default());
     for keyframe in recorded {
         session.add_scan(&ScanPose {
             stamp: keyframe.stamp,
@@ -75,9 +81,9 @@ fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
             scan_stamp: keyframe.stamp,
             odom_from_base_at_scan: keyframe.odom_from_base,
             covariance: keyframe.covariance,
-            guessed: Matrix6::zeros(),
-            degenerate: keyframe.degenerate,
-            blind: false,
+            covariance_inflation: Matrix6::zeros(),
+            is_degenerate: keyframe.degenerate,
+            is_dead_reckoned: false,
         });
     }
     let mut rng = RngTree::new(seed).child("drift").rng();
@@ -89,7 +95,7 @@ fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
         }
         worsened(edge, drift, &bias)
     };
-    session.edges().iter().map(&mut worsen).collect()
+    session.graph().edges().iter().map(&mut worsen).collect()
 }
 
 /// An edge off by its share of a steady error, and the covariance of a random walk that goes as far over [`STEADY`].

@@ -90,7 +90,7 @@ fn main() -> Result<()> {
                 print(&case, &score, &found, &map::error(&recorded, &found)?);
                 if arguments.parts {
                     let revisits = score::revisits(&site, &truth);
-                    parts::parts(&site, &recorded, &revisits, &found.finder).print(&case);
+                    parts::parts(&site, &recorded, &revisits, (&found.finder, &found.graph)).print(&case);
                 }
             }
         }
@@ -222,20 +222,20 @@ fn print_pairs(found: &Found, truth: &[Isometry]) {
             other => format!("{other:?}"),
         };
         println!(
-            "pair {:>4} {:>4} {truth} {verdict:<12} {:<18} err {place:>7.3} m {turn:>6.3} overlap {:.2} {:.2} residual {:.3} through {:.3} {:.3} rival {:.2} blind {} grip {:.4} score {:.2} surprise {:>8.1} agree {}",
+            "pair {:>4} {:>4} {truth} {verdict:<12} {:<18} err {place:>7.3} m {turn:>6.3} overlap {:.2} {:.2} residual {:.3} free space {:.3} {:.3} runner-up {:.2} degenerate {} conditioning {:.4} score {:.2} squared {:>8.1} agree {}",
             decision.edge.from.0,
             decision.edge.to.0,
             format!("{:?}", evidence.source),
             evidence.overlap[0],
             evidence.overlap[1],
-            evidence.residual,
-            evidence.through[0],
-            evidence.through[1],
-            evidence.rival,
-            evidence.blind,
-            evidence.grip,
+            evidence.residual_m,
+            evidence.free_space_violation[0],
+            evidence.free_space_violation[1],
+            evidence.runner_up_ratio,
+            evidence.degenerate_directions,
+            evidence.conditioning,
             evidence.score,
-            evidence.surprise.unwrap_or(-1.0),
+            evidence.mahalanobis_squared.unwrap_or(-1.0),
             decision.agreeing,
         );
     }

@@ -2,10 +2,11 @@
 
 use crate::walk::Recorded;
 use geometry::{Isometry, Vector3};
+use mapping::dynamic_points::DynamicPointsConfig;
 use mapping::scan_context::{ScanContext, level_from_base};
 use mapping::scan_context_index::ScanContextIndex;
 use mapping::submap::KeyframeCloud;
-use mapping::{LoopFinder, dynamic_points};
+use mapping::{LoopFinder, PoseGraph};
 use points::Downsampler;
 use sim::Site;
 use std::sync::Arc;
@@ -40,11 +41,16 @@ pub struct Parts {
     pub people_ms: f64,
 }
 
-/// Appearance at every keyframe of `revisits` for recognition and at every eighth for people.
-pub fn parts(site: &Site, recorded: &[Recorded], revisits: &[usize], finder: &LoopFinder) -> Parts {
+/// Looks at every keyframe of `revisits` for recognition and at every eighth for people.
+pub fn parts(
+    site: &Site,
+    recorded: &[Recorded],
+    revisits: &[usize],
+    (finder, graph): (&LoopFinder, &PoseGraph),
+) -> Parts {
     let mut parts = Parts::default();
     parts.recognise(recorded, revisits);
-    parts.judge_people(site, recorded, finder);
+    parts.judge_people(site, recorded, (finder, graph));
     parts
 }
 
@@ -71,8 +77,8 @@ impl Parts {
             self.search_ms += milliseconds(began) / revisits.len() as f64;
             let right = |place: usize| near(&recorded[place].site_from_base, &keyframe.site_from_base);
             self.asked += 1;
-            self.first += usize::from(found.first().is_some_and(|first| right(first.place)));
-            self.five += usize::from(found.iter().take(5).any(|one| right(one.place)));
+            self.first += usize::from(found.first().is_some_and(|first| right(first.keyframe)));
+            self.five += usize::from(found.iter().take(5).any(|one| right(one.keyframe)));
         }
         self.search_many(&places, recorded);
     }
@@ -81,7 +87,7 @@ impl Parts {
         let (Some(last), Some(keyframe)) = (places.len().checked_sub(1), recorded.last()) else { return };
         let mut many = ScanContextIndex::default();
         for place in 0..MANY {
-            if let Some(descriptor) = places.descriptor(place % last.max(1)) {
+            if let Some(descriptor) = places.get(place % last.max(1)) {
                 many.push(descriptor.clone());
             }
         }
@@ -94,11 +100,16 @@ impl Parts {
         self.search_many_ms = milliseconds(began) / 10.0;
     }
 
-    fn judge_people(&mut self, site: &Site, recorded: &[Recorded], finder: &LoopFinder) {
+    fn judge_people(
+        &mut self,
+        site: &Site,
+        recorded: &[Recorded],
+        (finder, graph): (&LoopFinder, &PoseGraph),
+    ) {
         let mut clouds = 0;
         for (index, keyframe) in recorded.iter().enumerate().step_by(8) {
             let began = Instant::now();
-            let dropped = finder.moving_points(KeyframeId(index as u32), &keyframe.cloud);
+            let dropped = finder.dynamic_points(graph, KeyframeId(index as u32), &keyframe.cloud);
             self.people_ms += milliseconds(began);
             clouds += 1;
             let mut is_dropped = vec![false; keyframe.cloud.len()];
@@ -137,7 +148,7 @@ impl Parts {
             self.descriptor_ms,
             self.search_ms,
             self.search_many_ms,
-            dynamic_points::VOTERS,
+            DynamicPointsConfig::default().max_voters,
             self.people_ms,
         );
     }

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use benches::stack_walk::Plan;
 use geometry::{Isometry, Matrix6, isometry_from_pose, se3, vec_from_plain};
-use mapping::{KeyframePolicy, ScanPose, Session};
+use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use points::Downsampler;
@@ -138,9 +138,9 @@ impl Recorder {
 
     fn scan(&mut self, pose: &PoseEvent, xyz: &[[f32; 3]]) {
         let estimate = &pose.estimate;
-        let session = self
-            .session
-            .get_or_insert_with(|| Session::begin(&estimate.odom_from_base, KeyframePolicy::default()));
+        let session = self.session.get_or_insert_with(|| {
+            Session::begin(&estimate.odom_from_base, SessionConfig::default(), PoseGraph::default())
+        });
         let degenerate = pose.degenerate_directions.iter().any(Option::is_some);
         let added = session.add_scan(&ScanPose {
             stamp: estimate.stamp,
@@ -148,9 +148,9 @@ impl Recorder {
             scan_stamp: pose.scan_stamp,
             odom_from_base_at_scan: pose.odom_from_base_at_scan,
             covariance: estimate.covariance,
-            guessed: estimate.covariance_inflation,
-            degenerate,
-            blind: pose.is_dead_reckoned,
+            covariance_inflation: estimate.covariance_inflation,
+            is_degenerate: degenerate,
+            is_dead_reckoned: pose.is_dead_reckoned,
         });
         if added.is_none() {
             return;

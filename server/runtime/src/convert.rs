@@ -168,8 +168,8 @@ pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
         reason: decision.reason,
         overlap: pair(evidence.overlap),
         residual: evidence.residual as f32,
-        through: pair(evidence.through),
-        rival: evidence.rival as f32,
+        through: pair(evidence.free_space_violation),
+        rival: evidence.runner_up_ratio as f32,
         guess: decision.task.guess,
         from_from_to: decision.from_from_to,
     }

@@ -5,7 +5,7 @@
 
 use crate::map_cloud::MapCloud;
 use geometry::Isometry;
-use mapping::dynamic_points::{VOTERS, moving_points};
+use mapping::dynamic_points::{DynamicPointsConfig, dynamic_points};
 use mapping::range_image::RangeImage;
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ pub(crate) struct DynamicPointFilterConfig {
 
 impl Default for DynamicPointFilterConfig {
     fn default() -> Self {
-        Self { vote_distance_m: 8.0, voters_max: VOTERS }
+        Self { vote_distance_m: 8.0, voters_max: DynamicPointsConfig::default().max_voters }
     }
 }
 
@@ -72,7 +72,7 @@ impl DynamicPointFilter {
     pub(crate) fn pop(&mut self) -> Option<MapCloud> {
         let front = self.front_view();
         let mut cloud = self.pending.pop_front()?;
-        let moving = moving_points(&cloud.xyz, &self.voters(front));
+        let moving = dynamic_points(&cloud.xyz, &self.voters(front), &DynamicPointsConfig::default());
         cloud.drop_points(&moving);
         self.drop_unused_views();
         Some(cloud)
@@ -174,7 +174,7 @@ mod tests {
                 count(cloud, f64::from(given) * 0.5);
                 given += 1;
             }
-            assert!(filter.views.len() <= 2 * VOTERS + 2, "memory is bounded");
+            assert!(filter.views.len() <= 2 * filter.config.voters_max + 2, "memory is bounded");
         }
         while let Some(cloud) = filter.pop() {
             count(cloud, f64::from(given) * 0.5);

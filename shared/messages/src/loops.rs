@@ -1,20 +1,20 @@
-//! Loop closure: pairs of keyframes looked at, what spoke for and against them, and what became of them.
+//! Loop closure: pairs of keyframes that were compared, the figures of the comparison, and the decision.
 
 use serde::{Deserialize, Serialize};
 use vocab::{KeyframeId, Pose, SessionId, Stamp};
 
-/// What made somebody think of a pair.
+/// Why a pair was proposed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LoopSource {
-    /// The estimates say that they are near.
+    /// The estimates put the keyframes close together.
     Geometry,
-    /// They look alike; the distance of their descriptors, 0 to 1.
+    /// They look alike; the distance of their scan contexts, 0 to 1.
     Appearance(f32),
-    /// A person said so.
+    /// A person proposed it.
     Person,
 }
 
-/// A pair to be looked at. What the work needs besides lies with the stack, see `Stack::take_compute_job`.
+/// A pair to be compared. The stack keeps the clouds until the job fetches them with `Stack::take_compute_job`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopTask {
     /// The mapping session.
@@ -23,106 +23,111 @@ pub struct LoopTask {
     pub from: KeyframeId,
     /// The newer one.
     pub to: KeyframeId,
-    /// Why.
+    /// Why it was proposed.
     pub source: LoopSource,
     /// Guess of `to` in `from`.
     pub guess: Pose,
 }
 
-/// What speaks for and against a pair.
+/// The figures on which a pair is decided. The JSON names are those of saved maps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LoopEvidence {
-    /// Fit of the whole cloud, 0 to 1.
+    /// Registration score of the whole cloud, 0 to 1.
     pub score: f64,
     /// Share of the newer cloud on surfaces of the older place, and the reverse.
     pub overlap: [f64; 2],
-    /// Root mean square distance from those surfaces, metres.
+    /// Root mean square distance of those points from the surfaces, metres.
     pub residual: f64,
-    /// Share of the newer cloud through which the older place's rays went, and the reverse.
-    pub through: [f64; 2],
-    /// Fit of the best different place, as a share of this one's.
-    pub rival: f64,
-    /// Directions of translation that the pair cannot see, 0 to 3.
-    pub blind: u32,
-    /// Information about the weakest direction as a share of that about the strongest.
-    pub grip: f64,
-    /// How far the result is from the guess, metres and radians.
-    pub moved: (f64, f64),
-    /// Squared Mahalanobis distance from what the graph expected, where it expected anything.
-    pub surprise: Option<f64>,
+    /// Share of the newer cloud that stands in free space of the older place, and the reverse.
+    #[serde(rename = "through")]
+    pub free_space_violation: [f64; 2],
+    /// Score of the best different pose, as a share of this one's.
+    #[serde(rename = "rival")]
+    pub runner_up_ratio: f64,
+    /// Number of directions of translation that are not observed, 0 to 3.
+    #[serde(rename = "blind")]
+    pub degenerate_directions: u32,
+    /// Information of the weakest direction of translation as a share of the strongest.
+    #[serde(rename = "grip")]
+    pub conditioning: f64,
+    /// Distance of the result from the guess (metres), and rotation between them (radians).
+    #[serde(rename = "moved")]
+    pub correction: (f64, f64),
+    /// Squared Mahalanobis distance from the pose that the graph expected, if it expected one.
+    #[serde(rename = "surprise")]
+    pub mahalanobis_squared: Option<f64>,
 }
 
-/// Why a pair is no loop.
+/// Why a pair is not a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopRejection {
-    /// No start led anywhere.
+    /// The registration did not converge from any start.
     NoFit,
-    /// Too little of one lies on the other.
+    /// Too little of one cloud lies on the other.
     Overlap,
-    /// What lies on the other lies badly.
+    /// The points that lie on the other cloud are too far from its surfaces.
     Residual,
-    /// Rays of one went through surfaces of the other.
+    /// One scan looked through surfaces of the other.
     FreeSpaceViolation,
-    /// Another place fits as well.
+    /// Another pose fits as well.
     Ambiguous,
-    /// Blind in some direction and nothing else to hold it there.
+    /// Some direction is not observed, and the graph does not know it either.
     Degenerate,
 }
 
-/// A pair that was looked at.
+/// The result of comparing a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerifiedLoop {
-    /// What was asked.
+    /// The task.
     pub task: LoopTask,
     /// Pose found of `to` in `from`.
     pub from_from_to: Pose,
     /// Information (inverse covariance) of that pose, `[rotation; translation]`.
     pub information: [[f64; 6]; 6],
-    /// What speaks for and against it.
+    /// The figures on which it is decided.
     pub evidence: LoopEvidence,
-    /// What is wrong with it, or nothing.
+    /// Why it is rejected, if it is.
     pub rejection: Option<LoopRejection>,
 }
 
-/// What became of a pair.
+/// Outcome of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopVerdict {
-    /// It is an edge of the graph.
+    /// It is a loop of the graph.
     Accepted,
-    /// It passed all gates, but waits for others to agree with it.
+    /// It passed the verification, but waits for other loops to agree with it.
     Held,
-    /// It is not what it seemed.
+    /// It failed the verification, or a person rejected it.
     Rejected,
-    /// It waited too long.
+    /// It was held for too long.
     Dropped,
 }
 
-/// A verdict with its reasons. A pair may get several, the last one counts: held first and then accepted, or changed by
-/// hand.
+/// A decision with its figures. A pair may get several, and the last one counts: held first and then accepted, or changed by a person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopDecision {
-    /// The pair, why it was looked at and what was guessed.
+    /// The pair, why it was proposed, and the guess.
     pub task: LoopTask,
     /// Pose found of `to` in `from`.
     pub from_from_to: Pose,
-    /// What speaks for and against it.
+    /// The figures on which it is decided.
     pub evidence: LoopEvidence,
-    /// What became of it.
+    /// The outcome.
     pub verdict: LoopVerdict,
-    /// Whether a person decided so.
+    /// Whether a person decided.
     pub by_hand: bool,
     /// One sentence for people: why.
     pub reason: String,
 }
 
-/// A visit to known ground, to be compared with an old keyframe. What the work needs besides lies with the stack.
+/// A revisit of known ground, to be compared with an old keyframe. The stack keeps the clouds until the job fetches them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RevisitTask {
     /// The mapping session.
     pub session: SessionId,
     /// Number of the waypoint, counted along the walk.
     pub visit: u64,
-    /// When it was.
+    /// When the robot was there.
     pub stamp: Stamp,
     /// The keyframe.
     pub keyframe: KeyframeId,
@@ -130,22 +135,22 @@ pub struct RevisitTask {
     pub guess: Pose,
 }
 
-/// A visit that was compared.
+/// The result of comparing a revisit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComparedRevisit {
-    /// What was asked.
+    /// The task.
     pub task: RevisitTask,
     /// Pose found of the base in the keyframe.
     pub keyframe_from_base: Pose,
     /// Information (inverse covariance) of that pose, `[rotation; translation]`.
     pub information: [[f64; 6]; 6],
-    /// What speaks for and against it.
+    /// The figures on which it is decided.
     pub evidence: LoopEvidence,
-    /// What is wrong with it, or nothing.
+    /// Why it is rejected, if it is.
     pub rejection: Option<LoopRejection>,
 }
 
-/// A visit to known ground that was found to be where it was expected, or nearly: the robot's place is told from that keyframe.
+/// A revisit that was confirmed: from now on, the robot's pose is told from this keyframe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reanchored {
     /// The mapping session.
@@ -154,8 +159,8 @@ pub struct Reanchored {
     pub stamp: Stamp,
     /// The keyframe.
     pub keyframe: KeyframeId,
-    /// The base in it then.
+    /// Pose of the base in it then.
     pub keyframe_from_base: Pose,
-    /// Information (inverse covariance) of that pose, `[rotation; translation]`: nothing along a bare corridor.
+    /// Information (inverse covariance) of that pose, `[rotation; translation]`. Zero along a bare corridor.
     pub information: [[f64; 6]; 6],
 }

@@ -1,7 +1,7 @@
 //! A walk through a site as keyframes of the odometry, kept in memory.
 
 use geometry::{Isometry, isometry_from_pose, vec_from_plain};
-use mapping::{Edge, KeyframePolicy, ScanPose, Session};
+use mapping::{Edge, PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use sim::{Route, RouteWalker, SimConfig, Simulator, SiteName};
@@ -45,7 +45,10 @@ pub fn walk(site: SiteName, route: Route) -> Walk {
             });
         }
     }
-    Walk { keyframes: recorder.keyframes, edges: recorder.session.map_or(Vec::new(), |s| s.edges().to_vec()) }
+    Walk {
+        keyframes: recorder.keyframes,
+        edges: recorder.session.map_or(Vec::new(), |s| s.graph().edges().to_vec()),
+    }
 }
 
 fn feed(odometry: &mut Odometry, sensor: &Sensor, out: &mut Vec<OdometryEvent>) {
@@ -82,16 +85,18 @@ impl Recorder {
             OdometryEvent::Scan(scan) => {
                 let Some(pose) = self.pending.take() else { return };
                 let estimate = &pose.estimate;
-                let begin = || Session::begin(&estimate.odom_from_base, KeyframePolicy::default());
+                let begin = || {
+                    Session::begin(&estimate.odom_from_base, SessionConfig::default(), PoseGraph::default())
+                };
                 let added = self.session.get_or_insert_with(begin).add_scan(&ScanPose {
                     stamp: estimate.stamp,
                     odom_from_base: estimate.odom_from_base,
                     scan_stamp: pose.scan_stamp,
                     odom_from_base_at_scan: pose.odom_from_base_at_scan,
                     covariance: estimate.covariance,
-                    guessed: estimate.covariance_inflation,
-                    degenerate: pose.degenerate_directions.iter().any(Option::is_some),
-                    blind: pose.is_dead_reckoned,
+                    covariance_inflation: estimate.covariance_inflation,
+                    is_degenerate: pose.degenerate_directions.iter().any(Option::is_some),
+                    is_dead_reckoned: pose.is_dead_reckoned,
                 });
                 if added.is_some() {
                     self.keyframes.push(Keyframe {

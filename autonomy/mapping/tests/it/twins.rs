@@ -1,7 +1,7 @@
 //! Two rooms built and furnished alike: into the first, into the second, and back into the first.
 
 use crate::support::{Walk, walk};
-use mapping::{Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, Verdict, verify};
+use mapping::{Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, Verdict, verify};
 use sim::{Route, SiteName, Start};
 use std::sync::OnceLock;
 use vocab::Vec3;
@@ -24,19 +24,22 @@ fn twins() -> &'static Walk {
 
 /// Finds loops with odometry that owns up to `doubt` times its deviations.
 fn decide(walk: &Walk, doubt: f64) -> Vec<Decision> {
-    let mut finder = LoopFinder::new(LoopConfig::default());
+    let (mut finder, mut graph) = (LoopFinder::new(LoopConfig::default()), PoseGraph::default());
     let doubted = |edge: &Edge| Edge { information: edge.information / (doubt * doubt), ..*edge };
     let edges: Vec<Edge> = walk.edges.iter().map(doubted).collect();
     let mut decisions = Vec::new();
     for (index, keyframe) in walk.keyframes.iter().enumerate() {
-        let tasks = finder.add_keyframe(&NewKeyframe {
-            edge: index.checked_sub(1).map(|last| &edges[last]),
-            rotation: keyframe.odom_from_base.rotation,
-            xyz: &keyframe.cloud,
-            sensor: [0.07, 0.005, 0.31],
-        });
+        let tasks = finder.add_keyframe(
+            &mut graph,
+            &NewKeyframe {
+                edge: index.checked_sub(1).map(|last| &edges[last]),
+                rotation: keyframe.odom_from_base.rotation,
+                xyz: &keyframe.cloud,
+                sensor: [0.07, 0.005, 0.31],
+            },
+        );
         for task in tasks {
-            decisions.extend(finder.evaluate(&verify(&task, &finder.config().gates)));
+            decisions.extend(finder.evaluate(&mut graph, &verify(&task, &finder.config().verification)));
         }
     }
     decisions

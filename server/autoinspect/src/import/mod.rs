@@ -160,8 +160,8 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     origin.up.turn(&mut points.xyz);
     origin.up.turn(&mut thinned.xyz);
     let options = ViewpointConfig {
-        spacing: args.spacing,
-        field: args.field_of_view.0.map(f32::to_radians),
+        spacing_m: args.spacing,
+        elevations_rad: args.field_of_view.0.map(f32::to_radians),
         ..ViewpointConfig::default()
     };
     let mut progress = Progress::new(args.background, ImportStage::Looking);
@@ -177,7 +177,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     if let Some(aligned) = &origin.aligned {
         aligned.move_points(&mut points.xyz);
         aligned.move_points(&mut thinned.xyz);
-        for place in &mut found.places {
+        for place in &mut found.viewpoints {
             place.map_from_base = aligned.map_from_cloud() * place.map_from_base;
         }
     }
@@ -205,7 +205,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         out
     };
     seconds.write = began.elapsed().as_secs_f64();
-    let places = found.places.len() as u64;
+    let places = found.viewpoints.len() as u64;
     let report = Report { out, origin, bounds, places, seconds };
     if args.data.is_none() {
         store::write_json(&report.out.join("summary.json"), &report).map_err(Failure::failed)?;
@@ -250,7 +250,7 @@ fn seen(
 ) -> Vec<(Isometry, KeyframeDescriptor)> {
     let mut downsampler = Downsampler::default();
     let place_of = |place: &VirtualViewpoint| {
-        let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height]);
+        let (rotation, sensor) = (&place.map_from_base.rotation, [0.0, 0.0, options.lidar_height_m]);
         (
             place.map_from_base,
             KeyframeDescriptor::new(
@@ -261,7 +261,7 @@ fn seen(
             ),
         )
     };
-    found.places.iter().map(place_of).collect()
+    found.viewpoints.iter().map(place_of).collect()
 }
 
 /// As asked for, or as the file is called.
@@ -310,7 +310,7 @@ fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
 
 /// The places as keyframes, and the ways between them.
 fn finished(file: &Path, origin: &Origin, found: &VirtualViewpoints, id: Uuid) -> FinishedMap {
-    let nodes = (0..).zip(&found.places).map(|(number, place)| GraphNode {
+    let nodes = (0..).zip(&found.viewpoints).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,
         map_from_keyframe: pose_from_isometry(&place.map_from_base),
@@ -320,7 +320,7 @@ fn finished(file: &Path, origin: &Origin, found: &VirtualViewpoints, id: Uuid) -
         for (index, row) in information.iter_mut().enumerate() {
             row[index] = if index < 3 { turn } else { place }.powi(-2);
         }
-        let [a, b] = [from, to].map(|index| found.places[index].map_from_base);
+        let [a, b] = [from, to].map(|index| found.viewpoints[index].map_from_base);
         GraphEdge {
             from: KeyframeId(from as u32),
             to: KeyframeId(to as u32),
@@ -329,7 +329,7 @@ fn finished(file: &Path, origin: &Origin, found: &VirtualViewpoints, id: Uuid) -
             information,
         }
     };
-    let ways = found.ways.iter().map(|way| edge(*way, SETTLED));
+    let ways = found.connections.iter().map(|way| edge(*way, SETTLED));
     let bridges = bridges(found).into_iter().map(|bridge| edge(bridge, BRIDGED));
     let edges: Vec<GraphEdge> = ways.chain(bridges).collect();
     FinishedMap {
@@ -350,14 +350,14 @@ fn finished(file: &Path, origin: &Origin, found: &VirtualViewpoints, id: Uuid) -
 
 /// What joins pieces of ground that no way joins: one graph needs to be one piece.
 fn bridges(found: &VirtualViewpoints) -> Vec<[usize; 2]> {
-    let mut neighbours = vec![Vec::new(); found.places.len()];
-    for &[a, b] in &found.ways {
+    let mut neighbours = vec![Vec::new(); found.viewpoints.len()];
+    for &[a, b] in &found.connections {
         neighbours[a].push(b);
         neighbours[b].push(a);
     }
-    let mut reached = vec![false; found.places.len()];
+    let mut reached = vec![false; found.viewpoints.len()];
     let mut bridges = Vec::new();
-    for first in 0..found.places.len() {
+    for first in 0..found.viewpoints.len() {
         if reached[first] {
             continue;
         }
@@ -376,8 +376,8 @@ fn bridges(found: &VirtualViewpoints) -> Vec<[usize; 2]> {
 
 /// The same points, looked at from the same places, give the same id (FNV-1a of their bits).
 fn id(points: &MapPoints, options: &ViewpointConfig) -> Uuid {
-    let [down, up] = options.field;
-    let places = [options.spacing, down, up];
+    let [down, up] = options.elevations_rad;
+    let places = [options.spacing_m, down, up];
     let bits = points.xyz.iter().flatten().chain(&places).map(|number| number.to_bits());
     let mix = |sum: u128, bits: u32| (sum ^ u128::from(bits)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
     Uuid::from_u128(bits.fold(0x6c62_272e_07bb_0142_62b8_2175_6295_c58d, mix))
@@ -392,14 +392,14 @@ fn modified(file: &Path) -> Stamp {
 
 /// The places with what is visible from them, as the store keeps them.
 fn viewpoints<'a>(found: &'a VirtualViewpoints, options: &ViewpointConfig) -> Vec<Viewpoint<'a>> {
-    found.places.iter().map(|place| viewpoint(place, options)).collect()
+    found.viewpoints.iter().map(|place| viewpoint(place, options)).collect()
 }
 
 fn viewpoint<'a>(place: &'a VirtualViewpoint, options: &ViewpointConfig) -> Viewpoint<'a> {
     Viewpoint {
         cloud_from_base: place.map_from_base,
-        lidar: [0.0, 0.0, options.lidar_height],
-        visible: &place.seen,
+        lidar: [0.0, 0.0, options.lidar_height_m],
+        visible: &place.visible,
     }
 }
 

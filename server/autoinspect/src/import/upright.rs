@@ -1,7 +1,7 @@
 //! Which axis of a file points up.
 
 use clap::ValueEnum;
-use mapping::virtual_viewpoint::{Axis, find_up_axis};
+use mapping::virtual_viewpoint::{Axis, ViewpointConfig, find_up_axis};
 use serde::Serialize;
 use std::fmt;
 
@@ -39,7 +39,7 @@ impl Up {
     /// What it is, where it was to be found: floors do not tell up from down, so an axis is taken to point up.
     pub fn found(self, thinned: &[[f32; 3]]) -> Self {
         match self {
-            Self::Found => match find_up_axis(thinned) {
+            Self::Found => match find_up_axis(thinned, &ViewpointConfig::default()) {
                 Axis::X => Self::X,
                 Axis::Y => Self::Y,
                 Axis::Z => Self::Z,

@@ -106,7 +106,7 @@ fn join(maps: &[SavedMap], charts: Vec<MapMatcher>) -> Result<(JoinedGraph, Vec<
     let mut refused = 0;
     while let Some((index, mut own)) = waiting.pop_front() {
         let map = &maps[index];
-        match chart.join(&mut own, &VerificationConfig::default()) {
+        match chart.align(&mut own, &VerificationConfig::default()) {
             Ok(found) => {
                 joined.add(index, map, &found)?;
                 joins.push(Join::new(map, &found));
@@ -130,7 +130,7 @@ impl Join {
         Self {
             map: map.path.clone(),
             recognised: found.support as u64,
-            recognised_elsewhere: found.rival as u64,
+            recognised_elsewhere: found.runner_up_support as u64,
             loops: found.links.len() as u64,
             first_from_map: pose_from_isometry(&found.first_from_second),
         }
@@ -143,7 +143,7 @@ fn chart_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
     for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let pose = geometry::isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
-        chart.push(&pose, &cloud.xyz, sensor);
+        chart.push_cloud(&pose, &cloud.xyz, sensor);
     }
     if chart.len() != map.poses.len() {
         return Err(Failure::usage(format!(

@@ -10,7 +10,7 @@ use crate::{map, output};
 use check::{Fitness, fitness, worse};
 use clap::Args;
 use geometry::{Isometry, isometry_from_pose};
-use mapping::map_changes::RevisitScan;
+use mapping::map_changes::{MapChangesConfig, RevisitScan};
 use messages::CorrectedScan;
 use points::Downsampler;
 use serde::Serialize;
@@ -150,7 +150,8 @@ fn looks(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             if look_trigger.is_due(&pose) {
                 let (xyz, intensity) = (&scan.cloud.xyz, &scan.cloud.intensity);
-                looks.push(RevisitScan::new(pose, xyz, intensity, sensor, &mut downsampler));
+                let config = MapChangesConfig::default();
+                looks.push(RevisitScan::new(pose, xyz, intensity, sensor, &mut downsampler, &config));
             }
         };
         OfflineLocaliser::new(Arc::clone(&known), None, &mut witness).run(

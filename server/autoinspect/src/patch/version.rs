@@ -4,7 +4,8 @@ use crate::failure::Failure;
 use api::MapSummary;
 use geometry::{Isometry, Vector3};
 use mapping::map_changes::{
-    self, OccupiedCells, RevisitScan, is_in_free_space, nearest_keyframe, removed_points, transform_to_map,
+    self, MapChangesConfig, OccupiedCells, RevisitScan, is_in_free_space, nearest_keyframe, removed_points,
+    transform_to_map,
 };
 use mapping::range_image::RangeImage;
 use messages::{Cloud, FinishedMap, Keyframe, RevisitCounts};
@@ -51,9 +52,9 @@ pub fn write_version(
     for read in clouds()? {
         let (mut cloud, _) = read.map_err(Failure::usage)?;
         let pose = pose_of(&cloud);
-        let gone = removed_points(&pose, &cloud.xyz, looks);
+        let gone = removed_points(&pose, &cloud.xyz, looks, &MapChangesConfig::default());
         cloud.drop_points(&gone);
-        cloud.xyz.iter().for_each(|point| shown.add(&transform_to_map(&pose, point)));
+        cloud.xyz.iter().for_each(|point| shown.insert(&transform_to_map(&pose, point)));
         left.push(gone);
     }
     let added_points = added_points(saved, looks, &mut shown);
@@ -87,7 +88,10 @@ pub fn write_version(
 fn added_points(saved: &SavedMap, looks: &[RevisitScan], shown: &mut OccupiedCells) -> Vec<AddedPoint> {
     let mut added_points = Vec::new();
     for (one, look) in looks.iter().enumerate() {
-        let Some(home) = nearest_keyframe(&look.map_from_base, &saved.poses) else { continue };
+        let Some(home) = nearest_keyframe(&look.map_from_base, &saved.poses, &MapChangesConfig::default())
+        else {
+            continue;
+        };
         added_points.extend(map_changes::added_points(looks, one, shown).into_iter().map(|index| {
             AddedPoint {
                 in_map: transform_to_map(&look.map_from_base, &look.xyz[index as usize]),
@@ -110,7 +114,9 @@ fn put_in(
     for added_point in added_points {
         let at = keyframe_from_map.rotation * added_point.in_map + keyframe_from_map.translation.vector;
         let point = at.map(|c| c as f32).into();
-        if added_point.home == cloud.keyframe.0 as usize || is_in_free_space(view, &point) {
+        if added_point.home == cloud.keyframe.0 as usize
+            || is_in_free_space(view, &point, &MapChangesConfig::default())
+        {
             cloud.xyz.push(point);
             cloud.intensity.push(added_point.intensity);
         }

@@ -1,4 +1,4 @@
-//! Pairs that are loops and pairs that only look so.
+//! Pairs that are loops, and pairs that only look like one.
 
 use super::*;
 use crate::testing::{World, at, corridor, furnished, room, submap};
@@ -28,7 +28,7 @@ fn truth() -> Isometry {
 }
 
 #[test]
-fn a_room_entered_again_is_recognised_and_placed_to_a_centimetre() {
+fn a_revisited_room_is_registered_to_a_centimetre() {
     let task = task(&furnished(), &furnished(), at(0.1, 1.0, 1.85), CandidateSource::Geometry);
     let found = verify(&task, &VerificationConfig::default());
     assert_eq!(found.rejection, None, "{:?}", found.evidence);
@@ -36,15 +36,15 @@ fn a_room_entered_again_is_recognised_and_placed_to_a_centimetre() {
     assert!(error.fixed_rows::<3>(3).norm() < 0.01 && error.norm() < 0.015, "{error}");
     assert!(found.edge.information.cholesky().is_some());
     assert!(error.dot(&(found.edge.information * error)) < CHI_99, "{}", found.edge.information);
-    assert_eq!(found.evidence.blind, 0);
-    assert!(found.evidence.through.iter().all(|share| *share < 0.02), "{:?}", found.evidence);
+    assert_eq!(found.evidence.degenerate_directions, 0);
+    assert!(found.evidence.free_space_violation.iter().all(|share| *share < 0.02), "{:?}", found.evidence);
     assert_eq!(verify(&task, &VerificationConfig::default()), found, "the same bits again");
 }
 
 const CHI_99: f64 = 16.8;
 
 #[test]
-fn a_like_room_with_a_wall_elsewhere_is_seen_through() {
+fn a_similar_room_with_a_wall_elsewhere_violates_free_space() {
     let mut larger = furnished();
     // The far wall stands 1.5 m farther out.
     larger[3] = [[6.5, -4.0, -0.5], [6.7, 4.0, 2.5]];
@@ -68,18 +68,18 @@ fn another_room_does_not_fit() {
 }
 
 #[test]
-fn a_bare_corridor_says_nothing_along_its_axis() {
+fn a_bare_corridor_is_degenerate_along_its_axis() {
     let looks = task(&corridor(), &corridor(), at(1.6, 0.4, 2.0), CandidateSource::Appearance(0.1));
     let found = verify(&looks, &VerificationConfig::default());
     assert_eq!(found.rejection, Some(RejectionReason::Degenerate), "{:?}", found.evidence);
 
-    // Where the graph knows the place it may be an edge, that holds everything but the axis.
+    // Where the graph knows the pose, it may be an edge that says nothing about the axis.
     let mut known = task(&corridor(), &corridor(), at(1.0, 0.4, 2.0), CandidateSource::Geometry);
     if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.1;
     }
     let found = verify(&known, &VerificationConfig::default());
-    assert_eq!((found.rejection, found.evidence.blind), (None, 1), "{:?}", found.evidence);
+    assert_eq!((found.rejection, found.evidence.degenerate_directions), (None, 1), "{:?}", found.evidence);
     let measured = UncertainPose::from_information(found.edge.from_from_to, &found.edge.information);
     // The axis in the frame of the newer base.
     let axis = truth().rotation.inverse() * Vector3::x();
@@ -97,7 +97,7 @@ fn a_bare_corridor_says_nothing_along_its_axis() {
 }
 
 #[test]
-fn places_that_repeat_have_rivals_where_the_graph_is_vague() {
+fn repeating_places_are_ambiguous_where_the_graph_is_uncertain() {
     // A comb of equal niches, 1.2 m apart, along a corridor.
     let mut comb = corridor();
     for i in -40..40 {
@@ -115,7 +115,7 @@ fn places_that_repeat_have_rivals_where_the_graph_is_vague() {
 }
 
 #[test]
-fn nothing_and_garbage_do_not_fit() {
+fn empty_and_invalid_input_do_not_fit() {
     let mut broken = task(&furnished(), &furnished(), at(f64::NAN, 0.0, 0.0), CandidateSource::Geometry);
     assert_eq!(verify(&broken, &VerificationConfig::default()).rejection, Some(RejectionReason::NoFit));
     broken.comparison.guesses.clear();

@@ -1,36 +1,69 @@
-//! The pose graph of a session, kept up to date while keyframes and loops come and loops go.
+//! Incremental optimisation of a pose graph while keyframes and loops are added and loops are removed (docs/maths/factors.md).
 
+use crate::pose_graph::{Edge, Node, renormalised};
 use factors::{
     Between, FactorError, FactorId, Incremental, IncrementalOptions, Key, Prior, SolveError, Value,
 };
 use geometry::{Isometry, Matrix6};
-use mapping::{Edge, Node, unit};
 use std::collections::BTreeMap;
 use std::fmt;
 use vocab::KeyframeId;
 
-/// Information of the first keyframe's pose: it is the map's origin.
-const ORIGIN: f64 = 1e8;
-/// Least information of an odometry edge: a kilometre or radian. Keeps the walk in one piece where the filter knows nothing.
-const LEAST: f64 = 1e-6;
-/// A solution that still moves its linearisation points is taken further so often at most. A loop over 3 m of drift takes two.
-const FURTHER: usize = 4;
-/// Linearised anew from this on: errors of the order of its square times the distance to the next keyframe stay below a
-/// tenth of a millimetre.
-const OPTIONS: IncrementalOptions = IncrementalOptions {
-    relinearise_angle: 0.01,
-    relinearise_length: 0.1,
-    change_min: 1e-5,
-    afresh_share: 0.7,
-};
+/// Parameters of the optimiser of a pose graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OptimiserConfig {
+    /// Information of the first keyframe's pose, 1/rad² and 1/m². It is the origin of the map.
+    pub origin_information: f64,
+    /// Least information of an odometry edge, 1/rad² and 1/m²: a standard deviation of a kilometre or radian. It keeps the graph connected where
+    /// the filter knows nothing.
+    pub min_odometry_information: f64,
+    /// Greatest number of further updates while linearisation points still move. A loop over 3 m of drift takes two.
+    pub max_further_updates: usize,
+    /// A variable is linearised again once it has turned by this much, radians. Errors of the order of its square times the distance to the next
+    /// keyframe stay below a tenth of a millimetre.
+    pub relinearise_angle_rad: f64,
+    /// The same for its translation, metres.
+    pub relinearise_length_m: f64,
+    /// Changes of the solution below this are not propagated further, radians or metres.
+    pub min_change: f64,
+    /// If more than this share of the variables is affected, the whole graph is eliminated again.
+    pub batch_share: f64,
+}
 
-/// Older and newer keyframe of a loop.
-pub(crate) type Pair = (KeyframeId, KeyframeId);
+impl Default for OptimiserConfig {
+    fn default() -> Self {
+        Self {
+            origin_information: 1e8,
+            min_odometry_information: 1e-6,
+            max_further_updates: 4,
+            relinearise_angle_rad: 0.01,
+            relinearise_length_m: 0.1,
+            min_change: 1e-5,
+            batch_share: 0.7,
+        }
+    }
+}
 
-/// Why the graph cannot be kept up to date.
-#[derive(Debug)]
-pub(crate) enum GraphError {
+impl OptimiserConfig {
+    fn solver_options(&self) -> IncrementalOptions {
+        IncrementalOptions {
+            relinearise_angle: self.relinearise_angle_rad,
+            relinearise_length: self.relinearise_length_m,
+            change_min: self.min_change,
+            afresh_share: self.batch_share,
+        }
+    }
+}
+
+/// The older and the newer keyframe of a loop.
+pub type KeyframePair = (KeyframeId, KeyframeId);
+
+/// Why a graph cannot be optimised.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GraphError {
+    /// A pose or edge is not a valid factor.
     Factor(FactorError),
+    /// The equations cannot be solved.
     Solve(SolveError),
 }
 
@@ -42,6 +75,8 @@ impl fmt::Display for GraphError {
         }
     }
 }
+
+impl std::error::Error for GraphError {}
 
 impl From<FactorError> for GraphError {
     fn from(error: FactorError) -> Self {
@@ -55,36 +90,42 @@ impl From<SolveError> for GraphError {
     }
 }
 
-/// An incremental solver over the keyframes of one session, whose numbers are the variables' too.
+/// An incremental solver whose variables have the numbers of the keyframes.
 #[derive(Debug)]
-pub(crate) struct Optimiser {
+pub(crate) struct GraphOptimiser {
+    config: OptimiserConfig,
     solver: Incremental,
     keyframes: u32,
-    loops: BTreeMap<Pair, FactorId>,
+    loops: BTreeMap<KeyframePair, FactorId>,
 }
 
-impl Default for Optimiser {
-    fn default() -> Self {
-        Self { solver: Incremental::new(OPTIONS), keyframes: 0, loops: BTreeMap::new() }
+impl GraphOptimiser {
+    /// Without keyframes.
+    pub fn new(config: OptimiserConfig) -> Self {
+        let solver = Incremental::new(config.solver_options());
+        Self { config, solver, keyframes: 0, loops: BTreeMap::new() }
     }
-}
 
-impl Optimiser {
-    /// Over the keyframes of a finished map, with the ways that were walked and the loops. Linear in the map but for the ordering.
+    /// With the keyframes of a finished map, its odometry edges and loops. Linear in the map but for the ordering.
     ///
     /// # Errors
-    /// When a pose or edge is no number, or the graph cannot be solved.
-    pub fn resume(nodes: &[Node], edges: &[Edge], loops: &[Edge]) -> Result<Self, GraphError> {
-        let mut optimiser = Self::default();
+    /// When a pose or edge is not finite, or the graph cannot be solved.
+    pub fn resume(
+        config: OptimiserConfig,
+        nodes: &[Node],
+        edges: &[Edge],
+        loops: &[Edge],
+    ) -> Result<Self, GraphError> {
+        let mut optimiser = Self::new(config);
         for node in nodes {
-            optimiser.solver.insert(Value::Pose(unit(&node.map_from_keyframe)));
+            optimiser.solver.insert(Value::Pose(renormalised(&node.map_from_keyframe)));
         }
         if let Some(origin) = nodes.first() {
-            let information = Matrix6::identity() * ORIGIN;
+            let information = Matrix6::identity() * config.origin_information;
             optimiser.solver.add(Prior::new(Key(0), &origin.map_from_keyframe, &information)?)?;
         }
         for edge in edges {
-            optimiser.add_way(edge)?;
+            optimiser.add_odometry(edge)?;
         }
         for edge in loops {
             optimiser.add_loop(edge)?;
@@ -94,29 +135,30 @@ impl Optimiser {
         Ok(optimiser)
     }
 
-    fn add_way(&mut self, edge: &Edge) -> Result<(), GraphError> {
-        let held = edge.information + Matrix6::identity() * LEAST;
-        let factor = Between::new(key_of(edge.from), key_of(edge.to), &edge.from_from_to, &held)?;
+    fn add_odometry(&mut self, edge: &Edge) -> Result<(), GraphError> {
+        let information = edge.information + Matrix6::identity() * self.config.min_odometry_information;
+        let factor = Between::new(key_of(edge.from), key_of(edge.to), &edge.from_from_to, &information)?;
         self.solver.add(factor)?;
         Ok(())
     }
 
-    /// Adds the next keyframe, that the odometry's `edge` leads to from the last one; none leads to the first. Moves no other.
-    /// Cost: a few cliques of the tree, and a look at every keyframe.
+    /// Adds the next keyframe with the odometry edge that leads to it; none leads to the first. No other keyframe moves.
+    /// Cost: a few cliques of the tree, and a pass over the keyframes.
     ///
     /// # Errors
-    /// When the pose or edge is no number. Nothing can be added after that.
+    /// When the pose or edge is not finite. Nothing can be added after that.
     pub fn add_keyframe(&mut self, node: &Node, edge: Option<&Edge>) -> Result<(), GraphError> {
         let key = Key(self.keyframes);
         match edge {
             Some(edge) => {
-                let pose = unit(&(self.pose(key_of(edge.from))? * edge.from_from_to));
+                let pose = renormalised(&(self.pose(key_of(edge.from))? * edge.from_from_to));
                 self.solver.insert(Value::Pose(pose));
-                self.add_way(edge)?;
+                self.add_odometry(edge)?;
             }
             None => {
                 let origin = node.map_from_keyframe;
-                let factor = Prior::new(key, &origin, &(Matrix6::identity() * ORIGIN))?;
+                let factor =
+                    Prior::new(key, &origin, &(Matrix6::identity() * self.config.origin_information))?;
                 self.solver.insert(Value::Pose(origin));
                 self.solver.add(factor)?;
             }
@@ -126,15 +168,10 @@ impl Optimiser {
         Ok(())
     }
 
-    /// Whether the pair is connected by a loop.
-    pub fn has(&self, pair: Pair) -> bool {
-        self.loops.contains_key(&pair)
-    }
-
-    /// Adds a loop; [`Self::solve`] makes it count.
+    /// Adds a loop. [`Self::solve`] applies it.
     ///
     /// # Errors
-    /// When a keyframe is unknown or the edge is no measurement; it is left out then.
+    /// When a keyframe is unknown or the edge is not a valid factor. It is left out then.
     pub fn add_loop(&mut self, edge: &Edge) -> Result<(), GraphError> {
         let (from, to) = (key_of(edge.from), key_of(edge.to));
         let factor = self.solver.add(Between::new(from, to, &edge.from_from_to, &edge.information)?)?;
@@ -142,19 +179,19 @@ impl Optimiser {
         Ok(())
     }
 
-    /// Takes a loop out; [`Self::solve`] makes that count. Says whether it was there.
-    pub fn remove_loop(&mut self, pair: Pair) -> bool {
+    /// Removes a loop. [`Self::solve`] applies that. Returns whether there was one.
+    pub fn remove_loop(&mut self, pair: KeyframePair) -> bool {
         self.loops.remove(&pair).is_some_and(|factor| self.solver.remove(factor).is_ok())
     }
 
-    /// Solves for what was added and removed; returns the poses of all keyframes in the map. Cost: that of the cliques between
-    /// the changed keyframes and the root, so of the loop, and a few microseconds for every keyframe.
+    /// Solves for what was added and removed. Returns the poses of all keyframes in the map. Cost: that of the cliques between the changed
+    /// keyframes and the root, that is of the loop, and a few microseconds for every keyframe.
     ///
     /// # Errors
-    /// When the graph cannot be solved; its solution is then that of before.
+    /// When the graph cannot be solved. The solution is then the one before.
     pub fn solve(&mut self) -> Result<Vec<Isometry>, GraphError> {
         self.solver.update()?;
-        for _ in 0..FURTHER {
+        for _ in 0..self.config.max_further_updates {
             if self.solver.update()?.relinearised == 0 {
                 break;
             }
@@ -162,11 +199,11 @@ impl Optimiser {
         self.poses()
     }
 
-    /// Solves with every factor linearised at the solution. Linear in the graph.
+    /// Solves with every factor linearised again at the solution. Linear in the graph.
     ///
     /// # Errors
     /// As for [`Self::solve`].
-    pub fn settle(&mut self) -> Result<Vec<Isometry>, GraphError> {
+    pub fn relinearise(&mut self) -> Result<Vec<Isometry>, GraphError> {
         self.solver.relinearise_all()?;
         self.poses()
     }
@@ -178,7 +215,7 @@ impl Optimiser {
     fn pose(&self, key: Key) -> Result<Isometry, GraphError> {
         match self.solver.estimate(key)? {
             Value::Pose(pose) => Ok(pose),
-            // This graph has no other kind.
+            // This graph holds poses only.
             _ => Err(SolveError::UnknownVariable { key }.into()),
         }
     }
@@ -205,9 +242,9 @@ mod tests {
     }
 
     /// Twice round a circle of 40 steps, turning too far by 5 mrad each; loops close the second round onto the first.
-    fn walked() -> (Optimiser, Vec<Edge>, Vec<Edge>) {
+    fn walked() -> (GraphOptimiser, Vec<Edge>, Vec<Edge>) {
         let step = at(1.0, 0.0, std::f64::consts::TAU / 40.0);
-        let mut optimiser = Optimiser::default();
+        let mut optimiser = GraphOptimiser::new(OptimiserConfig::default());
         let (mut edges, mut loops) = (Vec::new(), Vec::new());
         for index in 0..80 {
             let node =
@@ -233,7 +270,11 @@ mod tests {
             pose *= edge.from_from_to;
             values.insert(Value::Pose(pose));
         }
-        let Ok(prior) = Prior::new(first, &at(2.0, 1.0, 0.5), &(Matrix6::identity() * ORIGIN)) else {
+        let Ok(prior) = Prior::new(
+            first,
+            &at(2.0, 1.0, 0.5),
+            &(Matrix6::identity() * OptimiserConfig::default().origin_information),
+        ) else {
             panic!("no prior")
         };
         assert!(graph.add(prior, &values).is_ok());
@@ -255,22 +296,22 @@ mod tests {
     }
 
     #[test]
-    fn keyframe_by_keyframe_comes_to_the_same_as_all_at_once() {
+    fn the_incremental_solution_equals_the_batch_solution() {
         let (mut optimiser, edges, loops) = walked();
         let Ok(found) = optimiser.solve() else { panic!("not solved") };
         let expected = batch(&edges, &loops);
         assert!(apart(&found, &batch(&edges, &[])) > 0.5, "the loops should matter");
         assert!(apart(&found, &expected) < 2e-3, "{} m", apart(&found, &expected));
-        let Ok(settled) = optimiser.settle() else { panic!("not solved") };
-        assert!(apart(&settled, &expected) < 1e-5, "{} m", apart(&settled, &expected));
+        let Ok(relinearised) = optimiser.relinearise() else { panic!("not solved") };
+        assert!(apart(&relinearised, &expected) < 1e-5, "{} m", apart(&relinearised, &expected));
     }
 
     #[test]
-    fn loops_taken_out_leave_no_trace() {
+    fn removed_loops_leave_no_trace() {
         let (mut optimiser, edges, loops) = walked();
         for closed in &loops {
             let pair = (closed.from, closed.to);
-            assert!(optimiser.has(pair) && optimiser.remove_loop(pair) && !optimiser.remove_loop(pair));
+            assert!(optimiser.remove_loop(pair) && !optimiser.remove_loop(pair));
         }
         let Ok(found) = optimiser.solve() else { panic!("not solved") };
         let expected = batch(&edges, &[]);
@@ -278,24 +319,25 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_graph_goes_on_where_it_was() {
+    fn a_finished_graph_is_resumed() {
         let (mut walked, edges, loops) = walked();
-        let Ok(found) = walked.settle() else { panic!("not solved") };
+        let Ok(found) = walked.relinearise() else { panic!("not solved") };
         let nodes = found.iter().zip(0..).map(|(pose, index)| Node {
             id: KeyframeId(index),
             stamp: Stamp::EPOCH,
             map_from_keyframe: *pose,
         });
         let nodes: Vec<Node> = nodes.collect();
-        let Ok(mut resumed) = Optimiser::resume(&nodes, &edges, &loops) else { panic!("not resumed") };
+        let Ok(mut resumed) = GraphOptimiser::resume(OptimiserConfig::default(), &nodes, &edges, &loops)
+        else {
+            panic!("not resumed")
+        };
         let Ok(same) = resumed.solve() else { panic!("not solved") };
         assert!(apart(&same, &found) < 1e-5, "{} m", apart(&same, &found));
         // On from a keyframe in the middle, with a loop to the end.
         let way = edge(30, 80, at(0.0, 1.0, 0.3));
         let next = Node { id: KeyframeId(80), ..nodes[30] };
-        assert!(
-            resumed.add_keyframe(&next, Some(&way)).is_ok() && resumed.has((KeyframeId(0), KeyframeId(40)))
-        );
+        assert!(resumed.add_keyframe(&next, Some(&way)).is_ok());
         assert!(resumed.remove_loop((KeyframeId(0), KeyframeId(40))));
         let Ok(poses) = resumed.solve() else { panic!("not solved") };
         let expected = poses[30] * at(0.0, 1.0, 0.3);
@@ -304,11 +346,11 @@ mod tests {
     }
 
     #[test]
-    fn garbage_is_refused_and_changes_nothing() {
+    fn invalid_edges_are_refused_and_change_nothing() {
         let (mut optimiser, edges, loops) = walked();
         assert!(optimiser.add_loop(&edge(3, 4_000, Isometry::identity())).is_err());
         assert!(optimiser.add_loop(&edge(3, 30, at(f64::NAN, 0.0, 0.0))).is_err());
-        let Ok(found) = optimiser.settle() else { panic!("not solved") };
+        let Ok(found) = optimiser.relinearise() else { panic!("not solved") };
         assert!(apart(&found, &batch(&edges, &loops)) < 1e-5);
     }
 }
