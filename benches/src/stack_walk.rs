@@ -7,7 +7,7 @@ use messages::{
     BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobDone, JobResult, Principal,
     PriorMap, Publication, StackEffect,
 };
-use sim::{Route, RouteWalker, SimConfig, Simulator, Site};
+use sim::{Route, RouteFollower, SimConfig, Simulator, Site};
 use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ enum Waiting {
 pub struct StackWalk {
     simulator: Simulator,
     route: Route,
-    walker: RouteWalker,
+    walker: RouteFollower,
     stack: Stack,
     effects: Vec<StackEffect>,
     jobs: VecDeque<Waiting>,
@@ -116,7 +116,7 @@ impl StackWalk {
         };
         Ok(Self {
             simulator: Simulator::on(Arc::clone(site), config),
-            walker: RouteWalker::new(route.clone()),
+            walker: RouteFollower::new(route.clone()),
             route,
             stack: Stack::new(),
             effects: Vec::new(),
@@ -164,7 +164,7 @@ impl StackWalk {
             let drive = self.drive();
             self.simulator.command(drive);
             self.simulator.advance(self.simulator.now() + TICK, &mut events);
-            let truths = self.simulator.take_truths();
+            let truths = self.simulator.take_ground_truth();
             if let Some(kept) = &mut self.truth {
                 for truth in truths {
                     let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
@@ -228,7 +228,7 @@ impl StackWalk {
         let truth = self.simulator.truth();
         self.walker.drive(&truth).unwrap_or_else(|| {
             self.rounds += 1;
-            self.walker = RouteWalker::new(self.route.clone());
+            self.walker = RouteFollower::new(self.route.clone());
             self.walker.drive(&truth).unwrap_or_default()
         })
     }

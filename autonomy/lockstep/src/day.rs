@@ -6,7 +6,7 @@ use messages::{
     Command, CommandKind, FinishedMap, GoalKind, Input, Job, LocalisationState, MappingState, MotionState,
     PlaceInMap, PoseGraph, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
-use sim::{Route, RouteWalker, SimConfig, Site, SiteName, Start};
+use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, GoalId, MapId, Pose, SessionId, Span};
@@ -124,7 +124,7 @@ impl Day {
     /// By an operator who sees where the robot is.
     pub(crate) fn drive(&mut self, start: Start, waypoints: &[[f64; 2]]) {
         let route = Route { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
-        let mut walker = RouteWalker::new(route);
+        let mut walker = RouteFollower::new(route);
         while let Some(drive) = walker.drive(&self.lockstep.simulator().truth()) {
             if drive.velocity != vocab::Twist::default() {
                 self.order(CommandKind::Teleoperate(drive.velocity));

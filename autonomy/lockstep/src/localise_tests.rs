@@ -7,7 +7,7 @@ use messages::{
     BootRecord, CommandKind, DegradationReason, GoalKind, Input, JobDone, JobResult, LocalisationState,
     MotionState, PlaceInMap, PoseHypothesis, RelocalisationResponse,
 };
-use sim::{Fault, SiteName, Start};
+use sim::{ScheduledFault, SiteName, Start};
 use stack::Stack;
 use std::sync::Arc;
 use vocab::{MapId, Pose, Quat, SessionId, Span, Twist, Vec3};
@@ -145,7 +145,7 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
     assert_eq!(day.localisation, LOCALISED);
     let now = day.lockstep.simulator().elapsed();
     let until = now + Span::from_millis(20_000);
-    day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until });
+    day.lockstep.simulator().inject_fault(ScheduledFault::BlindLidar { from: now, until });
     day.drive(start, &[[29.0, 17.2], [22.0, 17.2]]);
     assert!(day.lockstep.simulator().elapsed() < until);
     let dark = LocalisationState::Localised { map: FIRST, degradation: Some(DegradationReason::LidarBlind) };
@@ -259,7 +259,9 @@ fn blinded_on_its_way_it_waits_and_goes_on() {
     day.start_goal(GoalKind::WalkTo(goal));
     day.run(2.0);
     let now = day.lockstep.simulator().elapsed();
-    day.lockstep.simulator().inject(Fault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
+    day.lockstep
+        .simulator()
+        .inject_fault(ScheduledFault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
     day.run(3.0);
     let waits = day.true_place();
     assert!(matches!(day.motion, MotionState::Waiting { .. }), "{:?}", day.motion);

@@ -6,7 +6,7 @@ use messages::{
     Command, CommandKind, EdgeKind, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
     LoopVerdict, PoseGraph, Principal, Publication, StackEffect,
 };
-use sim::{Fault, Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Truth};
+use sim::{GroundTruth, Route, RouteFollower, ScheduledFault, SimConfig, Simulator, Site, SiteName};
 use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
@@ -19,7 +19,7 @@ const ME: ClientId = ClientId(Uuid::from_u128(1));
 /// What the stack was told on a walk, but for the results of jobs, and where the robot really was.
 struct Walk {
     inputs: Vec<(Stamp, Input)>,
-    truths: Vec<Truth>,
+    truths: Vec<GroundTruth>,
 }
 
 /// Out of a hall, through a door into a room, and home. On the way in the LiDAR is silent and the feet slip to the side: what it sees in
@@ -36,7 +36,10 @@ fn walk() -> &'static Walk {
         let route = Route { name: "room", start, waypoints, speed: 0.9 };
         let (from, until) = (Span::from_secs_f64(29.0), Span::from_secs_f64(44.0));
         let velocity = Vec3::new(0.0, 0.05, 0.0);
-        let faults = vec![Fault::SilentLidar { from, until }, Fault::LegSlip { from, until, velocity }];
+        let faults = vec![
+            ScheduledFault::SilentLidar { from, until },
+            ScheduledFault::LegSlip { from, until, velocity },
+        ];
         let config = SimConfig {
             lidar_columns: 200,
             people: 0,
@@ -49,13 +52,13 @@ fn walk() -> &'static Walk {
         boot.start_mapping = Some(SESSION);
         let mut walk =
             Walk { inputs: vec![(simulator.now(), Input::Boot(Box::new(boot)))], truths: Vec::new() };
-        let (mut walker, mut events) = (RouteWalker::new(route), Vec::new());
+        let (mut walker, mut events) = (RouteFollower::new(route), Vec::new());
         while let Some(drive) = walker.drive(&simulator.truth()) {
             simulator.command(drive);
             simulator.advance(simulator.now() + Span::from_millis(50), &mut events);
             walk.inputs.extend(events.drain(..).map(|event| (event.at, Input::Sensor(event.sensor))));
             walk.inputs.push((simulator.now(), Input::Tick));
-            walk.truths.extend(simulator.take_truths());
+            walk.truths.extend(simulator.take_ground_truth());
         }
         walk
     })
@@ -386,7 +389,7 @@ fn the_simulated_robot_closes_loops_while_it_walks() {
     };
     let mut lockstep = Lockstep::new(config, Some(SESSION), true);
     lockstep.pace_jobs(JobPace { ticks: 3, newest_first: true });
-    let (mut walker, mut accepted) = (RouteWalker::new(route), 0);
+    let (mut walker, mut accepted) = (RouteFollower::new(route), 0);
     while let Some(drive) = walker.drive(&lockstep.simulator().truth()) {
         lockstep.simulator().command(drive);
         let until = lockstep.now() + Span::from_millis(50);

@@ -8,7 +8,7 @@ use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, ScanView, deskew};
 use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use registration::{MatchingConfig, linearise};
-use sim::{RouteWalker, SimConfig, Simulator, Site, SiteName};
+use sim::{RouteFollower, SimConfig, Simulator, Site, SiteName};
 use std::sync::{Arc, OnceLock};
 use vocab::Span;
 
@@ -31,7 +31,7 @@ fn walk() -> &'static Walk {
         let mut sim = Simulator::on(site, SimConfig { start, ..SimConfig::new(SiteName::B1, 1) });
         let boot = sim.boot().mounting;
         let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
-        let (mut walker, mut events) = (RouteWalker::new(route), Vec::new());
+        let (mut walker, mut events) = (RouteFollower::new(route), Vec::new());
         while sim.elapsed() < Span::from_millis(5_000) {
             if let Some(drive) = walker.drive(&sim.truth()) {
                 sim.command(drive);

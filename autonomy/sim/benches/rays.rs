@@ -4,7 +4,8 @@
 
 use divan::counter::ItemsCount;
 use sim::{
-    FULL_COLUMNS, Fault, RINGS, RouteWalker, SWEEP_HZ, SimConfig, SimEvent, Simulator, Site, SiteName,
+    FULL_COLUMNS, RINGS, RouteFollower, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator, Site,
+    SiteName,
 };
 use std::sync::Arc;
 use vocab::Span;
@@ -14,14 +15,14 @@ fn main() {
 }
 
 /// A robot eight seconds into the short route of its site.
-fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteWalker) {
+fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
     let site = Arc::new(Site::new(site));
     let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
     let mut config = SimConfig::new(site.name(), 1);
     config.lidar_columns = columns;
     config.start = Some(route.start);
     let mut simulator = Simulator::on(site, config);
-    let mut walker = RouteWalker::new(route);
+    let mut walker = RouteFollower::new(route);
     for _ in 0..80 {
         tenth(&mut simulator, &mut walker);
     }
@@ -29,7 +30,7 @@ fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteWalker) {
 }
 
 /// A tenth of a second: one sweep.
-fn tenth(simulator: &mut Simulator, walker: &mut RouteWalker) -> Vec<SimEvent> {
+fn tenth(simulator: &mut Simulator, walker: &mut RouteFollower) -> Vec<SimEvent> {
     let mut events = Vec::new();
     simulator.command(walker.drive(&simulator.truth()).unwrap_or_default());
     simulator.advance(simulator.now() + Span::from_millis(100), &mut events);
@@ -47,7 +48,7 @@ fn sweep_at_full_resolution(bencher: divan::Bencher, site: SiteName) {
 #[divan::bench(args = SiteName::ALL, sample_count = 30, sample_size = 1)]
 fn tenth_of_a_second_without_rays(bencher: divan::Bencher, site: SiteName) {
     let (mut simulator, mut walker) = under_way(site, SWEEP_HZ);
-    simulator.inject(Fault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) });
+    simulator.inject_fault(ScheduledFault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) });
     bencher.bench_local(|| tenth(&mut simulator, &mut walker));
 }
 

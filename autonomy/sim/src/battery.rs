@@ -3,54 +3,60 @@
 use messages::BatteryState;
 use vocab::Stamp;
 
-/// J.
-const CAPACITY: f64 = 930.0 * 3600.0;
-/// W: standing, and more per m/s of walking.
-const STANDING_POWER: f64 = 190.0;
-const WALKING_POWER: f64 = 320.0;
-/// W.
-const CHARGING_POWER: f64 = 700.0;
-/// V at empty and at full.
-const VOLTAGE: (f64, f64) = (44.0, 58.0);
-/// Ω.
-const RESISTANCE: f64 = 0.06;
+/// Energy of the full battery, joules.
+const CAPACITY_J: f64 = 930.0 * 3600.0;
+/// Power that the standing robot draws, watts.
+const STANDING_POWER_W: f64 = 190.0;
+/// Additional power per speed of walking, watts per m/s.
+const WALKING_POWER_W_PER_M_S: f64 = 320.0;
+/// Power of the charger, watts.
+const CHARGING_POWER_W: f64 = 700.0;
+/// Open-circuit voltage of the empty battery, volts.
+const EMPTY_VOLTAGE_V: f64 = 44.0;
+/// Open-circuit voltage of the full battery, volts.
+const FULL_VOLTAGE_V: f64 = 58.0;
+/// Internal resistance, ohms.
+const RESISTANCE_OHM: f64 = 0.06;
+/// A robot slower than this can be charged, m/s.
+const CHARGING_SPEED_MAX_M_S: f64 = 0.02;
 
 /// The battery.
 #[derive(Clone, Debug)]
 pub(crate) struct Battery {
-    /// 0 to 1.
+    /// State of charge, 0 to 1.
     charge: f64,
+    /// Power into the battery, watts.
     power: f64,
     charging: bool,
 }
 
 impl Battery {
-    /// With that charge, 0 to 1.
+    /// A battery with that state of charge, 0 to 1.
     pub(crate) fn new(charge: f64) -> Self {
-        Self { charge, power: -STANDING_POWER, charging: false }
+        Self { charge, power: -STANDING_POWER_W, charging: false }
     }
 
-    /// `seconds` at that walking speed (m/s), at the dock or not.
+    /// Advances by `seconds` at a walking speed (m/s); `docked` says whether the robot stands at a dock.
     pub(crate) fn advance(&mut self, seconds: f64, speed: f64, docked: bool) {
-        self.charging = docked && speed < 0.02;
+        self.charging = docked && speed < CHARGING_SPEED_MAX_M_S;
         self.power = if self.charging && self.charge < 1.0 {
-            CHARGING_POWER
+            CHARGING_POWER_W
         } else if self.charging {
             0.0
         } else {
-            -STANDING_POWER - WALKING_POWER * speed
+            -STANDING_POWER_W - WALKING_POWER_W_PER_M_S * speed
         };
-        self.charge = (self.charge + self.power * seconds / CAPACITY).clamp(0.0, 1.0);
+        self.charge = (self.charge + self.power * seconds / CAPACITY_J).clamp(0.0, 1.0);
     }
 
-    /// What the battery says.
+    /// The message of the battery.
     pub(crate) fn state(&self, stamp: Stamp) -> BatteryState {
-        let open = VOLTAGE.0 + (VOLTAGE.1 - VOLTAGE.0) * self.charge;
+        let open = EMPTY_VOLTAGE_V + (FULL_VOLTAGE_V - EMPTY_VOLTAGE_V) * self.charge;
         let current = self.power / open;
         BatteryState {
             stamp,
             charge: self.charge as f32,
-            voltage: (open + current * RESISTANCE) as f32,
+            voltage: (open + current * RESISTANCE_OHM) as f32,
             current: current as f32,
             charging: self.charging,
         }

@@ -1,38 +1,43 @@
-//! The robot's body as a trajectory: the walker's path made smooth, with the gait on top.
+//! The trajectory of the robot's body: the path of the locomotion, low-pass filtered, with the gait added.
 
-use crate::gait::{Gait, Wobble};
+use crate::gait::{Gait, PoseOffset};
+use crate::locomotion::Locomotion;
+use crate::low_pass::LowPassFilter;
 use crate::site::Site;
-use crate::smooth::Smooth;
-use crate::walker::Walker;
-use crate::{BLOCK_SECONDS, TICK_SECONDS, TICKS_PER_BLOCK};
+use crate::timing::{BLOCK_SECONDS, TICK_SECONDS, TICKS_PER_BLOCK};
 use geometry::{Isometry, Rng, Rotation, Vector3, so3};
 use nalgebra::Translation3;
 use vocab::Twist;
 
-/// Height of the base over the ground when standing, metres.
+/// Height of the base above the ground when the robot stands, metres.
 pub const STANDING_HEIGHT: f64 = 0.52;
-/// How far back (in ticks before the block) and forth the motion is kept for the sensors.
-pub(crate) const MEMORY: usize = TICKS_PER_BLOCK;
+/// Number of ticks before the present block for which poses are kept, because sensors look back.
+pub(crate) const HISTORY_TICKS: usize = TICKS_PER_BLOCK;
 
-/// Poses of the base at every tick of one block, and of the block before it.
+/// Time constant of each filter stage of the planar path, seconds.
+const PATH_TIME_CONSTANT_S: f64 = 0.035;
+/// Time constant of each filter stage of ground height, pitch and roll, seconds.
+const STANCE_TIME_CONSTANT_S: f64 = 0.07;
+
+/// Poses of the base at every tick of one block and of the block before it.
 #[derive(Clone, Debug)]
-pub(crate) struct Motion {
-    /// `MEMORY` ticks before the block, its start, and its `TICKS_PER_BLOCK` ticks.
+pub(crate) struct MotionHistory {
+    /// The `HISTORY_TICKS` ticks before the block, the start of the block, and its `TICKS_PER_BLOCK` ticks.
     site_from_base: Vec<Isometry>,
 }
 
-impl Motion {
+impl MotionHistory {
     fn standing(pose: Isometry) -> Self {
-        Self { site_from_base: vec![pose; MEMORY + 1 + TICKS_PER_BLOCK] }
+        Self { site_from_base: vec![pose; HISTORY_TICKS + 1 + TICKS_PER_BLOCK] }
     }
 
-    /// Pose `tick` ticks after the start of the block; from `-MEMORY` to `TICKS_PER_BLOCK`.
+    /// Pose at `tick` ticks after the start of the block, from `-HISTORY_TICKS` to `TICKS_PER_BLOCK`.
     pub(crate) fn at(&self, tick: isize) -> &Isometry {
-        &self.site_from_base[(tick + MEMORY as isize) as usize]
+        &self.site_from_base[(tick + HISTORY_TICKS as isize) as usize]
     }
 
-    /// Pose between ticks, `seconds` after the start of the block.
-    pub(crate) fn between(&self, seconds: f64) -> Isometry {
+    /// Pose at `seconds` after the start of the block, interpolated between ticks.
+    pub(crate) fn interpolate_at(&self, seconds: f64) -> Isometry {
         let ticks = (seconds / TICK_SECONDS).clamp(0.0, TICKS_PER_BLOCK as f64 - 1e-9);
         let (from, to) = (self.at(ticks as isize), self.at(ticks as isize + 1));
         geometry::se3::interpolate(from, to, ticks.fract())
@@ -55,99 +60,104 @@ impl Motion {
 /// The body.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
-    walker: Walker,
+    locomotion: Locomotion,
     gait: Gait,
-    /// x, y, yaw.
-    path: [Smooth; 3],
-    /// Ground height, pitch, roll.
-    stance: [Smooth; 3],
-    motion: Motion,
+    /// Filters of x, y and yaw.
+    path: [LowPassFilter; 3],
+    /// Filters of ground height, pitch and roll.
+    stance: [LowPassFilter; 3],
+    motion: MotionHistory,
 }
 
 impl Body {
-    /// Stands at `x, y` on the first ground below `z`.
+    /// A body that stands at `x, y` on the first ground below `z` (site frame, metres).
     pub(crate) fn new(site: &Site, x: f64, y: f64, z: f64, yaw: f64, rng: Rng) -> Self {
-        let walker = Walker::new(site, x, y, z, yaw);
-        let footing = walker.footing;
-        let path = [walker.x, walker.y, walker.yaw].map(|value| Smooth::new(value, 0.035));
-        let stance = [footing.height, footing.pitch, footing.roll].map(|value| Smooth::new(value, 0.07));
+        let locomotion = Locomotion::new(site, x, y, z, yaw);
+        let ground_plane = locomotion.ground_plane;
+        let path = [locomotion.x, locomotion.y, locomotion.yaw]
+            .map(|value| LowPassFilter::new(value, PATH_TIME_CONSTANT_S));
+        let stance = [ground_plane.height, ground_plane.pitch, ground_plane.roll]
+            .map(|value| LowPassFilter::new(value, STANCE_TIME_CONSTANT_S));
         let mut body = Self {
-            walker,
+            locomotion,
             gait: Gait::new(rng),
             path,
             stance,
-            motion: Motion::standing(Isometry::identity()),
+            motion: MotionHistory::standing(Isometry::identity()),
         };
-        body.motion = Motion::standing(body.pose([0.0; 3], [0.0; 3]));
+        body.motion = MotionHistory::standing(body.pose([0.0; 3], [0.0; 3]));
         body
     }
 
-    /// The motion of the newest block.
-    pub(crate) fn motion(&self) -> &Motion {
+    /// The motion during the newest block.
+    pub(crate) fn motion(&self) -> &MotionHistory {
         &self.motion
     }
 
-    /// Path speed the legs intend, m/s, and turning rate, rad/s.
-    pub(crate) fn pace(&self) -> (f64, f64) {
-        self.walker.pace()
+    /// Planar speed (m/s) and turning rate (rad/s) of the locomotion.
+    pub(crate) fn planar_speed(&self) -> (f64, f64) {
+        self.locomotion.planar_speed()
     }
 
-    /// One block of motion towards the wanted velocity.
-    pub(crate) fn advance(&mut self, site: &Site, wanted: &Twist) {
-        let before = [self.walker.x, self.walker.y, self.walker.yaw];
-        self.walker.step(site, wanted, BLOCK_SECONDS);
-        self.follow(before, |_| Wobble::default());
+    /// Advances by one block towards the commanded velocity.
+    pub(crate) fn advance(&mut self, site: &Site, commanded: &Twist) {
+        let before = [self.locomotion.x, self.locomotion.y, self.locomotion.yaw];
+        self.locomotion.advance(site, commanded, BLOCK_SECONDS);
+        self.append_block(before, |_| PoseOffset::default());
     }
 
-    /// Where the walker is: x, y (metres), yaw (radians), site frame.
-    pub(crate) fn place(&self) -> [f64; 3] {
-        [self.walker.x, self.walker.y, self.walker.yaw]
+    /// Planar pose before filtering: x, y (metres), yaw (radians), site frame.
+    pub(crate) fn planar_pose(&self) -> [f64; 3] {
+        [self.locomotion.x, self.locomotion.y, self.locomotion.yaw]
     }
 
-    /// One block in somebody's arms, to that place, where `sway` moves it at each tick, 0 being the start of the block; the ground is felt
-    /// again when it is `put_down`.
+    /// Advances by one block while a person carries the robot to that planar pose. `sway` gives the displacement at each tick, 0 being the
+    /// start of the block. The ground plane is fitted again when the robot is `put_down`.
     pub(crate) fn carry(
         &mut self,
         site: &Site,
         [x, y, yaw]: [f64; 3],
-        sway: impl Fn(usize) -> Wobble,
+        sway: impl Fn(usize) -> PoseOffset,
         put_down: bool,
     ) {
-        let before = self.place();
-        let footing = self.walker.footing;
-        self.walker = Walker::new(site, x, y, footing.height, yaw);
+        let before = self.planar_pose();
+        let ground_plane = self.locomotion.ground_plane;
+        self.locomotion = Locomotion::new(site, x, y, ground_plane.height, yaw);
         if !put_down {
-            self.walker.footing = footing;
+            self.locomotion.ground_plane = ground_plane;
         }
-        self.follow(before, sway);
+        self.append_block(before, sway);
     }
 
-    /// Moves smoothly to where the walker is now from where it was a block ago, with what `sway` adds at each tick.
-    fn follow(&mut self, before: [f64; 3], sway: impl Fn(usize) -> Wobble) {
-        let after = [self.walker.x, self.walker.y, self.walker.yaw];
-        let footing = self.walker.footing;
-        let (speed, turning) = self.walker.pace();
+    /// Appends one block of poses, from the planar pose `before` to the present one, with the displacement of `sway` at each tick.
+    fn append_block(&mut self, before: [f64; 3], sway: impl Fn(usize) -> PoseOffset) {
+        let after = [self.locomotion.x, self.locomotion.y, self.locomotion.yaw];
+        let ground_plane = self.locomotion.ground_plane;
+        let (speed, turning) = self.locomotion.planar_speed();
         self.motion.site_from_base.drain(..TICKS_PER_BLOCK);
         for tick in 1..=TICKS_PER_BLOCK {
             let fraction = tick as f64 / TICKS_PER_BLOCK as f64;
             for i in 0..3 {
-                self.path[i].step(before[i] + (after[i] - before[i]) * fraction);
+                self.path[i].update(before[i] + (after[i] - before[i]) * fraction);
             }
-            for (smooth, target) in self.stance.iter_mut().zip([footing.height, footing.pitch, footing.roll])
+            for (filter, target) in
+                self.stance.iter_mut().zip([ground_plane.height, ground_plane.pitch, ground_plane.roll])
             {
-                smooth.step(target);
+                filter.update(target);
             }
-            let wobble = self.gait.step(speed, turning).and(&sway(tick));
-            self.motion.site_from_base.push(self.pose(wobble.shift, wobble.lean));
+            let pose_offset = self.gait.update(speed, turning).plus(&sway(tick));
+            self.motion.site_from_base.push(self.pose(pose_offset.translation_m, pose_offset.rotation_rad));
         }
     }
 
-    fn pose(&self, shift: [f64; 3], lean: [f64; 3]) -> Isometry {
-        let [x, y, yaw] = self.path.map(|smooth| smooth.value());
-        let [height, pitch, roll] = self.stance.map(|smooth| smooth.value());
+    /// The filtered pose with that displacement: forward, left, up (metres); roll, pitch, yaw (radians).
+    fn pose(&self, translation_m: [f64; 3], rotation_rad: [f64; 3]) -> Isometry {
+        let [x, y, yaw] = self.path.map(|filter| filter.value());
+        let [height, pitch, roll] = self.stance.map(|filter| filter.value());
         let heading = Rotation::from_euler_angles(0.0, 0.0, yaw);
-        let rotation = heading * Rotation::from_euler_angles(roll + lean[0], pitch + lean[1], lean[2]);
+        let rotation = heading
+            * Rotation::from_euler_angles(roll + rotation_rad[0], pitch + rotation_rad[1], rotation_rad[2]);
         let foot = Vector3::new(x, y, height + STANDING_HEIGHT);
-        Isometry::from_parts(Translation3::from(foot + heading * Vector3::from(shift)), rotation)
+        Isometry::from_parts(Translation3::from(foot + heading * Vector3::from(translation_m)), rotation)
     }
 }

@@ -3,7 +3,7 @@
 //! Built once by binned surface-area heuristic (Wald, *On fast construction of SAH-based bounding volume hierarchies*,
 //! 2007). Solids are stored in the order of the leaves, nodes in depth-first order: the left child follows its parent.
 
-use crate::packed::{Packed, Packet};
+use crate::ray_packet::{PackedShape, RayPacket};
 use crate::shape::Solid;
 use geometry::Vector3;
 
@@ -31,7 +31,7 @@ struct Node {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    packed: Vec<Packed>,
+    packed: Vec<PackedShape>,
     solids: Vec<Solid>,
 }
 
@@ -83,22 +83,22 @@ impl Bvh {
         if !items.is_empty() {
             build(&mut items, 0, 0, &mut nodes);
         }
-        let packed = items.iter().map(|item| Packed::from(&item.solid)).collect();
+        let packed = items.iter().map(|item| PackedShape::from(&item.solid)).collect();
         Self { nodes, packed, solids: items.into_iter().map(|item| item.solid).collect() }
     }
 
-    /// Solids in the order that [`Packet::solid`] counts.
+    /// Solids in the order that [`RayPacket::solid`] counts.
     pub fn solids(&self) -> &[Solid] {
         &self.solids
     }
 
-    /// Unit normal of solid `solid` (as numbered by [`Packet::solid`]) at a point of its surface.
+    /// Unit normal of solid `solid` (as numbered by [`RayPacket::solid`]) at a point of its surface.
     pub(crate) fn normal(&self, solid: u32, point: [f32; 3]) -> [f32; 3] {
         self.packed[solid as usize].normal(point)
     }
 
     /// Shortens every ray of the packet to the nearest surface.
-    pub fn cast(&self, packet: &mut Packet) {
+    pub fn cast(&self, packet: &mut RayPacket) {
         if self.nodes.is_empty() {
             return;
         }
@@ -110,12 +110,12 @@ impl Bvh {
             waiting -= 1;
             let index = stack[waiting];
             let node = &self.nodes[index as usize];
-            if !packet.enters(&node.min, &node.max) {
+            if !packet.intersects_box(&node.min, &node.max) {
                 continue;
             }
             if node.count > 0 {
                 for id in node.link..node.link + u32::from(node.count) {
-                    self.packed[id as usize].meet(packet, id);
+                    self.packed[id as usize].intersect(packet, id);
                 }
                 continue;
             }

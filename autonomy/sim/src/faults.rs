@@ -1,35 +1,35 @@
-//! Things that go wrong on purpose, at set times.
+//! Faults of sensors at set times.
 
 use geometry::Vector3;
 use vocab::{Span, Vec3};
 
-/// Something wrong from one moment to another, both counted from the start of the simulation.
+/// A fault with its beginning and its end, both counted from the start of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
+pub enum ScheduledFault {
     /// The LiDAR is covered: its sweeps arrive on time and hold no points.
     BlindLidar {
-        /// First moment.
+        /// Beginning.
         from: Span,
         /// End, exclusive.
         until: Span,
     },
-    /// The LiDAR says nothing at all.
+    /// The LiDAR sends nothing.
     SilentLidar {
-        /// First moment.
+        /// Beginning.
         from: Span,
         /// End, exclusive.
         until: Span,
     },
-    /// The IMU says nothing at all.
+    /// The IMU sends nothing.
     SilentImu {
-        /// First moment.
+        /// Beginning.
         from: Span,
         /// End, exclusive.
         until: Span,
     },
-    /// The legs report motion that is not there.
+    /// The leg odometry reports motion that does not happen.
     LegSlip {
-        /// First moment.
+        /// Beginning.
         from: Span,
         /// End, exclusive.
         until: Span,
@@ -38,41 +38,47 @@ pub enum Fault {
     },
 }
 
-/// All faults of a run.
+/// The faults of a run.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Faults(Vec<Fault>);
+pub(crate) struct FaultSchedule(Vec<ScheduledFault>);
 
-impl Faults {
-    pub(crate) fn new(faults: Vec<Fault>) -> Self {
+impl FaultSchedule {
+    pub(crate) fn new(faults: Vec<ScheduledFault>) -> Self {
         Self(faults)
     }
 
-    pub(crate) fn add(&mut self, fault: Fault) {
+    pub(crate) fn add(&mut self, fault: ScheduledFault) {
         self.0.push(fault);
     }
 
-    /// Drops everything that is scheduled or going on.
+    /// Removes all faults, present and future.
     pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
 
-    pub(crate) fn lidar_blind(&self, at: Span) -> bool {
-        self.0.iter().any(|f| matches!(f, Fault::BlindLidar { from, until } if (*from..*until).contains(&at)))
-    }
-
-    pub(crate) fn lidar_silent(&self, at: Span) -> bool {
+    pub(crate) fn is_lidar_blind(&self, at: Span) -> bool {
         self.0
             .iter()
-            .any(|f| matches!(f, Fault::SilentLidar { from, until } if (*from..*until).contains(&at)))
+            .any(|f| matches!(f, ScheduledFault::BlindLidar { from, until } if (*from..*until).contains(&at)))
     }
 
-    pub(crate) fn imu_silent(&self, at: Span) -> bool {
-        self.0.iter().any(|f| matches!(f, Fault::SilentImu { from, until } if (*from..*until).contains(&at)))
+    pub(crate) fn is_lidar_silent(&self, at: Span) -> bool {
+        self.0.iter().any(
+            |f| matches!(f, ScheduledFault::SilentLidar { from, until } if (*from..*until).contains(&at)),
+        )
     }
 
-    pub(crate) fn leg_slip(&self, at: Span) -> Vector3 {
+    pub(crate) fn is_imu_silent(&self, at: Span) -> bool {
+        self.0
+            .iter()
+            .any(|f| matches!(f, ScheduledFault::SilentImu { from, until } if (*from..*until).contains(&at)))
+    }
+
+    pub(crate) fn leg_slip_velocity(&self, at: Span) -> Vector3 {
         let slips = self.0.iter().filter_map(|fault| match fault {
-            Fault::LegSlip { from, until, velocity } if (*from..*until).contains(&at) => Some(velocity),
+            ScheduledFault::LegSlip { from, until, velocity } if (*from..*until).contains(&at) => {
+                Some(velocity)
+            }
             _ => None,
         });
         slips.fold(Vector3::zeros(), |sum, velocity| sum + geometry::vec_from_plain(*velocity))

@@ -1,11 +1,11 @@
-//! The inertial unit: the true derivative of the simulated motion, plus the errors of a BMI085-class part.
+//! The IMU: the true derivative of the simulated motion, plus the errors of a BMI085-class part.
 //!
-//! A sample is the mean over one sample period centred on its stamp, as the decimation filter of the real part does, so
-//! summing samples gives back the motion. Noise densities: Bosch BMI085 datasheet (gyroscope 0.014 °/s/√Hz,
+//! A sample is the mean over one sample period centred on its stamp, as the decimation filter of the real part computes it, so the sum of
+//! the samples is the motion. Noise densities: Bosch BMI085 datasheet (gyroscope 0.014 °/s/√Hz,
 //! accelerometer 120 µg/√Hz in x and y, 160 in z). Bias walks are of the size that Allan plots of such parts show.
 
-use crate::body::Motion;
-use crate::{IMU_HZ, TICK_SECONDS, TICKS_PER_IMU};
+use crate::body::MotionHistory;
+use crate::timing::{IMU_HZ, TICK_SECONDS, TICKS_PER_IMU};
 use geometry::{Isometry, Rng, Vector3, so3};
 use messages::ImuSample;
 use vocab::Stamp;
@@ -13,26 +13,28 @@ use vocab::Stamp;
 /// Standard gravity, m/s².
 pub const GRAVITY: f64 = 9.80665;
 
-/// rad/s/√Hz.
-const GYRO_DENSITY: f64 = 0.014 * std::f64::consts::PI / 180.0;
-/// m/s²/√Hz.
-const ACCEL_DENSITY: [f64; 3] = [120e-6 * GRAVITY, 120e-6 * GRAVITY, 160e-6 * GRAVITY];
-/// rad/s/√s.
-const GYRO_WALK: f64 = 1.5e-5;
-/// m/s²/√s.
-const ACCEL_WALK: f64 = 2e-4;
-/// Standard deviation of the bias at switch-on, rad/s (the datasheet allows up to 1 °/s) and m/s² (up to 20 mg).
-const GYRO_TURN_ON: f64 = 4e-3;
-const ACCEL_TURN_ON: f64 = 0.06;
-/// Where the readings saturate: 1000 °/s and 12 g.
-const GYRO_RANGE: f64 = 1000.0 * std::f64::consts::PI / 180.0;
-const ACCEL_RANGE: f64 = 12.0 * GRAVITY;
+/// Noise density of the gyroscope, rad/s/√Hz.
+const GYRO_NOISE_DENSITY: f64 = 0.014 * std::f64::consts::PI / 180.0;
+/// Noise density of the accelerometer in x, y and z, m/s²/√Hz.
+const ACCEL_NOISE_DENSITY: [f64; 3] = [120e-6 * GRAVITY, 120e-6 * GRAVITY, 160e-6 * GRAVITY];
+/// Random walk of the gyroscope's bias, rad/s/√s.
+const GYRO_BIAS_WALK: f64 = 1.5e-5;
+/// Random walk of the accelerometer's bias, m/s²/√s.
+const ACCEL_BIAS_WALK: f64 = 2e-4;
+/// Standard deviation of the gyroscope's bias at switch-on, rad/s. The datasheet allows up to 1 °/s.
+const GYRO_TURN_ON_BIAS_RAD_S: f64 = 4e-3;
+/// Standard deviation of the accelerometer's bias at switch-on, m/s². The datasheet allows up to 20 mg.
+const ACCEL_TURN_ON_BIAS_M_S2: f64 = 0.06;
+/// Greatest reading of the gyroscope, rad/s: 1000 °/s.
+const GYRO_RANGE_RAD_S: f64 = 1000.0 * std::f64::consts::PI / 180.0;
+/// Greatest reading of the accelerometer, m/s²: 12 g.
+const ACCEL_RANGE_M_S2: f64 = 12.0 * GRAVITY;
 
-/// The inertial unit.
+/// The inertial measurement unit.
 #[derive(Clone, Debug)]
 pub(crate) struct Imu {
     base_from_imu: Isometry,
-    /// `None` for a part without errors.
+    /// `None` for an IMU without errors.
     errors: Option<Errors>,
 }
 
@@ -48,18 +50,18 @@ fn gaussian(rng: &mut Rng) -> Vector3 {
 }
 
 impl Imu {
-    /// A unit at `base_from_imu`; without `rng` it makes no errors.
+    /// An IMU at `base_from_imu`; without `rng` it has no errors.
     pub(crate) fn new(base_from_imu: Isometry, rng: Option<Rng>) -> Self {
         let errors = rng.map(|mut rng| Errors {
-            gyro_bias: gaussian(&mut rng) * GYRO_TURN_ON,
-            accel_bias: gaussian(&mut rng) * ACCEL_TURN_ON,
+            gyro_bias: gaussian(&mut rng) * GYRO_TURN_ON_BIAS_RAD_S,
+            accel_bias: gaussian(&mut rng) * ACCEL_TURN_ON_BIAS_M_S2,
             rng,
         });
         Self { base_from_imu, errors }
     }
 
-    /// The sample of a tick, taken at `stamp`. Looks three ticks back and forth.
-    pub(crate) fn sample(&mut self, motion: &Motion, tick: isize, stamp: Stamp) -> ImuSample {
+    /// The sample of a tick, taken at `stamp`. It uses the poses of three ticks before and after.
+    pub(crate) fn sample(&mut self, motion: &MotionHistory, tick: isize, stamp: Stamp) -> ImuSample {
         let half = TICKS_PER_IMU / 2;
         let at = |tick| motion.at(tick) * self.base_from_imu;
         let period = TICK_SECONDS * TICKS_PER_IMU as f64;
@@ -87,12 +89,12 @@ impl Errors {
         // Datasheet densities are one-sided: noise power up to half the sample rate.
         let band = (IMU_HZ as f64 / 2.0).sqrt();
         let walk = (1.0 / IMU_HZ as f64).sqrt();
-        self.gyro_bias += gaussian(&mut self.rng) * (GYRO_WALK * walk);
-        self.accel_bias += gaussian(&mut self.rng) * (ACCEL_WALK * walk);
-        *angular_velocity += self.gyro_bias + gaussian(&mut self.rng) * (GYRO_DENSITY * band);
-        let noise = gaussian(&mut self.rng).component_mul(&Vector3::from(ACCEL_DENSITY)) * band;
+        self.gyro_bias += gaussian(&mut self.rng) * (GYRO_BIAS_WALK * walk);
+        self.accel_bias += gaussian(&mut self.rng) * (ACCEL_BIAS_WALK * walk);
+        *angular_velocity += self.gyro_bias + gaussian(&mut self.rng) * (GYRO_NOISE_DENSITY * band);
+        let noise = gaussian(&mut self.rng).component_mul(&Vector3::from(ACCEL_NOISE_DENSITY)) * band;
         *specific_force += self.accel_bias + noise;
-        angular_velocity.apply(|w| *w = w.clamp(-GYRO_RANGE, GYRO_RANGE));
-        specific_force.apply(|a| *a = a.clamp(-ACCEL_RANGE, ACCEL_RANGE));
+        angular_velocity.apply(|w| *w = w.clamp(-GYRO_RANGE_RAD_S, GYRO_RANGE_RAD_S));
+        specific_force.apply(|a| *a = a.clamp(-ACCEL_RANGE_M_S2, ACCEL_RANGE_M_S2));
     }
 }

@@ -1,48 +1,48 @@
-//! The simulator: industrial sites, a walking robot with its sensors, people, and faults on schedule.
+//! The simulator: industrial sites, a walking robot with its sensors, people, and faults at set times.
 //!
-//! Everything is seeded and clockless: the same configuration, commands and number of blocks give the same bytes. It never
-//! sees the stack. How it is cut: `site` builds places out of `shape`s, `bvh` and `packed` cast rays at them; `walker`,
-//! `gait` and `smooth` make up the `body`'s trajectory; `lidar`, `imu`, `legs` and `battery` observe it; `route` walks it
-//! for recordings; `simulator` runs all of it in blocks of 10 ms.
+//! Everything is seeded and clockless: the same configuration and the same commands give the same bytes. The simulator never
+//! sees the stack. The modules, from the lowest to the highest:
+//!
+//! - `timing`: the time steps that all others share;
+//! - `shape`, `ray_packet`, `bvh`: solids, and rays cast at them;
+//! - `site`: places built of solids, with docks, routes and the paths of people;
+//! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
+//! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: what else moves;
+//! - `faults`: what goes wrong, and when;
+//! - `simulator`: all of it in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
 mod battery;
 mod body;
 mod bvh;
 mod faults;
 mod gait;
+mod ground_truth;
 mod imu;
 mod legs;
 mod lidar;
-mod packed;
+mod locomotion;
+mod low_pass;
 mod people;
+mod ray_packet;
 mod route;
+mod route_follower;
 mod shape;
 mod simulator;
 mod site;
-mod smooth;
 #[cfg(test)]
 mod tests;
-mod walker;
+mod timing;
 
 pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
-pub use faults::Fault;
+pub use faults::ScheduledFault;
+pub use ground_truth::GroundTruth;
 pub use imu::GRAVITY;
-pub use lidar::{FULL_COLUMNS, RINGS, SWEEP_HZ};
-pub use packed::{LANES, Lane, NOTHING, Packet};
-pub use route::{Route, RouteWalker, Start};
+pub use lidar::{FULL_COLUMNS, RINGS};
+pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
+pub use route::{Route, Start};
+pub use route_follower::RouteFollower;
 pub use shape::{Clearance, Material, Shape, Solid};
-pub use simulator::{SimConfig, SimEvent, Simulator, Truth};
+pub use simulator::{SimConfig, SimEvent, Simulator};
 pub use site::{Dock, Site, SiteName, UnknownSite};
-
-/// IMU samples a second.
-pub const IMU_HZ: u32 = 400;
-
-/// Steps of the body within one block, the unit of [`Simulator::advance`].
-const TICKS_PER_BLOCK: usize = 16;
-const TICKS_PER_IMU: isize = 4;
-const TICK_NANOS: i64 = 625_000;
-const TICK_SECONDS: f64 = TICK_NANOS as f64 * 1e-9;
-const BLOCK_NANOS: i64 = TICK_NANOS * TICKS_PER_BLOCK as i64;
-const BLOCK_SECONDS: f64 = BLOCK_NANOS as f64 * 1e-9;
-const BLOCKS_PER_SWEEP: i64 = 1_000_000_000 / SWEEP_HZ as i64 / BLOCK_NANOS;
+pub use timing::{IMU_HZ, SWEEP_HZ};

@@ -1,15 +1,15 @@
-//! The LiDAR: a Hesai XT-32 with its elevation table, firing times, range noise and dropouts.
+//! The LiDAR: a Hesai XT-32 with its table of elevations, firing times, range noise and dropouts.
 //!
-//! The head turns at 10 Hz, clockwise seen from above, and begins its sweep looking backwards. In every column the 32
-//! channels fire one after the other, while the head goes on turning and the robot goes on moving: each column is cast
-//! from where the body is at that instant, and points are given in the LiDAR's frame at that instant, as raw data are.
+//! The head turns at 10 Hz, clockwise seen from above, and begins its sweep facing backwards. In every column the 32 channels fire
+//! one after the other while the head turns and the robot moves. The rays of a column start at the pose of the body at that instant,
+//! and points are given in the frame of the LiDAR at that instant, as in raw data.
 //! Sources: the vendor's angle and firing-time tables of the PandarXT-32 (nominal: 15° to -16° in steps of 1°, 1.512 µs
 //! between channels) and its user manual (0.05 to 120 m, 80 m at 10 % reflectivity, 1 cm).
 
-use crate::packed::{LANES, Lane, NOTHING, Packet};
 use crate::people::{PERSON_BIT, People};
+use crate::ray_packet::{LANES, Lane, NO_HIT, RayPacket};
 use crate::site::Site;
-use crate::{BLOCK_SECONDS, BLOCKS_PER_SWEEP};
+use crate::timing::{BLOCK_SECONDS, BLOCKS_PER_SWEEP, SWEEP_HZ};
 use geometry::{Isometry, Rng};
 use messages::Scan;
 use std::f64::consts::{PI, TAU};
@@ -17,51 +17,57 @@ use vocab::Stamp;
 
 /// Channels, counted from the highest.
 pub const RINGS: usize = 32;
-/// Sweeps per second.
-pub const SWEEP_HZ: u32 = 10;
 /// Columns of a sweep at full resolution.
 pub const FULL_COLUMNS: u32 = 2000;
 
+/// Elevation of the highest channel, degrees.
 const TOP_ELEVATION_DEG: f64 = 15.0;
+/// Angle between neighbouring channels, degrees.
 const ELEVATION_STEP_DEG: f64 = 1.0;
-/// Between the firings of neighbouring channels.
+/// Time between the firings of neighbouring channels, nanoseconds.
 const FIRING_STEP_NANOS: f64 = 1512.0;
+/// Duration of a sweep, nanoseconds.
 const NANOS_PER_SWEEP: f64 = 1e9 / SWEEP_HZ as f64;
 
-/// Metres.
-const RANGE_MIN: f32 = 0.3;
-const RANGE_MAX: f32 = 120.0;
-const RANGE_NOISE: f32 = 0.01;
-/// A 10 % target straight on is seen up to here.
-const RANGE_AT_TENTH: f32 = 80.0;
-/// Share of returns lost for no reason.
-const LOSS: f32 = 0.002;
+/// Returns from nearer than this are dropped, metres.
+const RANGE_MIN_M: f32 = 0.3;
+/// Greatest range, metres.
+const RANGE_MAX_M: f32 = 120.0;
+/// Standard deviation of the range, metres.
+const RANGE_NOISE_M: f32 = 0.01;
+/// Range up to which a target of 10 % reflectivity is seen at normal incidence, metres.
+const RANGE_AT_10_PERCENT_M: f32 = 80.0;
+/// Share of returns that are lost at random.
+const DROPOUT_SHARE: f32 = 0.002;
 
 /// The LiDAR.
 #[derive(Clone, Debug)]
 pub(crate) struct Lidar {
     base_from_lidar: Isometry,
     columns: u32,
-    rings: Vec<Ring>,
-    /// `None` for a part without errors: every ray that meets something within range returns, exactly.
+    channels: Vec<Channel>,
+    /// `None` for a LiDAR without errors: every ray that hits a surface within range returns its exact range.
     rng: Option<Rng>,
     sweep: Scan,
 }
 
 /// One channel.
 #[derive(Clone, Copy, Debug)]
-struct Ring {
-    /// Of the elevation.
+struct Channel {
+    /// Sine of the elevation.
     sin: f32,
+    /// Cosine of the elevation.
     cos: f32,
-    /// Of the angle by which the head has turned when the channel fires.
+    /// Sine of the angle by which the head has turned when the channel fires.
     lag_sin: f32,
+    /// Cosine of that angle.
     lag_cos: f32,
+    /// Time after the start of the column at which the channel fires, nanoseconds.
     delay_nanos: f64,
 }
 
 /// Up to [`LANES`] neighbouring columns, axis by axis.
-struct Tile {
+struct ColumnGroup {
     columns: usize,
     start_nanos: [f64; LANES],
     azimuth_sin: Lane,
@@ -71,25 +77,24 @@ struct Tile {
     rotation: [[Lane; 3]; 3],
 }
 
-/// What one channel saw in the columns of a tile.
+/// The returns of one channel in the columns of a group.
 #[derive(Clone, Copy)]
 struct Returns {
-    /// LiDAR frame, unit length.
+    /// Unit vectors, LiDAR frame.
     direction: [Lane; 3],
-    /// NaN where nothing came back.
+    /// Metres; NaN where there is no return.
     range: Lane,
     intensity: Lane,
 }
 
 impl Lidar {
-    /// A LiDAR at `base_from_lidar` with so many columns a sweep (rounded up to a multiple of 10); without `rng` it makes
-    /// no errors.
+    /// A LiDAR at `base_from_lidar` with that number of columns per sweep, rounded up to a multiple of 10; without `rng` it has no errors.
     pub(crate) fn new(base_from_lidar: Isometry, columns: u32, rng: Option<Rng>) -> Self {
         let rings = (0..RINGS).map(|ring| {
             let (sin, cos) = (TOP_ELEVATION_DEG - ELEVATION_STEP_DEG * ring as f64).to_radians().sin_cos();
             let delay_nanos = FIRING_STEP_NANOS * ring as f64;
             let (lag_sin, lag_cos) = (TAU * delay_nanos / NANOS_PER_SWEEP).sin_cos();
-            Ring {
+            Channel {
                 sin: sin as f32,
                 cos: cos as f32,
                 lag_sin: lag_sin as f32,
@@ -98,11 +103,11 @@ impl Lidar {
             }
         });
         let columns = columns.clamp(1, FULL_COLUMNS).next_multiple_of(BLOCKS_PER_SWEEP as u32);
-        Self { base_from_lidar, columns, rings: rings.collect(), rng, sweep: Scan::default() }
+        Self { base_from_lidar, columns, channels: rings.collect(), rng, sweep: Scan::default() }
     }
 
-    /// Turns through one block, the `block`-th of its sweep, which began at `sweep_start`. The last block of a sweep gives
-    /// the scan. `site_from_base` is asked for poses at seconds after the start of the block.
+    /// Advances by one block, number `block` of the sweep that began at `sweep_start`. The last block of a sweep returns the scan.
+    /// `site_from_base` gives the pose of the base at seconds after the start of the block.
     pub(crate) fn advance(
         &mut self,
         site: &Site,
@@ -123,22 +128,22 @@ impl Lidar {
         let per_block = self.columns / BLOCKS_PER_SWEEP as u32;
         let first = block * per_block;
         if !blind {
-            for tile in (first..first + per_block).step_by(LANES) {
-                let end = (tile + LANES as u32).min(first + per_block);
-                self.cast_tile(site, people, &self.tile(tile..end, block, &site_from_base));
+            for group in (first..first + per_block).step_by(LANES) {
+                let end = (group + LANES as u32).min(first + per_block);
+                self.cast_column_group(site, people, &self.group(group..end, block, &site_from_base));
             }
         }
         (i64::from(block) + 1 == BLOCKS_PER_SWEEP).then(|| std::mem::take(&mut self.sweep))
     }
 
-    fn tile(
+    fn group(
         &self,
         columns: std::ops::Range<u32>,
         block: u32,
         site_from_base: &impl Fn(f64) -> Isometry,
-    ) -> Tile {
+    ) -> ColumnGroup {
         let zero = [0.0; LANES];
-        let mut tile = Tile {
+        let mut group = ColumnGroup {
             columns: columns.len(),
             start_nanos: [0.0; LANES],
             azimuth_sin: zero,
@@ -148,7 +153,7 @@ impl Lidar {
         };
         let middle_of_firing = FIRING_STEP_NANOS * (RINGS - 1) as f64 / 2.0 * 1e-9;
         for lane in 0..LANES {
-            // Lanes beyond the end repeat the last column and are thrown away.
+            // Lanes beyond the end repeat the last column; their returns are dropped.
             let column = (columns.start + lane as u32).min(columns.end - 1);
             let turn = f64::from(column) / f64::from(self.columns);
             let nanos = turn * NANOS_PER_SWEEP;
@@ -156,51 +161,51 @@ impl Lidar {
             let site_from_lidar = site_from_base(in_block) * self.base_from_lidar;
             let rotation = site_from_lidar.rotation.to_rotation_matrix().into_inner();
             let (sin, cos) = (PI - TAU * turn).sin_cos();
-            tile.start_nanos[lane] = nanos;
-            (tile.azimuth_sin[lane], tile.azimuth_cos[lane]) = (sin as f32, cos as f32);
+            group.start_nanos[lane] = nanos;
+            (group.azimuth_sin[lane], group.azimuth_cos[lane]) = (sin as f32, cos as f32);
             for row in 0..3 {
-                tile.origin[row][lane] = site_from_lidar.translation.vector[row] as f32;
+                group.origin[row][lane] = site_from_lidar.translation.vector[row] as f32;
                 for axis in 0..3 {
-                    tile.rotation[row][axis][lane] = rotation[(row, axis)] as f32;
+                    group.rotation[row][axis][lane] = rotation[(row, axis)] as f32;
                 }
             }
         }
-        tile
+        group
     }
 
-    fn cast_tile(&mut self, site: &Site, people: &People, tile: &Tile) {
+    fn cast_column_group(&mut self, site: &Site, people: &People, group: &ColumnGroup) {
         let silent =
             Returns { direction: [[0.0; LANES]; 3], range: [f32::NAN; LANES], intensity: [0.0; LANES] };
         let mut seen = [silent; RINGS];
-        for (ring, returns) in self.rings.iter().zip(&mut seen) {
-            returns.direction = ring.directions(tile);
-            let mut packet = Packet::new(tile.origin, tile.rotate(&returns.direction), RANGE_MAX);
+        for (ring, returns) in self.channels.iter().zip(&mut seen) {
+            returns.direction = ring.directions(group);
+            let mut packet = RayPacket::new(group.origin, group.rotate(&returns.direction), RANGE_MAX_M);
             site.bvh().cast(&mut packet);
             people.cast(&mut packet);
-            measure(site, people, &packet, self.rng.as_mut(), returns);
+            compute_returns(site, people, &packet, self.rng.as_mut(), returns);
         }
-        for lane in 0..tile.columns {
-            for (number, (ring, returns)) in self.rings.iter().zip(&seen).enumerate() {
+        for lane in 0..group.columns {
+            for (number, (ring, returns)) in self.channels.iter().zip(&seen).enumerate() {
                 let range = returns.range[lane];
                 if range.is_nan() {
                     continue;
                 }
                 self.sweep.xyz.push([0, 1, 2].map(|axis| returns.direction[axis][lane] * range));
                 self.sweep.intensity.push(returns.intensity[lane]);
-                self.sweep.offset_ns.push((tile.start_nanos[lane] + ring.delay_nanos).round() as i32);
+                self.sweep.offset_ns.push((group.start_nanos[lane] + ring.delay_nanos).round() as i32);
                 self.sweep.ring.push(number as u16);
             }
         }
     }
 }
 
-impl Ring {
-    /// Where the channel looks in every column of the tile, LiDAR frame.
-    fn directions(&self, tile: &Tile) -> [Lane; 3] {
+impl Channel {
+    /// Direction of the channel in every column of the group, LiDAR frame.
+    fn directions(&self, group: &ColumnGroup) -> [Lane; 3] {
         let mut direction = [[self.sin; LANES]; 3];
         for lane in 0..LANES {
-            let (sin, cos) = (tile.azimuth_sin[lane], tile.azimuth_cos[lane]);
-            // The azimuth of the column less the lag, as the head turns clockwise.
+            let (sin, cos) = (group.azimuth_sin[lane], group.azimuth_cos[lane]);
+            // The head turns clockwise, so the lag is subtracted from the azimuth of the column.
             direction[0][lane] = self.cos * (cos * self.lag_cos + sin * self.lag_sin);
             direction[1][lane] = self.cos * (sin * self.lag_cos - cos * self.lag_sin);
         }
@@ -208,7 +213,7 @@ impl Ring {
     }
 }
 
-impl Tile {
+impl ColumnGroup {
     fn rotate(&self, local: &[Lane; 3]) -> [Lane; 3] {
         let mut out = [[0.0; LANES]; 3];
         for row in 0..3 {
@@ -223,11 +228,17 @@ impl Tile {
     }
 }
 
-/// Turns hits into what the receiver makes of them.
-fn measure(site: &Site, people: &People, packet: &Packet, mut rng: Option<&mut Rng>, returns: &mut Returns) {
+/// Turns ray hits into range and intensity as the receiver measures them.
+fn compute_returns(
+    site: &Site,
+    people: &People,
+    packet: &RayPacket,
+    mut rng: Option<&mut Rng>,
+    returns: &mut Returns,
+) {
     for lane in 0..LANES {
         let (solid, range) = (packet.solid[lane], packet.range[lane]);
-        if solid == NOTHING || range < RANGE_MIN {
+        if solid == NO_HIT || range < RANGE_MIN_M {
             continue;
         }
         let end = packet.end(lane);
@@ -240,7 +251,7 @@ fn measure(site: &Site, people: &People, packet: &Packet, mut rng: Option<&mut R
         let reflectivity = material.reflectivity();
         let mut measured = (range, 1.0);
         if let Some(rng) = rng.as_deref_mut() {
-            let Some(noisy) = receive(rng, range, reflectivity * slant) else { continue };
+            let Some(noisy) = simulate_echo(rng, range, reflectivity * slant) else { continue };
             measured = noisy;
         }
         returns.range[lane] = measured.0;
@@ -250,22 +261,22 @@ fn measure(site: &Site, people: &People, packet: &Packet, mut rng: Option<&mut R
     }
 }
 
-/// Range with noise and a factor on the intensity, or nothing when the echo is too weak (far, dark or grazing).
-fn receive(rng: &mut Rng, range: f32, brightness: f32) -> Option<(f32, f32)> {
+/// The range with noise and a factor on the intensity, or `None` when the echo is too weak (far, dark or grazing).
+fn simulate_echo(rng: &mut Rng, range: f32, brightness: f32) -> Option<(f32, f32)> {
     let (luck, noise) = (rng.bits(), rng.bits());
     // Echo strength, 1 where a 10 % target at the specified range would put it.
-    let echo = brightness / 0.1 * (RANGE_AT_TENTH / range).powi(2);
-    let seen = ((echo - 0.15) / 0.85).clamp(0.0, 1.0) * (1.0 - LOSS);
+    let echo = brightness / 0.1 * (RANGE_AT_10_PERCENT_M / range).powi(2);
+    let seen = ((echo - 0.15) / 0.85).clamp(0.0, 1.0) * (1.0 - DROPOUT_SHARE);
     if (luck >> 40) as f32 * (1.0 / (1_u32 << 24) as f32) >= seen {
         return None;
     }
     let shade = 1.0 + 0.1 * ((luck & 0xffff) as f32 / 65_536.0 - 0.5);
-    Some((range + RANGE_NOISE * bell(noise), shade))
+    Some((range + RANGE_NOISE_M * approximate_normal(noise), shade))
 }
 
-/// Normal numbers (mean 0, deviation 1) from 64 random bits: the sum of four uniform ones, cut off at 3.46. A tenth of the
-/// cost of Box-Muller, 640,000 times a second.
-fn bell(bits: u64) -> f32 {
+/// An approximately normal number (mean 0, deviation 1) from 64 random bits: the sum of four uniform numbers, limited to ±3.46. It costs
+/// a tenth of the Box-Muller transform and is needed 640,000 times a second.
+fn approximate_normal(bits: u64) -> f32 {
     let sum: u32 = [0, 16, 32, 48].iter().map(|shift| (bits >> shift) as u32 & 0xffff).sum();
     (sum as f32 / 65_535.0 - 2.0) * 1.732_050_8
 }

@@ -1,10 +1,10 @@
-//! The solids that a site is made of, as exact shapes in f64: bounds and signed distances. Ray casting uses the packed
-//! f32 twins in `packed`.
+//! The solids that a site consists of, as exact shapes in f64: bounds and signed distances. Ray casting uses the f32 form of
+//! `ray_packet`.
 
 use geometry::{Isometry, Rotation, Vector3};
 use nalgebra::Point3;
 
-/// What a surface is made of, as far as a LiDAR of 905 nm can tell.
+/// Material of a surface, as a LiDAR of 905 nm distinguishes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Material {
@@ -57,24 +57,24 @@ impl Material {
 /// A closed shape in the site frame, metres. Triangles are sheets seen from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A box along the axes.
-    Block {
+    /// A box along the axes of the site.
+    AlignedBox {
         /// Least corner.
         min: Vector3,
         /// Greatest corner.
         max: Vector3,
     },
-    /// A box in any direction.
-    Crate {
+    /// A box in any orientation.
+    OrientedBox {
         /// Middle.
         center: Vector3,
-        /// Half the edges, along the box's own axes.
+        /// Half the edge lengths, along the axes of the box.
         half: Vector3,
-        /// The box's axes in the site.
-        site_from_crate: Rotation,
+        /// Orientation of the box in the site.
+        site_from_box: Rotation,
     },
     /// A cylinder with flat ends.
-    Rod {
+    Cylinder {
         /// Middle of one end.
         from: Vector3,
         /// Middle of the other end.
@@ -83,7 +83,7 @@ pub enum Shape {
         radius: f64,
     },
     /// A sphere.
-    Ball {
+    Sphere {
         /// Middle.
         center: Vector3,
         /// Radius.
@@ -93,12 +93,12 @@ pub enum Shape {
     Triangle([Vector3; 3]),
 }
 
-/// A shape of some material.
+/// A shape with its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solid {
-    /// Where and what form.
+    /// Shape and position.
     pub shape: Shape,
-    /// Made of what.
+    /// Material of the surface.
     pub material: Material,
 }
 
@@ -115,17 +115,17 @@ impl Shape {
     /// Least and greatest corner of the box along the axes that holds the shape.
     pub fn bounds(&self) -> (Vector3, Vector3) {
         match self {
-            Self::Block { min, max } => (*min, *max),
-            Self::Crate { center, half, site_from_crate } => {
-                let reach = site_from_crate.to_rotation_matrix().into_inner().abs() * half;
+            Self::AlignedBox { min, max } => (*min, *max),
+            Self::OrientedBox { center, half, site_from_box } => {
+                let reach = site_from_box.to_rotation_matrix().into_inner().abs() * half;
                 (center - reach, center + reach)
             }
-            Self::Rod { from, to, radius } => {
+            Self::Cylinder { from, to, radius } => {
                 let axis = (to - from).normalize();
                 let reach = axis.map(|a| radius * (1.0 - a * a).max(0.0).sqrt());
                 (from.inf(to) - reach, from.sup(to) + reach)
             }
-            Self::Ball { center, radius } => {
+            Self::Sphere { center, radius } => {
                 let reach = Vector3::repeat(*radius);
                 (center - reach, center + reach)
             }
@@ -133,38 +133,42 @@ impl Shape {
         }
     }
 
-    /// The same shape elsewhere.
-    pub fn moved(&self, by: &Isometry) -> Self {
+    /// The shape under a rigid transformation.
+    pub fn transformed(&self, by: &Isometry) -> Self {
         let at = |point: &Vector3| (by * Point3::from(*point)).coords;
         match self {
-            Self::Block { min, max } => {
+            Self::AlignedBox { min, max } => {
                 let (center, half) = (at(&((min + max) / 2.0)), (max - min) / 2.0);
                 if by.rotation.angle() == 0.0 {
-                    return Self::Block { min: center - half, max: center + half };
+                    return Self::AlignedBox { min: center - half, max: center + half };
                 }
-                Self::Crate { center, half, site_from_crate: by.rotation }
+                Self::OrientedBox { center, half, site_from_box: by.rotation }
             }
-            Self::Crate { center, half, site_from_crate } => Self::Crate {
+            Self::OrientedBox { center, half, site_from_box } => Self::OrientedBox {
                 center: at(center),
                 half: *half,
-                site_from_crate: by.rotation * site_from_crate,
+                site_from_box: by.rotation * site_from_box,
             },
-            Self::Rod { from, to, radius } => Self::Rod { from: at(from), to: at(to), radius: *radius },
-            Self::Ball { center, radius } => Self::Ball { center: at(center), radius: *radius },
+            Self::Cylinder { from, to, radius } => {
+                Self::Cylinder { from: at(from), to: at(to), radius: *radius }
+            }
+            Self::Sphere { center, radius } => Self::Sphere { center: at(center), radius: *radius },
             Self::Triangle(corners) => Self::Triangle(corners.each_ref().map(at)),
         }
     }
 
-    /// How far `point` is from the surface, and which way leads away from it.
+    /// Signed distance from the surface to `point`, with its gradient.
     pub fn clearance(&self, point: &Vector3) -> Clearance {
         match self {
-            Self::Block { min, max } => box_clearance(&(point - (min + max) / 2.0), &((max - min) / 2.0)),
-            Self::Crate { center, half, site_from_crate } => {
-                let local = box_clearance(&(site_from_crate.inverse() * (point - center)), half);
-                Clearance { outward: site_from_crate * local.outward, ..local }
+            Self::AlignedBox { min, max } => {
+                box_clearance(&(point - (min + max) / 2.0), &((max - min) / 2.0))
             }
-            Self::Rod { from, to, radius } => rod_clearance(point, from, to, *radius),
-            Self::Ball { center, radius } => {
+            Self::OrientedBox { center, half, site_from_box } => {
+                let local = box_clearance(&(site_from_box.inverse() * (point - center)), half);
+                Clearance { outward: site_from_box * local.outward, ..local }
+            }
+            Self::Cylinder { from, to, radius } => cylinder_clearance(point, from, to, *radius),
+            Self::Sphere { center, radius } => {
                 let offset = point - center;
                 let distance = offset.norm();
                 Clearance { distance: distance - radius, outward: unit_or_zero(&offset) }
@@ -196,7 +200,7 @@ fn box_clearance(point: &Vector3, half: &Vector3) -> Clearance {
     Clearance { distance: excess[axis], outward }
 }
 
-fn rod_clearance(point: &Vector3, from: &Vector3, to: &Vector3, radius: f64) -> Clearance {
+fn cylinder_clearance(point: &Vector3, from: &Vector3, to: &Vector3, radius: f64) -> Clearance {
     let axis = (to - from).normalize();
     let offset = point - (from + to) / 2.0;
     let along = offset.dot(&axis);

@@ -1,18 +1,18 @@
-//! The simulator: one world, advanced in blocks of 10 ms, whose sensors speak in the order of their arrival.
+//! The simulator: one world, advanced in blocks of 10 ms. The messages of its sensors come in the order of their arrival.
 
 use crate::battery::Battery;
 use crate::body::{Body, STANDING_HEIGHT};
-use crate::faults::{Fault, Faults};
-use crate::gait::Wobble;
+use crate::faults::{FaultSchedule, ScheduledFault};
+use crate::gait::PoseOffset;
+use crate::ground_truth::GroundTruth;
 use crate::imu::Imu;
 use crate::legs::Legs;
 use crate::lidar::{FULL_COLUMNS, Lidar};
 use crate::people::People;
 use crate::route::Start;
 use crate::site::{Site, SiteName};
-use crate::{
-    BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, IMU_HZ, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK,
-    TICKS_PER_IMU,
+use crate::timing::{
+    BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
 use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
 use messages::{BootRecord, Drive, Mounting, RobotProfile, Sensor, Sources};
@@ -20,38 +20,44 @@ use nalgebra::Translation3;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use vocab::{Pose, Span, Stamp, Twist, Vec3};
+use vocab::{Span, Stamp, Twist, Vec3};
 
-/// Commands cease to hold after this long.
-const COMMAND_LIFE: Span = Span::from_millis(500);
+/// A drive command expires after this time.
+const COMMAND_LIFETIME: Span = Span::from_millis(500);
 /// Blocks between two messages of the battery.
 const BLOCKS_PER_BATTERY: i64 = 100;
-/// Truths kept for whoever asks: one minute.
-const TRUTHS_KEPT: usize = 6000;
+/// Ground-truth states that are kept until they are taken: one minute.
+const GROUND_TRUTH_KEPT: usize = 6000;
 
-/// Places that somebody who carries the robot away looks at.
-const PLACES: i64 = 96;
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+/// Places that are tried when the robot is carried away.
+const CARRY_CANDIDATES: i64 = 96;
+/// Greatest distance of such a place, metres.
+const CARRY_DISTANCE_MAX_M: f64 = 20.0;
+/// Least distance of such a place, metres.
+const CARRY_DISTANCE_MIN_M: f64 = 6.0;
+/// Rotation of the robot while it is carried away, radians.
+const CARRY_ROTATION_RAD: f64 = 2.0;
+/// The golden angle, radians: successive multiples of it cover all directions evenly.
+const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// What to simulate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimConfig {
-    /// Where.
+    /// The site.
     pub site: SiteName,
-    /// Of every random number; the site itself does not depend on it.
+    /// Seed of all random numbers. The site itself does not depend on it.
     pub seed: u64,
-    /// Columns of a LiDAR sweep; [`FULL_COLUMNS`] is full resolution (640,000 rays a second). Rounded up to a multiple
-    /// of 10.
+    /// Columns of a LiDAR sweep, rounded up to a multiple of 10. [`FULL_COLUMNS`] is full resolution (640,000 rays a second).
     pub lidar_columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     pub people: u32,
-    /// Where the robot stands at first; at the site's first dock if not said.
+    /// Where the robot stands at first; without it, at the first dock of the site.
     pub start: Option<Start>,
-    /// What goes wrong, and when.
-    pub faults: Vec<Fault>,
+    /// Faults, and when they happen.
+    pub faults: Vec<ScheduledFault>,
     /// The instant at which the simulation begins.
     pub epoch: Stamp,
-    /// Sensors without noise, bias, drift or dropouts, for tests.
+    /// Whether sensors are without noise, bias, drift and dropouts, for tests.
     pub ideal: bool,
 }
 
@@ -71,73 +77,78 @@ impl SimConfig {
     }
 }
 
-/// A message of a sensor with the moment at which it reaches the computer.
+/// A message of a sensor with the instant at which it reaches the computer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimEvent {
-    /// Arrival.
+    /// Instant of arrival.
     pub at: Stamp,
     /// The message.
     pub sensor: Sensor,
 }
 
-/// Where the robot really is. For scorers and recordings only.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
-    /// The instant.
-    pub stamp: Stamp,
-    /// Base in the site.
-    pub site_from_base: Pose,
-    /// Velocity of the base in its own frame.
-    pub velocity: Twist,
-}
+/// Height to which a person lifts the robot, metres.
+const LIFT_HEIGHT_M: f64 = 0.35;
+/// Time that lifting takes, and putting down, seconds.
+const LIFT_DURATION_S: f64 = 1.5;
+/// Steps per second of the person who carries the robot, Hz.
+const STEP_FREQUENCY_HZ: f64 = 1.8;
+/// Amplitude of the vertical and the sideways motion with these steps, metres.
+const SWAY_AMPLITUDE_M: f64 = 0.02;
+/// Amplitude of the roll with these steps, radians.
+const SWAY_ROLL_RAD: f64 = 0.04;
+/// Amplitude of the pitch with these steps, radians.
+const SWAY_PITCH_RAD: f64 = 0.03;
 
-/// Somebody lifts the robot so high, metres, in so long, seconds, and walks at so many steps a second.
-const LIFTED: f64 = 0.35;
-const LIFTING: f64 = 1.5;
-const STEPS_HZ: f64 = 1.8;
-
-/// A robot in somebody's arms: x, y (metres) and yaw (radians) at both ends, and the blocks of 10 ms that it takes.
+/// The motion of a robot that a person carries.
 #[derive(Clone, Copy, Debug)]
-struct Carried {
+struct CarriedMotion {
+    /// Planar pose at the beginning: x, y (metres), yaw (radians), site frame.
     from: [f64; 3],
+    /// Planar pose at the end.
     to: [f64; 3],
-    done: i64,
+    /// Blocks that have passed.
+    elapsed_blocks: i64,
+    /// Blocks that the whole motion takes.
     blocks: i64,
 }
 
-impl Carried {
-    /// Smoothly from rest to rest.
-    fn at(&self) -> [f64; 3] {
-        let share = (self.done as f64 / self.blocks as f64).min(1.0);
+impl CarriedMotion {
+    /// The present planar pose, on a path that is smooth from rest to rest.
+    fn planar_pose(&self) -> [f64; 3] {
+        let share = (self.elapsed_blocks as f64 / self.blocks as f64).min(1.0);
         let eased = share - (TAU * share).sin() / TAU;
         [0, 1, 2].map(|axis| self.from[axis] + (self.to[axis] - self.from[axis]) * eased)
     }
 
-    /// Lifted, and swaying with the steps of who carries it, so long after it was taken up, seconds.
-    fn sway(&self, seconds: f64) -> Wobble {
+    /// The lift and the sway with the steps of the person, `seconds` after the robot was taken up.
+    fn sway(&self, seconds: f64) -> PoseOffset {
         let whole = self.blocks as f64 * BLOCK_SECONDS;
-        let share = (seconds.min(whole - seconds) / LIFTING.min(whole / 2.0)).clamp(0.0, 1.0);
+        let share = (seconds.min(whole - seconds) / LIFT_DURATION_S.min(whole / 2.0)).clamp(0.0, 1.0);
         // Continuous in acceleration.
         let ease = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
-        let swing = |steps: f64, phase: f64| ease * (TAU * STEPS_HZ * steps * seconds + phase).sin();
-        Wobble {
-            shift: [0.0, 0.02 * swing(0.5, 0.0), LIFTED * ease + 0.02 * swing(1.0, 0.5)],
-            lean: [0.04 * swing(0.5, 1.0), 0.03 * swing(1.0, 2.0), 0.0],
+        let swing = |steps: f64, phase: f64| ease * (TAU * STEP_FREQUENCY_HZ * steps * seconds + phase).sin();
+        PoseOffset {
+            translation_m: [
+                0.0,
+                SWAY_AMPLITUDE_M * swing(0.5, 0.0),
+                LIFT_HEIGHT_M * ease + SWAY_AMPLITUDE_M * swing(1.0, 0.5),
+            ],
+            rotation_rad: [SWAY_ROLL_RAD * swing(0.5, 1.0), SWAY_PITCH_RAD * swing(1.0, 2.0), 0.0],
         }
     }
 }
 
-/// An angle between -π and π.
-fn wrapped(angle: f64) -> f64 {
+/// The angle between -π and π.
+fn wrap_angle(angle: f64) -> f64 {
     let (sin, cos) = angle.sin_cos();
     sin.atan2(cos)
 }
 
-/// The world with its robot.
+/// A site with its robot and its people.
 #[derive(Clone, Debug)]
 pub struct Simulator {
     epoch: Stamp,
-    carried: Option<Carried>,
+    carried: Option<CarriedMotion>,
     site: Arc<Site>,
     body: Body,
     people: People,
@@ -145,32 +156,34 @@ pub struct Simulator {
     imu: Imu,
     legs: Legs,
     battery: Battery,
-    faults: Faults,
-    /// Finished blocks.
+    faults: FaultSchedule,
+    /// Number of finished blocks.
     blocks: i64,
+    /// The last drive command, with the time at which it was given.
     command: Option<(Stamp, Drive)>,
-    truths: VecDeque<Truth>,
+    /// Ground truth since it was last taken, oldest first.
+    ground_truth: VecDeque<GroundTruth>,
 }
 
-/// The LiDAR in the base: on a mast, not quite straight, as such things are.
+/// Pose of the LiDAR in the base: on a mast, with small mounting angles.
 fn base_from_lidar() -> Isometry {
     let rotation = Rotation::from_euler_angles(0.012, -0.018, 0.035);
     Isometry::from_parts(Translation3::new(0.07, 0.005, 0.31), rotation)
 }
 
-/// The IMU in the base.
+/// Pose of the IMU in the base.
 fn base_from_imu() -> Isometry {
     let rotation = Rotation::from_euler_angles(-0.009, 0.006, -0.015);
     Isometry::from_parts(Translation3::new(-0.035, 0.018, 0.055), rotation)
 }
 
 impl Simulator {
-    /// Builds the site and puts the robot on it.
+    /// Builds the site and places the robot on it.
     pub fn new(config: SimConfig) -> Self {
         Self::on(Arc::new(Site::new(config.site)), config)
     }
 
-    /// On a site that is already built (which `config.site` then does not choose), so that many runs share one.
+    /// A simulator on a site that is already built, so that many runs share one; `config.site` is ignored.
     pub fn on(site: Arc<Site>, config: SimConfig) -> Self {
         let tree = RngTree::new(config.seed);
         let errors = |name: &str| (!config.ideal).then(|| tree.child(name).rng());
@@ -184,16 +197,16 @@ impl Simulator {
             imu: Imu::new(base_from_imu(), errors("imu")),
             legs: Legs::new(errors("legs")),
             battery: Battery::new(tree.child("battery").rng().range(0.8, 1.0)),
-            faults: Faults::new(config.faults),
+            faults: FaultSchedule::new(config.faults),
             blocks: 0,
             command: None,
-            truths: VecDeque::new(),
+            ground_truth: VecDeque::new(),
             carried: None,
             site,
         }
     }
 
-    /// What the configuration of a real robot would say.
+    /// The boot record that the configuration of a real robot would hold.
     pub fn boot(&self) -> BootRecord {
         BootRecord {
             profile: RobotProfile {
@@ -220,106 +233,106 @@ impl Simulator {
         &self.site
     }
 
-    /// Moves like this from now on, for half a second or until the next command.
+    /// Sets the drive command. It holds for half a second or until the next one.
     pub fn command(&mut self, drive: Drive) {
         self.command = Some((self.now(), drive));
     }
 
-    /// Somebody takes the robot up and carries it away, with its LiDAR covered and its legs limp, and puts it down there, on the same
-    /// floor, after so long.
-    pub fn carry(&mut self, to: Start, takes: Span) {
-        let from = self.body.place();
-        let to = [to.position.x, to.position.y, from[2] + wrapped(to.yaw - from[2])];
-        let blocks = (takes.nanos() / BLOCK_NANOS).max(1);
-        self.carried = Some(Carried { from, to, done: 0, blocks });
+    /// A person lifts the robot, with its LiDAR covered and its legs hanging, and puts it down at `to`, on the same floor, after `duration`.
+    pub fn carry(&mut self, to: Start, duration: Span) {
+        let from = self.body.planar_pose();
+        let to = [to.position.x, to.position.y, from[2] + wrap_angle(to.yaw - from[2])];
+        let blocks = (duration.nanos() / BLOCK_NANOS).max(1);
+        self.carried = Some(CarriedMotion { from, to, elapsed_blocks: 0, blocks });
     }
 
-    /// As [`Self::carry`], to wherever on the same floor there is room, 20 m away if there is and 6 m at least; nothing happens where there
-    /// is none.
-    pub fn carry_away(&mut self, takes: Span) {
-        let [x, y, yaw] = self.body.place();
+    /// As [`Self::carry`], to a free place on the same floor, 20 m away if there is one and at least 6 m. Without a free place nothing happens.
+    pub fn carry_away(&mut self, duration: Span) {
+        let [x, y, yaw] = self.body.planar_pose();
         let feet = vec_from_plain(self.truth().site_from_base.position).z - STANDING_HEIGHT;
-        let places = (0..PLACES).map(|number| {
-            // Round and round by the golden angle, ever nearer, from another direction each time.
-            let (sin, cos) = (GOLDEN_ANGLE * (self.blocks + number) as f64).sin_cos();
-            let away = 20.0 - 14.0 * number as f64 / PLACES as f64;
+        let places = (0..CARRY_CANDIDATES).map(|number| {
+            // A spiral inwards; each candidate lies in another direction.
+            let (sin, cos) = (GOLDEN_ANGLE_RAD * (self.blocks + number) as f64).sin_cos();
+            let away = CARRY_DISTANCE_MAX_M
+                - (CARRY_DISTANCE_MAX_M - CARRY_DISTANCE_MIN_M) * number as f64 / CARRY_CANDIDATES as f64;
             Vector3::new(x + away * cos, y + away * sin, feet)
         });
         if let Some(place) = { places }.find(|place| self.site.has_room(place)) {
             let position = Vec3::new(place.x, place.y, place.z);
-            self.carry(Start { position, yaw: yaw + 2.0 }, takes);
+            self.carry(Start { position, yaw: yaw + CARRY_ROTATION_RAD }, duration);
         }
     }
 
     /// Adds a fault; its times count from the start of the simulation, see [`Simulator::elapsed`].
-    pub fn inject(&mut self, fault: Fault) {
+    pub fn inject_fault(&mut self, fault: ScheduledFault) {
         self.faults.add(fault);
     }
 
-    /// Ends all faults, also those to come.
+    /// Removes all faults, present and future.
     pub fn clear_faults(&mut self) {
         self.faults.clear();
     }
 
-    /// The end of the last finished block of 10 ms.
+    /// The time at the end of the last finished block of 10 ms.
     pub fn now(&self) -> Stamp {
         self.epoch + self.elapsed()
     }
 
-    /// Since the start.
+    /// The time since the start of the simulation.
     pub fn elapsed(&self) -> Span {
         Span::from_nanos(BLOCK_NANOS * self.blocks)
     }
 
-    /// Simulates all blocks that end by `until` and appends what the sensors say, in order of arrival.
+    /// Simulates all blocks that end by `until` and appends the sensors' messages in the order of their arrival.
     pub fn advance(&mut self, until: Stamp, out: &mut Vec<SimEvent>) {
         while self.now() + Span::from_nanos(BLOCK_NANOS) <= until {
-            self.block(out);
+            self.advance_block(out);
         }
     }
 
-    /// Where the robot is now.
-    pub fn truth(&self) -> Truth {
+    /// The ground truth now.
+    pub fn truth(&self) -> GroundTruth {
         self.truth_at(TICKS_PER_BLOCK as isize, self.now())
     }
 
-    /// Where people are, at their feet, site frame.
+    /// Positions of the people, at their feet, site frame, metres.
     pub fn people(&self) -> Vec<Vec3> {
-        self.people.places().iter().map(geometry::vec_to_plain).collect()
+        self.people.positions().iter().map(geometry::vec_to_plain).collect()
     }
 
-    /// Hands over the truth of every 10 ms since the last call, oldest first; what is older than a minute is gone.
-    pub fn take_truths(&mut self) -> Vec<Truth> {
-        self.truths.drain(..).collect()
+    /// Returns the ground truth of every 10 ms since the last call, oldest first. States older than a minute are dropped.
+    pub fn take_ground_truth(&mut self) -> Vec<GroundTruth> {
+        self.ground_truth.drain(..).collect()
     }
 
-    fn truth_at(&self, tick: isize, stamp: Stamp) -> Truth {
+    fn truth_at(&self, tick: isize, stamp: Stamp) -> GroundTruth {
         let motion = self.body.motion();
-        Truth {
+        GroundTruth {
             stamp,
             site_from_base: geometry::pose_from_isometry(motion.at(tick)),
             velocity: motion.velocity(tick),
         }
     }
 
-    fn block(&mut self, out: &mut Vec<SimEvent>) {
+    fn advance_block(&mut self, out: &mut Vec<SimEvent>) {
         let (start, elapsed) = (self.now(), self.elapsed());
         let carried = self.advance_body();
         let place = self.body.motion().at(0).translation.vector;
         self.people.advance(BLOCK_SECONDS, &place);
-        let (speed, turning) = self.body.pace();
-        self.battery.advance(BLOCK_SECONDS, speed, self.site.docked(&place));
+        let (speed, turning) = self.body.planar_speed();
+        self.battery.advance(BLOCK_SECONDS, speed, self.site.is_at_dock(&place));
         let truth = self.truth_at(0, start);
-        self.truths.push_back(truth);
-        if self.truths.len() > TRUTHS_KEPT {
-            self.truths.pop_front();
+        self.ground_truth.push_back(truth);
+        if self.ground_truth.len() > GROUND_TRUTH_KEPT {
+            self.ground_truth.pop_front();
         }
 
         let first = out.len();
         self.sense_imu(start, elapsed, out);
         let walking = speed + turning.abs() > 0.02;
-        let felt = if carried { Twist::default() } else { truth.velocity };
-        let legs = self.legs.sample(start, &felt, walking, self.faults.leg_slip(elapsed));
+        // The legs of a carried robot hang, so they measure no motion.
+        let leg_velocity = if carried { Twist::default() } else { truth.velocity };
+        let legs = self.legs.sample(start, &leg_velocity, walking, self.faults.leg_slip_velocity(elapsed));
         out.push(SimEvent { at: start + Span::from_millis(1), sensor: Sensor::Legs(legs) });
         if self.blocks % BLOCKS_PER_BATTERY == 0 {
             out.push(SimEvent { at: start, sensor: Sensor::Battery(self.battery.state(start)) });
@@ -329,28 +342,28 @@ impl Simulator {
         self.blocks += 1;
     }
 
-    /// One block of motion; says whether the robot is carried.
+    /// Advances the body by one block; returns whether the robot is carried.
     fn advance_body(&mut self) -> bool {
-        let wanted = self.wanted();
+        let commanded = self.commanded_velocity();
         let Some(carried) = &mut self.carried else {
-            self.body.advance(&self.site, &wanted);
+            self.body.advance(&self.site, &commanded);
             return false;
         };
-        let before = carried.done as f64 * BLOCK_SECONDS;
-        carried.done += 1;
-        let (carried, put_down) = (*carried, carried.done >= carried.blocks);
+        let before = carried.elapsed_blocks as f64 * BLOCK_SECONDS;
+        carried.elapsed_blocks += 1;
+        let (carried, put_down) = (*carried, carried.elapsed_blocks >= carried.blocks);
         let sway = |tick: usize| carried.sway(before + tick as f64 * TICK_SECONDS);
-        self.body.carry(&self.site, carried.at(), sway, put_down);
+        self.body.carry(&self.site, carried.planar_pose(), sway, put_down);
         if put_down {
             self.carried = None;
         }
         true
     }
 
-    /// What the legs should do now.
-    fn wanted(&self) -> Twist {
+    /// The velocity that is commanded now.
+    fn commanded_velocity(&self) -> Twist {
         match self.command {
-            Some((given, drive)) if self.now() - given < COMMAND_LIFE => drive.velocity,
+            Some((given, drive)) if self.now() - given < COMMAND_LIFETIME => drive.velocity,
             _ => Twist::default(),
         }
     }
@@ -363,7 +376,7 @@ impl Simulator {
         {
             let offset = Span::from_nanos(TICK_NANOS * tick as i64);
             let sample = self.imu.sample(self.body.motion(), tick, start + offset);
-            if (elapsed + offset).nanos() >= 0 && !self.faults.imu_silent(elapsed + offset) {
+            if (elapsed + offset).nanos() >= 0 && !self.faults.is_imu_silent(elapsed + offset) {
                 out.push(SimEvent { at: start + offset + latency, sensor: Sensor::Imu(sample) });
             }
         }
@@ -372,10 +385,10 @@ impl Simulator {
     fn sense_lidar(&mut self, start: Stamp, elapsed: Span, carried: bool, out: &mut Vec<SimEvent>) {
         let block = (self.blocks % BLOCKS_PER_SWEEP) as u32;
         let sweep_start = start - Span::from_nanos(BLOCK_NANOS * i64::from(block));
-        let silent = self.faults.lidar_silent(elapsed);
-        let blind = silent || carried || self.faults.lidar_blind(elapsed);
+        let silent = self.faults.is_lidar_silent(elapsed);
+        let blind = silent || carried || self.faults.is_lidar_blind(elapsed);
         let motion = self.body.motion();
-        let poses = |seconds| motion.between(seconds);
+        let poses = |seconds| motion.interpolate_at(seconds);
         let scan = self.lidar.advance(&self.site, &self.people, block, sweep_start, blind, poses);
         if let Some(scan) = scan
             && !silent
@@ -385,5 +398,3 @@ impl Simulator {
         }
     }
 }
-
-const _: () = assert!(IMU_HZ as i64 * TICK_NANOS * TICKS_PER_IMU as i64 == 1_000_000_000);

@@ -83,7 +83,7 @@ impl Told {
 pub fn run(known: &KnownSite, arguments: &Arguments, day: u64) -> Result<()> {
     let seed = 100 * arguments.seed + day;
     let name = known.site.name();
-    let site = Arc::new(Site::on_another_day(name, seed, arguments.moved));
+    let site = Arc::new(Site::with_changes(name, seed, arguments.moved));
     let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: true };
     let mut told = Told::default();
     let mut hear = |of, ms, effects: &[StackEffect]| told.hear(of, ms, effects);

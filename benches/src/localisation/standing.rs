@@ -103,11 +103,11 @@ fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
         let over = at + Vector3::new(away * toward.cos(), away * toward.sin(), 0.0);
         let offset = over - at;
         let hidden =
-            offset.norm() > 1e-3 && known.site.cast(&at, &offset.normalize(), offset.norm()).is_some();
+            offset.norm() > 1e-3 && known.site.cast_ray(&at, &offset.normalize(), offset.norm()).is_some();
         if hidden {
             continue;
         }
-        let Some((down, _)) = known.site.cast(&over, &-Vector3::z(), 1.5) else { continue };
+        let Some((down, _)) = known.site.cast_ray(&over, &-Vector3::z(), 1.5) else { continue };
         let floor = over - Vector3::z() * down;
         if known.site.has_room(&floor) {
             let position = Vec3::new(floor.x, floor.y, floor.z);

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use benches::stack_walk::{Plan, StackWalk};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
 use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect};
-use sim::{Fault, Site, Start};
+use sim::{ScheduledFault, Site, Start};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Vec3};
@@ -127,7 +127,7 @@ impl Day<'_> {
 
     fn cover(&mut self) -> Result<Recovery> {
         let (from, before) = (self.walk.simulator().elapsed(), self.place()?);
-        self.walk.simulator().inject(Fault::BlindLidar { from, until: from + DARK });
+        self.walk.simulator().inject_fault(ScheduledFault::BlindLidar { from, until: from + DARK });
         self.go(DARK)?;
         let metres = (self.place()? - before).norm();
         Ok(Recovery { metres, seconds: self.recovers()? })
@@ -202,7 +202,7 @@ impl Day<'_> {
 }
 
 fn floor_under(site: &Site, base: &Vector3) -> f64 {
-    base.z - site.cast(base, &-Vector3::z(), 2.0).map_or(0.0, |(down, _)| down)
+    base.z - site.cast_ray(base, &-Vector3::z(), 2.0).map_or(0.0, |(down, _)| down)
 }
 
 fn start(place: &Vector3, yaw: f64) -> Start {
@@ -212,7 +212,7 @@ fn start(place: &Vector3, yaw: f64) -> Start {
 /// Walks one day with its troubles.
 pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
     let seed = 100 * arguments.seed + 77;
-    let site = Arc::new(Site::on_another_day(known.site.name(), seed, arguments.moved));
+    let site = Arc::new(Site::with_changes(known.site.name(), seed, arguments.moved));
     let plan = Plan { seed, columns: arguments.columns, people: arguments.day_people, keep_truth: false };
     let mut heard = Heard::default();
     let walk =

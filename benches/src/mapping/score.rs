@@ -200,7 +200,7 @@ pub fn revisits(site: &Site, truth: &[Isometry]) -> Vec<usize> {
                 walked[newer] - walked[older] > REVISIT_WALKED
                     && way.xy().norm() < REVISIT_NEAR
                     && way.z.abs() < REVISIT_LEVEL
-                    && (far < 1e-3 || site.cast(&a, &(way / far), far).is_none())
+                    && (far < 1e-3 || site.cast_ray(&a, &(way / far), far).is_none())
             })
         })
         .collect()

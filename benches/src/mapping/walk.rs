@@ -7,7 +7,7 @@ use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
 use points::Downsampler;
-use sim::{RouteWalker, SimConfig, Simulator, Site};
+use sim::{RouteFollower, SimConfig, Simulator, Site};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::Arc;
@@ -53,18 +53,18 @@ fn walk(site: &Arc<Site>, plan: &Plan, seconds: f64) -> Result<Vec<Recorded>> {
     let boot = simulator.boot().mounting;
     let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
     let mut recorder = Recorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });
-    let mut walker = RouteWalker::new(route.clone());
+    let mut walker = RouteFollower::new(route.clone());
     let mut events = Vec::new();
     while simulator.elapsed().secs_f64() < seconds {
         let Some(drive) = walker.drive(&simulator.truth()) else {
             // Longer walks go round again.
-            walker = RouteWalker::new(route.clone());
+            walker = RouteFollower::new(route.clone());
             continue;
         };
         simulator.command(drive);
         let until = simulator.now() + STEER;
         simulator.advance(until, &mut events);
-        for truth in simulator.take_truths() {
+        for truth in simulator.take_ground_truth() {
             let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
             recorder.truth.push((truth.stamp, pose));
         }

@@ -9,7 +9,7 @@ use faults::FaultName;
 use messages::Input;
 use recorder::{RecordingMeta, RecordingWriter};
 use serde::Serialize;
-use sim::{FULL_COLUMNS, Route, RouteWalker, SimConfig, SimEvent, Simulator, Site, SiteName};
+use sim::{FULL_COLUMNS, Route, RouteFollower, SimConfig, SimEvent, Simulator, Site, SiteName};
 use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Span;
@@ -80,7 +80,7 @@ struct Recorded {
 /// Runs `autoinspect sim record`.
 pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     let site = Arc::new(match args.day {
-        Some(day) => Site::on_another_day(args.site, day, args.moved),
+        Some(day) => Site::with_changes(args.site, day, args.moved),
         None => Site::new(args.site),
     });
     let Some(route) = site.route(&args.route).cloned() else {
@@ -136,7 +136,7 @@ fn walk(
     writer: &mut RecordingWriter,
 ) -> Result<Recorded, Failure> {
     let end = minutes.map(|minutes| Span::from_secs_f64(minutes * 60.0));
-    let mut walker = RouteWalker::new(route.clone());
+    let mut walker = RouteFollower::new(route.clone());
     let mut tally = Recorded::default();
     let mut last = simulator.truth();
     let mut events = Vec::new();
@@ -148,7 +148,7 @@ fn walk(
             (Some(drive), _) => drive,
             (None, None) => break,
             (None, Some(_)) => {
-                walker = RouteWalker::new(route.clone());
+                walker = RouteFollower::new(route.clone());
                 continue;
             }
         };
@@ -157,7 +157,7 @@ fn walk(
         for event in events.drain(..) {
             record(event, writer, &mut tally)?;
         }
-        for truth in simulator.take_truths() {
+        for truth in simulator.take_ground_truth() {
             writer.truth(truth.stamp, &truth.site_from_base).map_err(Failure::failed)?;
         }
         let now = simulator.truth();

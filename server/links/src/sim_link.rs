@@ -5,7 +5,7 @@ use crate::{ArrivalSender, LinkThread, Stopped};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive};
 use ports::{Arrival, LinkError, RobotEvent, RobotLink, SimulatedFault};
-use sim::{Fault, SimConfig, Simulator};
+use sim::{ScheduledFault, SimConfig, Simulator};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use vocab::{Span, Vec3};
@@ -117,14 +117,16 @@ fn simulate(
 fn inject_fault(simulator: &mut Simulator, fault: SimulatedFault) {
     let from = simulator.elapsed();
     let fault = match fault {
-        SimulatedFault::CoverLidar(span) => Fault::BlindLidar { from, until: from + span },
-        SimulatedFault::SilenceLidar(span) => Fault::SilentLidar { from, until: from + span },
-        SimulatedFault::SilenceImu(span) => Fault::SilentImu { from, until: from + span },
-        SimulatedFault::SlipFeet(span) => Fault::LegSlip { from, until: from + span, velocity: SLIP },
+        SimulatedFault::CoverLidar(span) => ScheduledFault::BlindLidar { from, until: from + span },
+        SimulatedFault::SilenceLidar(span) => ScheduledFault::SilentLidar { from, until: from + span },
+        SimulatedFault::SilenceImu(span) => ScheduledFault::SilentImu { from, until: from + span },
+        SimulatedFault::SlipFeet(span) => {
+            ScheduledFault::LegSlip { from, until: from + span, velocity: SLIP }
+        }
         SimulatedFault::CarryAway => return simulator.carry_away(CARRIED_FOR),
         SimulatedFault::End => return simulator.clear_faults(),
     };
-    simulator.inject(fault);
+    simulator.inject_fault(fault);
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use geometry::{Isometry, isometry_from_pose, vec_from_plain};
 use mapping::{Edge, PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView};
-use sim::{Route, RouteWalker, SimConfig, Simulator, SiteName};
+use sim::{Route, RouteFollower, SimConfig, Simulator, SiteName};
 use vocab::{Span, Stamp};
 
 /// A keyframe.
@@ -28,13 +28,13 @@ pub fn walk(site: SiteName, route: Route) -> Walk {
     let boot = simulator.boot().mounting;
     let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
     let mut odometry = Odometry::new(OdometryConfig { mounting, ..OdometryConfig::default() });
-    let mut walker = RouteWalker::new(route);
+    let mut walker = RouteFollower::new(route);
     let (mut events, mut out, mut truth) = (Vec::new(), Vec::new(), Vec::new());
     let mut recorder = Recorder::default();
     while let Some(drive) = walker.drive(&simulator.truth()) {
         simulator.command(drive);
         simulator.advance(simulator.now() + Span::from_millis(50), &mut events);
-        truth.extend(simulator.take_truths());
+        truth.extend(simulator.take_ground_truth());
         for event in events.drain(..) {
             feed(&mut odometry, &event.sensor, &mut out);
         }

@@ -3,7 +3,7 @@
 use geometry::{Isometry, Vector3, se3, vec_from_plain};
 use messages::Sensor;
 use odometry::{Mounting, Odometry, OdometryConfig, OdometryEvent, PoseEvent, ScanView, Sources};
-use sim::{Route, RouteWalker, SimConfig, Simulator, Site, SiteName, Start};
+use sim::{Route, RouteFollower, SimConfig, Simulator, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
 use vocab::{Span, Stamp};
 
@@ -65,7 +65,7 @@ fn walk_route(site: &Arc<Site>, route: Route, seconds: f64) -> Walk {
 struct Walking {
     sim: Simulator,
     /// `None` while the robot stands still.
-    walker: Option<RouteWalker>,
+    walker: Option<RouteFollower>,
     mounting: Mounting,
     events: Vec<sim::SimEvent>,
     truth: Vec<(Stamp, Isometry)>,
@@ -80,7 +80,7 @@ impl Walking {
         let sim = Simulator::on(Arc::clone(site), config);
         let boot = sim.boot().mounting;
         let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
-        let walker = Some(RouteWalker::new(route));
+        let walker = Some(RouteFollower::new(route));
         Self { sim, walker, mounting, events: Vec::new(), truth: Vec::new() }
     }
 

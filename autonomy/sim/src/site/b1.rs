@@ -1,8 +1,8 @@
 //! `b1`: a test hall of 60 m x 40 m. West: five rooms along a corridor, under a flat ceiling. North: pallet racking. South:
 //! machines, a test rig and a pump room. East: tanks. A pipe bridge, a crane and the roof's girders run above.
 
-use super::Plan;
-use super::parts::{Builder, at, door, gate, window};
+use super::parts::{Builder, Opening, at, door, gate, window};
+use super::plan::SitePlan;
 use crate::route::{Route, Start};
 use crate::shape::Material;
 use geometry::Vector3;
@@ -16,7 +16,7 @@ const ROOM_HEIGHT: f64 = 3.2;
 const ROOM_WALL_X: f64 = 11.0;
 const CORRIDOR_WALL_X: f64 = 14.0;
 
-pub(super) fn plan() -> Plan {
+pub(super) fn plan() -> SitePlan {
     let mut b = Builder::new("b1");
     shell(&mut b);
     roof(&mut b);
@@ -31,18 +31,13 @@ pub(super) fn plan() -> Plan {
     b.dock(at(16.4, 23.5, 0.0), 0.0);
     b.plan.outline = vec![[0.0, 0.0], [LENGTH, 0.0], [LENGTH, WIDTH], [0.0, WIDTH]];
     b.plan.routes = routes();
-    b.plan.rounds = rounds();
+    b.plan.pedestrian_paths = pedestrian_paths();
     b.plan
 }
 
 fn shell(b: &mut Builder) {
-    b.block(at(-6.0, -6.0, -0.3), at(LENGTH + 6.0, WIDTH + 6.0, 0.0), Material::Floor);
-    let windows = [8.0, 20.0, 32.0, 44.0].map(|along| super::parts::Opening {
-        along,
-        width: 6.0,
-        sill: 5.2,
-        head: 6.6,
-    });
+    b.aligned_box(at(-6.0, -6.0, -0.3), at(LENGTH + 6.0, WIDTH + 6.0, 0.0), Material::Floor);
+    let windows = [8.0, 20.0, 32.0, 44.0].map(|along| Opening { along, width: 6.0, sill: 5.2, head: 6.6 });
     let sheet = Material::WhiteSheet;
     b.wall(at(0.0, -0.15, 0.0), [LENGTH, -0.15], HEIGHT, 0.3, &windows, sheet);
     b.wall(at(0.0, WIDTH + 0.15, 0.0), [LENGTH, WIDTH + 0.15], HEIGHT, 0.3, &windows, sheet);
@@ -56,14 +51,14 @@ fn shell(b: &mut Builder) {
     );
     b.wall(at(LENGTH + 0.15, 0.0, 0.0), [LENGTH + 0.15, WIDTH], HEIGHT, 0.3, &[gate(24.0)], sheet);
     // The gate is shut: a roller door set back in its frame, with ribs.
-    b.block(at(LENGTH + 0.1, 22.3, 0.0), at(LENGTH + 0.2, 25.7, 3.6), Material::Galvanised);
+    b.aligned_box(at(LENGTH + 0.1, 22.3, 0.0), at(LENGTH + 0.2, 25.7, 3.6), Material::Galvanised);
     for rib in 0..9 {
         let z = 0.2 + 0.4 * f64::from(rib);
-        b.block(at(LENGTH + 0.06, 22.3, z), at(LENGTH + 0.1, 25.7, z + 0.12), Material::Galvanised);
+        b.aligned_box(at(LENGTH + 0.06, 22.3, z), at(LENGTH + 0.1, 25.7, z + 0.12), Material::Galvanised);
     }
     // A concrete plinth runs round the hall.
     for (y, side) in [(0.0, 1.0), (WIDTH, -1.0)] {
-        b.block(at(CORRIDOR_WALL_X, y, 0.0), at(LENGTH, y + 0.08 * side, 1.1), Material::Concrete);
+        b.aligned_box(at(CORRIDOR_WALL_X, y, 0.0), at(LENGTH, y + 0.08 * side, 1.1), Material::Concrete);
         for i in 0..10 {
             let foot = at(3.0 + 6.0 * f64::from(i), y + 0.28 * side, 0.0);
             b.column(foot, HEIGHT, false, Material::BluePaint);
@@ -78,9 +73,13 @@ fn roof(b: &mut Builder) {
     // Corrugated sheet with strips of roof light left open.
     for i in 0..5 {
         let x = 12.0 * f64::from(i);
-        b.block(at(x, -0.3, HEIGHT), at(x + 10.4, WIDTH + 0.3, HEIGHT + 0.12), Material::Galvanised);
-        b.block(at(x + 10.4, -0.3, HEIGHT), at(x + 12.0, 14.0, HEIGHT + 0.12), Material::Galvanised);
-        b.block(at(x + 10.4, 26.0, HEIGHT), at(x + 12.0, WIDTH + 0.3, HEIGHT + 0.12), Material::Galvanised);
+        b.aligned_box(at(x, -0.3, HEIGHT), at(x + 10.4, WIDTH + 0.3, HEIGHT + 0.12), Material::Galvanised);
+        b.aligned_box(at(x + 10.4, -0.3, HEIGHT), at(x + 12.0, 14.0, HEIGHT + 0.12), Material::Galvanised);
+        b.aligned_box(
+            at(x + 10.4, 26.0, HEIGHT),
+            at(x + 12.0, WIDTH + 0.3, HEIGHT + 0.12),
+            Material::Galvanised,
+        );
     }
     for i in 0..10 {
         let x = 3.0 + 6.0 * f64::from(i);
@@ -93,7 +92,7 @@ fn roof(b: &mut Builder) {
         b.duct(at(15.0, y, 7.1), at(58.0, y, 7.1), 0.9, 0.6);
         for i in 0..7 {
             let x = 18.0 + 6.0 * f64::from(i);
-            b.block(at(x - 0.3, y - 0.3, 6.6), at(x + 0.3, y + 0.3, 6.8), Material::Galvanised);
+            b.aligned_box(at(x - 0.3, y - 0.3, 6.6), at(x + 0.3, y + 0.3, 6.8), Material::Galvanised);
         }
     }
     // Crane: rails on brackets, bridge, trolley and hook.
@@ -103,14 +102,14 @@ fn roof(b: &mut Builder) {
     for x in [39.2, 40.8] {
         b.beam(at(x, 1.0, 7.05), at(x, WIDTH - 1.0, 7.05), 0.35, 0.4, Material::YellowPaint);
     }
-    b.block(at(39.0, 14.0, 7.2), at(41.0, 15.6, 7.75), Material::YellowPaint);
-    b.rod(at(40.0, 14.8, 7.2), at(40.0, 14.8, 5.2), 0.03, Material::Steel);
-    b.block(at(39.8, 14.65, 4.8), at(40.2, 14.95, 5.2), Material::DarkPaint);
+    b.aligned_box(at(39.0, 14.0, 7.2), at(41.0, 15.6, 7.75), Material::YellowPaint);
+    b.cylinder(at(40.0, 14.8, 7.2), at(40.0, 14.8, 5.2), 0.03, Material::Steel);
+    b.aligned_box(at(39.8, 14.65, 4.8), at(40.2, 14.95, 5.2), Material::DarkPaint);
     for i in 0..8 {
         for y in [6.0, 17.0, 23.5, 34.0] {
             let x = 17.0 + 5.5 * f64::from(i);
-            b.block(at(x, y - 0.12, 6.2), at(x + 1.4, y + 0.12, 6.3), Material::WhiteSheet);
-            b.rod(at(x + 0.7, y, 6.3), at(x + 0.7, y, HEIGHT), 0.01, Material::Steel);
+            b.aligned_box(at(x, y - 0.12, 6.2), at(x + 1.4, y + 0.12, 6.3), Material::WhiteSheet);
+            b.cylinder(at(x + 0.7, y, 6.3), at(x + 0.7, y, HEIGHT), 0.01, Material::Steel);
         }
     }
 }
@@ -131,7 +130,7 @@ fn rooms(b: &mut Builder) {
     for y in [8.0, 16.0, 24.0, 32.0] {
         b.wall(at(0.0, y, 0.0), [ROOM_WALL_X, y], ROOM_HEIGHT, 0.14, &[], plaster);
     }
-    b.block(
+    b.aligned_box(
         at(0.0, 0.0, ROOM_HEIGHT),
         at(CORRIDOR_WALL_X + 0.1, WIDTH, ROOM_HEIGHT + 0.2),
         Material::Concrete,
@@ -150,16 +149,16 @@ fn rooms(b: &mut Builder) {
     for y in [0.0, 8.0] {
         for (x, dy, yaw) in [(2.0, 2.0, 0.0), (2.0, 6.2, 0.1), (5.2, 6.4, 0.0)] {
             b.table(at(x, y + dy, 0.0), [1.6, 0.8], yaw);
-            b.turned(at(x, y + dy + 0.2, 0.76), at(0.6, 0.05, 0.4), yaw, Material::DarkPaint);
+            b.oriented_box(at(x, y + dy + 0.2, 0.76), at(0.6, 0.05, 0.4), yaw, Material::DarkPaint);
             b.chair(at(x + 0.1, y + dy - 0.75, 0.0), 1.4);
         }
-        b.block(at(6.8, y + 0.15, 0.0), at(9.6, y + 0.55, 1.9), Material::Wood);
+        b.aligned_box(at(6.8, y + 0.15, 0.0), at(9.6, y + 0.55, 1.9), Material::Wood);
     }
     // Control room: consoles in a row, cabinets at the back.
     for i in 0..4 {
         let y = 17.4 + 1.7 * f64::from(i);
         b.table(at(3.4, y + 0.3, 0.0), [1.5, 0.9], 1.57);
-        b.turned(at(3.1, y + 0.3, 0.76), at(0.06, 1.2, 0.5), 0.0, Material::DarkPaint);
+        b.oriented_box(at(3.1, y + 0.3, 0.76), at(0.06, 1.2, 0.5), 0.0, Material::DarkPaint);
         b.chair(at(4.4, y + 0.4, 0.0), 3.0);
     }
     b.cabinets(at(0.2, 16.8, 0.0), 8, true);
@@ -181,7 +180,7 @@ fn racks(b: &mut Builder) {
         b.rack(at(20.0, y, 0.0), 20.0, 3, false);
         // Ramming guards at the ends.
         for x in [19.7, 40.3] {
-            b.block(at(x - 0.08, y, 0.0), at(x + 0.08, y + 1.1, 0.35), Material::YellowPaint);
+            b.aligned_box(at(x - 0.08, y, 0.0), at(x + 0.08, y + 1.1, 0.35), Material::YellowPaint);
         }
     }
     for (x, y) in [(43.4, 38.8), (15.0, 38.9), (16.4, 38.9)] {
@@ -222,7 +221,7 @@ fn test_rig(b: &mut Builder) {
         b.beam(at(x, y1, 2.9), at(x, (y0 + y1) / 2.0, 5.5), 0.08, 0.08, Material::YellowPaint);
     }
     for (z, from) in [(3.0, y0), (5.7, 10.5)] {
-        b.block(at(x0, from, z), at(x1, y1, z + 0.06), Material::Galvanised);
+        b.aligned_box(at(x0, from, z), at(x1, y1, z + 0.06), Material::Galvanised);
         let z = z + 0.06;
         b.railing(
             &[at(x0, from, z), at(x0, y1, z), at(x1, y1, z), at(x1, from, z), at(x0, from, z)],
@@ -230,10 +229,10 @@ fn test_rig(b: &mut Builder) {
         );
     }
     b.ladder(at(x0 - 0.25, 8.0, 0.0), 4.1, Vector3::y());
-    b.rod(at(44.0, 9.0, 0.0), at(44.0, 9.0, 2.6), 0.9, Material::Steel);
-    b.rod(at(44.0, 9.0, 2.6), at(44.0, 9.0, 2.75), 1.1, Material::Steel);
-    b.rod(at(44.0, 12.8, 0.3), at(44.0, 12.8, 2.2), 0.6, Material::Galvanised);
-    b.ball(at(44.0, 12.8, 2.2), 0.6, Material::Galvanised);
+    b.cylinder(at(44.0, 9.0, 0.0), at(44.0, 9.0, 2.6), 0.9, Material::Steel);
+    b.cylinder(at(44.0, 9.0, 2.6), at(44.0, 9.0, 2.75), 1.1, Material::Steel);
+    b.cylinder(at(44.0, 12.8, 0.3), at(44.0, 12.8, 2.2), 0.6, Material::Galvanised);
+    b.sphere(at(44.0, 12.8, 2.2), 0.6, Material::Galvanised);
     b.pipe(
         &[at(44.0, 9.0, 2.75), at(44.0, 9.0, 4.4), at(44.0, 12.8, 4.4), at(44.0, 12.8, 2.7)],
         0.14,
@@ -331,7 +330,7 @@ fn pipe_bridge(b: &mut Builder) {
     }
 }
 
-/// What stands about: nothing reaches into an aisle that a route uses.
+/// Clutter. Nothing of it reaches into an aisle that a route uses.
 fn clutter(b: &mut Builder) {
     for (x, y) in [(48.6, 1.2), (47.0, 1.3), (58.6, 27.6), (40.6, 1.3), (15.2, 30.2), (15.3, 26.6)] {
         b.pallet(at(x, y, 0.0), x > 50.0, 1.2);
@@ -343,14 +342,14 @@ fn clutter(b: &mut Builder) {
         b.sign(at(x, y, 2.0), Vector3::x(), 0.5);
     }
     // A pallet truck, parked.
-    b.turned(at(15.4, 11.0, 0.06), at(0.5, 1.3, 0.08), 0.1, Material::YellowPaint);
-    b.rod(at(15.4, 10.4, 0.1), at(15.2, 10.0, 1.15), 0.03, Material::DarkPaint);
+    b.oriented_box(at(15.4, 11.0, 0.06), at(0.5, 1.3, 0.08), 0.1, Material::YellowPaint);
+    b.cylinder(at(15.4, 10.4, 0.1), at(15.2, 10.0, 1.15), 0.03, Material::DarkPaint);
     // A step ladder and a gas bottle cage.
     b.beam(at(48.9, 13.4, 0.0), at(49.2, 13.4, 2.0), 0.5, 0.05, Material::Galvanised);
     b.beam(at(49.6, 13.4, 0.0), at(49.2, 13.4, 2.0), 0.5, 0.05, Material::Galvanised);
     for i in 0..4 {
         let x = 55.0 + 0.3 * f64::from(i);
-        b.rod(at(x + 2.0, 39.5, 0.0), at(x + 2.0, 39.5, 1.5), 0.11, Material::DarkPaint);
+        b.cylinder(at(x + 2.0, 39.5, 0.0), at(x + 2.0, 39.5, 1.5), 0.11, Material::DarkPaint);
     }
 }
 
@@ -409,7 +408,7 @@ fn routes() -> Vec<Route> {
         [21.0, 17.2],
         [21.0, 23.0],
         [17.2, 23.0],
-        // Once more through the corridor and along the racks, the other way.
+        // Once more through the corridor and along the racks, in the opposite direction.
         [15.4, 21.6],
         [15.4, 20.0],
         [12.5, 20.0],
@@ -429,7 +428,7 @@ fn routes() -> Vec<Route> {
     ]
 }
 
-fn rounds() -> Vec<Vec<Vector3>> {
+fn pedestrian_paths() -> Vec<Vec<Vector3>> {
     let on_floor = |corners: &[[f64; 2]]| corners.iter().map(|c| at(c[0], c[1], 0.0)).collect();
     vec![
         on_floor(&[[22.0, 24.8], [41.0, 24.8], [43.5, 21.8], [24.0, 21.8]]),

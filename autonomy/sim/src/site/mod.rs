@@ -1,29 +1,32 @@
-//! Sites: places made of solids, with docks, floor outline, routes for recordings and rounds for people.
+//! Sites: places that consist of solids, with docks, ground plan, routes for recordings and paths for people.
 
 mod b1;
 mod changes;
 mod parts;
+mod plan;
 mod plant;
 mod structures;
 mod torus;
 mod twins;
 
 use crate::bvh::Bvh;
-use crate::packed::{NOTHING, Packet};
+use crate::ray_packet::{NO_HIT, RayPacket};
 use crate::route::{Route, Start};
 use crate::shape::Solid;
 use geometry::{RngTree, Vector3};
+use plan::SitePlan;
 use std::fmt;
-use std::ops::Range;
 use std::str::FromStr;
 use vocab::Vec3;
 
-/// Which site.
+pub use plan::Dock;
+
+/// The name of a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SiteName {
     /// A test hall of 60 m x 40 m with rooms, corridors, racks, pipes and machines.
     B1,
-    /// A hall round a fusion machine.
+    /// A hall around a fusion machine.
     Torus,
     /// A process plant: two floors, stairs, a long featureless corridor, an outdoor yard.
     Plant,
@@ -32,7 +35,7 @@ pub enum SiteName {
 }
 
 impl SiteName {
-    /// All of them.
+    /// All sites.
     pub const ALL: [Self; 4] = [Self::B1, Self::Torus, Self::Plant, Self::Twins];
 
     const fn name(self) -> &'static str {
@@ -51,7 +54,7 @@ impl fmt::Display for SiteName {
     }
 }
 
-/// The text names no site.
+/// There is no site of this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownSite(String);
 
@@ -71,32 +74,7 @@ impl FromStr for SiteName {
     }
 }
 
-/// A charging dock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dock {
-    /// Where the robot stands when docked, on the ground, site frame, metres.
-    pub position: Vec3,
-    /// Which way it then looks, radians.
-    pub yaw: f64,
-}
-
-/// What a site's author puts down.
-#[derive(Clone, Debug, Default)]
-struct Plan {
-    solids: Vec<Solid>,
-    docks: Vec<Dock>,
-    /// Corners of the ground plan, counter-clockwise, metres.
-    outline: Vec<[f64; 2]>,
-    routes: Vec<Route>,
-    /// Closed walks of people, at the feet.
-    rounds: Vec<Vec<Vector3>>,
-    /// Which solids are one piece of furniture.
-    furniture: Vec<Range<usize>>,
-    /// Which solid is a door's leaf, and a point of its hinge.
-    leaves: Vec<(usize, Vector3)>,
-}
-
-/// A place.
+/// A site: its solids in a tree for ray casting, and what goes with them.
 #[derive(Clone, Debug)]
 pub struct Site {
     name: SiteName,
@@ -104,14 +82,17 @@ pub struct Site {
     docks: Vec<Dock>,
     outline: Vec<[f64; 2]>,
     routes: Vec<Route>,
-    rounds: Vec<Vec<Vector3>>,
+    pedestrian_paths: Vec<Vec<Vector3>>,
 }
 
-/// What a robot needs about itself, metres, at these heights over its feet.
-const ROOM: f64 = 0.45;
-const ROOM_HEIGHTS: [f64; 3] = [0.25, 0.5, 0.75];
+/// Free distance that a standing robot needs on all sides, metres.
+const CLEARANCE_M: f64 = 0.45;
+/// Heights above the feet at which that distance is checked, metres.
+const CLEARANCE_HEIGHTS_M: [f64; 3] = [0.25, 0.5, 0.75];
+/// The base is at a dock within this horizontal distance of it, metres.
+const DOCK_RADIUS_M: f64 = 0.35;
 
-fn plan(name: SiteName) -> Plan {
+fn plan_of(name: SiteName) -> SitePlan {
     match name {
         SiteName::B1 => b1::plan(),
         SiteName::Torus => torus::plan(),
@@ -121,36 +102,36 @@ fn plan(name: SiteName) -> Plan {
 }
 
 impl Site {
-    /// Builds a site. Always the same: the clutter's seed is fixed.
+    /// Builds a site. It is always the same: the seed of its clutter is fixed.
     pub fn new(name: SiteName) -> Self {
-        Self::of(name, plan(name))
+        Self::from_plan(name, plan_of(name))
     }
 
-    /// The same site on another day: such a share of the furniture is moved or gone, and doors stand otherwise, but nothing in the way
-    /// of a route. The same for the same seed.
-    pub fn on_another_day(name: SiteName, seed: u64, share: f64) -> Self {
-        let mut plan = plan(name);
-        changes::change(&mut plan, &mut RngTree::new(seed).child("another day").rng(), share);
-        Self::of(name, plan)
+    /// The site on another day: `changed_share` of the furniture is moved or removed, and doors stand at other angles. Nothing obstructs a
+    /// route. The same seed gives the same changes.
+    pub fn with_changes(name: SiteName, seed: u64, changed_share: f64) -> Self {
+        let mut plan = plan_of(name);
+        changes::change(&mut plan, &mut RngTree::new(seed).child("another day").rng(), changed_share);
+        Self::from_plan(name, plan)
     }
 
-    fn of(name: SiteName, plan: Plan) -> Self {
+    fn from_plan(name: SiteName, plan: SitePlan) -> Self {
         Self {
             name,
             bvh: Bvh::new(&plan.solids),
             docks: plan.docks,
             outline: plan.outline,
             routes: plan.routes,
-            rounds: plan.rounds,
+            pedestrian_paths: plan.pedestrian_paths,
         }
     }
 
-    /// Which one.
+    /// Its name.
     pub fn name(&self) -> SiteName {
         self.name
     }
 
-    /// Everything in it.
+    /// All solids, in the order of the tree.
     pub fn solids(&self) -> &[Solid] {
         self.bvh.solids()
     }
@@ -160,7 +141,7 @@ impl Site {
         &self.bvh
     }
 
-    /// Charging docks; the first is where robots begin.
+    /// Charging docks. Robots start at the first one.
     pub fn docks(&self) -> &[Dock] {
         &self.docks
     }
@@ -170,57 +151,58 @@ impl Site {
         &self.outline
     }
 
-    /// Walks for recordings.
+    /// Routes for recordings.
     pub fn routes(&self) -> &[Route] {
         &self.routes
     }
 
-    /// The walk of that name.
+    /// The route of that name.
     pub fn route(&self, name: &str) -> Option<&Route> {
         self.routes.iter().find(|route| route.name == name)
     }
 
-    /// On which closed walks people go, at the feet.
-    pub(crate) fn rounds(&self) -> &[Vec<Vector3>] {
-        &self.rounds
+    /// Closed paths of people, at the feet, site frame, metres.
+    pub(crate) fn pedestrian_paths(&self) -> &[Vec<Vector3>] {
+        &self.pedestrian_paths
     }
 
-    /// At the first dock, or at the origin where there is none.
+    /// The start at the first dock, or at the origin where there is no dock.
     pub fn start(&self) -> Start {
         let origin = Start { position: Vec3::default(), yaw: 0.0 };
         self.docks.first().map_or(origin, |dock| Start { position: dock.position, yaw: dock.yaw })
     }
 
-    /// Whether a base at that place stands on a dock.
-    pub(crate) fn docked(&self, site_from_base: &Vector3) -> bool {
+    /// Whether a base at that position stands at a dock.
+    pub(crate) fn is_at_dock(&self, base: &Vector3) -> bool {
         self.docks.iter().any(|dock| {
-            let offset = site_from_base - geometry::vec_from_plain(dock.position);
-            offset.xy().norm() < 0.35 && (0.0..1.0).contains(&offset.z)
+            let offset = base - geometry::vec_from_plain(dock.position);
+            offset.xy().norm() < DOCK_RADIUS_M && (0.0..1.0).contains(&offset.z)
         })
     }
 
-    /// Range in metres along a unit direction to the first surface within `reach`, and the solid it belongs to.
-    pub fn cast(&self, origin: &Vector3, direction: &Vector3, reach: f64) -> Option<(f64, &Solid)> {
-        let mut packet = Packet::single(origin, direction, reach as f32);
+    /// The first surface along a unit direction within `range_max` metres: its range (metres) and its solid.
+    pub fn cast_ray(&self, origin: &Vector3, direction: &Vector3, range_max: f64) -> Option<(f64, &Solid)> {
+        let mut packet = RayPacket::single(origin, direction, range_max as f32);
         self.bvh.cast(&mut packet);
         let solid = packet.solid[0];
-        (solid != NOTHING).then(|| (f64::from(packet.range[0]), &self.bvh.solids()[solid as usize]))
+        (solid != NO_HIT).then(|| (f64::from(packet.range[0]), &self.bvh.solids()[solid as usize]))
     }
 
-    /// Whether a robot can stand with its feet there: on a floor, inside the outline, and with nothing within its reach.
+    /// Whether a robot can stand with its feet there: on a floor, inside the ground plan, and without a surface too near.
     pub fn has_room(&self, feet: &Vector3) -> bool {
         let on_floor = self
-            .cast(&(feet + Vector3::z() * ROOM_HEIGHTS[0]), &-Vector3::z(), 1.0)
-            .is_some_and(|(down, _)| (down - ROOM_HEIGHTS[0]).abs() < 0.05);
+            .cast_ray(&(feet + Vector3::z() * CLEARANCE_HEIGHTS_M[0]), &-Vector3::z(), 1.0)
+            .is_some_and(|(down, _)| (down - CLEARANCE_HEIGHTS_M[0]).abs() < 0.05);
         on_floor
             && self.is_inside(feet)
-            && ROOM_HEIGHTS.iter().all(|height| {
+            && CLEARANCE_HEIGHTS_M.iter().all(|height| {
                 let middle = feet + Vector3::z() * *height;
-                self.distance(&middle, ROOM).is_none_or(|distance| distance >= ROOM.min(*height - 0.02))
+                self.distance(&middle, CLEARANCE_M)
+                    .is_none_or(|distance| distance >= CLEARANCE_M.min(*height - 0.02))
             })
     }
 
-    /// By the parity of the outline's edges to the right.
+    /// Whether a point is inside the ground plan, by the parity of the edges that a ray along x crosses.
     fn is_inside(&self, point: &Vector3) -> bool {
         let next = self.outline.iter().cycle().skip(1);
         let crossed = self.outline.iter().zip(next).filter(|(a, b)| {
@@ -230,12 +212,12 @@ impl Site {
         crossed.count() % 2 == 1
     }
 
-    /// Distance in metres from a point to the nearest surface (negative inside a solid), if one is within `reach`.
-    pub fn distance(&self, point: &Vector3, reach: f64) -> Option<f64> {
+    /// Signed distance from a point to the nearest surface within `radius` metres, negative inside a solid; `None` if there is none.
+    pub fn distance(&self, point: &Vector3, radius: f64) -> Option<f64> {
         let mut least: Option<f64> = None;
-        self.bvh.near(point, reach, |solid| {
+        self.bvh.near(point, radius, |solid| {
             let distance = solid.shape.clearance(point).distance;
-            if distance.abs() <= reach && least.is_none_or(|best| distance.abs() < best.abs()) {
+            if distance.abs() <= radius && least.is_none_or(|best| distance.abs() < best.abs()) {
                 least = Some(distance);
             }
         });

@@ -1,6 +1,6 @@
 //! Building blocks of sites: walls, beams, pipes, stairs and railings, put down by a [`Builder`].
 
-use super::Plan;
+use super::plan::SitePlan;
 use crate::shape::{Material, Shape, Solid};
 use geometry::{Rng, RngTree, Rotation, Vector3};
 
@@ -35,14 +35,14 @@ pub(super) const fn window(along: f64, width: f64) -> Opening {
 
 /// Collects solids.
 pub(super) struct Builder {
-    pub(super) plan: Plan,
+    pub(super) plan: SitePlan,
     /// For clutter; its seed is the site's name.
     pub(super) rng: Rng,
 }
 
 impl Builder {
     pub(super) fn new(name: &str) -> Self {
-        Self { plan: Plan::default(), rng: RngTree::new(2024).child(name).rng() }
+        Self { plan: SitePlan::default(), rng: RngTree::new(2024).child(name).rng() }
     }
 
     pub(super) fn add(&mut self, shape: Shape, material: Material) {
@@ -57,27 +57,27 @@ impl Builder {
     }
 
     /// A box from any two opposite corners.
-    pub(super) fn block(&mut self, a: Vector3, b: Vector3, material: Material) {
-        self.add(Shape::Block { min: a.inf(&b), max: a.sup(&b) }, material);
+    pub(super) fn aligned_box(&mut self, a: Vector3, b: Vector3, material: Material) {
+        self.add(Shape::AlignedBox { min: a.inf(&b), max: a.sup(&b) }, material);
     }
 
     /// A box standing on `foot` (the middle of its bottom), turned by `yaw`.
-    pub(super) fn turned(&mut self, foot: Vector3, size: Vector3, yaw: f64, material: Material) {
+    pub(super) fn oriented_box(&mut self, foot: Vector3, size: Vector3, yaw: f64, material: Material) {
         let center = foot + Vector3::z() * (size.z / 2.0);
-        let site_from_crate = Rotation::from_euler_angles(0.0, 0.0, yaw);
-        self.add(Shape::Crate { center, half: size / 2.0, site_from_crate }, material);
+        let site_from_box = Rotation::from_euler_angles(0.0, 0.0, yaw);
+        self.add(Shape::OrientedBox { center, half: size / 2.0, site_from_box }, material);
     }
 
-    pub(super) fn rod(&mut self, from: Vector3, to: Vector3, radius: f64, material: Material) {
-        self.add(Shape::Rod { from, to, radius }, material);
+    pub(super) fn cylinder(&mut self, from: Vector3, to: Vector3, radius: f64, material: Material) {
+        self.add(Shape::Cylinder { from, to, radius }, material);
     }
 
-    pub(super) fn ball(&mut self, center: Vector3, radius: f64, material: Material) {
-        self.add(Shape::Ball { center, radius }, material);
+    pub(super) fn sphere(&mut self, center: Vector3, radius: f64, material: Material) {
+        self.add(Shape::Sphere { center, radius }, material);
     }
 
     /// A four-cornered sheet, as two triangles.
-    pub(super) fn sheet(&mut self, [a, b, c, d]: [Vector3; 4], material: Material) {
+    pub(super) fn quad(&mut self, [a, b, c, d]: [Vector3; 4], material: Material) {
         self.add(Shape::Triangle([a, b, c]), material);
         self.add(Shape::Triangle([a, c, d]), material);
     }
@@ -90,7 +90,7 @@ impl Builder {
             let along_z = span.z.abs() > 1e-9;
             let side = if span.x.abs() > 1e-9 { at(0.0, width, height) } else { at(width, 0.0, height) };
             let half = if along_z { at(width, height, 0.0) } else { side } / 2.0;
-            self.block(from.inf(&to) - half, from.sup(&to) + half, material);
+            self.aligned_box(from.inf(&to) - half, from.sup(&to) + half, material);
             return;
         }
         let forward = span.normalize();
@@ -98,8 +98,8 @@ impl Builder {
         let axes = nalgebra::Matrix3::from_columns(&[forward, left, forward.cross(&left)]);
         let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
         let half = at(span.norm(), width, height) / 2.0;
-        let site_from_crate = Rotation::from_rotation_matrix(&rotation);
-        self.add(Shape::Crate { center: (from + to) / 2.0, half, site_from_crate }, material);
+        let site_from_box = Rotation::from_rotation_matrix(&rotation);
+        self.add(Shape::OrientedBox { center: (from + to) / 2.0, half, site_from_box }, material);
     }
 
     /// A wall from `from` to `to` (its foot at height `from.z`) with openings in order of `along`.
@@ -134,17 +134,22 @@ impl Builder {
     pub(super) fn pipe(&mut self, corners: &[Vector3], radius: f64, material: Material) {
         for leg in corners.windows(2) {
             let (from, to) = (leg[0], leg[1]);
-            self.rod(from, to, radius, material);
+            self.cylinder(from, to, radius, material);
             let length = (to - from).norm();
             let unit = (to - from) / length;
             let flanges = (length / 3.5) as usize;
             for i in 0..flanges {
                 let middle = from + unit * ((i as f64 + 0.5) * length / flanges as f64);
-                self.rod(middle - unit * 0.03, middle + unit * 0.03, radius * 1.35 + 0.01, Material::Steel);
+                self.cylinder(
+                    middle - unit * 0.03,
+                    middle + unit * 0.03,
+                    radius * 1.35 + 0.01,
+                    Material::Steel,
+                );
             }
         }
         for corner in &corners[1..corners.len() - 1] {
-            self.ball(*corner, radius * 1.04, material);
+            self.sphere(*corner, radius * 1.04, material);
         }
     }
 
@@ -159,7 +164,7 @@ impl Builder {
         let (web_x, web_y) = if turned { (0.24, 0.015) } else { (0.015, 0.24) };
         self.beam(foot, top, web_x, web_y, material);
         // Base plate.
-        self.block(foot - at(0.22, 0.22, 0.0), foot + at(0.22, 0.22, 0.03), Material::Steel);
+        self.aligned_box(foot - at(0.22, 0.22, 0.0), foot + at(0.22, 0.22, 0.03), Material::Steel);
     }
 
     /// A lattice girder below the segment `from`-`to`: two chords and diagonals.
@@ -190,11 +195,11 @@ impl Builder {
             let posts = (span.norm() / 1.4).ceil() as usize;
             for i in 0..=posts {
                 let foot = leg[0] + span * (i as f64 / posts as f64);
-                self.rod(foot, foot + Vector3::z() * 1.05, 0.024, material);
+                self.cylinder(foot, foot + Vector3::z() * 1.05, 0.024, material);
             }
             for (height, radius) in [(1.06, 0.026), (0.55, 0.018)] {
                 let up = Vector3::z() * height;
-                self.rod(leg[0] + up, leg[1] + up, radius, material);
+                self.cylinder(leg[0] + up, leg[1] + up, radius, material);
             }
             let kick = Vector3::z() * 0.08;
             self.beam(leg[0] + kick, leg[1] + kick, 0.01, 0.12, material);
@@ -205,18 +210,18 @@ impl Builder {
     pub(super) fn ladder(&mut self, foot: Vector3, height: f64, side: Vector3) {
         let top = foot + Vector3::z() * height;
         for sign in [-0.24, 0.24] {
-            self.rod(foot + side * sign, top + side * sign, 0.028, Material::YellowPaint);
+            self.cylinder(foot + side * sign, top + side * sign, 0.028, Material::YellowPaint);
         }
         for rung in 1..(height / 0.28) as usize {
             let middle = foot + Vector3::z() * (0.28 * rung as f64);
-            self.rod(middle - side * 0.24, middle + side * 0.24, 0.014, Material::Steel);
+            self.cylinder(middle - side * 0.24, middle + side * 0.24, 0.014, Material::Steel);
         }
         let out = Vector3::z().cross(&side) * 0.65;
         for hoop in 0..((height - 2.3) / 0.9).max(0.0) as usize {
             let middle = foot + Vector3::z() * (2.3 + 0.9 * hoop as f64);
             let corners = [side * -0.3, side * -0.3 + out * 0.7, out, side * 0.3 + out * 0.7, side * 0.3];
             for pair in corners.windows(2) {
-                self.rod(middle + pair[0], middle + pair[1], 0.015, Material::YellowPaint);
+                self.cylinder(middle + pair[0], middle + pair[1], 0.015, Material::YellowPaint);
             }
         }
     }
@@ -236,7 +241,7 @@ impl Builder {
         for step in 0..steps {
             let front = foot + forward * (run * step as f64) + Vector3::z() * (rise * (step + 1) as f64);
             let tread = [front - left * (width / 2.0) - Vector3::z() * 0.05, front + left * (width / 2.0)];
-            self.block(tread[0], tread[1] + forward * (run + 0.03), Material::Galvanised);
+            self.aligned_box(tread[0], tread[1] + forward * (run + 0.03), Material::Galvanised);
         }
         let up = Vector3::z() * (rise * steps as f64);
         let top = foot + forward * (run * steps as f64) + up;
@@ -244,11 +249,11 @@ impl Builder {
             let edge = left * (side * (width / 2.0 + 0.03));
             self.beam(foot + edge, top + edge, 0.04, 0.26, Material::BluePaint);
             let rail = Vector3::z() * 1.0;
-            self.rod(foot + edge + rail, top + edge + rail, 0.025, Material::YellowPaint);
-            self.rod(foot + edge + rail * 0.5, top + edge + rail * 0.5, 0.018, Material::YellowPaint);
+            self.cylinder(foot + edge + rail, top + edge + rail, 0.025, Material::YellowPaint);
+            self.cylinder(foot + edge + rail * 0.5, top + edge + rail * 0.5, 0.018, Material::YellowPaint);
             for post in 0..=4 {
                 let base = foot + edge + (top - foot) * (f64::from(post) / 4.0);
-                self.rod(base, base + rail, 0.022, Material::YellowPaint);
+                self.cylinder(base, base + rail, 0.022, Material::YellowPaint);
             }
         }
         top

@@ -1,8 +1,8 @@
 //! `plant`: a process building of two floors (36 m x 24 m) joined by stairs, a featureless corridor of 60 m to a pump house,
 //! and an outdoor yard between them with tanks, a pipe rack, containers and trees.
 
-use super::Plan;
 use super::parts::{Builder, at, door, gate, window};
+use super::plan::SitePlan;
 use crate::route::{Route, Start};
 use crate::shape::Material;
 use geometry::Vector3;
@@ -16,9 +16,9 @@ const NORTH: f64 = 24.0;
 /// Where the long corridor ends.
 const PUMP_HOUSE: f64 = 96.0;
 
-pub(super) fn plan() -> Plan {
+pub(super) fn plan() -> SitePlan {
     let mut b = Builder::new("plant");
-    b.block(at(-22.0, -44.0, -0.3), at(122.0, 40.0, 0.0), Material::Asphalt);
+    b.aligned_box(at(-22.0, -44.0, -0.3), at(122.0, 40.0, 0.0), Material::Asphalt);
     shell(&mut b);
     upper_slab(&mut b);
     stairwell(&mut b);
@@ -40,7 +40,7 @@ pub(super) fn plan() -> Plan {
         [-15.0, NORTH],
     ];
     b.plan.routes = routes();
-    b.plan.rounds = rounds();
+    b.plan.pedestrian_paths = pedestrian_paths();
     b.plan
 }
 
@@ -76,8 +76,8 @@ fn shell(b: &mut Builder) {
     }
     b.wall(at(EAST + 0.15, 0.0, 0.0), [EAST + 0.15, NORTH], UPPER, 0.3, &[door(16.0)], sheet);
     b.wall(at(EAST + 0.15, 0.0, UPPER), [EAST + 0.15, NORTH], ROOF - UPPER, 0.3, &[window(6.0, 3.0)], sheet);
-    b.block(at(-0.4, -0.4, ROOF), at(EAST + 0.4, NORTH + 0.4, ROOF + 0.25), Material::Galvanised);
-    b.block(at(0.0, 0.0, 0.0), at(EAST, NORTH, 0.004), Material::Floor);
+    b.aligned_box(at(-0.4, -0.4, ROOF), at(EAST + 0.4, NORTH + 0.4, ROOF + 0.25), Material::Galvanised);
+    b.aligned_box(at(0.0, 0.0, 0.0), at(EAST, NORTH, 0.004), Material::Floor);
     for i in 0..5 {
         let x = 4.0 + 7.0 * f64::from(i);
         b.truss(at(x, 0.1, ROOF - 0.05), at(x, NORTH - 0.1, ROOF - 0.05), 0.7, 12, Material::BluePaint);
@@ -97,8 +97,9 @@ fn shell(b: &mut Builder) {
 /// The upper floor, with the hole through which tall vessels reach and the one for the stairs.
 fn upper_slab(b: &mut Builder) {
     let (low, high) = (UPPER - 0.22, UPPER);
-    let mut slab =
-        |x0: f64, y0: f64, x1: f64, y1: f64| b.block(at(x0, y0, low), at(x1, y1, high), Material::Concrete);
+    let mut slab = |x0: f64, y0: f64, x1: f64, y1: f64| {
+        b.aligned_box(at(x0, y0, low), at(x1, y1, high), Material::Concrete)
+    };
     slab(0.0, 0.0, 2.0, 14.0);
     slab(2.0, 0.0, 14.0, 2.0);
     slab(2.0, 12.0, 14.0, 14.0);
@@ -129,7 +130,7 @@ fn stairwell(b: &mut Builder) {
     let landing = UPPER / 2.0;
     b.stairs(at(26.6, 18.9, 0.0), Vector3::x(), 1.35, 12, 0.17, 0.28);
     b.stairs(at(29.96, 20.35, landing), -Vector3::x(), 1.35, 12, 0.17, 0.28);
-    b.block(at(29.96, 18.15, landing - 0.15), at(31.65, 21.1, landing), Material::Galvanised);
+    b.aligned_box(at(29.96, 18.15, landing - 0.15), at(31.65, 21.1, landing), Material::Galvanised);
     b.railing(
         &[
             at(30.0, 18.18, landing),
@@ -140,7 +141,7 @@ fn stairwell(b: &mut Builder) {
         Material::YellowPaint,
     );
     for y in [18.2, 21.05] {
-        b.rod(at(31.55, y, 0.0), at(31.55, y, landing), 0.06, Material::BluePaint);
+        b.cylinder(at(31.55, y, 0.0), at(31.55, y, landing), 0.06, Material::BluePaint);
     }
 }
 
@@ -201,10 +202,10 @@ fn upper_floor(b: &mut Builder) {
     for i in 0..5 {
         let x = 26.0 + 1.9 * f64::from(i);
         b.table(at(x, 3.4, z), [1.7, 0.9], 0.0);
-        b.turned(at(x, 3.1, z + 0.76), at(1.3, 0.06, 0.5), 0.0, Material::DarkPaint);
+        b.oriented_box(at(x, 3.1, z + 0.76), at(1.3, 0.06, 0.5), 0.0, Material::DarkPaint);
         b.chair(at(x + 0.1, 4.4, z), -1.4);
     }
-    b.block(at(25.0, 0.05, z + 0.9), at(35.0, 0.12, z + 2.4), Material::DarkPaint);
+    b.aligned_box(at(25.0, 0.05, z + 0.9), at(35.0, 0.12, z + 2.4), Material::DarkPaint);
     b.cabinets(at(35.3, 5.6, z), 6, true);
     // Heat exchangers and ducts on the open floor.
     for y in [3.4, 6.4] {
@@ -229,10 +230,10 @@ fn upper_floor(b: &mut Builder) {
 /// Sixty metres without a feature: smooth walls, ceiling and floor.
 fn corridor(b: &mut Builder) {
     let (from, plaster) = (EAST + 0.3, Material::Plaster);
-    b.block(at(from, 14.5, 0.0), at(PUMP_HOUSE, 14.7, 2.9), plaster);
-    b.block(at(from, 17.3, 0.0), at(PUMP_HOUSE, 17.5, 2.9), plaster);
-    b.block(at(from, 14.5, 2.9), at(PUMP_HOUSE, 17.5, 3.1), plaster);
-    b.block(at(from, 14.7, 0.0), at(PUMP_HOUSE, 17.3, 0.004), Material::Floor);
+    b.aligned_box(at(from, 14.5, 0.0), at(PUMP_HOUSE, 14.7, 2.9), plaster);
+    b.aligned_box(at(from, 17.3, 0.0), at(PUMP_HOUSE, 17.5, 2.9), plaster);
+    b.aligned_box(at(from, 14.5, 2.9), at(PUMP_HOUSE, 17.5, 3.1), plaster);
+    b.aligned_box(at(from, 14.7, 0.0), at(PUMP_HOUSE, 17.3, 0.004), Material::Floor);
 }
 
 fn pump_house(b: &mut Builder) {
@@ -241,7 +242,7 @@ fn pump_house(b: &mut Builder) {
     b.wall(at(east, 9.0, 0.0), [east, NORTH], 4.6, 0.2, &[], Material::Concrete);
     b.wall(at(x, 9.0, 0.0), [east, 9.0], 4.6, 0.2, &[gate(5.0)], Material::Concrete);
     b.wall(at(x, NORTH, 0.0), [east, NORTH], 4.6, 0.2, &[window(6.0, 3.0)], Material::Concrete);
-    b.block(at(x - 0.2, 8.8, 4.6), at(east + 0.2, NORTH + 0.2, 4.85), Material::Concrete);
+    b.aligned_box(at(x - 0.2, 8.8, 4.6), at(east + 0.2, NORTH + 0.2, 4.85), Material::Concrete);
     for y in [12.6, 18.4, 21.4] {
         b.pump(at(x + 9.0, y, 0.0), false);
     }
@@ -312,29 +313,29 @@ fn containers_and_truck(b: &mut Builder) {
     for (x, y, yaw, z) in
         [(44.0, -16.0, 0.0, 0.0), (44.2, -19.2, 0.04, 0.0), (44.0, -16.1, 0.02, 2.6), (30.0, -22.0, 1.4, 0.0)]
     {
-        b.turned(at(x, y, z), at(6.06, 2.44, 2.6), yaw, Material::BluePaint);
+        b.oriented_box(at(x, y, z), at(6.06, 2.44, 2.6), yaw, Material::BluePaint);
         let turn = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw);
         for rib in 0..16 {
             for side in [-1.23, 1.23] {
                 let foot = at(x, y, z + 0.15) + turn * at(-2.85 + 0.38 * f64::from(rib), side, 0.0);
-                b.turned(foot, at(0.14, 0.05, 2.3), yaw, Material::BluePaint);
+                b.oriented_box(foot, at(0.14, 0.05, 2.3), yaw, Material::BluePaint);
             }
         }
     }
     // A lorry.
-    b.block(at(20.0, -14.2, 1.1), at(27.0, -11.8, 3.6), Material::WhiteSheet);
-    b.block(at(27.3, -14.1, 0.7), at(29.4, -11.9, 2.9), Material::YellowPaint);
-    b.block(at(20.0, -13.6, 0.7), at(29.0, -12.4, 1.1), Material::DarkPaint);
+    b.aligned_box(at(20.0, -14.2, 1.1), at(27.0, -11.8, 3.6), Material::WhiteSheet);
+    b.aligned_box(at(27.3, -14.1, 0.7), at(29.4, -11.9, 2.9), Material::YellowPaint);
+    b.aligned_box(at(20.0, -13.6, 0.7), at(29.0, -12.4, 1.1), Material::DarkPaint);
     for x in [21.4, 22.6, 28.3] {
         for y in [-14.15, -12.15] {
-            b.rod(at(x, y, 0.5), at(x, y + 0.3, 0.5), 0.5, Material::Rubber);
+            b.cylinder(at(x, y, 0.5), at(x, y + 0.3, 0.5), 0.5, Material::Rubber);
         }
     }
     for i in 0..5 {
         let foot = at(36.0 + 15.0 * f64::from(i), -3.6, 0.0);
-        b.rod(foot, foot + Vector3::z() * 6.5, 0.08, Material::Galvanised);
-        b.rod(foot + Vector3::z() * 6.5, foot + at(0.0, 1.3, 6.7), 0.05, Material::Galvanised);
-        b.block(foot + at(-0.2, 0.9, 6.6), foot + at(0.2, 1.7, 6.75), Material::WhiteSheet);
+        b.cylinder(foot, foot + Vector3::z() * 6.5, 0.08, Material::Galvanised);
+        b.cylinder(foot + Vector3::z() * 6.5, foot + at(0.0, 1.3, 6.7), 0.05, Material::Galvanised);
+        b.aligned_box(foot + at(-0.2, 0.9, 6.6), foot + at(0.2, 1.7, 6.75), Material::WhiteSheet);
     }
     for i in 0..7 {
         b.drum(at(51.0 + 0.65 * f64::from(i % 4), -20.0 - 0.65 * f64::from(i / 4), 0.0), 0.3, 0.9);
@@ -357,11 +358,11 @@ fn fence_and_trees(b: &mut Builder) {
         let posts = (span.norm() / 3.0) as usize;
         for i in 0..posts {
             let foot = side[0] + span * (i as f64 / posts as f64);
-            b.rod(foot, foot + Vector3::z() * 2.1, 0.035, Material::Galvanised);
+            b.cylinder(foot, foot + Vector3::z() * 2.1, 0.035, Material::Galvanised);
         }
         for wire in 0..9 {
             let up = Vector3::z() * (0.1 + 0.24 * f64::from(wire));
-            b.rod(side[0] + up, side[1] + up, 0.012, Material::Galvanised);
+            b.cylinder(side[0] + up, side[1] + up, 0.012, Material::Galvanised);
         }
     }
     for (x, y) in [
@@ -384,16 +385,16 @@ fn fence_and_trees(b: &mut Builder) {
 fn tree(b: &mut Builder, foot: Vector3) {
     let height = b.rng.range(2.2, 3.2);
     let top = foot + at(b.rng.range(-0.2, 0.2), b.rng.range(-0.2, 0.2), height);
-    b.rod(foot, top, 0.16, Material::Wood);
+    b.cylinder(foot, top, 0.16, Material::Wood);
     for _ in 0..26 {
         let (angle, reach) = (b.rng.range(0.0, std::f64::consts::TAU), b.rng.range(0.2, 1.7));
         let leaf = top + at(reach * angle.cos(), reach * angle.sin(), b.rng.range(-0.3, 2.2));
         let radius = b.rng.range(0.18, 0.5);
-        b.ball(leaf, radius, Material::Foliage);
+        b.sphere(leaf, radius, Material::Foliage);
     }
     for i in 0..4 {
         let angle = 1.57 * f64::from(i) + 0.3;
-        b.rod(
+        b.cylinder(
             top - Vector3::z() * 0.4,
             top + at(1.0 * angle.cos(), 1.0 * angle.sin(), 0.9),
             0.05,
@@ -456,7 +457,7 @@ fn routes() -> Vec<Route> {
     ]
 }
 
-fn rounds() -> Vec<Vec<Vector3>> {
+fn pedestrian_paths() -> Vec<Vec<Vector3>> {
     let closed = |z: f64, corners: &[[f64; 2]]| corners.iter().map(|c| at(c[0], c[1], z)).collect();
     vec![
         closed(0.0, &[[3.0, 21.4], [21.0, 21.4], [23.0, 19.8], [10.0, 20.0]]),

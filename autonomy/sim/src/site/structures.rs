@@ -1,7 +1,7 @@
-//! Things that stand about in industrial sites, made of the parts in `parts`.
+//! Equipment and furniture of industrial sites, composed of the parts in `parts`.
 
-use super::Dock;
 use super::parts::{Builder, at};
+use super::plan::{Dock, DoorLeaf};
 use crate::shape::Material;
 use geometry::Vector3;
 
@@ -29,7 +29,7 @@ impl Builder {
             for brace in 0..levels * 2 {
                 let (low, high) = (0.8 * brace as f64, 0.8 * (brace + 1) as f64);
                 let (a, b) = if brace % 2 == 0 { (0.05, depth - 0.05) } else { (depth - 0.05, 0.05) };
-                self.rod(place(along, a, low), place(along, b, high), 0.018, Material::Galvanised);
+                self.cylinder(place(along, a, low), place(along, b, high), 0.018, Material::Galvanised);
             }
         }
         for level in 1..=levels {
@@ -43,7 +43,11 @@ impl Builder {
                     Material::YellowPaint,
                 );
             }
-            self.block(place(0.0, 0.05, up + 0.06), place(length, depth - 0.05, up + 0.08), Material::Wood);
+            self.aligned_box(
+                place(0.0, 0.05, up + 0.06),
+                place(length, depth - 0.05, up + 0.08),
+                Material::Wood,
+            );
         }
         for bay_number in 0..bays {
             for level in 0..levels {
@@ -65,14 +69,14 @@ impl Builder {
 
     fn put_pallet(&mut self, foot: Vector3, turned: bool, height: f64) {
         let yaw = if turned { std::f64::consts::FRAC_PI_2 } else { 0.0 } + self.rng.range(-0.05, 0.05);
-        self.turned(foot, at(1.1, 0.9, 0.14), yaw, Material::Wood);
+        self.oriented_box(foot, at(1.1, 0.9, 0.14), yaw, Material::Wood);
         let foot = foot + Vector3::z() * 0.14;
         let room = height - 0.14;
         match self.rng.bits() % 4 {
             0 => {
                 let size =
                     at(self.rng.range(0.8, 1.05), self.rng.range(0.7, 0.9), room * self.rng.range(0.4, 0.95));
-                self.turned(foot, size, yaw, Material::Cardboard);
+                self.oriented_box(foot, size, yaw, Material::Cardboard);
             }
             1 => {
                 let layer = room * self.rng.range(0.28, 0.42);
@@ -86,7 +90,7 @@ impl Builder {
                     let offset =
                         nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw) * at(dx, dy, dz * layer);
                     let turn = yaw + self.rng.range(-0.08, 0.08);
-                    self.turned(foot + offset, at(0.48, 0.36, layer), turn, Material::Cardboard);
+                    self.oriented_box(foot + offset, at(0.48, 0.36, layer), turn, Material::Cardboard);
                 }
             }
             2 => {
@@ -97,8 +101,8 @@ impl Builder {
             }
             _ => {
                 let size = at(1.0, 0.8, room * self.rng.range(0.35, 0.7));
-                self.turned(foot, size, yaw, Material::WhiteSheet);
-                self.rod(
+                self.oriented_box(foot, size, yaw, Material::WhiteSheet);
+                self.cylinder(
                     foot + Vector3::z() * size.z,
                     foot + Vector3::z() * (size.z + 0.15),
                     0.12,
@@ -114,22 +118,22 @@ impl Builder {
     }
 
     fn put_drum(&mut self, foot: Vector3, radius: f64, height: f64) {
-        self.rod(foot, foot + Vector3::z() * height, radius, Material::BluePaint);
+        self.cylinder(foot, foot + Vector3::z() * height, radius, Material::BluePaint);
         for ring in [0.33, 0.66] {
             let middle = foot + Vector3::z() * (height * ring);
-            self.rod(middle, middle + Vector3::z() * 0.025, radius + 0.012, Material::BluePaint);
+            self.cylinder(middle, middle + Vector3::z() * 0.025, radius + 0.012, Material::BluePaint);
         }
     }
 
     /// A standing tank with a domed top on a plinth, with manhole, gauge pipe and ladder.
     pub(super) fn tank(&mut self, foot: Vector3, radius: f64, height: f64) {
-        self.rod(foot, foot + Vector3::z() * 0.15, radius + 0.2, Material::Concrete);
+        self.cylinder(foot, foot + Vector3::z() * 0.15, radius + 0.2, Material::Concrete);
         let shell = foot + Vector3::z() * 0.15;
-        self.rod(shell, shell + Vector3::z() * height, radius, Material::WhiteSheet);
+        self.cylinder(shell, shell + Vector3::z() * height, radius, Material::WhiteSheet);
         for ring in 0..5 {
             let (low, share) = (height + 0.12 * radius * f64::from(ring), f64::from(ring + 1) / 5.5);
             let low = shell + Vector3::z() * low;
-            self.rod(
+            self.cylinder(
                 low,
                 low + Vector3::z() * (0.12 * radius),
                 radius * (1.0 - share * share).sqrt(),
@@ -138,11 +142,11 @@ impl Builder {
         }
         for band in 1..(height / 1.2) as usize {
             let middle = shell + Vector3::z() * (1.2 * band as f64);
-            self.rod(middle, middle + Vector3::z() * 0.06, radius + 0.025, Material::Galvanised);
+            self.cylinder(middle, middle + Vector3::z() * 0.06, radius + 0.025, Material::Galvanised);
         }
         let out = at(0.0, -1.0, 0.0);
         let manhole = shell + Vector3::z() * 0.9;
-        self.rod(manhole + out * radius * 0.9, manhole + out * (radius + 0.18), 0.3, Material::Steel);
+        self.cylinder(manhole + out * radius * 0.9, manhole + out * (radius + 0.18), 0.3, Material::Steel);
         self.ladder(foot + at(radius + 0.12, 0.0, 0.0), height + 0.15, Vector3::y());
         let gauge = at(-0.75, -0.75, 0.0) * radius;
         self.pipe(
@@ -155,18 +159,22 @@ impl Builder {
     /// A lying vessel on two saddles; `along` is its unit axis.
     pub(super) fn vessel(&mut self, middle: Vector3, along: Vector3, length: f64, radius: f64) {
         let (a, b) = (middle - along * (length / 2.0), middle + along * (length / 2.0));
-        self.rod(a, b, radius, Material::Galvanised);
-        self.ball(a, radius, Material::Galvanised);
-        self.ball(b, radius, Material::Galvanised);
+        self.cylinder(a, b, radius, Material::Galvanised);
+        self.sphere(a, radius, Material::Galvanised);
+        self.sphere(b, radius, Material::Galvanised);
         let side = Vector3::z().cross(&along);
         for share in [-0.3, 0.3] {
             let saddle = middle + along * (length * share);
             let foot = Vector3::new(saddle.x, saddle.y, saddle.z - radius - 0.5);
             let half = along.abs() * 0.12 + side.abs() * (radius * 0.85);
-            self.block(foot - half, foot + half + Vector3::z() * (0.5 + radius * 0.4), Material::Concrete);
+            self.aligned_box(
+                foot - half,
+                foot + half + Vector3::z() * (0.5 + radius * 0.4),
+                Material::Concrete,
+            );
             let neck = saddle + Vector3::z() * radius;
-            self.rod(neck, neck + Vector3::z() * 0.35, 0.12, Material::Steel);
-            self.rod(neck + Vector3::z() * 0.3, neck + Vector3::z() * 0.36, 0.2, Material::Steel);
+            self.cylinder(neck, neck + Vector3::z() * 0.35, 0.12, Material::Steel);
+            self.cylinder(neck + Vector3::z() * 0.3, neck + Vector3::z() * 0.36, 0.2, Material::Steel);
         }
     }
 
@@ -174,27 +182,27 @@ impl Builder {
     pub(super) fn pump(&mut self, foot: Vector3, turned: bool) {
         let yaw: f64 = if turned { std::f64::consts::FRAC_PI_2 } else { 0.0 };
         let forward = at(yaw.cos(), yaw.sin(), 0.0);
-        self.turned(foot, at(2.0, 0.9, 0.18), yaw, Material::Concrete);
+        self.oriented_box(foot, at(2.0, 0.9, 0.18), yaw, Material::Concrete);
         let shaft = foot + Vector3::z() * 0.55;
-        self.rod(shaft - forward * 0.85, shaft - forward * 0.1, 0.24, Material::BluePaint);
+        self.cylinder(shaft - forward * 0.85, shaft - forward * 0.1, 0.24, Material::BluePaint);
         for fin in 0..6 {
             let middle = shaft - forward * (0.8 - 0.11 * f64::from(fin));
-            self.rod(middle, middle + forward * 0.02, 0.275, Material::BluePaint);
+            self.cylinder(middle, middle + forward * 0.02, 0.275, Material::BluePaint);
         }
-        self.turned(
+        self.oriented_box(
             foot + Vector3::z() * 0.18 - forward * 0.45,
             at(0.7, 0.4, 0.16),
             yaw,
             Material::DarkPaint,
         );
-        self.turned(
+        self.oriented_box(
             shaft + Vector3::z() * 0.22 - forward * 0.5,
             at(0.26, 0.24, 0.14),
             yaw,
             Material::BluePaint,
         );
-        self.rod(shaft - forward * 0.1, shaft + forward * 0.35, 0.05, Material::Steel);
-        self.rod(shaft + forward * 0.35, shaft + forward * 0.62, 0.3, Material::DarkPaint);
+        self.cylinder(shaft - forward * 0.1, shaft + forward * 0.35, 0.05, Material::Steel);
+        self.cylinder(shaft + forward * 0.35, shaft + forward * 0.62, 0.3, Material::DarkPaint);
         self.pipe(
             &[shaft + forward * 0.62, shaft + forward * 1.1, shaft + forward * 1.1 + Vector3::z() * 2.2],
             0.085,
@@ -209,15 +217,15 @@ impl Builder {
     pub(super) fn valve(&mut self, middle: Vector3, out: Vector3) {
         let side = Vector3::z().cross(&out).try_normalize(1e-6).unwrap_or_else(Vector3::x);
         let up = out.cross(&side);
-        self.ball(middle, 0.14, Material::Steel);
+        self.sphere(middle, 0.14, Material::Steel);
         let hub = middle + out * 0.35;
-        self.rod(middle, hub, 0.025, Material::Steel);
+        self.cylinder(middle, hub, 0.025, Material::Steel);
         let rim = |i: usize| {
             let (sin, cos) = (i as f64 * std::f64::consts::TAU / 8.0).sin_cos();
             hub + side * (0.16 * cos) + up * (0.16 * sin)
         };
         for i in 0..8 {
-            self.rod(rim(i), rim(i + 1), 0.013, Material::YellowPaint);
+            self.cylinder(rim(i), rim(i + 1), 0.013, Material::YellowPaint);
         }
     }
 
@@ -229,30 +237,30 @@ impl Builder {
     fn put_machine(&mut self, foot: Vector3, size: Vector3, yaw: f64) {
         let turn = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw);
         let local = |x: f64, y: f64, z: f64| foot + turn * at(x * size.x, y * size.y, z);
-        self.turned(local(0.0, 0.0, 0.0), at(size.x, size.y, 0.12), yaw, Material::DarkPaint);
-        self.turned(
+        self.oriented_box(local(0.0, 0.0, 0.0), at(size.x, size.y, 0.12), yaw, Material::DarkPaint);
+        self.oriented_box(
             local(0.0, 0.05, 0.12),
             at(size.x * 0.96, size.y * 0.85, size.z * 0.55),
             yaw,
             Material::WhiteSheet,
         );
         let top = 0.12 + size.z * 0.55;
-        self.turned(
+        self.oriented_box(
             local(-0.16, 0.08, top),
             at(size.x * 0.6, size.y * 0.7, size.z * 0.4),
             yaw,
             Material::BluePaint,
         );
-        self.turned(
+        self.oriented_box(
             local(0.33, 0.1, top),
             at(size.x * 0.26, size.y * 0.5, size.z * 0.2),
             yaw,
             Material::DarkPaint,
         );
-        self.turned(local(0.42, -0.62, 0.9), at(0.5, 0.1, 0.55), yaw + 0.4, Material::DarkPaint);
-        self.rod(local(0.42, -0.6, 0.0), local(0.42, -0.6, 0.9), 0.04, Material::Steel);
+        self.oriented_box(local(0.42, -0.62, 0.9), at(0.5, 0.1, 0.55), yaw + 0.4, Material::DarkPaint);
+        self.cylinder(local(0.42, -0.6, 0.0), local(0.42, -0.6, 0.9), 0.04, Material::Steel);
         let mast = local(-0.4, 0.3, top + size.z * 0.4);
-        self.rod(mast, mast + Vector3::z() * 0.5, 0.035, Material::YellowPaint);
+        self.cylinder(mast, mast + Vector3::z() * 0.5, 0.035, Material::YellowPaint);
         self.pipe(
             &[
                 local(0.33, 0.2, top + size.z * 0.2),
@@ -278,9 +286,9 @@ impl Builder {
             } else {
                 (at(along, 0.0, 0.0), at(0.8, 0.6, 2.1))
             };
-            self.block(foot + low, foot + low + size, Material::WhiteSheet);
+            self.aligned_box(foot + low, foot + low + size, Material::WhiteSheet);
             let handle = foot + low + if turned { at(-0.04, 0.7, 1.0) } else { at(0.7, -0.04, 1.0) };
-            self.block(handle, handle + at(0.04, 0.04, 0.25), Material::DarkPaint);
+            self.aligned_box(handle, handle + at(0.04, 0.04, 0.25), Material::DarkPaint);
         }
         let length = 0.82 * count as f64;
         let (from, to) = if turned {
@@ -300,7 +308,7 @@ impl Builder {
         self.beam(from - Vector3::z() * 0.04, to - Vector3::z() * 0.04, width, 0.015, Material::Galvanised);
         for share in [-0.6, 0.1, 0.5] {
             let cable = side * share + Vector3::z() * 0.02;
-            self.rod(from + cable, to + cable, 0.03, Material::Rubber);
+            self.cylinder(from + cable, to + cable, 0.03, Material::Rubber);
         }
     }
 
@@ -312,15 +320,15 @@ impl Builder {
     fn put_table(&mut self, foot: Vector3, size: [f64; 2], yaw: f64) {
         let turn = nalgebra::Rotation3::from_euler_angles(0.0, 0.0, yaw);
         let local = |x: f64, y: f64, z: f64| foot + turn * at(x * size[0], y * size[1], z);
-        self.turned(local(0.0, 0.0, 0.72), at(size[0], size[1], 0.04), yaw, Material::Wood);
+        self.oriented_box(local(0.0, 0.0, 0.72), at(size[0], size[1], 0.04), yaw, Material::Wood);
         for (x, y) in [(-0.46, -0.44), (0.46, -0.44), (0.46, 0.44), (-0.46, 0.44)] {
-            self.rod(local(x, y, 0.0), local(x, y, 0.72), 0.03, Material::Steel);
+            self.cylinder(local(x, y, 0.0), local(x, y, 0.72), 0.03, Material::Steel);
         }
         for _ in 0..3 {
             let (x, y) = (self.rng.range(-0.38, 0.38), self.rng.range(-0.3, 0.3));
             let goods = at(self.rng.range(0.15, 0.4), self.rng.range(0.1, 0.3), self.rng.range(0.08, 0.4));
             let turned = yaw + self.rng.range(-0.5, 0.5);
-            self.turned(local(x, y, 0.76), goods, turned, Material::DarkPaint);
+            self.oriented_box(local(x, y, 0.76), goods, turned, Material::DarkPaint);
         }
     }
 
@@ -331,28 +339,28 @@ impl Builder {
 
     fn put_chair(&mut self, foot: Vector3, yaw: f64) {
         let back = at(-0.22 * yaw.cos(), -0.22 * yaw.sin(), 0.0);
-        self.turned(foot + Vector3::z() * 0.44, at(0.46, 0.46, 0.08), yaw, Material::Cloth);
-        self.turned(foot + back + Vector3::z() * 0.55, at(0.06, 0.42, 0.5), yaw, Material::Cloth);
-        self.rod(foot + Vector3::z() * 0.06, foot + Vector3::z() * 0.44, 0.03, Material::Steel);
-        self.rod(foot, foot + Vector3::z() * 0.06, 0.26, Material::DarkPaint);
+        self.oriented_box(foot + Vector3::z() * 0.44, at(0.46, 0.46, 0.08), yaw, Material::Cloth);
+        self.oriented_box(foot + back + Vector3::z() * 0.55, at(0.06, 0.42, 0.5), yaw, Material::Cloth);
+        self.cylinder(foot + Vector3::z() * 0.06, foot + Vector3::z() * 0.44, 0.03, Material::Steel);
+        self.cylinder(foot, foot + Vector3::z() * 0.06, 0.26, Material::DarkPaint);
     }
 
-    /// A door leaf standing open: hinge, the way it points (radians), width and height.
+    /// An open door leaf: a point on its hinge, its direction (radians), width and height (metres).
     pub(super) fn leaf(&mut self, hinge: Vector3, yaw: f64, width: f64, height: f64, material: Material) {
-        self.plan.leaves.push((self.plan.solids.len(), hinge));
+        self.plan.door_leaves.push(DoorLeaf { solid: self.plan.solids.len(), hinge });
         let along = at(yaw.cos(), yaw.sin(), 0.0);
         let middle = hinge + along * (width / 2.0);
-        self.turned(middle + Vector3::z() * 0.01, at(width, 0.045, height), yaw, material);
+        self.oriented_box(middle + Vector3::z() * 0.01, at(width, 0.045, height), yaw, material);
         let handle = hinge + along * (width * 0.9) + Vector3::z() * 1.05;
         let out = Vector3::z().cross(&along) * 0.08;
-        self.rod(handle - out, handle + out, 0.012, Material::Steel);
+        self.cylinder(handle - out, handle + out, 0.012, Material::Steel);
     }
 
     /// A fire extinguisher on its hook, with a reflecting sign above; `out` is the unit vector away from the wall.
     pub(super) fn extinguisher(&mut self, wall: Vector3, out: Vector3) {
         let bottle = wall + out * 0.12;
-        self.rod(bottle + Vector3::z() * 0.4, bottle + Vector3::z() * 0.95, 0.08, Material::BluePaint);
-        self.rod(bottle + Vector3::z() * 0.95, bottle + Vector3::z() * 1.05, 0.03, Material::DarkPaint);
+        self.cylinder(bottle + Vector3::z() * 0.4, bottle + Vector3::z() * 0.95, 0.08, Material::BluePaint);
+        self.cylinder(bottle + Vector3::z() * 0.95, bottle + Vector3::z() * 1.05, 0.03, Material::DarkPaint);
         self.sign(wall + Vector3::z() * 1.7, out, 0.3);
     }
 
@@ -360,7 +368,7 @@ impl Builder {
     pub(super) fn sign(&mut self, middle: Vector3, out: Vector3, size: f64) {
         let side = Vector3::z().cross(&out).abs() * (size / 2.0);
         let half = side + Vector3::z() * (size / 2.0) + out.abs() * 0.01;
-        self.block(middle + out * 0.02 - half, middle + out * 0.02 + half, Material::Reflector);
+        self.aligned_box(middle + out * 0.02 - half, middle + out * 0.02 + half, Material::Reflector);
     }
 
     /// A ventilation duct of rectangular section with seams, along a level segment.
@@ -378,10 +386,10 @@ impl Builder {
         let forward = at(yaw.cos(), yaw.sin(), 0.0);
         let left = Vector3::z().cross(&forward);
         let back = foot - forward * 0.75;
-        self.turned(back, at(0.25, 0.9, 0.75), yaw, Material::WhiteSheet);
-        self.turned(back + Vector3::z() * 0.75, at(0.12, 0.5, 0.35), yaw, Material::Reflector);
+        self.oriented_box(back, at(0.25, 0.9, 0.75), yaw, Material::WhiteSheet);
+        self.oriented_box(back + Vector3::z() * 0.75, at(0.12, 0.5, 0.35), yaw, Material::Reflector);
         for side in [-0.38, 0.38] {
-            self.turned(foot + left * side, at(1.0, 0.06, 0.05), yaw, Material::DarkPaint);
+            self.oriented_box(foot + left * side, at(1.0, 0.06, 0.05), yaw, Material::DarkPaint);
         }
         self.plan.docks.push(Dock { position: geometry::vec_to_plain(&foot), yaw });
     }

@@ -1,9 +1,8 @@
-//! `torus`: a round hall of 40 m about a fusion machine, after the JET torus hall. The machine repeats every 45°, and so does
-//! much of the hall: hard for whoever must tell one octant from another. Two neutral-beam boxes, the entrance and what
-//! stands about break the symmetry.
+//! `torus`: a round hall of 40 m with a fusion machine in the middle, after the JET torus hall. The machine repeats every 45°, and so
+//! does much of the hall, so octants are hard to distinguish. Two neutral-beam boxes, the entrance and clutter break the symmetry.
 
-use super::Plan;
 use super::parts::{Builder, at};
+use super::plan::SitePlan;
 use crate::route::{Route, Start};
 use crate::shape::Material;
 use geometry::Vector3;
@@ -26,7 +25,7 @@ const INNER_RING: f64 = 12.2;
 /// Octants (in degrees) with neutral-beam boxes, which close the inner ring.
 const BEAM_BOXES: [f64; 2] = [90.0, 225.0];
 
-pub(super) fn plan() -> Plan {
+pub(super) fn plan() -> SitePlan {
     let mut b = Builder::new("torus");
     hall(&mut b);
     gallery(&mut b);
@@ -41,7 +40,7 @@ pub(super) fn plan() -> Plan {
     b.plan.outline =
         (0..FACETS).map(|i| ring_corner(WALL_RADIUS / (PI / FACETS as f64).cos(), i as f64 - 0.5)).collect();
     b.plan.routes = routes();
-    b.plan.rounds = rounds();
+    b.plan.pedestrian_paths = pedestrian_paths();
     b.plan
 }
 
@@ -59,12 +58,12 @@ fn ring_corner(radius: f64, i: f64) -> [f64; 2] {
 
 /// A box standing at polar coordinates: radial, tangential and vertical size.
 fn radial_box(b: &mut Builder, radius: f64, degrees: f64, z: f64, size: [f64; 3], material: Material) {
-    b.turned(polar(radius, degrees, z), Vector3::from(size), degrees.to_radians(), material);
+    b.oriented_box(polar(radius, degrees, z), Vector3::from(size), degrees.to_radians(), material);
 }
 
 fn hall(b: &mut Builder) {
-    b.block(at(-23.0, -23.0, -0.3), at(35.0, 23.0, 0.0), Material::Floor);
-    b.block(at(-21.0, -21.0, HEIGHT), at(21.0, 21.0, HEIGHT + 0.4), Material::Concrete);
+    b.aligned_box(at(-23.0, -23.0, -0.3), at(35.0, 23.0, 0.0), Material::Floor);
+    b.aligned_box(at(-21.0, -21.0, HEIGHT), at(21.0, 21.0, HEIGHT + 0.4), Material::Concrete);
     let corner_radius = (WALL_RADIUS + 0.25) / (PI / FACETS as f64).cos();
     for i in 0..FACETS {
         let ([x, y], to) =
@@ -75,7 +74,7 @@ fn hall(b: &mut Builder) {
         let degrees = 15.0 * (i as f64 + 0.5);
         radial_box(b, WALL_RADIUS - 0.05, degrees, 0.0, [0.5, 0.6, HEIGHT], Material::Concrete);
     }
-    // The other way in is shut: a shield door on rails.
+    // The other entrance is shut: a shield door on rails.
     radial_box(b, WALL_RADIUS - 0.3, 180.0, 0.0, [0.5, 3.6, 4.2], Material::YellowPaint);
     for side in [-2.6, 2.6] {
         b.beam(
@@ -89,7 +88,7 @@ fn hall(b: &mut Builder) {
     for y in [-6.0, -5.0, 5.0, 6.0] {
         b.beam(at(-18.6, y, 11.2), at(18.6, y, 11.2), 0.4, 0.8, Material::YellowPaint);
     }
-    b.block(at(-3.0, -6.5, 10.6), at(0.5, -4.5, 11.6), Material::YellowPaint);
+    b.aligned_box(at(-3.0, -6.5, 10.6), at(0.5, -4.5, 11.6), Material::YellowPaint);
     for i in 0..9 {
         let x = -16.0 + 4.0 * f64::from(i);
         let reach = (19.6_f64 * 19.6 - x * x).sqrt();
@@ -112,7 +111,12 @@ fn gallery(b: &mut Builder) {
             Material::YellowPaint,
         );
         if i % 2 == 1 {
-            b.rod(polar(18.2, degrees, 0.0), polar(18.2, degrees, level - 0.1), 0.1, Material::BluePaint);
+            b.cylinder(
+                polar(18.2, degrees, 0.0),
+                polar(18.2, degrees, level - 0.1),
+                0.1,
+                Material::BluePaint,
+            );
             radial_box(b, 18.2, degrees, 0.0, [0.35, 0.35, 0.03], Material::Steel);
         }
     }
@@ -136,12 +140,12 @@ fn vessel(b: &mut Builder) {
     };
     for i in 0..AROUND {
         for j in 0..SECTION {
-            b.sheet([node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)], Material::Steel);
+            b.quad([node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)], Material::Steel);
         }
     }
-    b.rod(at(0.0, 0.0, 0.0), at(0.0, 0.0, 10.2), 1.3, Material::DarkPaint);
-    b.rod(at(0.0, 0.0, 0.0), at(0.0, 0.0, 0.32), 7.4, Material::Concrete);
-    b.rod(at(0.0, 0.0, 9.9), at(0.0, 0.0, 10.4), 2.6, Material::YellowPaint);
+    b.cylinder(at(0.0, 0.0, 0.0), at(0.0, 0.0, 10.2), 1.3, Material::DarkPaint);
+    b.cylinder(at(0.0, 0.0, 0.0), at(0.0, 0.0, 0.32), 7.4, Material::Concrete);
+    b.cylinder(at(0.0, 0.0, 9.9), at(0.0, 0.0, 10.4), 2.6, Material::YellowPaint);
     for i in 0..16 {
         let degrees = 22.5 * f64::from(i) + 11.25;
         b.beam(polar(5.0, degrees, 0.3), polar(5.4, degrees, 2.6), 0.3, 0.3, Material::Steel);
@@ -174,7 +178,7 @@ fn coils(b: &mut Builder) {
 fn ring(b: &mut Builder, radius: f64, z: f64, thickness: f64, sides: usize, material: Material) {
     for i in 0..sides {
         let node = |i: usize| polar(radius, 360.0 * i as f64 / sides as f64, z);
-        b.rod(node(i), node(i + 1), thickness, material);
+        b.cylinder(node(i), node(i + 1), thickness, material);
     }
 }
 
@@ -198,15 +202,25 @@ fn beam_boxes(b: &mut Builder) {
         for z in [2.2, 3.3, 4.4, 5.5] {
             radial_box(b, 11.3, degrees, z, [3.75, 2.85, 0.12], Material::Galvanised);
         }
-        b.rod(polar(6.3, degrees, VESSEL_HEIGHT), polar(9.6, degrees, VESSEL_HEIGHT), 0.55, Material::Steel);
-        b.rod(polar(9.1, degrees, VESSEL_HEIGHT), polar(9.3, degrees, VESSEL_HEIGHT), 0.8, Material::Steel);
+        b.cylinder(
+            polar(6.3, degrees, VESSEL_HEIGHT),
+            polar(9.6, degrees, VESSEL_HEIGHT),
+            0.55,
+            Material::Steel,
+        );
+        b.cylinder(
+            polar(9.1, degrees, VESSEL_HEIGHT),
+            polar(9.3, degrees, VESSEL_HEIGHT),
+            0.8,
+            Material::Steel,
+        );
         for radius in [10.0, 12.6] {
             for side in [-1.0, 1.0] {
                 let foot = polar(radius, degrees + side * 55.0 / radius, 0.0);
                 b.beam(foot, foot + Vector3::z() * 1.5, 0.3, 0.3, Material::BluePaint);
             }
         }
-        b.rod(polar(13.1, degrees, 3.7), polar(13.7, degrees, 3.7), 1.0, Material::Galvanised);
+        b.cylinder(polar(13.1, degrees, 3.7), polar(13.7, degrees, 3.7), 1.0, Material::Galvanised);
         b.pipe(
             &[polar(12.0, degrees, 5.9), polar(12.0, degrees, 8.4), polar(19.6, degrees, 8.4)],
             0.3,
@@ -231,8 +245,18 @@ fn octants(b: &mut Builder) {
         if BEAM_BOXES.contains(&degrees) {
             continue;
         }
-        b.rod(polar(6.2, degrees, VESSEL_HEIGHT), polar(8.6, degrees, VESSEL_HEIGHT), 0.42, Material::Steel);
-        b.rod(polar(8.5, degrees, VESSEL_HEIGHT), polar(8.65, degrees, VESSEL_HEIGHT), 0.6, Material::Steel);
+        b.cylinder(
+            polar(6.2, degrees, VESSEL_HEIGHT),
+            polar(8.6, degrees, VESSEL_HEIGHT),
+            0.42,
+            Material::Steel,
+        );
+        b.cylinder(
+            polar(8.5, degrees, VESSEL_HEIGHT),
+            polar(8.65, degrees, VESSEL_HEIGHT),
+            0.6,
+            Material::Steel,
+        );
         b.pipe(
             &[
                 polar(8.6, degrees, VESSEL_HEIGHT),
@@ -276,14 +300,14 @@ fn along_the_wall(b: &mut Builder) {
     }
 }
 
-/// The way in from the east, where the dock is.
+/// The entrance in the east, where the dock is.
 fn entrance(b: &mut Builder) {
     for y in [-2.4, 2.4] {
         b.wall(at(20.5, y, 0.0), [32.0, y], 4.0, 0.3, &[], Material::Plaster);
     }
     b.wall(at(32.0, -2.4, 0.0), [32.0, 2.4], 4.0, 0.3, &[], Material::Plaster);
-    b.block(at(20.4, -2.6, 4.0), at(32.2, 2.6, 4.3), Material::Concrete);
-    b.block(at(31.75, -0.9, 0.0), at(31.85, 0.9, 2.3), Material::Galvanised);
+    b.aligned_box(at(20.4, -2.6, 4.0), at(32.2, 2.6, 4.3), Material::Concrete);
+    b.aligned_box(at(31.75, -0.9, 0.0), at(31.85, 0.9, 2.3), Material::Galvanised);
     b.cabinets(at(24.6, 1.65, 0.0), 3, false);
     b.tray(at(20.6, -1.9, 3.5), at(31.8, -1.9, 3.5), 0.5);
     b.extinguisher(at(26.0, -2.25, 0.0), Vector3::y());
@@ -303,7 +327,7 @@ fn routes() -> Vec<Route> {
     let start = Start { position: Vec3::new(29.6, 0.0, 0.0), yaw: PI };
     let legs = [
         arc(OUTER_RING, 0.0, 360.0),
-        // Along the machine as far as the beam boxes let.
+        // Along the machine up to the beam boxes.
         arc(INNER_RING, 360.0, 315.0),
         arc(INNER_RING, 315.0, 255.0),
         arc(OUTER_RING, 255.0, 195.0),
@@ -312,7 +336,7 @@ fn routes() -> Vec<Route> {
         arc(INNER_RING, 58.0, 5.0),
         arc(OUTER_RING, 0.0, -125.0),
         arc(OUTER_RING, -130.0, 0.0),
-        // Once more the other way round, weaving.
+        // Once more in the opposite direction, changing between the rings.
         arc(OUTER_RING, 0.0, -135.0),
         arc(OUTER_RING, 225.0, 182.0),
         arc(INNER_RING, 178.0, 122.0),
@@ -332,7 +356,7 @@ fn routes() -> Vec<Route> {
     ]
 }
 
-fn rounds() -> Vec<Vec<Vector3>> {
+fn pedestrian_paths() -> Vec<Vec<Vector3>> {
     let closed = |radius: f64, from: f64, to: f64| {
         let there = arc(radius, from, to);
         let back = there.iter().rev().skip(1).copied().collect::<Vec<_>>();

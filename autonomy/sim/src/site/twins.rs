@@ -1,36 +1,39 @@
-//! `twins`: two rooms built and furnished alike to the screw, on one side of a bare corridor, and a lobby at its end. Seen
-//! from inside a room nothing says which of the two it is: only the way there does. For whoever must not confuse places.
+//! `twins`: two identical rooms with identical furniture on one side of a bare corridor, and a lobby at its end. From inside a room the two
+//! cannot be distinguished; only the path there distinguishes them. It tests perceptual aliasing.
 
-use super::Plan;
 use super::parts::{Builder, at, door, gate};
+use super::plan::SitePlan;
 use crate::route::{Route, Start};
 use crate::shape::Material;
 use geometry::{RngTree, Vector3};
 use vocab::Vec3;
 
 const HEIGHT: f64 = 3.2;
-/// West walls of the two rooms.
+/// x of the west walls of the two rooms, metres.
 const ROOMS: [f64; 2] = [6.0, 40.0];
 const ROOM_LENGTH: f64 = 14.0;
 const ROOM_DEPTH: f64 = 12.0;
-/// The corridor: from the lobby to here, this wide, south of the rooms.
+/// x at which the corridor ends, which begins at the lobby, metres.
 const CORRIDOR_END: f64 = 64.0;
+/// The corridor lies south of the rooms, metres.
 const CORRIDOR_WIDTH: f64 = 3.0;
-/// Middle of a room's door from its west wall.
+/// Distance of the middle of a room's door from its west wall, metres.
 const DOOR: f64 = 3.0;
-/// Corners of the lobby.
-const LOBBY: ([f64; 2], [f64; 2]) = ([-12.0, -9.0], [0.0, 3.0]);
+/// South-west corner of the lobby, metres.
+const LOBBY_MIN: [f64; 2] = [-12.0, -9.0];
+/// North-east corner of the lobby, metres.
+const LOBBY_MAX: [f64; 2] = [0.0, 3.0];
 
-pub(super) fn plan() -> Plan {
+pub(super) fn plan() -> SitePlan {
     let mut b = Builder::new("twins");
-    b.block(at(-16.0, -13.0, -0.3), at(CORRIDOR_END + 4.0, ROOM_DEPTH + 4.0, 0.0), Material::Floor);
-    b.block(
+    b.aligned_box(at(-16.0, -13.0, -0.3), at(CORRIDOR_END + 4.0, ROOM_DEPTH + 4.0, 0.0), Material::Floor);
+    b.aligned_box(
         at(-12.5, -9.5, HEIGHT),
         at(CORRIDOR_END + 0.5, ROOM_DEPTH + 0.5, HEIGHT + 0.3),
         Material::Concrete,
     );
     for west in ROOMS {
-        // The same random numbers furnish both.
+        // Both rooms get the same random numbers, so their furniture is the same.
         b.rng = RngTree::new(2024).child("twin").rng();
         room(&mut b, west);
     }
@@ -38,19 +41,19 @@ pub(super) fn plan() -> Plan {
     lobby(&mut b);
     b.dock(at(-8.0, -1.5, 0.0), 0.0);
     b.plan.outline = vec![
-        LOBBY.0,
-        [LOBBY.1[0], LOBBY.0[1]],
-        [LOBBY.1[0], -CORRIDOR_WIDTH],
+        LOBBY_MIN,
+        [LOBBY_MAX[0], LOBBY_MIN[1]],
+        [LOBBY_MAX[0], -CORRIDOR_WIDTH],
         [CORRIDOR_END, -CORRIDOR_WIDTH],
         [CORRIDOR_END, ROOM_DEPTH],
-        [LOBBY.0[0], ROOM_DEPTH],
+        [LOBBY_MIN[0], ROOM_DEPTH],
     ];
     b.plan.routes = routes();
-    b.plan.rounds = rounds();
+    b.plan.pedestrian_paths = pedestrian_paths();
     b.plan
 }
 
-/// One of the two: everything is measured from its own corner.
+/// One of the two rooms. All coordinates are relative to its own corner.
 fn room(b: &mut Builder, west: f64) {
     let place = |x: f64, y: f64, z: f64| at(west + x, y, z);
     for x in [-0.1, ROOM_LENGTH + 0.1] {
@@ -80,7 +83,7 @@ fn room(b: &mut Builder, west: f64) {
     );
 }
 
-/// Bare, so that nothing along it helps either.
+/// A bare corridor, so that nothing along it distinguishes places.
 fn corridor(b: &mut Builder) {
     let doors = ROOMS.map(|west| door(west + DOOR));
     b.wall(at(0.0, -0.1, 0.0), [CORRIDOR_END, -0.1], HEIGHT, 0.2, &doors, Material::Plaster);
@@ -92,7 +95,7 @@ fn corridor(b: &mut Builder) {
 }
 
 fn lobby(b: &mut Builder) {
-    let ([west, south], [east, north]) = LOBBY;
+    let ([west, south], [east, north]) = (LOBBY_MIN, LOBBY_MAX);
     b.wall(at(west - 0.1, south, 0.0), [west - 0.1, north], HEIGHT, 0.2, &[], Material::WhiteSheet);
     b.wall(at(west, south - 0.1, 0.0), [east, south - 0.1], HEIGHT, 0.2, &[], Material::WhiteSheet);
     b.wall(at(west, north + 0.1, 0.0), [east, north + 0.1], HEIGHT, 0.2, &[], Material::WhiteSheet);
@@ -108,11 +111,11 @@ fn lobby(b: &mut Builder) {
     b.table(at(-0.6, -5.4, 0.0), [1.6, 0.7], std::f64::consts::FRAC_PI_2);
 }
 
-/// The walk about the rack of a room, from and back to the corridor; the other way round if `turned`.
-fn about(west: f64, turned: bool) -> Vec<[f64; 2]> {
+/// The walk round the rack of a room, from the corridor and back to it; in the opposite direction if `reversed`.
+fn walk_round_rack(west: f64, reversed: bool) -> Vec<[f64; 2]> {
     let mut corners =
         vec![[3.0, 2.4], [11.3, 2.4], [11.3, 8.9], [3.0, 8.9], [3.0, 2.4]].into_iter().collect::<Vec<_>>();
-    if turned {
+    if reversed {
         corners.reverse();
     }
     let mouth = [DOOR, -CORRIDOR_WIDTH / 2.0];
@@ -127,24 +130,24 @@ fn routes() -> Vec<Route> {
     let [first, second] = ROOMS;
     let home = vec![[-3.0, -1.5], [-3.0, -3.6], [-6.0, -3.6], [-6.0, -1.5]];
     let laps = [
-        about(first, false),
-        about(second, false),
+        walk_round_rack(first, false),
+        walk_round_rack(second, false),
         vec![[61.0, -1.5]],
         home.clone(),
-        about(first, true),
-        about(second, true),
+        walk_round_rack(first, true),
+        walk_round_rack(second, true),
         home.clone(),
-        about(second, false),
-        about(first, false),
+        walk_round_rack(second, false),
+        walk_round_rack(first, false),
         home,
     ];
     vec![
         Route { name: "round", start, waypoints: laps.concat(), speed: 1.05 },
-        Route { name: "short", start, waypoints: about(first, false), speed: 1.1 },
+        Route { name: "short", start, waypoints: walk_round_rack(first, false), speed: 1.1 },
     ]
 }
 
-fn rounds() -> Vec<Vec<Vector3>> {
+fn pedestrian_paths() -> Vec<Vec<Vector3>> {
     let on_floor = |corners: &[[f64; 2]]| corners.iter().map(|c| at(c[0], c[1], 0.0)).collect();
     vec![
         on_floor(&[[24.0, -0.9], [36.0, -0.9], [36.0, -2.1], [24.0, -2.1]]),

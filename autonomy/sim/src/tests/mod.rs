@@ -1,17 +1,17 @@
-//! What the simulator promises, tested.
+//! Tests of the simulator.
 
 mod motion;
 mod rays;
 mod sensors;
 mod whole;
 
-use crate::{Fault, SimConfig, SimEvent, Simulator, SiteName, Truth};
+use crate::{GroundTruth, ScheduledFault, SimConfig, SimEvent, Simulator, SiteName};
 use geometry::{Isometry, isometry_from_pose};
 use messages::{Drive, ImuSample, Scan, Sensor};
 use std::sync::Arc;
 use vocab::{Span, Twist, Vec3};
 
-/// Few columns, nobody about.
+/// Few columns and no people.
 fn quiet(site: SiteName) -> SimConfig {
     let mut config = SimConfig::new(site, 7);
     config.lidar_columns = 50;
@@ -23,7 +23,7 @@ fn quiet(site: SiteName) -> SimConfig {
 fn ideal_blind(site: SiteName) -> SimConfig {
     let mut config = quiet(site);
     config.ideal = true;
-    config.faults = vec![Fault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) }];
+    config.faults = vec![ScheduledFault::BlindLidar { from: Span::ZERO, until: Span::from_secs_f64(1e6) }];
     config
 }
 
@@ -58,6 +58,6 @@ fn imu(events: &[SimEvent]) -> Vec<ImuSample> {
     events.iter().filter_map(sample).collect()
 }
 
-fn site_from_base(truth: &Truth) -> Isometry {
+fn site_from_base(truth: &GroundTruth) -> Isometry {
     isometry_from_pose(&truth.site_from_base).unwrap()
 }

@@ -1,7 +1,7 @@
 //! Body, walls, ground, gait and inertial unit.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
-use crate::{GRAVITY, RouteWalker, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
+use crate::{GRAVITY, RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
 use geometry::{Isometry, RngTree, Vector3, isometry_from_pose, so3, vec_from_plain};
 use messages::Sensor;
 use std::sync::Arc;
@@ -75,7 +75,7 @@ fn the_imu_integrates_back_to_the_true_path() {
     let from = simulator.now();
     let events = run(&mut simulator, drive(1.0, 0.1, 0.25), 60);
     let dt = 1.0 / f64::from(crate::IMU_HZ);
-    let truth = simulator.take_truths().pop().unwrap();
+    let truth = simulator.take_ground_truth().pop().unwrap();
     let (mut jerky, mut half_turn) = (0.0_f64, so3::exp(&Vector3::zeros()));
     for sample in imu(&events).into_iter().filter(|sample| (from..truth.stamp).contains(&sample.stamp)) {
         // A sample is the mean over a period about its stamp: half a turn, then the push, then the other half.
@@ -105,7 +105,7 @@ fn stairs_lift_the_robot_to_the_upper_floor() {
     let route = site.route("short").cloned().unwrap();
     config.start = Some(route.start);
     let mut simulator = Simulator::on(site, config);
-    let mut walker = RouteWalker::new(route);
+    let mut walker = RouteFollower::new(route);
     let (mut steepest, mut highest) = (0.0_f64, 0.0_f64);
     while let Some(command) = walker.drive(&simulator.truth()) {
         run(&mut simulator, command, 1);
@@ -121,7 +121,7 @@ fn stairs_lift_the_robot_to_the_upper_floor() {
 }
 
 #[test]
-fn carried_away_the_robot_feels_it_with_its_imu_alone() {
+fn a_carried_robot_measures_motion_with_its_imu_alone() {
     let mut simulator = Simulator::new(SimConfig { ideal: true, lidar_columns: 50, ..quiet(SiteName::B1) });
     run(&mut simulator, drive(0.0, 0.0, 0.0), 5);
     let to = Start { position: Vec3::new(29.0, 17.2, 0.0), yaw: 1.0 };
@@ -150,7 +150,7 @@ fn carried_away_the_robot_feels_it_with_its_imu_alone() {
 }
 
 #[test]
-fn somebody_who_carries_it_away_puts_it_down_where_there_is_room() {
+fn a_robot_that_is_carried_away_is_put_down_where_there_is_room() {
     for site in [SiteName::B1, SiteName::Torus, SiteName::Plant, SiteName::Twins] {
         let mut simulator = Simulator::new(SimConfig { ideal: true, lidar_columns: 50, ..quiet(site) });
         for _ in 0..3 {

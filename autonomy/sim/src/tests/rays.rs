@@ -1,6 +1,6 @@
 //! The fast ray caster against an obvious slow one.
 
-use crate::{LANES, NOTHING, Packet, Site, SiteName, Solid};
+use crate::{LANES, NO_HIT, RayPacket, Site, SiteName, Solid};
 use geometry::{Rng, RngTree, Vector3};
 
 /// Marches along the ray by the distance to the nearest solid (sphere tracing) to the range of the first surface; shares
@@ -52,7 +52,7 @@ fn the_tree_finds_what_marching_finds() {
             let spread = if rng.uniform() < 0.5 { 0.01 } else { 1.0 };
             let directions: [Vector3; LANES] =
                 std::array::from_fn(|_| (middle + random_direction(&mut rng) * spread).normalize());
-            let mut packet = Packet::new(
+            let mut packet = RayPacket::new(
                 [0, 1, 2].map(|axis| [origin[axis] as f32; LANES]),
                 [0, 1, 2].map(|axis| directions.map(|d| d[axis] as f32)),
                 60.0,
@@ -60,7 +60,7 @@ fn the_tree_finds_what_marching_finds() {
             site.bvh().cast(&mut packet);
             for lane in 0..LANES {
                 rays += 1;
-                let fast = (packet.solid[lane] != NOTHING).then(|| f64::from(packet.range[lane]));
+                let fast = (packet.solid[lane] != NO_HIT).then(|| f64::from(packet.range[lane]));
                 let slow = march(&all, &origin, &directions[lane], 60.0);
                 let same = match (fast, slow) {
                     (Some(a), Some(b)) => (a - b).abs() < 2e-3,
@@ -84,9 +84,9 @@ fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
         let (mut hits, mut odd) = (0, 0);
         for _ in 0..400 {
             let (origin, direction) = (free_point(&site, &mut rng), random_direction(&mut rng));
-            let Some((range, solid)) = site.cast(&origin, &direction, 60.0) else { continue };
+            let Some((range, solid)) = site.cast_ray(&origin, &direction, 60.0) else { continue };
             hits += 1;
-            let mut packet = Packet::single(&origin, &direction, 60.0);
+            let mut packet = RayPacket::single(&origin, &direction, 60.0);
             site.bvh().cast(&mut packet);
             let fast = site.bvh().normal(packet.solid[LANES - 1], packet.end(LANES - 1));
             // A little outside of the surface the distance field's gradient is the normal, except at edges.
@@ -101,8 +101,8 @@ fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
 #[test]
 fn a_tree_of_nothing_is_met_by_nothing() {
     let tree = crate::Bvh::new(&[]);
-    let mut packet = Packet::single(&Vector3::zeros(), &Vector3::x(), 10.0);
+    let mut packet = RayPacket::single(&Vector3::zeros(), &Vector3::x(), 10.0);
     tree.cast(&mut packet);
     tree.near(&Vector3::zeros(), 10.0, |_| unreachable!());
-    assert_eq!((packet.solid[0], packet.range[0]), (NOTHING, 10.0));
+    assert_eq!((packet.solid[0], packet.range[0]), (NO_HIT, 10.0));
 }

@@ -1,7 +1,7 @@
 //! LiDAR, legs, battery and people against the truth.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
-use crate::{Fault, RINGS, SWEEP_HZ, SimConfig, SimEvent, Simulator, SiteName};
+use crate::{RINGS, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator, SiteName};
 use geometry::{Isometry, Vector3, isometry_from_pose, se3, vec_from_plain};
 use messages::{BatteryState, LegOdometry, Sensor};
 use vocab::{Span, Vec3};
@@ -11,7 +11,7 @@ fn distances(config: SimConfig) -> Vec<f64> {
     let mut simulator = Simulator::new(config);
     let base_from_lidar = isometry_from_pose(&simulator.boot().mounting.base_from_lidar.unwrap()).unwrap();
     let events = run(&mut simulator, drive(0.7, 0.1, 0.5), 25);
-    let truths = simulator.take_truths();
+    let truths = simulator.take_ground_truth();
     let begin = truths[0].stamp;
     let site_from_base = |seconds: f64| -> Isometry {
         let place = (seconds * 100.0).min(truths.len() as f64 - 1.001);
@@ -174,9 +174,9 @@ fn faults_begin_and_end_when_they_should() {
     let mut config = quiet(SiteName::B1);
     let span = |from, until| (Span::from_millis(from), Span::from_millis(until));
     let (from, until) = span(1000, 2000);
-    config.faults.push(Fault::BlindLidar { from, until });
+    config.faults.push(ScheduledFault::BlindLidar { from, until });
     let (from, until) = span(3000, 3500);
-    config.faults.push(Fault::SilentImu { from, until });
+    config.faults.push(ScheduledFault::SilentImu { from, until });
     let mut simulator = Simulator::new(config);
     let events = run(&mut simulator, drive(0.0, 0.0, 0.0), 40);
     let points: Vec<usize> = scans(&events).iter().map(|scan| scan.xyz.len()).collect();
@@ -186,8 +186,12 @@ fn faults_begin_and_end_when_they_should() {
 
     let now = simulator.elapsed();
     let velocity = Vec3::new(0.3, 0.0, 0.0);
-    simulator.inject(Fault::LegSlip { from: now, until: now + Span::from_millis(500), velocity });
-    simulator.inject(Fault::SilentLidar { from: now, until: now + Span::from_secs_f64(1e6) });
+    simulator.inject_fault(ScheduledFault::LegSlip {
+        from: now,
+        until: now + Span::from_millis(500),
+        velocity,
+    });
+    simulator.inject_fault(ScheduledFault::SilentLidar { from: now, until: now + Span::from_secs_f64(1e6) });
     let events = run(&mut simulator, drive(0.0, 0.0, 0.0), 10);
     assert!(scans(&events).is_empty());
     let fast = legs(&events).iter().filter(|legs| legs.base_velocity.linear.x > 0.2).count();

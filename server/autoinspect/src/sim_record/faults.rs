@@ -1,16 +1,16 @@
 //! Faults as people type them: `blind-lidar@60-80,leg-slip@30-40:0.2,0,0`.
 
 use crate::failure::Failure;
-use sim::Fault;
+use sim::ScheduledFault;
 use vocab::{Span, Vec3};
 
 /// One fault of the command line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FaultName(Fault);
+pub struct FaultName(ScheduledFault);
 
 impl FaultName {
     /// As the simulator takes it.
-    pub fn fault(&self) -> Fault {
+    pub fn fault(&self) -> ScheduledFault {
         self.0
     }
 }
@@ -40,12 +40,12 @@ fn one(text: &str) -> Result<FaultName, Failure> {
     let seconds = |text: &str| text.trim().parse::<f64>().map(Span::from_secs_f64).map_err(|_| explain());
     let (from, until) = (seconds(from)?, seconds(until)?);
     match (name.trim(), amount) {
-        ("blind-lidar", None) => Ok(FaultName(Fault::BlindLidar { from, until })),
-        ("silent-lidar", None) => Ok(FaultName(Fault::SilentLidar { from, until })),
-        ("silent-imu", None) => Ok(FaultName(Fault::SilentImu { from, until })),
+        ("blind-lidar", None) => Ok(FaultName(ScheduledFault::BlindLidar { from, until })),
+        ("silent-lidar", None) => Ok(FaultName(ScheduledFault::SilentLidar { from, until })),
+        ("silent-imu", None) => Ok(FaultName(ScheduledFault::SilentImu { from, until })),
         ("leg-slip", Some(amount)) => {
             let velocity = velocity(amount).ok_or_else(explain)?;
-            Ok(FaultName(Fault::LegSlip { from, until, velocity }))
+            Ok(FaultName(ScheduledFault::LegSlip { from, until, velocity }))
         }
         _ => Err(explain()),
     }
@@ -67,9 +67,13 @@ mod tests {
         let seconds = |secs| Span::from_secs_f64(secs);
         let faults = parse("blind-lidar@60-80, leg-slip@30-40:0.2,0,-0.1,silent-imu@1.5-2").expect("faults");
         let expected = [
-            Fault::BlindLidar { from: seconds(60.0), until: seconds(80.0) },
-            Fault::LegSlip { from: seconds(30.0), until: seconds(40.0), velocity: Vec3::new(0.2, 0.0, -0.1) },
-            Fault::SilentImu { from: seconds(1.5), until: seconds(2.0) },
+            ScheduledFault::BlindLidar { from: seconds(60.0), until: seconds(80.0) },
+            ScheduledFault::LegSlip {
+                from: seconds(30.0),
+                until: seconds(40.0),
+                velocity: Vec3::new(0.2, 0.0, -0.1),
+            },
+            ScheduledFault::SilentImu { from: seconds(1.5), until: seconds(2.0) },
         ];
         assert_eq!(faults.iter().map(FaultName::fault).collect::<Vec<_>>(), expected);
         for text in

@@ -1,7 +1,7 @@
-//! Packets of eight rays and the solids they meet, in f32 and laid out so that the compiler makes SIMD of the loops.
+//! Packets of eight rays and their intersection with solids, in f32, laid out so that the compiler vectorises the loops.
 //!
-//! Eight rays of one LiDAR ring in neighbouring columns differ by little in origin and direction, so one walk down the
-//! tree and one test per solid serve all eight. Every test is branch-free per lane. Directions have unit length, so the
+//! Eight rays of one LiDAR ring in neighbouring columns have nearly the same origin and direction, so one traversal of the tree and
+//! one test per solid serve all eight. Every test is branch-free per lane. Directions have unit length, so the
 //! ray parameter is the range in metres.
 
 use crate::shape::{Shape, Solid};
@@ -11,24 +11,24 @@ use geometry::Vector3;
 pub const LANES: usize = 8;
 /// One number per ray.
 pub type Lane = [f32; LANES];
-/// What [`Packet::solid`] holds where a ray met nothing.
-pub const NOTHING: u32 = u32::MAX;
+/// Value of [`RayPacket::solid`] for a ray that has hit nothing.
+pub const NO_HIT: u32 = u32::MAX;
 
-/// Rays with what they have met so far.
+/// Eight rays with their nearest hits so far.
 #[derive(Clone, Debug)]
-pub struct Packet {
+pub struct RayPacket {
     pub(crate) origin: [Lane; 3],
     pub(crate) direction: [Lane; 3],
     inverse: [Lane; 3],
-    /// Range to the nearest surface met so far, metres.
+    /// Range of the nearest hit so far, metres.
     pub range: Lane,
-    /// Index of that solid in the order of the tree, or [`NOTHING`].
+    /// Index of that solid in the order of the tree, or [`NO_HIT`].
     pub solid: [u32; LANES],
 }
 
-impl Packet {
-    /// Rays from `origin` along unit `direction` (both axis by axis), as far as `reach` metres.
-    pub fn new(origin: [Lane; 3], direction: [Lane; 3], reach: f32) -> Self {
+impl RayPacket {
+    /// Rays from `origin` along the unit vectors `direction` (both axis by axis), at most `range_max` metres long.
+    pub fn new(origin: [Lane; 3], direction: [Lane; 3], range_max: f32) -> Self {
         let mut inverse = [[0.0; LANES]; 3];
         for axis in 0..3 {
             for lane in 0..LANES {
@@ -37,23 +37,23 @@ impl Packet {
                 inverse[axis][lane] = 1.0 / if d.abs() < 1e-9 { 1e-9_f32.copysign(d) } else { d };
             }
         }
-        Self { origin, direction, inverse, range: [reach; LANES], solid: [NOTHING; LANES] }
+        Self { origin, direction, inverse, range: [range_max; LANES], solid: [NO_HIT; LANES] }
     }
 
     /// The same ray in every lane.
-    pub fn single(origin: &Vector3, direction: &Vector3, reach: f32) -> Self {
+    pub fn single(origin: &Vector3, direction: &Vector3, range_max: f32) -> Self {
         let spread = |v: &Vector3| [[v.x as f32; LANES], [v.y as f32; LANES], [v.z as f32; LANES]];
-        Self::new(spread(origin), spread(direction), reach)
+        Self::new(spread(origin), spread(direction), range_max)
     }
 
-    /// Where ray `lane` is at its range, in the frame of the packet.
+    /// End point of ray `lane` at its range, in the frame of the packet.
     pub fn end(&self, lane: usize) -> [f32; 3] {
         [0, 1, 2].map(|axis| self.origin[axis][lane] + self.direction[axis][lane] * self.range[lane])
     }
 
-    /// Whether any ray enters the box before the nearest surface it has met.
+    /// Whether any ray enters the box before its nearest hit.
     #[inline]
-    pub(crate) fn enters(&self, min: &[f32; 3], max: &[f32; 3]) -> bool {
+    pub(crate) fn intersects_box(&self, min: &[f32; 3], max: &[f32; 3]) -> bool {
         let mut slack = [0.0_f32; LANES];
         for lane in 0..LANES {
             let (near, far) = self.slab(lane, min, max);
@@ -81,20 +81,20 @@ impl Packet {
     }
 
     #[inline(always)]
-    fn keep(&mut self, lane: usize, hit: bool, range: f32, solid: u32) {
+    fn record_hit(&mut self, lane: usize, hit: bool, range: f32, solid: u32) {
         let nearer = hit & (range > 0.0) & (range < self.range[lane]);
         self.range[lane] = if nearer { range } else { self.range[lane] };
         self.solid[lane] = if nearer { solid } else { self.solid[lane] };
     }
 }
 
-/// `minps`: unlike `f32::min` it need not care for NaN.
+/// The instruction `minps`; unlike `f32::min` it does not handle NaN.
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// `maxps`, as [`smaller`].
+/// The instruction `maxps`, as [`smaller`].
 #[inline(always)]
 fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
@@ -110,27 +110,27 @@ fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// A solid in the form that ray tests want: one cache line.
+/// A solid in the form that the ray tests use: one cache line.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-pub(crate) enum Packed {
-    Block {
+pub(crate) enum PackedShape {
+    AlignedBox {
         min: [f32; 3],
         max: [f32; 3],
     },
     /// `axes[i]` is the box's axis i in the site frame.
-    Crate {
+    OrientedBox {
         center: [f32; 3],
         half: [f32; 3],
         axes: [[f32; 3]; 3],
     },
-    Rod {
+    Cylinder {
         base: [f32; 3],
         axis: [f32; 3],
         length: f32,
         radius: f32,
     },
-    Ball {
+    Sphere {
         center: [f32; 3],
         radius: f32,
     },
@@ -144,22 +144,24 @@ fn narrow(v: &Vector3) -> [f32; 3] {
     [v.x as f32, v.y as f32, v.z as f32]
 }
 
-impl From<&Solid> for Packed {
+impl From<&Solid> for PackedShape {
     fn from(solid: &Solid) -> Self {
         match &solid.shape {
-            Shape::Block { min, max } => Self::Block { min: narrow(min), max: narrow(max) },
-            Shape::Crate { center, half, site_from_crate } => {
-                let rotation = site_from_crate.to_rotation_matrix().into_inner();
+            Shape::AlignedBox { min, max } => Self::AlignedBox { min: narrow(min), max: narrow(max) },
+            Shape::OrientedBox { center, half, site_from_box } => {
+                let rotation = site_from_box.to_rotation_matrix().into_inner();
                 let axes = [0, 1, 2].map(|i| narrow(&rotation.column(i).into_owned()));
-                Self::Crate { center: narrow(center), half: narrow(half), axes }
+                Self::OrientedBox { center: narrow(center), half: narrow(half), axes }
             }
-            Shape::Rod { from, to, radius } => Self::Rod {
+            Shape::Cylinder { from, to, radius } => Self::Cylinder {
                 base: narrow(from),
                 axis: narrow(&(to - from).normalize()),
                 length: (to - from).norm() as f32,
                 radius: *radius as f32,
             },
-            Shape::Ball { center, radius } => Self::Ball { center: narrow(center), radius: *radius as f32 },
+            Shape::Sphere { center, radius } => {
+                Self::Sphere { center: narrow(center), radius: *radius as f32 }
+            }
             Shape::Triangle([a, b, c]) => {
                 Self::Triangle { corner: narrow(a), edges: [narrow(&(b - a)), narrow(&(c - a))] }
             }
@@ -167,29 +169,33 @@ impl From<&Solid> for Packed {
     }
 }
 
-impl Packed {
-    /// Lets the rays of `packet` meet this solid, to be remembered as `id`. Rays that start inside pass through.
+impl PackedShape {
+    /// Intersects the rays of `packet` with this solid and records hits under `id`. Rays that start inside the solid do not hit it.
     #[inline]
-    pub(crate) fn meet(&self, packet: &mut Packet, id: u32) {
+    pub(crate) fn intersect(&self, packet: &mut RayPacket, id: u32) {
         match self {
-            Self::Block { min, max } => {
+            Self::AlignedBox { min, max } => {
                 for lane in 0..LANES {
                     let (near, far) = packet.slab(lane, min, max);
-                    packet.keep(lane, near <= far, near, id);
+                    packet.record_hit(lane, near <= far, near, id);
                 }
             }
-            Self::Crate { center, half, axes } => meet_crate(packet, id, *center, half, axes),
-            Self::Rod { base, axis, length, radius } => meet_rod(packet, id, *base, *axis, *length, *radius),
-            Self::Ball { center, radius } => meet_ball(packet, id, *center, *radius),
-            Self::Triangle { corner, edges } => meet_triangle(packet, id, *corner, edges),
+            Self::OrientedBox { center, half, axes } => {
+                intersect_oriented_box(packet, id, *center, half, axes)
+            }
+            Self::Cylinder { base, axis, length, radius } => {
+                intersect_cylinder(packet, id, *base, *axis, *length, *radius)
+            }
+            Self::Sphere { center, radius } => intersect_sphere(packet, id, *center, *radius),
+            Self::Triangle { corner, edges } => intersect_triangle(packet, id, *corner, edges),
         }
     }
 
-    /// Unit normal at a point of the surface, outwards (for a triangle: either way).
+    /// Outward unit normal at a point of the surface; for a triangle, either direction.
     pub(crate) fn normal(&self, point: [f32; 3]) -> [f32; 3] {
         let from = |origin: [f32; 3]| [0, 1, 2].map(|i| point[i] - origin[i]);
         match self {
-            Self::Block { min, max } => {
+            Self::AlignedBox { min, max } => {
                 let (center, half) =
                     ([0, 1, 2].map(|i| (min[i] + max[i]) * 0.5), [0, 1, 2].map(|i| (max[i] - min[i]) * 0.5));
                 let (axis, sign) = face(from(center), &half);
@@ -197,12 +203,12 @@ impl Packed {
                 normal[axis] = sign;
                 normal
             }
-            Self::Crate { center, half, axes } => {
+            Self::OrientedBox { center, half, axes } => {
                 let offset = from(*center);
                 let (axis, sign) = face(axes.map(|a| dot(a, offset)), half);
                 axes[axis].map(|c| c * sign)
             }
-            Self::Rod { base, axis, length, radius } => {
+            Self::Cylinder { base, axis, length, radius } => {
                 let offset = from(*base);
                 let along = dot(offset, *axis);
                 let across = [0, 1, 2].map(|i| offset[i] - axis[i] * along);
@@ -210,7 +216,7 @@ impl Packed {
                 let overhang = (along - length).max(-along);
                 if overhang > reach - radius { *axis } else { across.map(|c| c / reach.max(1e-9)) }
             }
-            Self::Ball { center, radius } => from(*center).map(|c| c / radius),
+            Self::Sphere { center, radius } => from(*center).map(|c| c / radius),
             Self::Triangle { edges, .. } => {
                 let normal = cross(edges[0], edges[1]);
                 let length = dot(normal, normal).sqrt().max(1e-12);
@@ -234,7 +240,13 @@ fn face(offset: [f32; 3], half: &[f32; 3]) -> (usize, f32) {
 }
 
 #[inline]
-fn meet_crate(packet: &mut Packet, id: u32, center: [f32; 3], half: &[f32; 3], axes: &[[f32; 3]; 3]) {
+fn intersect_oriented_box(
+    packet: &mut RayPacket,
+    id: u32,
+    center: [f32; 3],
+    half: &[f32; 3],
+    axes: &[[f32; 3]; 3],
+) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);
         let offset = [0, 1, 2].map(|i| packet.origin[i][lane] - center[i]);
@@ -248,19 +260,26 @@ fn meet_crate(packet: &mut Packet, id: u32, center: [f32; 3], half: &[f32; 3], a
             near = larger(near, smaller(a, b));
             far = smaller(far, larger(a, b));
         }
-        packet.keep(lane, near <= far, near, id);
+        packet.record_hit(lane, near <= far, near, id);
     }
 }
 
 #[inline]
-fn meet_rod(packet: &mut Packet, id: u32, base: [f32; 3], axis: [f32; 3], length: f32, radius: f32) {
+fn intersect_cylinder(
+    packet: &mut RayPacket,
+    id: u32,
+    base: [f32; 3],
+    axis: [f32; 3],
+    length: f32,
+    radius: f32,
+) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);
         let offset = [0, 1, 2].map(|i| packet.origin[i][lane] - base[i]);
         let (rise, height) = (dot(direction, axis), dot(offset, axis));
         let across = [0, 1, 2].map(|i| offset[i] - axis[i] * height);
         let drift = [0, 1, 2].map(|i| direction[i] - axis[i] * rise);
-        // Seen along the axis: a line passing a circle. Going through its nearest point loses no digits far away.
+        // In the plane across the axis this is a line and a circle. Computing from the nearest point of the line keeps precision at long range.
         let speed_squared = dot(drift, drift) + 1e-12;
         let middle = -dot(across, drift) / speed_squared;
         let miss = [0, 1, 2].map(|i| across[i] + drift[i] * middle);
@@ -271,25 +290,25 @@ fn meet_rod(packet: &mut Packet, id: u32, base: [f32; 3], axis: [f32; 3], length
         let cap = (if rise > 0.0 { 0.0 } else { length } - height) / (rise + 1e-20);
         let cap_point = [0, 1, 2].map(|i| across[i] + drift[i] * cap);
         let cap_hit = dot(cap_point, cap_point) <= radius * radius;
-        packet.keep(lane, side_hit | cap_hit, if side_hit { side } else { cap }, id);
+        packet.record_hit(lane, side_hit | cap_hit, if side_hit { side } else { cap }, id);
     }
 }
 
 #[inline]
-fn meet_ball(packet: &mut Packet, id: u32, center: [f32; 3], radius: f32) {
+fn intersect_sphere(packet: &mut RayPacket, id: u32, center: [f32; 3], radius: f32) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);
         let offset = [0, 1, 2].map(|i| packet.origin[i][lane] - center[i]);
         let middle = -dot(offset, direction);
         let miss = [0, 1, 2].map(|i| offset[i] + direction[i] * middle);
         let inside = radius * radius - dot(miss, miss);
-        packet.keep(lane, inside >= 0.0, middle - larger(inside, 0.0).sqrt(), id);
+        packet.record_hit(lane, inside >= 0.0, middle - larger(inside, 0.0).sqrt(), id);
     }
 }
 
 /// Source: Möller, Trumbore, *Fast, minimum storage ray-triangle intersection*, 1997.
 #[inline]
-fn meet_triangle(packet: &mut Packet, id: u32, corner: [f32; 3], edges: &[[f32; 3]; 2]) {
+fn intersect_triangle(packet: &mut RayPacket, id: u32, corner: [f32; 3], edges: &[[f32; 3]; 2]) {
     for lane in 0..LANES {
         let direction = [0, 1, 2].map(|i| packet.direction[i][lane]);
         let offset = [0, 1, 2].map(|i| packet.origin[i][lane] - corner[i]);
@@ -300,6 +319,6 @@ fn meet_triangle(packet: &mut Packet, id: u32, corner: [f32; 3], edges: &[[f32; 
         let q = cross(offset, edges[0]);
         let v = dot(direction, q) * inverse;
         let hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (determinant.abs() > 1e-12);
-        packet.keep(lane, hit, dot(edges[1], q) * inverse, id);
+        packet.record_hit(lane, hit, dot(edges[1], q) * inverse, id);
     }
 }

@@ -1,0 +1,40 @@
+//! What the author of a site puts down.
+
+use crate::route::Route;
+use crate::shape::Solid;
+use geometry::Vector3;
+use std::ops::Range;
+use vocab::Vec3;
+
+/// A charging dock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dock {
+    /// Position of the docked robot, on the ground, site frame, metres.
+    pub position: Vec3,
+    /// Heading of the docked robot, radians.
+    pub yaw: f64,
+}
+
+/// A door leaf that may swing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DoorLeaf {
+    /// Index of its solid.
+    pub(super) solid: usize,
+    /// A point on its hinge, site frame, metres.
+    pub(super) hinge: Vector3,
+}
+
+/// The contents of a site.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SitePlan {
+    pub(super) solids: Vec<Solid>,
+    pub(super) docks: Vec<Dock>,
+    /// Corners of the ground plan, counter-clockwise, metres.
+    pub(super) outline: Vec<[f64; 2]>,
+    pub(super) routes: Vec<Route>,
+    /// Closed paths of people, at the feet, metres.
+    pub(super) pedestrian_paths: Vec<Vec<Vector3>>,
+    /// The solids of each piece of furniture.
+    pub(super) furniture: Vec<Range<usize>>,
+    pub(super) door_leaves: Vec<DoorLeaf>,
+}
