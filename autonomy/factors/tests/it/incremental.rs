@@ -93,9 +93,13 @@ fn stays_near_the_optimum(name: &str) {
     assert!(ours <= best * 1.01, "{name}: {ours} instead of {best}");
 }
 
-#[test]
-fn a_sphere_walked_pose_by_pose_stays_near_the_optimum() {
-    stays_near_the_optimum("sphere2500");
+mod nightly {
+    use super::stays_near_the_optimum;
+
+    #[test]
+    fn a_sphere_walked_pose_by_pose_stays_near_the_optimum() {
+        stays_near_the_optimum("sphere2500");
+    }
 }
 
 #[test]
