@@ -1,5 +1,6 @@
-//! What the benchmarks share: running programs and reading what they print, and the stack on a simulated walk.
+//! What the benchmarks share: running programs and reading their output, the stack on a simulated walk, and quantiles.
 
+pub mod prior_map;
 pub mod stack_walk;
 
 use anyhow::{Context, Result, bail};
@@ -7,10 +8,10 @@ use rustix::time::{ClockId, clock_gettime};
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// Runs a command to a good end.
+/// Runs a command that must succeed.
 ///
 /// # Errors
-/// When it cannot be started or fails; with what it said.
+/// When it cannot be started or fails; with its standard error.
 pub fn succeed(command: &mut Command) -> Result<Output> {
     let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
     if !output.status.success() {
@@ -34,4 +35,25 @@ pub fn json(command: &mut Command) -> Result<Value> {
 pub fn thread_ms() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
+}
+
+/// The quantile of values in ascending order: `share` 0 is the least, 0.5 the median, 1 the greatest. NaN without values.
+pub fn quantile(ascending: &[f64], share: f64) -> f64 {
+    let index = (share * (ascending.len().max(1) - 1) as f64) as usize;
+    ascending.get(index).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quantile;
+
+    #[test]
+    fn quantiles_are_values_of_the_list() {
+        let values: Vec<f64> = (0..=1000).map(f64::from).collect();
+        for (share, value) in [(0.0, 0.0), (0.5, 500.0), (0.99, 990.0), (0.999, 999.0), (1.0, 1000.0)] {
+            assert_eq!(quantile(&values, share), value, "{share}");
+        }
+        assert_eq!(quantile(&[7.0], 0.999), 7.0);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
 }

@@ -1,4 +1,4 @@
-//! The whole stack on a simulated walk, faster than time, in one thread: sensors in, loops verified as soon as they are asked for.
+//! The whole stack on a simulated walk, faster than real time, in one thread. Jobs run as soon as the stack starts them.
 
 use crate::thread_ms;
 use anyhow::{Context, Result, bail};
@@ -17,96 +17,100 @@ use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp};
 /// The stack ticks at 20 Hz, and the robot is commanded as often.
 const TICK: Span = Span::from_millis(50);
 
-/// Where to walk, and who walks about.
+/// Parameters of a simulated walk.
 #[derive(Clone, Copy, Debug)]
-pub struct Plan {
+pub struct WalkPlan {
     /// Seed of the simulation.
     pub seed: u64,
     /// LiDAR columns per sweep.
     pub columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     pub people: u32,
-    /// Whether the way that was truly walked is kept for [`StackWalk::finish`]: 64 B a millisecond or so.
-    pub keep_truth: bool,
+    /// Whether the ground truth is kept for [`StackWalk::finish`], which takes about 64 B per millisecond.
+    pub keep_ground_truth: bool,
 }
 
-/// What a step was for.
+/// The kind of input of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StepOf {
-    /// Passing time, a command, or the boot record.
+pub enum StepKind {
+    /// A tick, a command, or the boot record.
     Other,
-    /// Anything a sensor said.
+    /// A message of a sensor.
     Sensor,
-    /// The result of looking at a pair of keyframes, or at a visit.
-    Verified,
+    /// The result of a job.
+    JobResult,
 }
 
-/// One step: what it was for, the CPU time it took (milliseconds), and what it said.
-pub type Heard<'a> = &'a mut dyn FnMut(StepOf, f64, &[StackEffect]);
+/// Is called after every step with the kind of its input, its CPU time (milliseconds) and its effects.
+pub type StepObserver<'a> = &'a mut dyn FnMut(StepKind, f64, &[StackEffect]);
 
-/// A job that is to be done.
+/// A job that the stack has started.
 #[derive(Clone, Copy, Debug)]
-enum Waiting {
-    /// What the stack hands out.
+enum PendingJob {
+    /// Work that the stack hands out.
     ComputeJob(u64),
     /// Reading a saved map.
     Map(u64),
 }
 
-/// A robot that walks a route of its site again and again while it maps.
+/// A robot that walks a route of its site again and again, with the whole stack.
 pub struct StackWalk {
     simulator: Simulator,
     route: Route,
     walker: RouteFollower,
     stack: Stack,
     effects: Vec<StackEffect>,
-    jobs: VecDeque<Waiting>,
+    jobs: VecDeque<PendingJob>,
     finished: Option<Arc<FinishedMap>>,
-    truth: Option<Vec<(Stamp, Isometry)>>,
+    ground_truth: Option<Vec<(Stamp, Isometry)>>,
+    /// Number of times that the route was walked to its end.
     rounds: u32,
-    /// What reading a saved map gives.
-    known: Option<Arc<PriorMap>>,
-    /// What the stack wants of the legs, if the robot is to do that instead of walking its route.
-    obeys: Option<Drive>,
-    orders: u128,
+    /// The result of reading a saved map.
+    prior_map: Option<Arc<PriorMap>>,
+    /// The drive command of the stack, if the robot follows it instead of its route.
+    stack_drive: Option<Drive>,
+    /// Number of commands sent to the stack.
+    commands: u128,
 }
 
 impl StackWalk {
-    /// Ready to walk a route of `site`, `round` mostly, and to map it.
+    /// A robot that maps its site while it walks a route of it, usually `round`.
     ///
     /// # Errors
     /// When the site has no such route.
-    pub fn new(site: &Arc<Site>, route: &str, plan: &Plan, heard: Heard<'_>) -> Result<Self> {
+    pub fn new(site: &Arc<Site>, route: &str, plan: &WalkPlan, observer: StepObserver<'_>) -> Result<Self> {
         let mut walk = Self::prepared(site, route, plan)?;
-        walk.boot(Some(SessionId(Uuid::from_u128(1))), heard);
+        walk.boot(Some(SessionId(Uuid::from_u128(1))), observer);
         Ok(walk)
     }
 
-    /// Ready to walk a route of `site` by a map that is known of it; the robot has to find itself in it first, unless somebody says where
-    /// in the map it is.
+    /// A robot that is localised in a prior map of its site while it walks a route. Without a `pose_prior` it has to localise globally first.
     ///
     /// # Errors
     /// When the site has no such route.
     pub fn localised(
         site: &Arc<Site>,
         route: &str,
-        plan: &Plan,
-        known: Arc<PriorMap>,
-        told: Option<Pose>,
-        heard: Heard<'_>,
+        plan: &WalkPlan,
+        prior_map: Arc<PriorMap>,
+        pose_prior: Option<Pose>,
+        observer: StepObserver<'_>,
     ) -> Result<Self> {
         let mut walk = Self::prepared(site, route, plan)?;
-        let map = known.map;
-        walk.known = Some(known);
-        walk.boot(None, heard);
-        walk.order(
-            [CommandKind::TakeControl { name: "bench".to_owned() }, CommandKind::Localise { map, at: told }],
-            heard,
+        let map = prior_map.map;
+        walk.prior_map = Some(prior_map);
+        walk.boot(None, observer);
+        walk.send(
+            [
+                CommandKind::TakeControl { name: "bench".to_owned() },
+                CommandKind::Localise { map, at: pose_prior },
+            ],
+            observer,
         );
         Ok(walk)
     }
 
-    fn prepared(site: &Arc<Site>, route: &str, plan: &Plan) -> Result<Self> {
+    fn prepared(site: &Arc<Site>, route: &str, plan: &WalkPlan) -> Result<Self> {
         let route = site.route(route).cloned().with_context(|| format!("the site has no route {route}"))?;
         let config = SimConfig {
             lidar_columns: plan.columns,
@@ -122,85 +126,82 @@ impl StackWalk {
             effects: Vec::new(),
             jobs: VecDeque::new(),
             finished: None,
-            truth: plan.keep_truth.then(Vec::new),
+            ground_truth: plan.keep_ground_truth.then(Vec::new),
             rounds: 0,
-            known: None,
-            obeys: None,
-            orders: 0,
+            prior_map: None,
+            stack_drive: None,
+            commands: 0,
         })
     }
 
-    fn boot(&mut self, session: Option<SessionId>, heard: Heard<'_>) {
+    fn boot(&mut self, session: Option<SessionId>, observer: StepObserver<'_>) {
         let boot = BootRecord { start_mapping: session, ..self.simulator.boot() };
-        self.step(self.simulator.now(), StepOf::Other, Input::Boot(Box::new(boot)), heard);
+        self.step(self.simulator.now(), StepKind::Other, Input::Boot(Box::new(boot)), observer);
     }
 
-    fn order<const N: usize>(&mut self, orders: [CommandKind; N], heard: Heard<'_>) {
+    fn send<const N: usize>(&mut self, commands: [CommandKind; N], observer: StepObserver<'_>) {
         let (now, by) = (self.simulator.now(), ClientId(Uuid::from_u128(1)));
-        for order in orders {
-            self.orders += 1;
-            let command = Command {
-                id: CommandId(Uuid::from_u128(self.orders)),
-                by: Principal::operator(by),
-                kind: order,
-            };
-            self.step(now, StepOf::Other, Input::Command(command), heard);
-            self.work(now, heard);
+        for kind in commands {
+            self.commands += 1;
+            let id = CommandId(Uuid::from_u128(self.commands));
+            let command = Command { id, by: Principal::operator(by), kind };
+            self.step(now, StepKind::Other, Input::Command(command), observer);
+            self.run_jobs(now, observer);
         }
     }
 
-    /// The way that was truly walked so far, as far as it was kept.
-    pub fn truth(&self) -> Truth {
-        Truth(self.truth.clone().unwrap_or_default())
+    /// The ground truth so far, if it is kept.
+    pub fn ground_truth(&self) -> GroundTruthTrack {
+        GroundTruthTrack(self.ground_truth.clone().unwrap_or_default())
     }
 
-    /// Walks until so long after the start.
+    /// Walks until the simulated time since the start is `until`.
     ///
     /// # Errors
     /// When the simulator's truth is no pose.
-    pub fn walk(&mut self, until: Span, heard: Heard<'_>) -> Result<()> {
+    pub fn walk_until(&mut self, until: Span, observer: StepObserver<'_>) -> Result<()> {
         let mut events = Vec::new();
         while self.simulator.elapsed() < until {
             let drive = self.drive();
             self.simulator.command(drive);
             self.simulator.advance(self.simulator.now() + TICK, &mut events);
-            let truths = self.simulator.take_ground_truth();
-            if let Some(kept) = &mut self.truth {
-                for truth in truths {
+            let states = self.simulator.take_ground_truth();
+            if let Some(kept) = &mut self.ground_truth {
+                for truth in states {
                     let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
                     kept.push((truth.stamp, pose));
                 }
             }
             for event in events.drain(..) {
-                self.step(event.at, StepOf::Sensor, Input::Sensor(event.sensor), heard);
-                self.work(event.at, heard);
+                self.step(event.at, StepKind::Sensor, Input::Sensor(event.sensor), observer);
+                self.run_jobs(event.at, observer);
             }
-            self.step(self.simulator.now(), StepOf::Other, Input::Tick, heard);
+            self.step(self.simulator.now(), StepKind::Other, Input::Tick, observer);
         }
         Ok(())
     }
 
-    /// From now on the robot does what its stack wants, which is to stand until it is told otherwise; or it walks its route.
-    pub fn obey_stack(&mut self, obeys: bool) {
-        self.obeys = obeys.then(Drive::default);
+    /// Sets whether the robot follows the drive commands of its stack from now on, or its route.
+    pub fn follow_stack(&mut self, follows: bool) {
+        self.stack_drive = follows.then(Drive::default);
     }
 
-    /// Gives the stack an order.
-    pub fn give(&mut self, order: CommandKind, heard: Heard<'_>) {
-        self.order([order], heard);
+    /// Sends the stack a command.
+    pub fn send_command(&mut self, order: CommandKind, observer: StepObserver<'_>) {
+        self.send([order], observer);
     }
 
-    /// The simulator, for its clock and what goes wrong in it.
+    /// The simulator, for its clock and its faults.
     pub fn simulator(&mut self) -> &mut Simulator {
         &mut self.simulator
     }
 
-    /// Rounds walked to their end.
+    /// Number of times that the route was walked to its end.
     pub fn rounds(&self) -> u32 {
         self.rounds
     }
 
-    /// Where the base truly is in the site.
+    /// The true pose of the base in the site.
     ///
     /// # Errors
     /// When the simulator's truth is no pose.
@@ -208,21 +209,21 @@ impl StackWalk {
         isometry_from_pose(&self.simulator.truth().site_from_base).context("a true pose is no pose")
     }
 
-    /// Ends the walk and hands the map over, with the truth if it was kept.
+    /// Ends the walk and returns the map, with the ground truth if it was kept.
     ///
     /// # Errors
-    /// When the stack makes none.
-    pub fn finish(mut self, heard: Heard<'_>) -> Result<(Arc<FinishedMap>, Truth)> {
+    /// When the stack makes no map.
+    pub fn finish(mut self, observer: StepObserver<'_>) -> Result<(Arc<FinishedMap>, GroundTruthTrack)> {
         let map = MapId(Uuid::from_u128(1));
         let finish = CommandKind::FinishMapping { map, name: "bench".to_owned() };
-        self.order([CommandKind::TakeControl { name: "bench".to_owned() }, finish], heard);
+        self.send([CommandKind::TakeControl { name: "bench".to_owned() }, finish], observer);
         let Some(finished) = self.finished else { bail!("the stack made no map") };
-        Ok((finished, Truth(self.truth.unwrap_or_default())))
+        Ok((finished, GroundTruthTrack(self.ground_truth.unwrap_or_default())))
     }
 
-    /// The next command; the round begins again where it ended.
+    /// The next drive command. At its end the route begins again.
     fn drive(&mut self) -> Drive {
-        if let Some(drive) = self.obeys {
+        if let Some(drive) = self.stack_drive {
             return drive;
         }
         let truth = self.simulator.truth();
@@ -233,25 +234,25 @@ impl StackWalk {
         })
     }
 
-    fn work(&mut self, at: Stamp, heard: Heard<'_>) {
-        while let Some(waiting) = self.jobs.pop_front() {
-            let (job, result) = match (waiting, &self.known) {
-                (Waiting::ComputeJob(job), _) => {
+    fn run_jobs(&mut self, at: Stamp, observer: StepObserver<'_>) {
+        while let Some(pending) = self.jobs.pop_front() {
+            let (job, result) = match (pending, &self.prior_map) {
+                (PendingJob::ComputeJob(job), _) => {
                     (job, self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run))
                 }
-                (Waiting::Map(job), Some(known)) => (job, JobResult::MapLoaded(Arc::clone(known))),
-                (Waiting::Map(job), None) => {
+                (PendingJob::Map(job), Some(map)) => (job, JobResult::MapLoaded(Arc::clone(map))),
+                (PendingJob::Map(job), None) => {
                     (job, JobResult::Failed { reason: "there is no map".to_owned() })
                 }
             };
-            self.step(at, StepOf::Verified, Input::JobDone(JobDone { job, result }), heard);
+            self.step(at, StepKind::JobResult, Input::JobDone(JobDone { job, result }), observer);
         }
     }
 
-    fn step(&mut self, at: Stamp, of: StepOf, input: Input, heard: Heard<'_>) {
+    fn step(&mut self, at: Stamp, kind: StepKind, input: Input, observer: StepObserver<'_>) {
         let before = thread_ms();
         self.stack.step(at, input, &mut self.effects);
-        heard(of, thread_ms() - before, &self.effects);
+        observer(kind, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
                 StackEffect::StartJob {
@@ -262,11 +263,11 @@ impl StackWalk {
                         | Job::SearchMap(_)
                         | Job::Relocalise(_)
                         | Job::PlanDisambiguation(_),
-                } => self.jobs.push_back(Waiting::ComputeJob(job)),
+                } => self.jobs.push_back(PendingJob::ComputeJob(job)),
                 StackEffect::StartJob { job, work: Job::ReadMap(_) } => {
-                    self.jobs.push_back(Waiting::Map(job));
+                    self.jobs.push_back(PendingJob::Map(job));
                 }
-                StackEffect::Drive(drive) => self.obeys = self.obeys.map(|_| drive),
+                StackEffect::Drive(drive) => self.stack_drive = self.stack_drive.map(|_| drive),
                 StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }
@@ -274,16 +275,16 @@ impl StackWalk {
     }
 }
 
-/// Where the robot really was, for the score.
-pub struct Truth(Vec<(Stamp, Isometry)>);
+/// The true poses of the base during a walk.
+pub struct GroundTruthTrack(Vec<(Stamp, Isometry)>);
 
-impl Truth {
-    /// Every so many metres of the walk.
-    pub fn every(&self, metres: f64) -> Vec<(Stamp, Isometry)> {
+impl GroundTruthTrack {
+    /// The poses at intervals of at least `spacing_m` metres.
+    pub fn sample(&self, spacing_m: f64) -> Vec<(Stamp, Isometry)> {
         let mut kept: Vec<(Stamp, Isometry)> = Vec::new();
         for entry in &self.0 {
             let moved = |last: &(Stamp, Isometry)| {
-                (last.1.translation.vector - entry.1.translation.vector).norm() >= metres
+                (last.1.translation.vector - entry.1.translation.vector).norm() >= spacing_m
             };
             if kept.last().is_none_or(moved) {
                 kept.push(*entry);
@@ -292,8 +293,8 @@ impl Truth {
         kept
     }
 
-    /// The base in the site at a moment of the walk; at its ends before and after.
-    pub fn at(&self, stamp: Stamp) -> Option<Isometry> {
+    /// The pose of the base in the site at an instant of the walk, interpolated; the first or last pose outside the walk.
+    pub fn interpolate(&self, stamp: Stamp) -> Option<Isometry> {
         let last = self.0.len().checked_sub(1)?;
         let after = self.0.partition_point(|entry| entry.0 < stamp).clamp(1.min(last), last);
         let (before, after) = (&self.0[after.saturating_sub(1)], &self.0[after]);
@@ -303,15 +304,15 @@ impl Truth {
     }
 }
 
-/// Whether a step gave an estimate from a sweep.
-pub fn located(effects: &[StackEffect]) -> bool {
+/// Whether a step published an estimate. A step on a sensor's message does so when it takes a scan.
+pub fn has_estimate(effects: &[StackEffect]) -> bool {
     effects.iter().any(|effect| matches!(effect, StackEffect::Publish(Publication::Estimate(_))))
 }
 
-/// What became of walks over known ground in a step.
-pub fn ties(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Reanchored> {
+/// The results of revisits of known ground in a step.
+pub fn reanchorings(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Reanchored> {
     effects.iter().filter_map(|effect| match effect {
-        StackEffect::Publish(Publication::Reanchored(tied)) => Some(tied),
+        StackEffect::Publish(Publication::Reanchored(reanchored)) => Some(reanchored),
         _ => None,
     })
 }

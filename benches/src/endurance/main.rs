@@ -1,32 +1,41 @@
-//! A long walk, round after round: what a scan costs, what the process holds and how large the graph is, minute by minute, to see
-//! that none of them grows; and how far the robot's estimate is from the truth.
+//! A long walk, round after round, first while the robot maps and then while it is localised in the map of that walk.
 //!
-//! Simulator and stack run in one process, faster than time. Time is that of the stack's thread only, spent in
-//! [`stack::Stack::step`] with a sweep that gave an estimate: odometry and mapping; of those, steps that made a keyframe are
-//! listed apart, and so are steps that took the result of a loop's verification in, which itself is not counted. Memory is that of the whole process,
-//! the simulated site included.
+//! Minute by minute: what a scan costs, how much memory the process holds, how large the graph is, and how far the estimate is from the truth,
+//! which shows whether any of them grows. At the end: the CPU time of the steps that take a scan, which must meet the bar of a real-time control
+//! thread.
+//!
+//! Simulator and stack run in one process, faster than real time. CPU time is that of the stack's thread in [`stack::Stack::step`] only. Steps that
+//! make a keyframe, and steps that take the result of a job, are listed separately too; the jobs themselves are not counted. Memory is that
+//! of the whole process, including the simulated site and, while the robot maps, the keyframes that are kept for the second phase.
 
+mod measure;
 mod plot;
+mod step_times;
 mod walk;
 
 use anyhow::{Result, ensure};
-use clap::Parser;
-use plot::Minute;
+use clap::{Parser, ValueEnum};
+use measure::Minute;
 use std::path::PathBuf;
+use step_times::StepTimes;
 
-/// Cost per scan and memory over a long walk.
+/// Cost per scan and memory over a long walk; fails if the steps that take a scan miss their bar.
 ///
-/// Examples: cargo xtask bench endurance --site b1 --minutes 60 --svg hour.svg
-///           cargo xtask bench endurance --site b1 --route short --minutes 90 --columns 250 --svg hundred-rounds.svg
+/// Examples: cargo xtask bench endurance --site b1 --minutes 60
+///           cargo xtask bench endurance --site b1 --phases mapping --minutes 60 --svg hour.svg
+///           cargo xtask bench endurance --site b1 --phases mapping --route short --minutes 90 --columns 250 --svg hundred-rounds.svg
 #[derive(Parser)]
 struct Arguments {
-    /// Where: b1, torus, plant or twins.
+    /// Site: b1, torus, plant or twins.
     #[arg(long, default_value = "b1")]
     site: sim::SiteName,
-    /// Which way: round or short.
+    /// Route: round or short.
     #[arg(long, default_value = "round")]
     route: String,
-    /// Minutes of walking; the route is walked again and again.
+    /// Phases, separated by commas. The second one needs the first one's map.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "mapping,localised")]
+    phases: Vec<Phase>,
+    /// Minutes of walking in each phase; the route is walked again and again.
     #[arg(long, default_value_t = 60)]
     minutes: u32,
     /// Seed of the simulation.
@@ -35,19 +44,70 @@ struct Arguments {
     /// LiDAR columns per sweep; 2000 is full resolution, 64,000 points.
     #[arg(long, default_value_t = sim::FULL_COLUMNS)]
     columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     #[arg(long, default_value_t = 4)]
     people: u32,
-    /// Where to draw the plot.
+    /// Where to draw the plot of the mapping phase.
     #[arg(long)]
     svg: Option<PathBuf>,
+}
+
+/// What the robot does while it walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Phase {
+    /// It makes a map.
+    Mapping,
+    /// It is localised in the map of the mapping phase.
+    Localised,
+}
+
+impl Phase {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Mapping => "mapping",
+            Self::Localised => "localised",
+        }
+    }
 }
 
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
+    ensure!(arguments.minutes > 0, "a walk takes at least a minute");
+    ensure!(arguments.phases.contains(&Phase::Mapping), "there is no map without the mapping phase");
+    let keep_map = arguments.phases.contains(&Phase::Localised);
+
+    let mut steps = Vec::new();
+    print_header(Phase::Mapping);
+    let mapped = walk::map(&arguments, keep_map, print_minute)?;
+    print_growth(&mapped.minutes);
+    if let Some(path) = &arguments.svg {
+        let title = format!("{}, seed {}, {} columns", arguments.site, arguments.seed, arguments.columns);
+        plot::draw(path, &title, &mapped.minutes)?;
+    }
+    steps.push((Phase::Mapping, StepTimes::new(mapped.scan_ms)));
+    if let Some(map) = mapped.prior_map {
+        print_header(Phase::Localised);
+        let localised = walk::localise(&arguments, map, print_minute)?;
+        print_growth(&localised.minutes);
+        steps.push((Phase::Localised, StepTimes::new(localised.scan_ms)));
+    }
+
+    StepTimes::print_header();
+    for (phase, times) in &steps {
+        times.print(phase.name());
+    }
+    let meets_bar = steps.iter().all(|(_, times)| times.meets_bar());
+    println!("{}", step_times::verdict(meets_bar));
+    ensure!(meets_bar, "steps that take a scan are too slow");
+    Ok(())
+}
+
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+fn print_header(phase: Phase) {
+    println!("{}:", phase.name());
     println!(
-        "{:>7}{:>8}{:>7}{:>9}{:>9}{:>8}{:>8}{:>11}{:>16}{:>7}{:>7}{:>16}",
+        "{:>7}{:>8}{:>7}{:>9}{:>9}{:>8}{:>8}{:>11}{:>16}{:>7}{:>10}{:>16}",
         "minute",
         "rounds",
         "scans",
@@ -58,46 +118,44 @@ fn main() -> Result<()> {
         "keyframes",
         "each ms (max)",
         "loops",
-        "ties",
-        "each ms (max)"
+        "revisits",
+        "jobs' ms (max)"
     );
-    let mut minutes = Vec::new();
-    walk::walk(&arguments, |minute: Minute| {
-        let span = |(median, max): (f64, f64)| format!("{median:.2} ({max:.1})");
-        println!(
-            "{:>7}{:>8}{:>7}{:>9.2}{:>9.2}{:>8.0}{:>8.1}{:>11}{:>16}{:>7}{:>7}{:>16}",
-            minute.number,
-            minute.rounds,
-            minute.scans,
-            minute.mean_ms,
-            minute.p99_ms,
-            minute.resident_mb,
-            minute.off_mm,
-            minute.keyframes,
-            span(minute.keyframe_ms),
-            minute.loops,
-            minute.ties,
-            span(minute.loop_ms)
-        );
-        minutes.push(minute);
-    })?;
-    ensure!(
-        minutes.len() >= 2,
-        "a walk of at least two minutes shows growth; this one had {}",
-        minutes.len()
+}
+
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+fn print_minute(minute: &Minute) {
+    let span = |median: f64, max: f64| format!("{median:.2} ({max:.1})");
+    println!(
+        "{:>7}{:>8}{:>7}{:>9.2}{:>9.2}{:>8.0}{:>8.1}{:>11}{:>16}{:>7}{:>10}{:>16}",
+        minute.number,
+        minute.rounds,
+        minute.scans,
+        minute.mean_ms,
+        minute.p99_ms,
+        minute.resident_mb,
+        minute.position_error_mm,
+        minute.keyframes,
+        span(minute.keyframe_median_ms, minute.keyframe_max_ms),
+        minute.loops,
+        minute.revisits,
+        span(minute.job_result_median_ms, minute.job_result_max_ms)
     );
+}
+
+/// Compares the second half of a walk with the first.
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
+fn print_growth(minutes: &[Minute]) {
+    if minutes.len() < 2 {
+        return;
+    }
     let (early, late) = minutes.split_at(minutes.len() / 2);
     let mean =
         |half: &[Minute], value: fn(&Minute) -> f64| half.iter().map(value).sum::<f64>() / half.len() as f64;
     println!(
-        "second half beside the first: {:.3} times the cost, {:+.1} MB, {:+.0} keyframes",
+        "second half compared with the first: {:.3} times the cost, {:+.1} MB, {:+.0} keyframes",
         mean(late, |m| m.mean_ms) / mean(early, |m| m.mean_ms),
         mean(late, |m| m.resident_mb) - mean(early, |m| m.resident_mb),
         mean(late, |m| m.keyframes as f64) - mean(early, |m| m.keyframes as f64)
     );
-    if let Some(path) = &arguments.svg {
-        let title = format!("{}, seed {}, {} columns", arguments.site, arguments.seed, arguments.columns);
-        plot::draw(path, &title, &minutes)?;
-    }
-    Ok(())
 }

@@ -1,37 +1,9 @@
-//! The plot: cost per scan above, memory in the middle, the graph below.
+//! The plot: cost per scan at the top, memory in the middle, the pose graph at the bottom.
 
+use crate::measure::Minute;
 use anyhow::{Context, Result};
 use plotters::prelude::*;
 use std::path::Path;
-
-/// One minute of the walk.
-#[derive(Clone, Copy, Debug)]
-pub struct Minute {
-    /// Counts from 1.
-    pub number: u32,
-    /// Rounds walked to their end.
-    pub rounds: u32,
-    /// How far the estimate at the minute's end is from the truth, millimetres.
-    pub off_mm: f64,
-    /// Visits to known ground that were confirmed in this minute.
-    pub ties: usize,
-    /// Scans that gave an estimate.
-    pub scans: usize,
-    /// Mean CPU time of a scan, milliseconds.
-    pub mean_ms: f64,
-    /// Its 99th percentile, milliseconds.
-    pub p99_ms: f64,
-    /// Resident memory of the process at the minute's end, megabytes.
-    pub resident_mb: f64,
-    /// Keyframes so far.
-    pub keyframes: u64,
-    /// CPU time of steps that made one, median and greatest, milliseconds.
-    pub keyframe_ms: (f64, f64),
-    /// The same of steps that took the result of a loop's verification in.
-    pub loop_ms: (f64, f64),
-    /// Loops closed so far.
-    pub loops: usize,
-}
 
 /// One line of a chart.
 struct Curve {

@@ -1,8 +1,8 @@
-//! How long after navigation a browser that has just been started, with nothing of the page in its cache, shows the map of a robot that is
-//! mapping: platform, simulator, browser and its software renderer all on this machine.
+//! Time from navigation until a browser shows the map of a robot that is mapping. The browser has just been started and its cache is empty. Platform,
+//! simulator, browser and software renderer run on this machine.
 //!
-//! The page marks the moment in the browser's own timeline, which begins with the navigation. Build both halves first, as they are
-//! shipped: `cargo build --release -p autoinspect` and `cargo xtask web`.
+//! The page marks the event in the browser's own timeline, which begins with the navigation. Build server and bundle as they are shipped
+//! first: `cargo build --release -p autoinspect` and `cargo xtask web`.
 
 #[path = "../../../tests/support/mod.rs"]
 #[allow(
@@ -11,7 +11,7 @@
     missing_docs,
     clippy::print_stdout,
     clippy::unwrap_used,
-    reason = "it is the browser tests', which fail by panicking, and use the rest of it"
+    reason = "this module belongs to the browser tests, which fail by panicking and use all of it"
 )]
 mod support;
 
@@ -23,8 +23,9 @@ use support::chromium::Chromium;
 use support::server::Server;
 use support::{wait_for, workspace_root};
 
-const LIMIT: Duration = Duration::from_secs(120);
-/// The times of the page's marks, seconds since the navigation; nothing before the last one is there.
+/// Longest wait for a page.
+const WAIT_MAX: Duration = Duration::from_secs(120);
+/// The times of the page's marks, milliseconds since the navigation; null until all of them exist.
 const MARKS: &str = "(() => { \
     const at = mark => performance.getEntriesByName('autoinspect: ' + mark)[0]?.startTime; \
     const all = ['client compiled', 'first frame begins', 'first map drawn'].map(at); \
@@ -35,7 +36,7 @@ const MARKS: &str = "(() => { \
 /// Example: cargo build --release -p autoinspect && cargo xtask web && cargo xtask bench first_map --loads 6
 #[derive(Parser)]
 struct Arguments {
-    /// How often.
+    /// Number of page loads.
     #[arg(long, default_value_t = 6)]
     loads: usize,
     /// The simulated site.
@@ -43,14 +44,14 @@ struct Arguments {
     site: String,
 }
 
-#[allow(clippy::print_stdout, reason = "the table is the point")]
+#[allow(clippy::print_stdout, reason = "the table is this program's output")]
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let bundle = workspace_root().join("static/pkg/manifest.json");
     anyhow::ensure!(bundle.exists(), "there is no bundle in static/pkg; `cargo xtask web` makes it");
     let data = tempfile::tempdir()?;
     let server = Server::start(&arguments.site, data.path());
-    begin_to_map(&server)?;
+    start_mapping(&server)?;
 
     println!("{:>6}{:>12}{:>14}{:>12}", "load", "compiled s", "first frame s", "map s");
     let mut times = Vec::new();
@@ -58,7 +59,8 @@ fn main() -> Result<()> {
         let browser = Chromium::start().context("there is no Chromium on this machine")?;
         let mut page = browser.open(1440, 900);
         page.go(&server.url());
-        let [compiled, framed, drawn] = wait_for("the first map", LIMIT, || seconds(&page.evaluate(MARKS)));
+        let [compiled, framed, drawn] =
+            wait_for("the first map", WAIT_MAX, || seconds(&page.evaluate(MARKS)));
         println!("{load:>6}{compiled:>12.2}{framed:>14.2}{drawn:>12.2}");
         times.push(drawn);
     }
@@ -68,14 +70,14 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Has the robot map where it stands.
-fn begin_to_map(server: &Server) -> Result<()> {
+/// Starts mapping.
+fn start_mapping(server: &Server) -> Result<()> {
     let browser = Chromium::start().context("there is no Chromium on this machine")?;
     let mut page = browser.open(1440, 900);
     page.go(&server.url());
     page.click("button", "Map");
     page.click("button", "Start mapping");
-    wait_for("a first map", LIMIT, || page.status("Points in map").filter(|points| points != "0"));
+    wait_for("a first map", WAIT_MAX, || page.status("Points in map").filter(|points| points != "0"));
     Ok(())
 }
 

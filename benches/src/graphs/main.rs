@@ -1,7 +1,7 @@
-//! Pose-graph optimisation beside GTSAM: published graphs in one go and pose by pose, and one large patrol.
+//! Pose-graph optimisation compared with GTSAM: published graphs in batch and pose by pose, and one large patrol.
 //!
-//! Both programs run on one core, one after the other, graph by graph; times are medians of CPU time. GTSAM's chi-squared is measured
-//! by its script and not by GTSAM, with the residual that keeps rotation and translation apart, as is ours.
+//! Both programs run on one core, one after the other, graph by graph; times are medians of CPU time. The chi-squared of GTSAM's result is computed
+//! by the script and not by GTSAM, with the residual that separates rotation and translation, like ours.
 
 mod gtsam;
 mod table;
@@ -34,7 +34,7 @@ struct Arguments {
     /// Folder of the published graphs.
     #[arg(long, default_value = "../shared/data/pose-graphs")]
     data: PathBuf,
-    /// Poses of the patrol; 0 leaves it out.
+    /// Number of poses of the patrol; 0 leaves it out.
     #[arg(long, default_value_t = 30_000)]
     patrol: u32,
     /// Runs of each program.
@@ -99,7 +99,7 @@ struct Case<'a> {
 fn compare(arguments: &Arguments, gtsam: &Gtsam, case: Case) -> Result<()> {
     let mut ours = Vec::new();
     let mut theirs = Vec::new();
-    // In turn, so that a busy machine slows both.
+    // Alternately, so that a busy machine slows both.
     for _ in 0..arguments.repeats {
         ours.push(run_ours(arguments, &case)?);
         theirs.extend(gtsam.run(case.path, case.theirs));

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-/// One graph solved one way by both. `None` where a program did not run or the figure does not apply.
+/// The results of both programs for one graph and one mode. `None` where a program did not run or the figure does not apply.
 pub struct Row {
     /// Name of the graph.
     pub graph: String,
@@ -71,7 +71,7 @@ pub fn print(row: &Row) {
     );
 }
 
-/// Something by the way, on standard error.
+/// Prints a note on standard error.
 pub fn note(sentence: &str) -> Result<()> {
     eprintln!("{sentence}");
     Ok(())

@@ -1,6 +1,6 @@
-//! Reading maps from elsewhere: real files and large generated ones, with the sentence where one is refused.
+//! Reading maps of other programs: real files and large generated ones, with the error where one is refused.
 
-#![allow(clippy::print_stdout, reason = "the table is the point")]
+#![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
 use anyhow::{Context, Result};
 use benches::thread_ms;
@@ -10,7 +10,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Reading maps from elsewhere.
+/// Speed of reading maps of other programs.
 ///
 /// Example: cargo xtask bench import --files ../shared/data/map-import
 #[derive(Parser)]
@@ -66,7 +66,7 @@ fn print_row(path: &Path) {
     }
 }
 
-/// A bumpy floor of so many points, in every format whose speed is of interest.
+/// Writes an uneven floor of `points` points as LAS, LAZ and PCD.
 fn generate(folder: &Path, points: usize) -> Result<Vec<PathBuf>> {
     let side = (points as f64).sqrt().ceil() as usize;
     let xyz: Vec<[f32; 3]> = (0..points)

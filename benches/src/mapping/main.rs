@@ -1,32 +1,32 @@
-//! Loop closure on simulated walks: which true revisits are found, which loops are wrong, what each keyframe costs.
+//! Loop closure on simulated walks: the true revisits that are closed, the wrong loops, and the cost of each keyframe.
 
-#![allow(clippy::print_stdout, reason = "the table is the point")]
+#![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
-mod find;
-mod map;
-mod parts;
+mod components;
+mod find_loops;
+mod optimised_map;
+mod recorded_walk;
 mod score;
-mod walk;
-mod whole;
+mod whole_stack;
 
 use anyhow::{Context, Result};
-use benches::stack_walk::Plan;
+use benches::stack_walk::WalkPlan;
 use clap::Parser;
-use find::Found;
+use find_loops::LoopFinderRun;
 use geometry::Isometry;
-use map::MapError;
 use mapping::{LoopConfig, Verdict};
-use score::{Judged, Score};
+use optimised_map::MapError;
+use score::{JudgedLoop, Score};
 use sim::{Site, SiteName};
 use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Span;
-use whole::Whole;
+use whole_stack::WholeStackRun;
 
-/// Loops found on the simulated sites, judged by the truth.
+/// Loops found on the simulated sites, compared with the ground truth.
 ///
 /// Examples: cargo xtask bench mapping --sites b1,twins --seeds 1,2 --drifts 0,1
-///           cargo xtask bench mapping --whole --minutes 30
+///           cargo xtask bench mapping --whole-stack --minutes 30
 #[derive(Parser)]
 struct Arguments {
     /// Sites, separated by commas.
@@ -35,7 +35,7 @@ struct Arguments {
     /// Seeds, separated by commas; one walk each.
     #[arg(long, value_delimiter = ',', default_value = "1")]
     seeds: Vec<u64>,
-    /// Strengths of drift added to the odometry: 0 leaves it as it is, 1 adds some 3 m over 500 m.
+    /// Factors of the drift that is added to the odometry: 0 adds none, 1 adds about 3 m over 500 m.
     #[arg(long, value_delimiter = ',', default_value = "0,1")]
     drifts: Vec<f64>,
     /// Length of a walk, minutes.
@@ -44,27 +44,27 @@ struct Arguments {
     /// LiDAR columns per sweep; 2000 is full resolution.
     #[arg(long, default_value_t = 500)]
     columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     #[arg(long, default_value_t = 4)]
     people: u32,
-    /// Folder where walks are kept for the next time.
+    /// Folder in which recorded walks are kept for later runs.
     #[arg(long, default_value = "target/bench-mapping")]
     work: PathBuf,
-    /// One line for each pair that was verified.
+    /// Print one line for each verified pair of keyframes.
     #[arg(long)]
     pairs: bool,
-    /// The parts by themselves too: recognition by looks alone, people, cost of each.
+    /// Measure the components separately too: place recognition by appearance alone, removal of people, and the cost of each.
     #[arg(long)]
-    parts: bool,
-    /// The whole stack instead of its loop finder: the map that it hands over, with the odometry as it is.
-    #[arg(long, conflicts_with_all = ["pairs", "parts", "drifts"])]
-    whole: bool,
+    components: bool,
+    /// Run the whole stack instead of its loop finder, without added drift, and compare its finished map.
+    #[arg(long, conflicts_with_all = ["pairs", "components", "drifts"])]
+    whole_stack: bool,
 }
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    if arguments.whole {
-        return whole_walks(&arguments);
+    if arguments.whole_stack {
+        return whole_stack_walks(&arguments);
     }
     std::fs::create_dir_all(&arguments.work)
         .with_context(|| format!("{} cannot be made", arguments.work.display()))?;
@@ -74,23 +74,24 @@ fn main() -> Result<()> {
         let site = Arc::new(Site::new(name));
         for &seed in &arguments.seeds {
             let (columns, people) = (arguments.columns, arguments.people);
-            let plan = Plan { seed, columns, people, keep_truth: true };
+            let plan = WalkPlan { seed, columns, people, keep_ground_truth: true };
             let seconds = arguments.minutes * 60.0;
             let file = format!("{name}-{seed}-{}-{}-{}.walk", plan.columns, plan.people, arguments.minutes);
-            let recorded = walk::keyframes(&site, &plan, seconds, &arguments.work.join(file))?;
+            let recorded = recorded_walk::keyframes(&site, &plan, seconds, &arguments.work.join(file))?;
             for &drift in &arguments.drifts {
-                let found = find::find(&recorded, drift, seed, LoopConfig::default());
+                let found = find_loops::find(&recorded, drift, seed, LoopConfig::default());
                 let truth: Vec<_> = recorded.iter().map(|keyframe| keyframe.site_from_base).collect();
                 if arguments.pairs {
                     print_pairs(&found, &truth);
                 }
-                let judged: Vec<Judged> = found.decisions.iter().map(Judged::from).collect();
+                let judged: Vec<JudgedLoop> = found.decisions.iter().map(JudgedLoop::from).collect();
                 let score = score::score(&site, &truth, &judged);
                 let case = format!("{name} {seed} {drift}");
-                print(&case, &score, &found, &map::error(&recorded, &found)?);
-                if arguments.parts {
+                print(&case, &score, &found, &optimised_map::error(&recorded, &found)?);
+                if arguments.components {
                     let revisits = score::revisits(&site, &truth);
-                    parts::parts(&site, &recorded, &revisits, (&found.finder, &found.graph)).print(&case);
+                    components::measure(&site, &recorded, &revisits, (&found.finder, &found.graph))
+                        .print(&case);
                 }
             }
         }
@@ -98,8 +99,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Walks with the whole stack, one line each.
-fn whole_walks(arguments: &Arguments) -> Result<()> {
+/// Runs the whole stack on each walk and prints one line for it.
+fn whole_stack_walks(arguments: &Arguments) -> Result<()> {
     println!(
         "{:<8} {:>5} {:>8} {:>7} {:>8} {:>9} {:>9} {:>7} {:>6} {:>9} {:>6} {:>6} {:>6} {:>9} {:>11}  ms: keyframe median, p99, max; loop median, max",
         "site",
@@ -113,7 +114,7 @@ fn whole_walks(arguments: &Arguments) -> Result<()> {
         "%",
         "accepted",
         "WRONG",
-        "ties",
+        "revis.",
         "WRONG",
         "rejected",
         "unverified"
@@ -123,15 +124,15 @@ fn whole_walks(arguments: &Arguments) -> Result<()> {
         let site = Arc::new(Site::new(name));
         for &seed in &arguments.seeds {
             let (columns, people) = (arguments.columns, arguments.people);
-            let plan = Plan { seed, columns, people, keep_truth: true };
-            let walked = whole::walk(&site, &plan, Span::from_secs_f64(arguments.minutes * 60.0))?;
+            let plan = WalkPlan { seed, columns, people, keep_ground_truth: true };
+            let walked = whole_stack::walk(&site, &plan, Span::from_secs_f64(arguments.minutes * 60.0))?;
             print_whole(name, seed, &walked);
         }
     }
     Ok(())
 }
 
-fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
+fn print_whole(name: SiteName, seed: u64, walked: &WholeStackRun) {
     let score = &walked.score;
     let sorted = |times: &[f64]| {
         let mut sorted = times.to_vec();
@@ -141,7 +142,7 @@ fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
     let at = |sorted: &[f64], part: f64| {
         sorted.get(((sorted.len() as f64 * part) as usize).min(sorted.len().saturating_sub(1))).copied()
     };
-    let (keyframes, loops) = (sorted(&walked.keyframe_ms), sorted(&walked.loop_ms));
+    let (keyframes, loops) = (sorted(&walked.keyframe_ms), sorted(&walked.job_result_ms));
     let [median, p99, most] = [0.5, 0.99, 1.0].map(|part| at(&keyframes, part).unwrap_or_default());
     let [loop_median, loop_most] = [0.5, 1.0].map(|part| at(&loops, part).unwrap_or_default());
     println!(
@@ -150,14 +151,14 @@ fn print_whole(name: SiteName, seed: u64, walked: &Whole) {
         walked.distance,
         score.keyframes,
         walked.error * 1e3,
-        walked.track_error * 1e3,
+        walked.trajectory_error * 1e3,
         score.revisits,
         score.closed,
         100.0 * score.closed as f64 / score.revisits.max(1) as f64,
         score.accepted,
         score.wrong,
-        walked.ties,
-        walked.wrong_ties,
+        walked.reanchorings,
+        walked.wrong_reanchorings,
         score.rejected,
         walked.unverified,
     );
@@ -177,13 +178,13 @@ fn print_header() {
         "rejected",
         "err mm",
         "err mrad",
-        "honesty",
+        "NEES",
         "odom mm",
         "map mm"
     );
 }
 
-fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
+fn print(case: &str, score: &Score, found: &LoopFinderRun, map: &MapError) {
     let times = [&found.insert_keyframe, &found.verify, &found.judge].map(|times| {
         let mut sorted = times.clone();
         sorted.sort_by(f64::total_cmp);
@@ -201,9 +202,9 @@ fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
         score.wrong,
         score.held,
         score.rejected,
-        score.place_error * 1e3,
-        score.turn_error * 1e3,
-        score.honesty,
+        score.translation_rmse_m * 1e3,
+        score.rotation_rmse_rad * 1e3,
+        score.nees,
         map.odometry * 1e3,
         map.closed * 1e3,
         times.join(" "),
@@ -211,9 +212,9 @@ fn print(case: &str, score: &Score, found: &Found, map: &MapError) {
     );
 }
 
-fn print_pairs(found: &Found, truth: &[Isometry]) {
+fn print_pairs(found: &LoopFinderRun, truth: &[Isometry]) {
     for decision in &found.decisions {
-        let judged = Judged::from(decision);
+        let judged = JudgedLoop::from(decision);
         let (place, turn) = score::error(&judged, truth);
         let evidence = &decision.evidence;
         let truth = if score::is_wrong(&judged, truth) { "wrong" } else { "right" };

@@ -1,4 +1,4 @@
-//! Loops judged by the truth.
+//! Loops compared with the ground truth.
 
 use geometry::{Isometry, Matrix6, Vector3, so3};
 use mapping::{Decision, UncertainPose, Verdict};
@@ -6,16 +6,20 @@ use messages::{EdgeKind, GraphEdge, LoopDecision, LoopVerdict};
 use nalgebra::SymmetricEigen;
 use sim::Site;
 
-/// A revisit: an old place this near again, metres, after so much walking, metres.
-const REVISIT_NEAR: f64 = 2.0;
-const REVISIT_LEVEL: f64 = 0.6;
-const REVISIT_WALKED: f64 = 15.0;
-/// A revisit counts as closed if a loop was accepted within so much walking of it, metres: loops are made every other metre.
-const CLOSED_WITHIN: f64 = 3.0;
-/// A loop is wrong beyond this error, metres and radians.
-const WRONG: (f64, f64) = (0.3, 0.052);
+/// Greatest horizontal distance between the two positions of a revisit, metres.
+const REVISIT_DISTANCE_MAX_M: f64 = 2.0;
+/// Greatest vertical distance between them, metres.
+const REVISIT_HEIGHT_MAX_M: f64 = 0.6;
+/// Least distance walked between them, metres.
+const REVISIT_WALKED_MIN_M: f64 = 15.0;
+/// A revisit is closed if a loop was accepted within this distance of walking, metres. Loops are made every 2 m.
+const CLOSED_WITHIN_M: f64 = 3.0;
+/// A loop with a greater translation error is wrong, metres.
+const TRANSLATION_ERROR_MAX_M: f64 = 0.3;
+/// A loop with a greater rotation error is wrong, radians.
+const ROTATION_ERROR_MAX_RAD: f64 = 0.052;
 
-/// What became of a pair of keyframes.
+/// The decision on a pair of keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     Accepted,
@@ -24,9 +28,9 @@ pub enum Outcome {
     Dropped,
 }
 
-/// A pair of keyframes that was decided on.
+/// A pair of keyframes with its relative pose and the decision on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Judged {
+pub struct JudgedLoop {
     pub from: usize,
     pub to: usize,
     pub from_from_to: Isometry,
@@ -34,7 +38,7 @@ pub struct Judged {
     pub outcome: Outcome,
 }
 
-impl From<&Decision> for Judged {
+impl From<&Decision> for JudgedLoop {
     fn from(decision: &Decision) -> Self {
         Self {
             from: decision.edge.from.0 as usize,
@@ -51,10 +55,9 @@ impl From<&Decision> for Judged {
     }
 }
 
-impl Judged {
-    /// As the stack tells it, `edges` being those of its graph: what is not among them says nothing about its certainty.
-    /// None where the pose is none.
-    pub fn told(decision: &LoopDecision, edges: &[GraphEdge]) -> Option<Self> {
+impl JudgedLoop {
+    /// From a published decision and the edges of the graph. A pair that is no edge has no information. `None` if its pose is invalid.
+    pub fn from_decision(decision: &LoopDecision, edges: &[GraphEdge]) -> Option<Self> {
         let pair = (decision.task.from, decision.task.to);
         let edge = edges.iter().find(|edge| edge.kind == EdgeKind::Loop && (edge.from, edge.to) == pair);
         let information = edge.map_or([[0.0; 6]; 6], |edge| edge.information);
@@ -72,39 +75,39 @@ impl Judged {
         })
     }
 
-    /// How far the loop is from the truth.
-    fn off(&self, truth: &[Isometry]) -> Isometry {
+    /// The error of the relative pose.
+    fn pose_error(&self, truth: &[Isometry]) -> Isometry {
         (truth[self.from].inverse() * truth[self.to]).inverse() * self.from_from_to
     }
 }
 
-/// One walk's score.
+/// The score of a walk.
 #[derive(Clone, Debug, Default)]
 pub struct Score {
     pub keyframes: usize,
-    /// Keyframes that saw an old place again.
+    /// Number of revisits.
     pub revisits: usize,
     pub closed: usize,
-    /// Accepted loops, and those among them that are wrong.
+    /// Number of accepted loops, and of the wrong ones among them.
     pub accepted: usize,
     pub wrong: usize,
     pub held: usize,
     pub rejected: usize,
-    /// Root mean squares over right accepted loops: metres, radians.
-    pub place_error: f64,
-    pub turn_error: f64,
-    /// Mean squared Mahalanobis distance of right loops from the truth, by their own information; 6 if honest.
-    pub honesty: f64,
+    /// Root mean square errors of the right accepted loops, metres and radians.
+    pub translation_rmse_m: f64,
+    pub rotation_rmse_rad: f64,
+    /// Mean normalised estimation error squared (NEES) of the right loops by their own information; 6 for consistent covariances.
+    pub nees: f64,
 }
 
-/// Error of a loop: metres, in the directions that it claims to know better than a metre, and radians.
-pub fn error(judged: &Judged, truth: &[Isometry]) -> (f64, f64) {
-    claimed_error(&judged.off(truth), &judged.information)
+/// Error of a loop, metres and radians. Only directions whose standard deviation is below 1 m count.
+pub fn error(judged: &JudgedLoop, truth: &[Isometry]) -> (f64, f64) {
+    claimed_error(&judged.pose_error(truth), &judged.information)
 }
 
-/// The same for an error of a pose by its information.
+/// Size of a pose error, metres and radians, in the directions whose standard deviation is below 1 m by `information`.
 pub fn claimed_error(off: &Isometry, information: &Matrix6) -> (f64, f64) {
-    // In the frame of the newer base, as the covariance.
+    // In the frame of the newer base, like the covariance.
     let shift = off.rotation.inverse() * off.translation.vector;
     let measured = UncertainPose::from_information(Isometry::identity(), information);
     let eigen = SymmetricEigen::new(measured.covariance.fixed_view::<3, 3>(3, 3).into_owned());
@@ -114,24 +117,24 @@ pub fn claimed_error(off: &Isometry, information: &Matrix6) -> (f64, f64) {
 }
 
 /// Whether a loop is wrong.
-pub fn is_wrong(judged: &Judged, truth: &[Isometry]) -> bool {
-    is_far(error(judged, truth))
+pub fn is_wrong(judged: &JudgedLoop, truth: &[Isometry]) -> bool {
+    exceeds_tolerance(error(judged, truth))
 }
 
-/// Whether an error, metres and radians, is that of another place.
-pub fn is_far((place, turn): (f64, f64)) -> bool {
-    place > WRONG.0 || turn > WRONG.1
+/// Whether an error, metres and radians, is too large for a right loop.
+pub fn exceeds_tolerance((translation, rotation): (f64, f64)) -> bool {
+    translation > TRANSLATION_ERROR_MAX_M || rotation > ROTATION_ERROR_MAX_RAD
 }
 
-/// Whether a revisit after so many metres is closed by loops after those.
+/// Whether a revisit at the distance `walked` is closed by a loop at one of the distances `closed_at`, metres.
 pub fn is_closed(walked: f64, closed_at: &[f64]) -> bool {
-    closed_at.iter().any(|at| (at - walked).abs() <= CLOSED_WITHIN)
+    closed_at.iter().any(|at| (at - walked).abs() <= CLOSED_WITHIN_M)
 }
 
-/// Judges what was decided on a walk.
+/// Scores the decisions of a walk.
 ///
-/// - `truth`: the base in the site at every keyframe.
-pub fn score(site: &Site, truth: &[Isometry], decisions: &[Judged]) -> Score {
+/// - `truth`: true pose of the base in the site at every keyframe.
+pub fn score(site: &Site, truth: &[Isometry], decisions: &[JudgedLoop]) -> Score {
     let walked = walked(truth);
     let mut score = Score { keyframes: truth.len(), ..Score::default() };
     let mut closed_at = Vec::new();
@@ -152,9 +155,9 @@ pub fn score(site: &Site, truth: &[Isometry], decisions: &[Judged]) -> Score {
         }
     }
     let right = closed_at.len().max(1) as f64;
-    score.place_error = (score.place_error / right).sqrt();
-    score.turn_error = (score.turn_error / right).sqrt();
-    score.honesty /= right;
+    score.translation_rmse_m = (score.translation_rmse_m / right).sqrt();
+    score.rotation_rmse_rad = (score.rotation_rmse_rad / right).sqrt();
+    score.nees /= right;
     for newer in revisits(site, truth) {
         score.revisits += 1;
         score.closed += usize::from(is_closed(walked[newer], &closed_at));
@@ -163,17 +166,17 @@ pub fn score(site: &Site, truth: &[Isometry], decisions: &[Judged]) -> Score {
 }
 
 impl Score {
-    fn add_error(&mut self, judged: &Judged, truth: &[Isometry]) {
+    fn add_error(&mut self, judged: &JudgedLoop, truth: &[Isometry]) {
         let (place, turn) = error(judged, truth);
-        self.place_error += place * place;
-        self.turn_error += turn * turn;
+        self.translation_rmse_m += place * place;
+        self.rotation_rmse_rad += turn * turn;
         let relative = truth[judged.from].inverse() * truth[judged.to];
         let off = geometry::se3::local(&judged.from_from_to, &relative);
-        self.honesty += off.dot(&(judged.information * off));
+        self.nees += off.dot(&(judged.information * off));
     }
 }
 
-/// Metres walked to each keyframe, truly.
+/// True distance walked up to each keyframe, metres.
 pub fn walked(truth: &[Isometry]) -> Vec<f64> {
     let mut sum = 0.0;
     let mut last: Option<Vector3> = None;
@@ -188,7 +191,7 @@ pub fn walked(truth: &[Isometry]) -> Vec<f64> {
         .collect()
 }
 
-/// Keyframes that are truly back: near an old one, on its floor and in its sight.
+/// The keyframes that are true revisits: near an older keyframe, on its floor and in its sight.
 pub fn revisits(site: &Site, truth: &[Isometry]) -> Vec<usize> {
     let walked = walked(truth);
     let eye = |pose: &Isometry| pose.translation.vector + Vector3::z() * 0.3;
@@ -196,11 +199,11 @@ pub fn revisits(site: &Site, truth: &[Isometry]) -> Vec<usize> {
         .filter(|&newer| {
             (0..newer).any(|older| {
                 let (a, b) = (eye(&truth[older]), eye(&truth[newer]));
-                let (way, far) = (b - a, (b - a).norm());
-                walked[newer] - walked[older] > REVISIT_WALKED
-                    && way.xy().norm() < REVISIT_NEAR
-                    && way.z.abs() < REVISIT_LEVEL
-                    && (far < 1e-3 || site.cast_ray(&a, &(way / far), far).is_none())
+                let (offset, distance) = (b - a, (b - a).norm());
+                walked[newer] - walked[older] > REVISIT_WALKED_MIN_M
+                    && offset.xy().norm() < REVISIT_DISTANCE_MAX_M
+                    && offset.z.abs() < REVISIT_HEIGHT_MAX_M
+                    && (distance < 1e-3 || site.cast_ray(&a, &(offset / distance), distance).is_none())
             })
         })
         .collect()

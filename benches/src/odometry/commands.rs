@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// Records a walk; `blind` covers the LiDAR between two moments, seconds from the start.
+/// Records a walk; `blind` covers the LiDAR between two times, seconds from the start.
 pub fn record(
     arguments: &Arguments,
     site: &str,
@@ -26,7 +26,7 @@ pub fn record(
     json(command.arg("--out").arg(out)).map(drop)
 }
 
-/// Maps a recording and compares the trajectory with the simulator's truth. Loops are left open: the peers close none.
+/// Maps a recording and compares the trajectory with the ground truth. Loops are left open, because the peers close none.
 pub fn map_and_compare(arguments: &Arguments, recording: &Path, out: &Path, sources: &str) -> Result<Row> {
     let mut map = Command::new("taskset");
     map.args(["-c", "0"]).arg(&arguments.program).arg("map").arg(recording);

@@ -1,7 +1,7 @@
-//! Odometry on simulated walks, beside other people's on the same recordings.
+//! Odometry on simulated walks, compared with other programs on the same recordings.
 //!
 //! For each site and seed: record a walk with `autoinspect sim record`, map it with `autoinspect map`, compare with the
-//! simulator's truth, and (with `--peers`) run the peers' programs over the same sensor data. One row each.
+//! ground truth, and (with `--peers`) run the peers' programs over the same sensor data. One row each.
 
 mod commands;
 mod peers;
@@ -30,7 +30,7 @@ struct Arguments {
     /// LiDAR columns per sweep; 2000 is full resolution, 64,000 points.
     #[arg(long, default_value_t = 2000)]
     columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     #[arg(long, default_value_t = 4)]
     people: u32,
     /// Our variants: combinations of sources, separated by commas: all, lidar, blind (20 s without LiDAR in the middle).
@@ -69,7 +69,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// One recording and a row for everybody who tries it, each printed when it is known: a walk takes an hour with all peers.
+/// Makes one recording and prints a row for each program as soon as it is known: a walk with all peers takes an hour.
 fn walk(arguments: &Arguments, site: &str, seed: u64) -> Result<()> {
     let case = format!("{site}-{seed}");
     let recording = arguments.work.join(format!("{case}.mcap"));

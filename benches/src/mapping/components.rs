@@ -1,6 +1,6 @@
-//! The parts by themselves: does looking alike find places, do people go and the site stay, what does each part cost.
+//! The components on their own: place recognition by appearance, removal of people, and the cost of each.
 
-use crate::walk::Recorded;
+use crate::recorded_walk::RecordedKeyframe;
 use geometry::{Isometry, Vector3};
 use mapping::dynamic_points::DynamicPointsConfig;
 use mapping::scan_context::{ScanContext, level_from_base};
@@ -13,27 +13,33 @@ use std::sync::Arc;
 use std::time::Instant;
 use vocab::KeyframeId;
 
-/// A place is right if it is this near, metres, and on this floor.
-const RIGHT: f64 = 3.0;
-const LEVEL: f64 = 1.0;
-/// Places in the search whose cost is stated.
-const MANY: usize = 100_000;
-/// A point farther than this from everything built is somebody, metres: arms and legs, not noise.
-const SOMEBODY: f64 = 0.12;
+/// A recognised place is right within this horizontal distance, metres.
+const DISTANCE_MAX_M: f64 = 3.0;
+/// A recognised place is right within this vertical distance, metres: the same floor.
+const HEIGHT_MAX_M: f64 = 1.0;
+/// Number of places in the large index whose search is timed.
+const LARGE_INDEX: usize = 100_000;
+/// A point farther than this from all surfaces of the site is on a person, metres. Noise is smaller.
+const PERSON_DISTANCE_MIN_M: f64 = 0.12;
 
-/// Of one walk.
+/// The figures of one walk.
 #[derive(Debug, Default)]
-pub struct Parts {
-    /// Revisits asked about, and those for which a right place came first, and among the first five.
-    pub asked: usize,
-    pub first: usize,
-    pub five: usize,
-    /// Points on people, those of them dropped; points of the site, those of them dropped.
+pub struct ComponentFigures {
+    /// Number of revisits that were searched for.
+    pub searched: usize,
+    /// Number of those whose first result is right.
+    pub first_right: usize,
+    /// Number of those with a right result among the first five.
+    pub five_right: usize,
+    /// Number of points on people.
     pub people: usize,
+    /// Number of those that were removed.
     pub people_dropped: usize,
+    /// Number of points on the site.
     pub site: usize,
+    /// Number of those that were removed.
     pub site_dropped: usize,
-    /// Means, milliseconds: cloud and image, descriptor, search in this walk, search in [`MANY`], people of a cloud.
+    /// Mean times, milliseconds: cloud and range image, descriptor, search in this walk, search in [`LARGE_INDEX`], removal of people.
     pub cloud_ms: f64,
     pub descriptor_ms: f64,
     pub search_ms: f64,
@@ -41,21 +47,21 @@ pub struct Parts {
     pub people_ms: f64,
 }
 
-/// Looks at every keyframe of `revisits` for recognition and at every eighth for people.
-pub fn parts(
+/// Measures place recognition at every keyframe of `revisits`, and removal of people at every eighth keyframe.
+pub fn measure(
     site: &Site,
-    recorded: &[Recorded],
+    recorded: &[RecordedKeyframe],
     revisits: &[usize],
     (finder, graph): (&LoopFinder, &PoseGraph),
-) -> Parts {
-    let mut parts = Parts::default();
-    parts.recognise(recorded, revisits);
-    parts.judge_people(site, recorded, (finder, graph));
-    parts
+) -> ComponentFigures {
+    let mut figures = ComponentFigures::default();
+    figures.measure_recognition(recorded, revisits);
+    figures.measure_people(site, recorded, (finder, graph));
+    figures
 }
 
-impl Parts {
-    fn recognise(&mut self, recorded: &[Recorded], revisits: &[usize]) {
+impl ComponentFigures {
+    fn measure_recognition(&mut self, recorded: &[RecordedKeyframe], revisits: &[usize]) {
         let (mut places, mut downsampler) = (ScanContextIndex::default(), Downsampler::default());
         for keyframe in recorded {
             let level = level_from_base(&keyframe.odom_from_base.rotation);
@@ -76,17 +82,17 @@ impl Parts {
             let found = places.search(&views, 0..newer.saturating_sub(15));
             self.search_ms += milliseconds(began) / revisits.len() as f64;
             let right = |place: usize| near(&recorded[place].site_from_base, &keyframe.site_from_base);
-            self.asked += 1;
-            self.first += usize::from(found.first().is_some_and(|first| right(first.keyframe)));
-            self.five += usize::from(found.iter().take(5).any(|one| right(one.keyframe)));
+            self.searched += 1;
+            self.first_right += usize::from(found.first().is_some_and(|first| right(first.keyframe)));
+            self.five_right += usize::from(found.iter().take(5).any(|one| right(one.keyframe)));
         }
         self.search_many(&places, recorded);
     }
 
-    fn search_many(&mut self, places: &ScanContextIndex, recorded: &[Recorded]) {
+    fn search_many(&mut self, places: &ScanContextIndex, recorded: &[RecordedKeyframe]) {
         let (Some(last), Some(keyframe)) = (places.len().checked_sub(1), recorded.last()) else { return };
         let mut many = ScanContextIndex::default();
-        for place in 0..MANY {
+        for place in 0..LARGE_INDEX {
             if let Some(descriptor) = places.get(place % last.max(1)) {
                 many.push(descriptor.clone());
             }
@@ -95,15 +101,15 @@ impl Parts {
         let view = [Arc::new(ScanContext::new(&keyframe.cloud, &level, [0.0; 2]))];
         let began = Instant::now();
         for _ in 0..10 {
-            std::hint::black_box(many.search(&view, 0..MANY));
+            std::hint::black_box(many.search(&view, 0..LARGE_INDEX));
         }
         self.search_many_ms = milliseconds(began) / 10.0;
     }
 
-    fn judge_people(
+    fn measure_people(
         &mut self,
         site: &Site,
-        recorded: &[Recorded],
+        recorded: &[RecordedKeyframe],
         (finder, graph): (&LoopFinder, &PoseGraph),
     ) {
         let mut clouds = 0;
@@ -116,7 +122,7 @@ impl Parts {
             dropped.iter().for_each(|&point| is_dropped[point as usize] = true);
             for (point, dropped) in keyframe.cloud.iter().zip(is_dropped) {
                 let place = keyframe.site_from_base * nalgebra::Point3::from(point.map(f64::from));
-                let built = site.distance(&place.coords, SOMEBODY).is_some();
+                let built = site.distance(&place.coords, PERSON_DISTANCE_MIN_M).is_some();
                 let (count, gone) = if built {
                     (&mut self.site, &mut self.site_dropped)
                 } else {
@@ -133,17 +139,17 @@ impl Parts {
     pub fn print(&self, case: &str) {
         let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         println!(
-            "{case:<12} looks: right place first {:.1} %, among five {:.1} % of {}; people dropped {:.1} % of {}, site {:.3} % of {}",
-            percent(self.first, self.asked),
-            percent(self.five, self.asked),
-            self.asked,
+            "{case:<12} appearance: right place first {:.1} %, among five {:.1} % of {}; people dropped {:.1} % of {}, site {:.3} % of {}",
+            percent(self.first_right, self.searched),
+            percent(self.five_right, self.searched),
+            self.searched,
             percent(self.people_dropped, self.people),
             self.people,
             percent(self.site_dropped, self.site),
             self.site,
         );
         println!(
-            "{case:<12} ms: cloud {:.2}, descriptor {:.2}, search of three views {:.2} (one view in {MANY}: {:.2}), people with {} voters {:.2}",
+            "{case:<12} ms: cloud {:.2}, descriptor {:.2}, search of three views {:.2} (one view in {LARGE_INDEX}: {:.2}), people with {} voters {:.2}",
             self.cloud_ms,
             self.descriptor_ms,
             self.search_ms,
@@ -155,8 +161,8 @@ impl Parts {
 }
 
 fn near(a: &Isometry, b: &Isometry) -> bool {
-    let way: Vector3 = a.translation.vector - b.translation.vector;
-    way.xy().norm() < RIGHT && way.z.abs() < LEVEL
+    let offset: Vector3 = a.translation.vector - b.translation.vector;
+    offset.xy().norm() < DISTANCE_MAX_M && offset.z.abs() < HEIGHT_MAX_M
 }
 
 fn milliseconds(since: Instant) -> f64 {

@@ -1,4 +1,4 @@
-//! Recorded scans with known poses: every second one makes the map, and the others are looked for in it, each by itself.
+//! Recorded scans with known poses: the even ones make the map, and the odd ones are localised in it, each on its own.
 
 use anyhow::{Context, Result};
 use benches::thread_ms;
@@ -11,28 +11,33 @@ use nalgebra::{Matrix3, Rotation3, Translation3};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A place counts as found within this: metres and radians.
-const RIGHT: (f64, f64) = (0.2, 0.052);
-/// Whoever tells a place is so far off at most: metres and radians.
-const TOLD: (f64, f64) = (1.0, 0.35);
-/// Where it is told, each scan is looked for so many times.
-const TIMES: usize = 5;
+/// A pose is right within this distance of the truth, metres.
+const POSITION_TOLERANCE_M: f64 = 0.2;
+/// A pose is right within this angle of the truth, radians.
+const ROTATION_TOLERANCE_RAD: f64 = 0.052;
+/// Greatest horizontal error of a pose prior, metres.
+const PRIOR_POSITION_ERROR_M: f64 = 1.0;
+/// Greatest heading error of a pose prior, radians.
+const PRIOR_HEADING_ERROR_RAD: f64 = 0.35;
+/// Number of pose priors for each scan.
+const PRIORS_PER_SCAN: usize = 5;
 
-/// What became of some scans.
+/// Counts of the results.
 #[derive(Default)]
 struct Outcome {
-    /// Told from one scan, right and wrong.
-    alone: [usize; 2],
-    /// Where nothing fits well, but nothing else nearly so: believed where somebody told it, else once it was found again as the robot moves.
-    faint: [usize; 2],
+    /// Accepted from one scan: right and wrong.
+    accepted: [usize; 2],
+    /// Low confidence: the best hypothesis does not fit well, but no other fits nearly as well. The robot accepts it with a pose prior, or once it
+    /// is confirmed by further scans. Right and wrong.
+    low_confidence: [usize; 2],
     ambiguous: usize,
     nowhere: usize,
-    /// Of the right ones: metres and radians.
+    /// Errors of the right ones, metres and radians.
     errors: Vec<(f64, f64)>,
     times: Vec<f64>,
 }
 
-/// Looks for the odd scans of a folder with `Scans/*.pcd` and `optimized_poses.txt` among the even ones, told nothing and told about where.
+/// Localises the odd scans of a folder with `Scans/*.pcd` and `optimized_poses.txt` in a map of the even ones, without and with a pose prior.
 pub fn run(folder: &Path) -> Result<()> {
     let scans = read(folder)?;
     let sensor = [0.0; 3];
@@ -43,26 +48,26 @@ pub fn run(folder: &Path) -> Result<()> {
     let localiser = GlobalLocaliser::new(map);
     localiser.prepare_search();
     let mut rng = RngTree::new(1).child("told").rng();
-    let (mut nothing, mut told) = (Outcome::default(), Outcome::default());
+    let (mut global, mut with_prior) = (Outcome::default(), Outcome::default());
     for (truth, place) in scans.iter().skip(1).step_by(2).map(of) {
         let before = thread_ms();
         let found = localiser.find_poses(&place, &truth.rotation, None);
-        nothing.count(&found, &truth, thread_ms() - before);
-        for _ in 0..TIMES {
-            let start = about(&truth, &mut rng);
+        global.count(&found, &truth, thread_ms() - before);
+        for _ in 0..PRIORS_PER_SCAN {
+            let prior = draw_prior(&truth, &mut rng);
             let before = thread_ms();
-            let found = localiser.find_poses_near(&place, &[start]);
-            told.count(&found, &truth, thread_ms() - before);
+            let found = localiser.find_poses_near(&place, &[prior]);
+            with_prior.count(&found, &truth, thread_ms() - before);
         }
     }
     println!(
         "{:<10}{:>8}{:>8}{:>8}{:>13}{:>13}{:>11}{:>9}{:>9}{:>10}{:>9}{:>11}",
-        "told",
+        "prior",
         "scans",
         "right",
         "WRONG",
-        "faint, right",
-        "faint, WRONG",
+        "low, right",
+        "low, WRONG",
         "ambiguous",
         "nowhere",
         "RMSE m",
@@ -70,8 +75,8 @@ pub fn run(folder: &Path) -> Result<()> {
         "degrees",
         "median ms"
     );
-    nothing.print("nothing");
-    told.print("1 m, 20°");
+    global.print("none");
+    with_prior.print("1 m, 20°");
     Ok(())
 }
 
@@ -79,8 +84,8 @@ impl Outcome {
     fn count(&mut self, found: &[PoseHypothesis], truth: &Isometry, ms: f64) {
         self.times.push(ms);
         let (one, places) = match AcceptanceConfig::default().classify(found) {
-            RelocalisationResult::Unique(one) => (one, &mut self.alone),
-            RelocalisationResult::LowConfidence(one) => (one, &mut self.faint),
+            RelocalisationResult::Unique(one) => (one, &mut self.accepted),
+            RelocalisationResult::LowConfidence(one) => (one, &mut self.low_confidence),
             RelocalisationResult::Ambiguous(_) => {
                 self.ambiguous += 1;
                 return;
@@ -92,14 +97,14 @@ impl Outcome {
         };
         let off = truth.inverse() * one.map_from_base;
         let error = (off.translation.vector.norm(), so3::log(&off.rotation).norm());
-        let right = error.0 <= RIGHT.0 && error.1 <= RIGHT.1;
+        let right = error.0 <= POSITION_TOLERANCE_M && error.1 <= ROTATION_TOLERANCE_RAD;
         places[usize::from(!right)] += 1;
         if right {
             self.errors.push(error);
         }
     }
 
-    fn print(mut self, told: &str) {
+    fn print(mut self, prior: &str) {
         let mean = |of: fn(&(f64, f64)) -> f64| {
             let squares: f64 = self.errors.iter().map(|error| of(error).powi(2)).sum();
             (squares / self.errors.len() as f64).sqrt()
@@ -109,23 +114,24 @@ impl Outcome {
         self.times.sort_by(f64::total_cmp);
         let median = self.times.get(self.times.len() / 2).copied().unwrap_or(f64::NAN);
         println!(
-            "{told:<10}{:>8}{:>8}{:>8}{:>13}{:>13}{:>11}{:>9}{metres:>9.3}{worst:>10.3}{degrees:>9.2}{median:>11.1}",
+            "{prior:<10}{:>8}{:>8}{:>8}{:>13}{:>13}{:>11}{:>9}{metres:>9.3}{worst:>10.3}{degrees:>9.2}{median:>11.1}",
             self.times.len(),
-            self.alone[0],
-            self.alone[1],
-            self.faint[0],
-            self.faint[1],
+            self.accepted[0],
+            self.accepted[1],
+            self.low_confidence[0],
+            self.low_confidence[1],
             self.ambiguous,
             self.nowhere
         );
     }
 }
 
-/// Somewhere near, as a person would tell it.
-fn about(truth: &Isometry, rng: &mut Rng) -> Isometry {
-    let (away, toward) = (TOLD.0 * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
+/// A pose near the truth, as a person would give it.
+fn draw_prior(truth: &Isometry, rng: &mut Rng) -> Isometry {
+    let (away, toward) =
+        (PRIOR_POSITION_ERROR_M * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
     let at = truth.translation.vector + Vector3::new(away * toward.cos(), away * toward.sin(), 0.0);
-    let turn = so3::exp(&(Vector3::z() * rng.range(-TOLD.1, TOLD.1)));
+    let turn = so3::exp(&(Vector3::z() * rng.range(-PRIOR_HEADING_ERROR_RAD, PRIOR_HEADING_ERROR_RAD)));
     Isometry::from_parts(Translation3::from(at), turn * truth.rotation)
 }
 

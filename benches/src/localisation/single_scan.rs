@@ -1,9 +1,9 @@
-//! A robot that is switched on somewhere in the site, and has to say where from one sweep.
+//! Global localisation of a standing robot from one scan, at random places of the site.
 
 use crate::Arguments;
-use crate::known::KnownSite;
+use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
-use benches::thread_ms;
+use benches::{quantile, thread_ms};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, so3};
 use localisation::{GlobalLocaliser, PoseHypothesis, RelocalisationResult};
 use mapping::KeyframeDescriptor;
@@ -13,15 +13,17 @@ use sim::{SimConfig, Simulator, Start};
 use std::sync::Arc;
 use vocab::{Span, Vec3};
 
-/// A place counts as found within this: metres and radians.
-const RIGHT: (f64, f64) = (0.2, 0.052);
-/// It stands so near to a keyframe, metres, and in sight of it.
-const NEAR: f64 = 4.0;
-/// Draws for each place at most.
-const DRAWS: usize = 400;
+/// A pose is right within this distance of the truth, metres.
+const POSITION_TOLERANCE_M: f64 = 0.2;
+/// A pose is right within this angle of the truth, radians.
+const ROTATION_TOLERANCE_RAD: f64 = 0.052;
+/// Places are at most this far from a keyframe that is visible from there, metres.
+const KEYFRAME_DISTANCE_MAX_M: f64 = 4.0;
+/// Random draws for each place.
+const DRAWS_MAX: usize = 400;
 
-/// Names of the columns: places that are told, rightly or not; where several may be it, the right one among them or not; and where
-/// nothing fits.
+/// Prints the names of the columns. *right* and *WRONG*: one hypothesis was accepted. *ambiguous* and *without*: several hypotheses fit, with and
+/// without the right one. *nowhere*: no hypothesis fits well.
 pub fn print_header() {
     println!(
         "{:<8}{:>8}{:>8}{:>8}{:>11}{:>9}{:>9}{:>11}{:>9}",
@@ -29,49 +31,48 @@ pub fn print_header() {
     );
 }
 
-/// Tries random places.
-pub fn run(known: &KnownSite, arguments: &Arguments) -> Result<()> {
-    let localiser = GlobalLocaliser::new(Arc::clone(&known.localisation_map));
+/// Localises at random places.
+pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<()> {
+    let localiser = GlobalLocaliser::new(Arc::clone(&mapped.localisation_map));
     localiser.prepare_search();
     let mut rng = RngTree::new(arguments.seed).child("places").rng();
     let mut downsampler = Downsampler::default();
-    let (mut told, mut wrong, mut ambiguous, mut without, mut nowhere) = (0, 0, 0, 0, 0);
+    let (mut right_count, mut wrong, mut ambiguous, mut without, mut nowhere) = (0, 0, 0, 0, 0);
     let mut times = Vec::new();
     for number in 0..arguments.places {
-        let start = random_place(known, &mut rng).context("no place has room for the robot")?;
-        let (xyz, sensor, map_from_base) = sweep(known, arguments, start, number as u64)?;
+        let start = random_place(mapped, &mut rng).context("no place has room for the robot")?;
+        let (xyz, sensor, map_from_base) = sweep(mapped, arguments, start, number as u64)?;
         let before = thread_ms();
         let place = KeyframeDescriptor::new(&xyz, &map_from_base.rotation, sensor, &mut downsampler);
-        // A robot knows which way is up.
-        let up_from_base = untwisted(&map_from_base, &mut rng);
+        // The robot knows the direction of gravity, not its heading.
+        let up_from_base = randomise_heading(&map_from_base, &mut rng);
         let found = localiser.find_poses(&place, &up_from_base.rotation, None);
         times.push(thread_ms() - before);
         let right = found.iter().position(|one| is_right(&one.map_from_base, &map_from_base));
         let is_right = |one: &PoseHypothesis| is_right(&one.map_from_base, &map_from_base);
         match localiser.classify(&found) {
-            RelocalisationResult::Unique(one) if is_right(&one) => told += 1,
+            RelocalisationResult::Unique(one) if is_right(&one) => right_count += 1,
             RelocalisationResult::Unique(_) => wrong += 1,
             RelocalisationResult::Ambiguous(several) if several.iter().any(is_right) => ambiguous += 1,
             RelocalisationResult::Ambiguous(_) => without += 1,
             RelocalisationResult::LowConfidence(_) | RelocalisationResult::NotFound => nowhere += 1,
         }
-        if arguments.each {
+        if arguments.verbose {
             print_each(number, &start, &map_from_base, right, &found);
         }
     }
     times.sort_by(f64::total_cmp);
-    let at = |share: f64| times.get((share * (times.len() - 1) as f64) as usize).copied().unwrap_or(f64::NAN);
     println!(
         "{:<8}{:>8}{:>8}{:>8}{:>11}{:>9}{:>9}{:>11.1}{:>9.1}",
-        known.site.name(),
+        mapped.site.name(),
         arguments.places,
-        told,
+        right_count,
         wrong,
         ambiguous,
         without,
         nowhere,
-        at(0.5),
-        at(0.99)
+        quantile(&times, 0.5),
+        quantile(&times, 0.99)
     );
     Ok(())
 }
@@ -85,7 +86,7 @@ fn print_each(
 ) {
     let place = format!("{:.1},{:.1},{:.1}", start.position.x, start.position.y, start.position.z);
     let right = right.map_or_else(|| "-".to_owned(), |index| index.to_string());
-    // Of the best one, as its own robot sees it, metres.
+    // Error of the best hypothesis in the frame of the base, metres.
     let off = found.first().map(|one| (truth.inverse() * one.map_from_base).translation.vector);
     let off = off.map_or_else(|| "-".to_owned(), |off| format!("{:.3} {:.3} {:.3}", off.x, off.y, off.z));
     let list: Vec<String> =
@@ -93,23 +94,24 @@ fn print_each(
     println!("{number:>4} {place:>16} {right:>3} {off:>21}  {}", list.join("  "));
 }
 
-/// Where the robot has room and the map shows what it sees.
-fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
-    let keyframes = known.localisation_map.keyframes();
-    for _ in 0..DRAWS {
+/// A random place that has room for the robot and from which a keyframe of the map is visible.
+fn random_place(mapped: &MappedSite, rng: &mut Rng) -> Option<Start> {
+    let keyframes = mapped.localisation_map.keyframes();
+    for _ in 0..DRAWS_MAX {
         let index = ((rng.uniform() * keyframes.len() as f64) as usize).min(keyframes.len() - 1);
-        let at = (known.site_from_map * keyframes[index].0).translation.vector;
-        let (away, toward) = (NEAR * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
+        let at = (mapped.site_from_map * keyframes[index].0).translation.vector;
+        let (away, toward) =
+            (KEYFRAME_DISTANCE_MAX_M * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));
         let over = at + Vector3::new(away * toward.cos(), away * toward.sin(), 0.0);
         let offset = over - at;
         let hidden =
-            offset.norm() > 1e-3 && known.site.cast_ray(&at, &offset.normalize(), offset.norm()).is_some();
+            offset.norm() > 1e-3 && mapped.site.cast_ray(&at, &offset.normalize(), offset.norm()).is_some();
         if hidden {
             continue;
         }
-        let Some((down, _)) = known.site.cast_ray(&over, &-Vector3::z(), 1.5) else { continue };
+        let Some((down, _)) = mapped.site.cast_ray(&over, &-Vector3::z(), 1.5) else { continue };
         let floor = over - Vector3::z() * down;
-        if known.site.has_room(&floor) {
+        if mapped.site.has_room(&floor) {
             let position = Vec3::new(floor.x, floor.y, floor.z);
             return Some(Start { position, yaw: rng.range(0.0, std::f64::consts::TAU) });
         }
@@ -117,9 +119,9 @@ fn random_place(known: &KnownSite, rng: &mut Rng) -> Option<Start> {
     None
 }
 
-/// One sweep of a standing robot in its base's frame, where its LiDAR is, and where the base is in the map.
+/// One scan of a standing robot: its points and the position of the LiDAR (base frame, metres), and the true pose of the base in the map.
 fn sweep(
-    known: &KnownSite,
+    mapped: &MappedSite,
     arguments: &Arguments,
     start: Start,
     number: u64,
@@ -128,14 +130,14 @@ fn sweep(
         lidar_columns: arguments.columns,
         people: arguments.people,
         start: Some(start),
-        ..SimConfig::new(known.site.name(), 10_000 * arguments.seed + number)
+        ..SimConfig::new(mapped.site.name(), 10_000 * arguments.seed + number)
     };
-    let mut simulator = Simulator::on(Arc::clone(&known.site), config);
+    let mut simulator = Simulator::on(Arc::clone(&mapped.site), config);
     let base_from_lidar = simulator.boot().mounting.base_from_lidar;
     let base_from_lidar =
         base_from_lidar.as_ref().and_then(isometry_from_pose).unwrap_or_else(Isometry::identity);
     let mut events = Vec::new();
-    // It settles on its feet first.
+    // The robot settles on its feet first.
     simulator.advance(simulator.now() + Span::from_millis(1_500), &mut events);
     events.clear();
     simulator.advance(simulator.now() + Span::from_millis(350), &mut events);
@@ -143,22 +145,23 @@ fn sweep(
         Sensor::Scan(scan) => Some(scan),
         _ => None,
     });
-    let scan = scan.context("the LiDAR said nothing")?;
+    let scan = scan.context("the LiDAR sent no scan")?;
     let turn = base_from_lidar.cast::<f32>();
     let xyz = scan.xyz.iter().map(|p| (turn * nalgebra::Point3::from(*p)).into()).collect();
     let site_from_base =
-        isometry_from_pose(&simulator.truth().site_from_base).context("a true pose is no pose")?;
+        isometry_from_pose(&simulator.truth().site_from_base).context("the ground truth is no pose")?;
     let sensor = turn.translation.vector.into();
-    Ok((xyz, sensor, known.site_from_map.inverse() * site_from_base))
+    Ok((xyz, sensor, mapped.site_from_map.inverse() * site_from_base))
 }
 
-/// The same tilt with a heading of its own.
-fn untwisted(map_from_base: &Isometry, rng: &mut Rng) -> Isometry {
+/// The same tilt with a random heading.
+fn randomise_heading(map_from_base: &Isometry, rng: &mut Rng) -> Isometry {
     let turn = so3::exp(&(Vector3::z() * rng.range(0.0, std::f64::consts::TAU)));
     Isometry::from_parts(nalgebra::Translation3::identity(), turn * map_from_base.rotation)
 }
 
 fn is_right(found: &Isometry, truth: &Isometry) -> bool {
     let off = truth.inverse() * found;
-    off.translation.vector.norm() <= RIGHT.0 && so3::log(&off.rotation).norm() <= RIGHT.1
+    off.translation.vector.norm() <= POSITION_TOLERANCE_M
+        && so3::log(&off.rotation).norm() <= ROTATION_TOLERANCE_RAD
 }

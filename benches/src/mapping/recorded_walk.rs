@@ -1,7 +1,7 @@
-//! Simulated walks as the mapping sees them: the keyframes of the odometry, with the truth beside them for the score.
+//! Simulated walks as mapping gets them: the keyframes of the odometry, with the ground truth for the score.
 
 use anyhow::{Context, Result, bail};
-use benches::stack_walk::Plan;
+use benches::stack_walk::WalkPlan;
 use geometry::{Isometry, Matrix6, isometry_from_pose, se3, vec_from_plain};
 use mapping::{PoseGraph, ScanPose, Session, SessionConfig};
 use messages::Sensor;
@@ -13,26 +13,31 @@ use std::path::Path;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
-/// Clouds are averaged in voxels of this edge, as on the robot, metres.
-const VOXEL: f32 = 0.04;
-/// The operator steers this often.
-const STEER: Span = Span::from_millis(50);
+/// Edge of the voxels in which clouds are averaged, as on the robot, metres.
+const VOXEL_M: f32 = 0.04;
+/// Interval between two drive commands.
+const COMMAND_INTERVAL: Span = Span::from_millis(50);
 
-/// A keyframe as it was recorded.
+/// A recorded keyframe.
 #[derive(Clone, Debug)]
-pub struct Recorded {
+pub struct RecordedKeyframe {
     pub stamp: Stamp,
     pub odom_from_base: Isometry,
     pub covariance: Matrix6,
     pub degenerate: bool,
-    /// Where the base really was.
+    /// True pose of the base.
     pub site_from_base: Isometry,
     /// Motion-corrected, base frame.
     pub cloud: Vec<[f32; 3]>,
 }
 
-/// The keyframes of a walk: from `file` if it was walked before, else walked now and kept there.
-pub fn keyframes(site: &Arc<Site>, plan: &Plan, seconds: f64, file: &Path) -> Result<Vec<Recorded>> {
+/// The keyframes of a walk: read from `file` if it exists, otherwise simulated and written there.
+pub fn keyframes(
+    site: &Arc<Site>,
+    plan: &WalkPlan,
+    seconds: f64,
+    file: &Path,
+) -> Result<Vec<RecordedKeyframe>> {
     if file.exists() {
         return load(file).with_context(|| format!("{} cannot be read; delete it", file.display()));
     }
@@ -41,7 +46,7 @@ pub fn keyframes(site: &Arc<Site>, plan: &Plan, seconds: f64, file: &Path) -> Re
     Ok(walked)
 }
 
-fn walk(site: &Arc<Site>, plan: &Plan, seconds: f64) -> Result<Vec<Recorded>> {
+fn walk(site: &Arc<Site>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedKeyframe>> {
     let Some(route) = site.route("round").cloned() else { bail!("{} has no round", site.name()) };
     let mut config = SimConfig {
         lidar_columns: plan.columns,
@@ -52,41 +57,41 @@ fn walk(site: &Arc<Site>, plan: &Plan, seconds: f64) -> Result<Vec<Recorded>> {
     let mut simulator = Simulator::on(site.clone(), config);
     let boot = simulator.boot().mounting;
     let mounting = Mounting::from_poses(boot.base_from_lidar.as_ref(), boot.base_from_imu.as_ref(), None);
-    let mut recorder = Recorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });
+    let mut recorder = KeyframeRecorder::new(OdometryConfig { mounting, ..OdometryConfig::default() });
     let mut walker = RouteFollower::new(route.clone());
     let mut events = Vec::new();
     while simulator.elapsed().secs_f64() < seconds {
         let Some(drive) = walker.drive(&simulator.truth()) else {
-            // Longer walks go round again.
+            // On longer walks the route begins again.
             walker = RouteFollower::new(route.clone());
             continue;
         };
         simulator.command(drive);
-        let until = simulator.now() + STEER;
+        let until = simulator.now() + COMMAND_INTERVAL;
         simulator.advance(until, &mut events);
         for truth in simulator.take_ground_truth() {
             let pose = isometry_from_pose(&truth.site_from_base).context("a true pose is no pose")?;
             recorder.truth.push((truth.stamp, pose));
         }
         for event in events.drain(..) {
-            recorder.hear(&event.sensor);
+            recorder.on_message(&event.sensor);
         }
     }
     Ok(recorder.keyframes)
 }
 
-/// Odometry, and the choice of keyframes as the stack makes it.
-struct Recorder {
+/// Odometry, and the keyframe policy of the stack.
+struct KeyframeRecorder {
     odometry: Odometry,
     pending: Option<Box<PoseEvent>>,
     session: Option<Session>,
     downsampler: Downsampler,
     truth: Vec<(Stamp, Isometry)>,
-    keyframes: Vec<Recorded>,
+    keyframes: Vec<RecordedKeyframe>,
     out: Vec<OdometryEvent>,
 }
 
-impl Recorder {
+impl KeyframeRecorder {
     fn new(config: OdometryConfig) -> Self {
         Self {
             odometry: Odometry::new(config),
@@ -99,7 +104,7 @@ impl Recorder {
         }
     }
 
-    fn hear(&mut self, sensor: &Sensor) {
+    fn on_message(&mut self, sensor: &Sensor) {
         let mut out = std::mem::take(&mut self.out);
         match sensor {
             Sensor::Imu(imu) => self.odometry.insert_imu(
@@ -156,8 +161,8 @@ impl Recorder {
             return;
         }
         let mut centroids = Vec::new();
-        self.downsampler.downsample(xyz, &[], VOXEL, &mut centroids);
-        self.keyframes.push(Recorded {
+        self.downsampler.downsample(xyz, &[], VOXEL_M, &mut centroids);
+        self.keyframes.push(RecordedKeyframe {
             stamp: estimate.stamp,
             odom_from_base: estimate.odom_from_base,
             covariance: estimate.covariance,
@@ -175,7 +180,7 @@ impl Recorder {
     }
 }
 
-fn store(keyframes: &[Recorded], file: &Path) -> Result<()> {
+fn store(keyframes: &[RecordedKeyframe], file: &Path) -> Result<()> {
     let mut bytes = Vec::new();
     bytes.extend((keyframes.len() as u64).to_le_bytes());
     for keyframe in keyframes {
@@ -191,13 +196,13 @@ fn store(keyframes: &[Recorded], file: &Path) -> Result<()> {
         bytes.extend((keyframe.cloud.len() as u64).to_le_bytes());
         bytes.extend(keyframe.cloud.iter().flatten().flat_map(|c| c.to_le_bytes()));
     }
-    // Under another name first, so that a walk cut short is not taken for a whole one.
+    // Written under another name first, so that an interrupted write is not taken for a complete walk.
     let partial = file.with_extension("partial");
     std::fs::File::create(&partial)?.write_all(&bytes)?;
     Ok(std::fs::rename(partial, file)?)
 }
 
-fn load(file: &Path) -> Result<Vec<Recorded>> {
+fn load(file: &Path) -> Result<Vec<RecordedKeyframe>> {
     let mut reader = std::io::BufReader::new(std::fs::File::open(file)?);
     let count = u64::from_le_bytes(take(&mut reader)?);
     (0..count)
@@ -225,7 +230,7 @@ fn load(file: &Path) -> Result<Vec<Recorded>> {
                 .chunks_exact(12)
                 .map(|point| [coordinate(&point[..4]), coordinate(&point[4..8]), coordinate(&point[8..])])
                 .collect();
-            Ok(Recorded { stamp, odom_from_base, covariance, degenerate, site_from_base, cloud })
+            Ok(RecordedKeyframe { stamp, odom_from_base, covariance, degenerate, site_from_base, cloud })
         })
         .collect()
 }

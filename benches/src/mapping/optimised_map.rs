@@ -1,7 +1,7 @@
-//! The map that comes of the loops: keyframes after optimisation against the truth.
+//! Keyframe positions after optimisation with the accepted loops, compared with the ground truth.
 
-use crate::find::Found;
-use crate::walk::Recorded;
+use crate::find_loops::LoopFinderRun;
+use crate::recorded_walk::RecordedKeyframe;
 use anyhow::Result;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, Vector3, aligned_rmse};
@@ -14,8 +14,8 @@ pub struct MapError {
     pub closed: f64,
 }
 
-/// Optimises the walk with the accepted loops and compares both with the truth.
-pub fn error(recorded: &[Recorded], found: &Found) -> Result<MapError> {
+/// Optimises the walk with the accepted loops and compares the keyframes before and after with the ground truth.
+pub fn error(recorded: &[RecordedKeyframe], found: &LoopFinderRun) -> Result<MapError> {
     let mut values = Values::default();
     let mut graph = Graph::default();
     let mut pose = Isometry::identity();
@@ -31,14 +31,14 @@ pub fn error(recorded: &[Recorded], found: &Found) -> Result<MapError> {
         graph.add(Between::new(from, to, &edge.from_from_to, &edge.information)?, &values)?;
     }
     let solved = optimise(&graph, &values, &Options::default())?.values;
-    let places = |values: &Values| -> Result<Vec<Vector3>> {
+    let positions = |values: &Values| -> Result<Vec<Vector3>> {
         keys.iter().map(|&key| Ok(values.pose(key)?.translation.vector)).collect()
     };
     let truth: Vec<Vector3> = recorded.iter().map(|k| k.site_from_base.translation.vector).collect();
-    Ok(MapError { odometry: rmse(&places(&values)?, &truth), closed: rmse(&places(&solved)?, &truth) })
+    Ok(MapError { odometry: rmse(&positions(&values)?, &truth), closed: rmse(&positions(&solved)?, &truth) })
 }
 
-/// After the best rigid alignment, metres.
+/// Root mean square error after the best rigid alignment, metres.
 fn rmse(found: &[Vector3], truth: &[Vector3]) -> f64 {
     let pairs: Vec<_> = truth.iter().copied().zip(found.iter().copied()).collect();
     aligned_rmse(&pairs).unwrap_or(f64::NAN)

@@ -1,40 +1,43 @@
-//! The loop finder run over a recorded walk, with the time each part takes.
+//! Runs the loop finder over a recorded walk and measures the time of each part.
 
-use crate::walk::Recorded;
+use crate::recorded_walk::RecordedKeyframe;
 use geometry::{Isometry, Matrix6, RngTree, Vector6, se3};
 use mapping::{
     Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, ScanPose, Session, SessionConfig, verify,
 };
 use std::time::Instant;
 
-/// The LiDAR of the simulated robot, base frame, metres.
-const SENSOR: [f32; 3] = [0.07, 0.005, 0.31];
+/// Position of the LiDAR of the simulated robot, base frame, metres.
+const LIDAR_POSITION_M: [f32; 3] = [0.07, 0.005, 0.31];
 
-/// What came out.
+/// The results of a run.
 #[derive(Debug)]
-pub struct Found {
-    /// As it was after the last keyframe.
+pub struct LoopFinderRun {
+    /// The loop finder after the last keyframe.
     pub finder: LoopFinder,
-    /// The graph as it was then.
+    /// The pose graph after the last keyframe.
     pub graph: PoseGraph,
-    /// Of the odometry, made worse as told.
+    /// Edges of the odometry, with the added drift.
     pub edges: Vec<Edge>,
     pub decisions: Vec<Decision>,
-    /// Milliseconds a keyframe: taking it in (cloud, descriptor, search, submaps), and each verification and judgement.
+    /// Time of inserting each keyframe (cloud, descriptor, search, submaps), milliseconds.
     pub insert_keyframe: Vec<f64>,
     pub verify: Vec<f64>,
     pub judge: Vec<f64>,
     pub submap_bytes: usize,
 }
 
-/// Makes odometry worse: deviation per square root of a metre at strength 1, radians and metres. About 3 m over 500 m.
-const DRIFT: (f64, f64) = (3e-3, 2e-2);
-/// Errors of odometry are steady over stretches of about this length, metres; a random walk would crumple every submap.
-const STEADY: f64 = 50.0;
+/// Standard deviation of the added rotation drift at factor 1, rad/√m.
+const ROTATION_DRIFT_RAD_PER_SQRT_M: f64 = 3e-3;
+/// Standard deviation of the added translation drift at factor 1, m/√m. Both together give about 3 m over 500 m.
+const TRANSLATION_DRIFT_M_PER_SQRT_M: f64 = 2e-2;
+/// Distance over which the added error is constant, metres. A random walk instead would distort every submap.
+const CONSTANT_ERROR_DISTANCE_M: f64 = 50.0;
 
-/// Runs over a walk whose odometry is made worse by `drift` (0 leaves it, 1 adds [`DRIFT`]), which the edges own up to.
-pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) -> Found {
-    let mut found = Found {
+/// Runs over a walk with added odometry drift, which the covariances of the edges include. `drift` is its factor: 0 adds none, 1 the constants
+/// above.
+pub fn find(recorded: &[RecordedKeyframe], drift: f64, seed: u64, config: LoopConfig) -> LoopFinderRun {
+    let mut found = LoopFinderRun {
         finder: LoopFinder::new(config),
         graph: PoseGraph::default(),
         edges: edges(recorded, drift, seed),
@@ -53,7 +56,7 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
                 edge: index.checked_sub(1).and_then(|last| found.edges.get(last)),
                 rotation: keyframe.odom_from_base.rotation,
                 xyz: &keyframe.cloud,
-                sensor: SENSOR,
+                sensor: LIDAR_POSITION_M,
             },
         );
         found.insert_keyframe.push(milliseconds(began));
@@ -70,8 +73,8 @@ pub fn find(recorded: &[Recorded], drift: f64, seed: u64, config: LoopConfig) ->
     found
 }
 
-/// The odometry's edges, as a session makes them.
-fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
+/// The edges of the odometry, as a mapping session makes them.
+fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
     let Some(first) = recorded.first() else { return Vec::new() };
     let mut session = Session::begin(&first.odom_from_base, SessionConfig::default(), PoseGraph::default());
     for keyframe in recorded {
@@ -88,26 +91,29 @@ fn edges(recorded: &[Recorded], drift: f64, seed: u64) -> Vec<Edge> {
     }
     let mut rng = RngTree::new(seed).child("drift").rng();
     let (mut bias, mut walked) = (Vector6::zeros(), f64::INFINITY);
-    let mut worsen = |edge: &Edge| {
+    let mut drifted = |edge: &Edge| {
         walked += edge.from_from_to.translation.vector.norm();
-        if walked >= STEADY {
+        if walked >= CONSTANT_ERROR_DISTANCE_M {
             (bias, walked) = (Vector6::from_fn(|_, _| rng.normal()), 0.0);
         }
-        worsened(edge, drift, &bias)
+        add_drift(edge, drift, &bias)
     };
-    session.graph().edges().iter().map(&mut worsen).collect()
+    session.graph().edges().iter().map(&mut drifted).collect()
 }
 
-/// An edge off by its share of a steady error, and the covariance of a random walk that goes as far over [`STEADY`].
-fn worsened(edge: &Edge, drift: f64, bias: &Vector6) -> Edge {
+/// An edge with its share of a constant error. The covariance is that of a random walk that reaches the same error over
+/// [`CONSTANT_ERROR_DISTANCE_M`].
+fn add_drift(edge: &Edge, drift: f64, bias: &Vector6) -> Edge {
     if drift == 0.0 {
         return *edge;
     }
     let length = edge.from_from_to.translation.vector.norm().max(0.2);
-    // Gravity keeps roll and pitch a good deal better.
-    let deviations = Vector6::new(0.1, 0.1, 1.0, 0.0, 0.0, 0.0) * (DRIFT.0 * drift * length.sqrt())
-        + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 0.5) * (DRIFT.1 * drift * length.sqrt());
-    let error = deviations.component_mul(bias) * (length / STEADY).sqrt();
+    // Gravity makes roll and pitch ten times more accurate.
+    let deviations = Vector6::new(0.1, 0.1, 1.0, 0.0, 0.0, 0.0)
+        * (ROTATION_DRIFT_RAD_PER_SQRT_M * drift * length.sqrt())
+        + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 0.5)
+            * (TRANSLATION_DRIFT_M_PER_SQRT_M * drift * length.sqrt());
+    let error = deviations.component_mul(bias) * (length / CONSTANT_ERROR_DISTANCE_M).sqrt();
     let added = Matrix6::from_diagonal(&deviations.component_mul(&deviations));
     let covariance = edge.information.try_inverse().unwrap_or_else(Matrix6::identity) + added;
     let from_from_to: Isometry = se3::retract(&edge.from_from_to, &error);
