@@ -1,4 +1,4 @@
-//! The harness itself, on a page that cannot be wrong: if this fails, it is not the client's fault.
+//! The harness itself on a fixed page: if this test fails, the client is not the reason.
 
 use std::time::Duration;
 
@@ -10,10 +10,10 @@ use crate::support::wait_for;
 const PAGE: &str = "data:text/html,<!doctype html>
     <body style='margin:0;background:rgb(13,17,23)'>
     <canvas id='c' width='100' height='100' style='position:fixed;left:200px;top:200px'></canvas>
-    <button onclick='said.textContent=`clicked`' style='position:fixed;left:20px;top:20px'>Start</button>
-    <button disabled>Stop</button><div role='status' aria-label='Said' id='said'></div>
+    <button onclick='message.textContent=`clicked`' style='position:fixed;left:20px;top:20px'>Start</button>
+    <button disabled>Stop</button><div role='status' aria-label='Message' id='message'></div>
     <script>
-      onkeydown = (e) => said.textContent = `down ` %2B e.code;
+      onkeydown = (e) => message.textContent = `down ` %2B e.code;
       const gl = c.getContext(`webgl2`);
       gl.clearColor(1, 0.5, 0, 1); gl.clear(gl.COLOR_BUFFER_BIT);
     </script>";
@@ -23,16 +23,16 @@ fn roles_names_keys_and_pixels_are_seen() {
     let Some(browser) = Chromium::start() else { return };
     let mut page = browser.open(640, 480);
     page.go(PAGE);
-    let said = |page: &mut Page, text: &str| {
+    let expect_message = |page: &mut Page, text: &str| {
         wait_for(text, Duration::from_secs(20), || {
-            let status = page.find("status", "Said")?;
+            let status = page.find("status", "Message")?;
             (page.text(&status)? == text).then_some(())
         });
     };
     page.click("button", "Start");
-    said(&mut page, "clicked");
+    expect_message(&mut page, "clicked");
     page.key_down(Key::W);
-    said(&mut page, "down KeyW");
+    expect_message(&mut page, "down KeyW");
     assert!(page.find("button", "Stop").unwrap().disabled);
     assert!(page.find("button", "Nothing").is_none());
 
@@ -42,8 +42,8 @@ fn roles_names_keys_and_pixels_are_seen() {
     assert_eq!((picture.colours(canvas), picture.lit(canvas, 30)), (1, 1.0));
     let ground = Area { left: 400, top: 200, right: 600, bottom: 400 };
     assert_eq!((picture.colours(ground), picture.lit(ground, 30)), (1, 0.0));
-    assert_eq!(page.complaints(), Vec::<String>::new());
+    assert_eq!(page.errors(), Vec::<String>::new());
 
     page.evaluate("console.error('something broke')");
-    assert_eq!(page.complaints().len(), 1);
+    assert_eq!(page.errors().len(), 1);
 }

@@ -1,4 +1,4 @@
-//! A map of somebody else's, brought by the browser.
+//! Point clouds of other programs, imported in the browser.
 
 use super::mapping::NEXT_PICTURES;
 use crate::support::chromium::Chromium;
@@ -10,7 +10,7 @@ use std::time::Duration;
 
 const IMPORT_LIMIT: Duration = Duration::from_secs(120);
 
-/// A room of 8 by 6 metres as a PLY file: floor, ceiling and walls, so far to the east.
+/// A room of 8 by 6 metres as a PLY file: floor, ceiling and walls, moved `east` metres along x.
 fn room(east: f32) -> String {
     let mut points: Vec<[f32; 3]> = Vec::new();
     for x in 0..=160_u8 {
@@ -39,7 +39,7 @@ fn room(east: f32) -> String {
 }
 
 #[test]
-fn a_cloud_of_somebody_else_s_is_sent_and_becomes_a_map_and_what_is_none_is_said() {
+fn an_uploaded_cloud_becomes_a_map_and_a_file_that_is_none_is_refused() {
     let Some(browser) = Chromium::start() else { return };
     let (data, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let (survey, letter) = (files.path().join("North room.ply"), files.path().join("letter.ply"));
@@ -54,34 +54,34 @@ fn a_cloud_of_somebody_else_s_is_sent_and_becomes_a_map_and_what_is_none_is_said
     wait_for("the map", IMPORT_LIMIT, || page.find("status", "Saved map North room"));
     page.click("button", "View North room");
     wait_for("its points", IMPORT_LIMIT, || page.find("button", "Use North room"));
-    page.screenshot().keep("imported-1440x900");
+    page.screenshot().save("imported-1440x900");
     page.choose_file("Import a map", &letter);
-    let told = wait_for("the refusal", IMPORT_LIMIT, || {
+    let message = wait_for("the refusal", IMPORT_LIMIT, || {
         page.all("status").into_iter().chain(page.all("alert")).find_map(|(name, control)| {
             let text = page.text(&control).unwrap_or(name);
             text.contains("letter was not imported").then_some(text)
         })
     });
-    assert!(!told.contains(&*data.path().to_string_lossy()), "{told}");
-    // A bare room looks the same from both ends, and is too small to be sure of.
+    assert!(!message.contains(&*data.path().to_string_lossy()), "{message}");
+    // A bare room looks the same from both ends, so its alignment is ambiguous.
     let again = files.path().join("Again.ply");
     std::fs::copy(&survey, &again).unwrap();
     page.choose_file("Import and align", &again);
-    let told = wait_for("the other refusal", IMPORT_LIMIT, || {
+    let message = wait_for("the other refusal", IMPORT_LIMIT, || {
         page.all("status").into_iter().chain(page.all("alert")).find_map(|(name, control)| {
             let text = page.text(&control).unwrap_or(name);
             text.contains("Again was not imported").then_some(text)
         })
     });
-    assert!(told.contains("that map") && !told.contains(&*data.path().to_string_lossy()), "{told}");
+    assert!(message.contains("that map") && !message.contains(&*data.path().to_string_lossy()), "{message}");
     assert_eq!(std::fs::read_dir(data.path().join("uploads")).unwrap().count(), 0);
-    assert_eq!(page.complaints(), Vec::<String>::new());
+    assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
 }
 
-/// Waits until nothing moves in the picture any more, and no finer one comes.
+/// Waits until the picture does not change any more.
 #[track_caller]
-fn wait_for_rest(page: &mut Page) {
+fn wait_for_still_picture(page: &mut Page) {
     let (mut last, mut same) = (None, 0);
     wait_for("the picture to rest", IMPORT_LIMIT, || {
         assert_eq!(page.evaluate(NEXT_PICTURES), true);
@@ -93,7 +93,7 @@ fn wait_for_rest(page: &mut Page) {
 }
 
 #[test]
-fn a_map_is_laid_onto_another_by_points_that_are_clicked_in_both() {
+fn a_map_is_aligned_with_another_by_points_that_are_clicked_in_both() {
     let Some(browser) = Chromium::start() else { return };
     let (data, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let server = Server::start("b1", data.path());
@@ -109,22 +109,22 @@ fn a_map_is_laid_onto_another_by_points_that_are_clicked_in_both() {
     page.click("button", "View North room");
     page.click("button", "Align North room");
     page.click("button", "Onto South room");
-    // Both fill the picture alike, so that the same place of it shows the same point of both.
+    // Both fill the picture in the same way, so the same pixel shows the same point of both.
     for at in [At { x: 640.0, y: 430.0 }, At { x: 860.0, y: 470.0 }] {
         for other in ["South room", "North room"] {
             wait_for("the map to be on show", IMPORT_LIMIT, || {
                 page.find("button", &format!("Look at {other}"))
             });
-            wait_for_rest(&mut page);
+            wait_for_still_picture(&mut page);
             page.press(at);
             page.release(at);
         }
     }
     wait_for("two pairs", IMPORT_LIMIT, || (page.status("Points picked in both")? == "2").then_some(()));
-    wait_for_rest(&mut page);
-    page.screenshot().keep("aligning-1440x900");
+    wait_for_still_picture(&mut page);
+    page.screenshot().save("aligning-1440x900");
     page.resize(1024, 768);
-    page.screenshot().keep("aligning-1024x768");
+    page.screenshot().save("aligning-1024x768");
     page.click("button", "Align by the points");
     wait_for("the map", IMPORT_LIMIT, || page.find("status", "Saved map North room on South room"));
     let maps = std::fs::read_dir(data.path().join("maps")).unwrap().flatten();
@@ -135,6 +135,6 @@ fn a_map_is_laid_onto_another_by_points_that_are_clicked_in_both() {
     let [laid] = laid.as_slice() else { panic!("{laid:?}") };
     let east = laid["aligned"]["map_from_cloud"]["position"]["x"].as_f64().unwrap();
     assert!((east - 30.0).abs() < 0.3, "{laid}");
-    assert_eq!(page.complaints(), Vec::<String>::new());
+    assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
 }

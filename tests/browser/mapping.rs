@@ -1,22 +1,22 @@
-//! The first thing an operator does: make a map with a robot, save it, find it again.
+//! The first task of an operator: make a map with a robot, save it, and open it again.
 
 use std::time::{Duration, Instant};
 
-use crate::support::chromium::{Chromium, LAN_NAME};
+use crate::support::chromium::{Chromium, LAN_HOST};
 use crate::support::page::{At, Control, Key, Page};
 use crate::support::server::Server;
 use crate::support::wait_for;
 
-/// For anything the robot has to walk for, on a machine that draws, simulates and serves on two cores.
+/// Longest wait for what the robot has to walk for, on a machine that draws, simulates and serves on two cores.
 const WALK_LIMIT: Duration = Duration::from_secs(120);
 const DRAW_LIMIT: Duration = Duration::from_secs(60);
 
-/// The share of the middle of the window that a map must light up, and the colours it must have, to count as drawn. A
-/// blank canvas has none of either, a lone robot on a grid a few.
+/// Least share of lit pixels in the middle of the window for a map to count as drawn. A blank canvas has none.
 const LIT_MIN: f64 = 0.03;
+/// Least number of colours there. A robot on an empty grid has a few.
 const COLOURS_MIN: usize = 100;
 
-/// True once two more pictures have been drawn.
+/// Evaluates to true once two more frames have been drawn.
 pub const NEXT_PICTURES: &str =
     "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
@@ -43,12 +43,12 @@ fn a_hall_is_mapped_saved_and_found_again() {
         grown.then_some(())
     });
     wait_for_drawn_map(&mut page);
-    page.screenshot().keep("mapping-1440x900");
+    page.screenshot().save("mapping-1440x900");
     page.resize(1024, 768);
     wait_for_drawn_map(&mut page);
-    page.screenshot().keep("mapping-1024x768");
+    page.screenshot().save("mapping-1024x768");
     page.resize(1440, 900);
-    begin_to_add_a_loop(&mut page);
+    start_adding_a_loop(&mut page);
 
     page.click("textbox", "Map name");
     page.type_text("Test hall");
@@ -60,13 +60,13 @@ fn a_hall_is_mapped_saved_and_found_again() {
     wait_for("the map after a reload", DRAW_LIMIT, || page.find("status", "Saved map Test hall"));
     page.click("button", "View Test hall");
     wait_for_drawn_map(&mut page);
-    page.screenshot().keep("saved-map-1440x900");
+    page.screenshot().save("saved-map-1440x900");
     extend(&mut page, "Test hall", "Larger hall");
     localise(&mut page, "Larger hall");
-    show_where_it_stands(&mut page, "Larger hall");
+    set_pose(&mut page, "Larger hall");
     cover_the_lidar(&mut page);
 
-    assert_eq!(page.complaints(), Vec::<String>::new());
+    assert_eq!(page.errors(), Vec::<String>::new());
     server.stop();
 }
 
@@ -76,7 +76,7 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     let data = tempfile::tempdir().unwrap();
     let server = Server::start("b1", data.path());
     let mut page = browser.open(1440, 900);
-    let url = format!("http://{LAN_NAME}:{}/", server.port);
+    let url = format!("http://{LAN_HOST}:{}/", server.port);
     page.go(&url);
     page.click("button", "Map");
     assert_eq!(
@@ -88,8 +88,8 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     wait_for("a first map", WALK_LIMIT, || number(&mut page, "Points in map").filter(|n| *n > 0.0));
     wait_for_drawn_map(&mut page);
 
-    // Another look at a robot that is mapping already: how long until its map is seen?
-    // From an empty page: a reload would count the old page's end as well.
+    // Time until the map of a robot that is mapping already is drawn. It starts from an empty page, because a reload would include the end of the
+    // old page.
     page.go("about:blank");
     assert_eq!(page.evaluate(NEXT_PICTURES), true, "the old page's pictures are done with");
     page.go(&url);
@@ -102,21 +102,21 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
         })
     });
     wait_for_drawn_map(&mut page);
-    let mut complaints = page.complaints();
-    // The browser's remark that this header means something on trusted origins only, where it is meant to.
-    complaints.retain(|complaint| !complaint.contains("Cross-Origin-Opener-Policy header has been ignored"));
-    assert_eq!(complaints, Vec::<String>::new());
+    let mut errors = page.errors();
+    // The browser remarks that this header has an effect on trusted origins only, as intended.
+    errors.retain(|error| !error.contains("Cross-Origin-Opener-Policy header has been ignored"));
+    assert_eq!(errors, Vec::<String>::new());
     server.stop();
 }
 
-/// Goes on from the saved map that is looked at, in which the robot still stands, and saves what comes of it.
+/// Extends the saved map on the screen, in which the robot still stands, and saves the larger map.
 #[track_caller]
 fn extend(page: &mut Page, map: &str, larger: &str) {
     page.click("button", &format!("Extend {map}"));
     wait_for("the robot to go on in its map", WALK_LIMIT, || (page.status("Extends")? == map).then_some(()));
     wait_for_drawn_map(page);
     drive_by_keys(page, 2.0);
-    page.screenshot().keep("extending-1440x900");
+    page.screenshot().save("extending-1440x900");
     page.click("textbox", "Map name");
     page.type_text(larger);
     page.click("button", "Finish and save");
@@ -124,7 +124,7 @@ fn extend(page: &mut Page, map: &str, larger: &str) {
     wait_for("the larger map", WALK_LIMIT, || page.find("status", &saved));
 }
 
-/// Lets the robot find itself in the saved map that is looked at, in which it stands.
+/// Localises the robot in the saved map on the screen, in which it stands.
 #[track_caller]
 fn localise(page: &mut Page, map: &str) {
     page.click("button", &format!("Use {map}"));
@@ -133,12 +133,12 @@ fn localise(page: &mut Page, map: &str) {
         (page.status("Localisation")? == "Knows its place").then_some(())
     });
     wait_for_drawn_map(page);
-    page.screenshot().keep("localised-1440x900");
+    page.screenshot().save("localised-1440x900");
 }
 
-/// Shows on the saved map where the robot stands and looks, which is near its newest keyframe and ahead, and sees it snap.
+/// Sets the pose of the robot on the saved map, near its newest keyframe and facing ahead, and waits until the robot is localised.
 #[track_caller]
-fn show_where_it_stands(page: &mut Page, map: &str) {
+fn set_pose(page: &mut Page, map: &str) {
     page.click("button", "Map");
     page.click("button", &format!("View {map}"));
     page.click("button", "Top view");
@@ -160,8 +160,8 @@ fn show_where_it_stands(page: &mut Page, map: &str) {
     wait_for("the hint", DRAW_LIMIT, || page.find("button", "Cancel"));
     page.press(newest);
     let ahead = At { x: 4.0 * newest.x - 3.0 * before.x, y: 4.0 * newest.y - 3.0 * before.y };
-    page.drag_to(ahead);
-    page.screenshot().keep("showing-where-it-stands-1440x900");
+    page.move_to(ahead);
+    page.screenshot().save("showing-where-it-stands-1440x900");
     page.release(ahead);
     page.click("button", "Live");
     wait_for("the place to snap", WALK_LIMIT, || {
@@ -169,22 +169,22 @@ fn show_where_it_stands(page: &mut Page, map: &str) {
     });
 }
 
-/// Covers the LiDAR of the simulated robot, and sees it say so and recover by itself.
+/// Covers the LiDAR of the simulated robot, and waits until the robot reports that and recovers.
 #[track_caller]
 fn cover_the_lidar(page: &mut Page) {
     page.click("button", "Cover the LiDAR for 20 s");
-    wait_for("the robot to say that it sees nothing", WALK_LIMIT, || {
+    wait_for("the robot to report that its LiDAR sees nothing", WALK_LIMIT, || {
         (page.status("Localisation")? == "Unsure: the LiDAR sees nothing").then_some(())
     });
-    page.screenshot().keep("lidar-covered-1440x900");
+    page.screenshot().save("lidar-covered-1440x900");
     wait_for("the robot to know its place again", WALK_LIMIT, || {
         (page.status("Localisation")? == "Knows its place").then_some(())
     });
 }
 
-/// Looks at the loops, begins to add one by hand, and goes back.
+/// Opens the loops, starts to add one by hand, and goes back.
 #[track_caller]
-fn begin_to_add_a_loop(page: &mut Page) {
+fn start_adding_a_loop(page: &mut Page) {
     page.click("button", "Loops");
     wait_for("the number of loops", DRAW_LIMIT, || number(page, "Accepted loops"));
     page.click("button", "Add a loop");
@@ -195,10 +195,10 @@ fn begin_to_add_a_loop(page: &mut Page) {
     page.click("button", "Session");
 }
 
-/// Holds W until the robot has walked `metres` more, and turns a little.
+/// Holds W until the robot has walked `distance_m` more, and turns a little.
 #[track_caller]
-fn drive_by_keys(page: &mut Page, metres: f64) {
-    let goal = number(page, "Distance").unwrap_or(0.0) + metres;
+fn drive_by_keys(page: &mut Page, distance_m: f64) {
+    let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
     page.key_down(Key::W);
     wait_for("the robot to walk by keyboard", WALK_LIMIT, || {
         (number(page, "Distance")? >= goal).then_some(())
@@ -208,21 +208,21 @@ fn drive_by_keys(page: &mut Page, metres: f64) {
     page.key_up(Key::W);
 }
 
-/// Drags the on-screen stick ahead until the robot has walked `metres` more.
+/// Drags the on-screen stick ahead until the robot has walked `distance_m` more.
 #[track_caller]
-fn drive_by_stick(page: &mut Page, metres: f64) {
-    let goal = number(page, "Distance").unwrap_or(0.0) + metres;
+fn drive_by_stick(page: &mut Page, distance_m: f64) {
+    let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
     let stick = page.control("group", "Drive stick");
     let middle = page.middle(&stick).unwrap();
     page.press(middle);
-    page.drag_to(At { x: middle.x + 25.0, y: middle.y - 50.0 });
+    page.move_to(At { x: middle.x + 25.0, y: middle.y - 50.0 });
     wait_for("the robot to walk by the stick", WALK_LIMIT, || {
         (number(page, "Distance")? >= goal).then_some(())
     });
     page.release(middle);
 }
 
-/// Waits until a map is to be seen; where none comes, keeps what was there instead.
+/// Waits until a map is drawn; if that does not happen, saves the picture.
 #[track_caller]
 fn wait_for_drawn_map(page: &mut Page) {
     let started = Instant::now();
@@ -233,7 +233,7 @@ fn wait_for_drawn_map(page: &mut Page) {
             return;
         }
         if started.elapsed() > DRAW_LIMIT {
-            let kept = picture.keep("not-drawn");
+            let kept = picture.save("not-drawn");
             panic!("no map is drawn: {lit:.3} lit, {colours} colours; see {}", kept.display());
         }
     }

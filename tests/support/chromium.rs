@@ -15,7 +15,7 @@ const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "goog
 const START_LIMIT: Duration = Duration::from_secs(60);
 
 /// The name under which the browser finds the server as if it were a machine on the local network.
-pub const LAN_NAME: &str = "robot.test";
+pub const LAN_HOST: &str = "robot.test";
 
 pub struct Chromium {
     process: Child,
@@ -41,7 +41,7 @@ impl Chromium {
             // WebGL 2 on the processor: what every browser on the local network has, and what a machine without a
             // graphics card can test.
             .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
-            .arg(format!("--host-resolver-rules=MAP {LAN_NAME} 127.0.0.1"))
+            .arg(format!("--host-resolver-rules=MAP {LAN_HOST} 127.0.0.1"))
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")
             .stdin(Stdio::null())

@@ -1,4 +1,5 @@
-//! The DevTools protocol, as much of it as the tests use: calls with their answers, and the events in between.
+//! A client of the DevTools protocol: calls with their answers, and the events that arrive in between.
+//! `docs/decisions/devtools-client.md` says why it is written by hand.
 
 use std::collections::VecDeque;
 use std::net::TcpStream;
@@ -7,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// A page that computes for a minute on a busy machine is slow, not broken; one that takes longer is.
+/// Longest wait for an answer. On a busy machine a page may compute for a minute.
 const ANSWER_LIMIT: Duration = Duration::from_secs(90);
 
 /// An open connection to a browser.
@@ -17,7 +18,7 @@ pub struct DevTools {
     events: VecDeque<Event>,
 }
 
-/// Something the browser said unasked.
+/// A message of the browser that is no answer.
 #[derive(Debug)]
 pub struct Event {
     pub method: String,
@@ -32,13 +33,13 @@ impl DevTools {
         Self { socket, calls: 0, events: VecDeque::new() }
     }
 
-    /// Calls `method` in `session` (a page) or, without one, in the browser itself; fails with the browser's complaint.
+    /// Calls `method` in `session` (a page) or, without one, in the browser itself; fails with the error of the browser.
     #[track_caller]
     pub fn call(&mut self, session: Option<&str>, method: &str, params: Value) -> Value {
-        self.try_call(session, method, params).unwrap_or_else(|complaint| panic!("{method}: {complaint}"))
+        self.try_call(session, method, params).unwrap_or_else(|error| panic!("{method}: {error}"))
     }
 
-    /// Like [`Self::call`], where a complaint is an expected answer.
+    /// Like [`Self::call`], where an error is an expected answer.
     pub fn try_call(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<Value, String> {
         self.calls += 1;
         let id = self.calls;
@@ -51,8 +52,8 @@ impl DevTools {
         loop {
             let mut message = self.receive(deadline).ok_or("no answer")?;
             if message["id"] == id {
-                let complaint = message["error"]["message"].as_str().map(str::to_owned);
-                return complaint.map_or_else(|| Ok(message["result"].take()), Err);
+                let error = message["error"]["message"].as_str().map(str::to_owned);
+                return error.map_or_else(|| Ok(message["result"].take()), Err);
             }
             self.keep(message);
         }

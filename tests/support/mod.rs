@@ -1,4 +1,4 @@
-//! What the tests stand on: the program under test, a real browser, and waiting without guessing.
+//! What the tests share: the program under test, a real browser, and waiting for conditions.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ pub mod server;
 
 /// The repository's root folder.
 pub fn workspace_root() -> PathBuf {
-    // What cargo says when it runs the tests is true even where two clones share a target folder.
+    // The variable that cargo sets when it runs the tests is right even where two clones share a target folder.
     let manifest =
         std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
     Path::new(&manifest).parent().unwrap().to_owned()
@@ -26,7 +26,7 @@ pub fn wait_for<T>(what: &str, limit: Duration, mut condition: impl FnMut() -> O
         if let Some(value) = condition() {
             return value;
         }
-        assert!(started.elapsed() < limit, "waited {} s in vain for {what}", limit.as_secs());
+        assert!(started.elapsed() < limit, "waited {} s for {what}, which did not happen", limit.as_secs());
         std::thread::sleep(Duration::from_millis(40));
     }
 }

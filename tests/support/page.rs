@@ -1,4 +1,4 @@
-//! One page in a browser, used the way a person or a screen reader does: by role and name, pointer and keyboard.
+//! One page in a browser, operated as a person or a screen reader does: by role and name, pointer and keyboard.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,13 +9,13 @@ use super::devtools::DevTools;
 use super::picture::Picture;
 use super::wait_for;
 
-/// Software rendering on a busy machine: generous, because a control that never comes fails all the same.
+/// Longest wait for a control, which allows for software rendering on a busy machine.
 const CONTROL_LIMIT: Duration = Duration::from_secs(60);
 
 pub struct Page {
     devtools: DevTools,
     session: String,
-    complaints: Vec<String>,
+    errors: Vec<String>,
 }
 
 /// A key as the protocol wants it.
@@ -48,7 +48,7 @@ pub struct At {
 
 impl Page {
     pub(super) fn new(devtools: DevTools, session: String, width: u32, height: u32) -> Self {
-        let mut page = Self { devtools, session, complaints: Vec::new() };
+        let mut page = Self { devtools, session, errors: Vec::new() };
         for domain in ["Page", "Runtime", "Log", "DOM", "Accessibility", "Network"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
@@ -70,7 +70,7 @@ impl Page {
         assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
     }
 
-    /// Loads the page anew, and waits until the old one is gone: it would take the next click.
+    /// Reloads the page, and waits until the old one is gone, because that would take the next click.
     #[track_caller]
     pub fn reload(&mut self) {
         self.evaluate("window.isOld = true");
@@ -83,7 +83,7 @@ impl Page {
         });
     }
 
-    /// What a JavaScript expression (which may be a promise) evaluates to.
+    /// The value of a JavaScript expression, which may be a promise.
     #[track_caller]
     pub fn evaluate(&mut self, expression: &str) -> Value {
         let mut answer = self.call(
@@ -94,7 +94,7 @@ impl Page {
         answer["result"]["value"].take()
     }
 
-    /// What the page noted in the browser's timeline: moments and seconds since its navigation began.
+    /// The marks of the page in the browser's timeline: names and seconds since the navigation.
     pub fn marks(&mut self) -> Vec<(String, f64)> {
         let noted =
             self.evaluate("performance.getEntriesByType('mark').map(m => [m.name, m.startTime * 1e-3])");
@@ -139,7 +139,7 @@ impl Page {
             .collect()
     }
 
-    /// What the status of this name says now; `None` while there is no such status.
+    /// The present text of the status with this name; `None` if there is no such status.
     pub fn status(&mut self, name: &str) -> Option<String> {
         let control = self.find("status", name)?;
         self.text(&control)
@@ -186,7 +186,7 @@ impl Page {
         self.pointer("mousePressed", at);
     }
 
-    pub fn drag_to(&mut self, at: At) {
+    pub fn move_to(&mut self, at: At) {
         self.pointer("mouseMoved", at);
     }
 
@@ -243,19 +243,19 @@ impl Page {
     }
 
     /// Errors the page has reported so far: uncaught exceptions, failed loads, `console.error`.
-    pub fn complaints(&mut self) -> Vec<String> {
+    pub fn errors(&mut self) -> Vec<String> {
         // Any call brings in what the browser has sent meanwhile.
         self.call("Runtime.evaluate", json!({ "expression": "0" }));
         for event in self.devtools.take_events() {
-            let complaint = match event.method.as_str() {
+            let error = match event.method.as_str() {
                 "Runtime.exceptionThrown" => Some(&event.params["exceptionDetails"]),
                 "Runtime.consoleAPICalled" if event.params["type"] == "error" => Some(&event.params["args"]),
                 "Log.entryAdded" if event.params["entry"]["level"] == "error" => Some(&event.params["entry"]),
                 _ => None,
             };
-            self.complaints.extend(complaint.map(Value::to_string));
+            self.errors.extend(error.map(Value::to_string));
         }
-        self.complaints.clone()
+        self.errors.clone()
     }
 
     #[track_caller]
@@ -269,7 +269,7 @@ impl Page {
 }
 
 impl Drop for Page {
-    /// After a failed test, keeps what was to be seen.
+    /// After a failed test, saves a screenshot and prints the controls.
     fn drop(&mut self) {
         if !std::thread::panicking() {
             return;
@@ -279,11 +279,11 @@ impl Drop for Page {
         match self.try_call("Page.captureScreenshot", json!({ "format": "png" })) {
             Ok(answer) => match Picture::from_base64(answer["data"].as_str().unwrap_or_default()) {
                 Some(picture) => {
-                    println!("the page as it was: {}", picture.keep(&format!("failed-{test}")).display())
+                    println!("the page as it was: {}", picture.save(&format!("failed-{test}")).display())
                 }
                 None => println!("the page gave no picture"),
             },
-            Err(complaint) => println!("the page gave no picture: {complaint}"),
+            Err(error) => println!("the page gave no picture: {error}"),
         }
         for role in ["button", "status", "alert"] {
             for (name, control) in self.all(role) {

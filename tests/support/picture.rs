@@ -1,4 +1,4 @@
-//! Screenshots: kept for people to look at, measured for what a machine can tell.
+//! Screenshots: saved for people, and measured for the tests.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,7 @@ pub struct Area {
 }
 
 impl Picture {
-    /// The picture in what the browser sends; `None` if there is none.
+    /// Decodes a screenshot of the browser; `None` if it is no picture.
     pub(super) fn from_base64(text: &str) -> Option<Self> {
         let png = base64::engine::general_purpose::STANDARD.decode(text).ok()?;
         let mut decoder = png::Decoder::new(std::io::Cursor::new(&png));
@@ -39,8 +39,8 @@ impl Picture {
         Some(Self { width: info.width as usize, height: info.height as usize, pixels, png })
     }
 
-    /// Keeps the picture as a test artefact.
-    pub fn keep(&self, name: &str) -> PathBuf {
+    /// Saves the picture as a test artefact.
+    pub fn save(&self, name: &str) -> PathBuf {
         let folder = workspace_root().join("artifacts");
         fs::create_dir_all(&folder).unwrap();
         let path = folder.join(format!("{name}.png"));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// The program under test: `AUTOINSPECT_BIN`, else what cargo built beside this benchmark, or the newest of what it built for this test.
+/// The program under test: `AUTOINSPECT_BIN`, else the one beside this benchmark, or the newest build in the target folder of this test.
 pub fn autoinspect() -> PathBuf {
     if let Some(named) = std::env::var_os("AUTOINSPECT_BIN") {
         return named.into();
