@@ -1,7 +1,7 @@
-//! Whether something built is still what its sources say.
+//! Whether something that was built is up to date with its sources.
 //!
-//! Cargo knows for what it builds; the bundle has steps after cargo. A fingerprint over the content of every source file
-//! is a few milliseconds' work and, unlike dates, survives a fresh clone and a switched branch.
+//! Cargo checks that for what it builds, but the bundle has further steps. A fingerprint of the content of every source file takes a few
+//! milliseconds. Unlike file dates it is right after a fresh clone and after a change of branch.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hasher};

@@ -1,4 +1,4 @@
-//! `cargo xtask setup`: what building and testing need, installed or named.
+//! `cargo xtask setup`: installs what building and testing need, or names it.
 
 use std::ffi::OsString;
 
@@ -7,8 +7,9 @@ use anyhow::{Result, bail};
 use crate::shell;
 use crate::toolchain::Toolchain;
 
-/// What a Chromium may be called, and the Debian package that brings one.
+/// Names of the Chromium program on different systems.
 const CHROMIUM_NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+/// The Debian package with Chromium.
 const CHROMIUM_PACKAGE: &str = "chromium";
 
 pub(crate) fn setup(arguments: Vec<OsString>) -> Result<()> {
@@ -51,7 +52,7 @@ pub(crate) fn find_or_install_chromium() -> Option<&'static str> {
     })
 }
 
-/// Installs Debian packages where this user may; says so and goes on where not, because callers look at the result.
+/// Installs Debian packages if this user may. Otherwise it prints a message and returns; callers check the result themselves.
 pub(crate) fn apt_install(packages: &[&str]) {
     if !shell::on_path("apt-get") {
         return;

@@ -1,4 +1,4 @@
-//! Starting other programs from the workspace's root, and where their output goes.
+//! Starts other programs in the root of the workspace.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -12,8 +12,7 @@ use anyhow::{Context, Result, bail};
 pub(crate) fn root() -> &'static Path {
     static ROOT: OnceLock<PathBuf> = OnceLock::new();
     ROOT.get_or_init(|| {
-        // Cargo says where the package is when it runs it. What it was when compiled is true as well, unless two clones
-        // share a target folder.
+        // Cargo sets this variable when it runs the program. The path from compile time is the same, unless two clones share a target folder.
         let manifest =
             std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
         Path::new(&manifest).parent().unwrap_or(Path::new(".")).to_owned()
@@ -37,7 +36,10 @@ pub(crate) fn program(name: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// Runs `command` to its end and fails when it fails.
+/// Runs `command` to its end.
+///
+/// # Errors
+/// When it cannot be started or fails.
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("could not start {}", described(command)))?;
     if !status.success() {
@@ -64,7 +66,7 @@ pub(crate) fn succeeds_within(command: &mut Command, limit: Duration) -> bool {
             Err(_) => break,
         }
     }
-    // Already ended is as good as ended by us.
+    // The program may have ended in the meantime; then there is nothing to kill.
     let _ = child.kill();
     let _ = child.wait();
     false

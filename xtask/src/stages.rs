@@ -1,4 +1,4 @@
-//! A row of stages, each timed, with a table at the end that leaves nothing out.
+//! A sequence of stages, each timed, with a table of all of them at the end.
 
 use std::time::{Duration, Instant};
 
@@ -46,15 +46,14 @@ impl Stages {
         Self { started: Instant::now(), stages: Vec::new(), tests: Tests::default(), skipped: Vec::new() }
     }
 
-    /// Runs one stage, whatever became of those before it: one run should show everything that is wrong.
+    /// Runs one stage, also if an earlier one failed: one run shows everything that is wrong.
     pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
         eprintln!("\n── {name}");
         let (result, took) = timed(stage);
         self.add(name, result, took);
     }
 
-    /// Runs two stages side by side that do not need each other: long stretches of each keep one core busy only. The first
-    /// runs on a thread of its own.
+    /// Runs two independent stages at the same time, because long parts of each use one core only. The first one runs on a thread of its own.
     pub(crate) fn run_together(
         &mut self,
         (first_name, first): (&'static str, impl FnOnce() -> Result<Report> + Send),
@@ -117,7 +116,7 @@ impl Stages {
         let failed_stages = count(|outcome| matches!(outcome, Outcome::Failed(_)));
         println!("{selection}");
         println!("{} of {} stages failed; tests and stages together:", failed_stages, self.stages.len());
-        // A stage counts as one check beside the single tests it ran, so that a failed build cannot hide behind them.
+        // A stage counts as one check in addition to its tests, so that a failed build is counted too.
         println!(
             "{} passed, {} failed, {} skipped",
             self.tests.passed + count(|outcome| matches!(outcome, Outcome::Passed)),

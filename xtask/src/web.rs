@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::{fingerprint, shell};
 
-/// What a client over a slow radio may cost, in bytes of brotli.
+/// Greatest size of the client, bytes after brotli: it is loaded over slow radio links.
 const BROTLI_BYTES_MAX: &str = "3000000";
 
 /// The version of npm's `binaryen` whose `wasm-opt` shrinks release bundles.

@@ -1,6 +1,6 @@
 //! `autoinspect localise`: another day's walk in a known map.
 
-use crate::program::{data, json, refused, run, text};
+use crate::program::{json, refused, run, text};
 use std::path::Path;
 
 /// A simulated walk in the test hall, coarse enough to be quick.
