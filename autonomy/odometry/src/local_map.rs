@@ -104,7 +104,7 @@ pub struct ScanFit {
 
 /// A downsampled scan, body frame, metres.
 #[derive(Clone, Debug, Default)]
-pub struct DownsampledScan {
+pub struct DownsampledPoints {
     /// Points for registration.
     pub coarse: Vec<[f32; 3]>,
     /// Points for the map.
@@ -154,7 +154,7 @@ impl LocalMap {
         xyz: &[[f32; 3]],
         target_points: usize,
         body_from_base: &Transform<Body, Base>,
-        out: &mut DownsampledScan,
+        out: &mut DownsampledPoints,
     ) {
         let config = self.config;
         let is_first = self.map.is_empty();
@@ -182,7 +182,7 @@ impl LocalMap {
         }
     }
 
-    fn downsample_once(&mut self, xyz: &[[f32; 3]], out: &mut DownsampledScan) {
+    fn downsample_once(&mut self, xyz: &[[f32; 3]], out: &mut DownsampledPoints) {
         self.centroids.clear();
         let fine_voxel_m = self.voxel_m * self.config.fine_voxel_share;
         self.downsampler.downsample(xyz, &[], fine_voxel_m, &mut self.centroids);
@@ -200,7 +200,7 @@ impl LocalMap {
         &self,
         filter: &ErrorStateFilter,
         start: State,
-        scan: &DownsampledScan,
+        scan: &DownsampledPoints,
         prior_quality: PriorQuality,
     ) -> ScanFit {
         let mut report = RegistrationReport {
@@ -229,7 +229,7 @@ impl LocalMap {
     }
 
     /// Information and gradient without what only noise contributes, and with correlated points counted as one.
-    fn trusted_part(&self, equations: &NormalEquations, scan: &DownsampledScan) -> (Matrix6, Vector6) {
+    fn trusted_part(&self, equations: &NormalEquations, scan: &DownsampledPoints) -> (Matrix6, Vector6) {
         let config = &self.config.information;
         let squares: f64 = scan.coarse.iter().map(|p| f64::from(points::filter::norm_squared(p))).sum();
         let lever_arm_m = (squares / scan.coarse.len().max(1) as f64).sqrt().max(config.min_lever_arm_m);
@@ -244,7 +244,7 @@ impl LocalMap {
     }
 
     /// Adds the fine points of a scan at a pose.
-    pub fn insert(&mut self, scan: &DownsampledScan, odom_from_body: &Isometry) {
+    pub fn insert(&mut self, scan: &DownsampledPoints, odom_from_body: &Isometry) {
         let rotation = odom_from_body.rotation.to_rotation_matrix();
         let translation = odom_from_body.translation.vector;
         for point in &scan.fine {

@@ -1,7 +1,7 @@
 //! Finds a start for registration when only the scans themselves say how the robot moved: the best of a few candidates, or, if none
 //! fits as scans usually do, the best of many rotated starts.
 
-use crate::local_map::{DownsampledScan, LocalMap};
+use crate::local_map::{DownsampledPoints, LocalMap};
 use geometry::Isometry;
 use registration::{MatchingConfig, MultiStartConfig, multi_start, refine, score};
 
@@ -74,7 +74,7 @@ impl Reinitialiser {
     pub fn find_start(
         &mut self,
         map: &LocalMap,
-        scan: &DownsampledScan,
+        scan: &DownsampledPoints,
         candidates: &[Isometry; 3],
     ) -> StartPose {
         self.subsample(scan);
@@ -109,7 +109,7 @@ impl Reinitialiser {
     pub fn is_typical_fit(
         &mut self,
         map: &LocalMap,
-        scan: &DownsampledScan,
+        scan: &DownsampledPoints,
         map_from_body: &Isometry,
     ) -> bool {
         self.score(map, scan, map_from_body) > self.config.min_score * self.typical_score
@@ -119,26 +119,31 @@ impl Reinitialiser {
     pub fn is_confident_fit(
         &mut self,
         map: &LocalMap,
-        scan: &DownsampledScan,
+        scan: &DownsampledPoints,
         map_from_body: &Isometry,
     ) -> bool {
         self.score(map, scan, map_from_body) > self.config.confident_score * self.typical_score
     }
 
     /// Updates the typical score by an accepted scan at its final pose, before the scan enters the map.
-    pub fn update_typical_score(&mut self, map: &LocalMap, scan: &DownsampledScan, map_from_body: &Isometry) {
+    pub fn update_typical_score(
+        &mut self,
+        map: &LocalMap,
+        scan: &DownsampledPoints,
+        map_from_body: &Isometry,
+    ) {
         let score = self.score(map, scan, map_from_body);
         let rate = if self.typical_score > 0.0 { self.config.learning_rate } else { 1.0 };
         self.typical_score += (score - self.typical_score) * rate;
     }
 
-    fn score(&mut self, map: &LocalMap, scan: &DownsampledScan, map_from_body: &Isometry) -> f64 {
+    fn score(&mut self, map: &LocalMap, scan: &DownsampledPoints, map_from_body: &Isometry) -> f64 {
         self.subsample(scan);
         score(map.gaussians(), &self.sample, map_from_body, &self.matching(map))
     }
 
     /// Takes evenly spread points of a scan as the sample.
-    fn subsample(&mut self, scan: &DownsampledScan) {
+    fn subsample(&mut self, scan: &DownsampledPoints) {
         let step = scan.coarse.len().div_ceil(self.config.sample_points).max(1);
         self.sample.clear();
         self.sample.extend(scan.coarse.iter().step_by(step));

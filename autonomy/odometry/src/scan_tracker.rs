@@ -5,7 +5,7 @@ use crate::config::OdometryConfig;
 use crate::event::{DeskewedScan, Estimate, Finding, OdometryEvent, PoseEvent, RegistrationReport, Started};
 use crate::findings;
 use crate::initial_alignment::{InitialAlignment, level_from_body};
-use crate::local_map::{DownsampledScan, LocalMap, PriorQuality, ScanFit};
+use crate::local_map::{DownsampledPoints, LocalMap, PriorQuality, ScanFit};
 use crate::reinitialiser::Reinitialiser;
 use crate::state::{ErrorVector, State};
 use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
@@ -113,7 +113,7 @@ pub struct ScanTracker {
     restart_pose: Option<InitialPose>,
     /// Running mean of the share of inliers of sweeps that were registered in parts; 0 before the first.
     typical_inlier_share: f64,
-    downsampled: DownsampledScan,
+    downsampled: DownsampledPoints,
     deskewed: Vec<[f32; 3]>,
 }
 
@@ -137,7 +137,7 @@ enum SearchScope {
 /// A downsampled scan at its registered pose.
 #[derive(Clone, Debug)]
 struct RegisteredScan {
-    scan: DownsampledScan,
+    scan: DownsampledPoints,
     odom_from_body: Isometry,
     /// Whether it was fitted to the map.
     is_fitted: bool,
@@ -217,7 +217,7 @@ impl ScanTracker {
             is_dead_reckoning_consistent: true,
             restart_pose: None,
             typical_inlier_share: 0.0,
-            downsampled: DownsampledScan::default(),
+            downsampled: DownsampledPoints::default(),
             deskewed: Vec::new(),
         }
     }

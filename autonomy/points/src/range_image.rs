@@ -12,7 +12,8 @@ const ROWS: usize = 32;
 const ROW_RAD: f32 = 3.0 * PI / 180.0;
 const BOTTOM_RAD: f32 = -48.0 * PI / 180.0;
 /// Cells store ranges in centimetres, rounded down. Part of the format of saved images.
-const CELLS_PER_METRE: f32 = 100.0;
+const UNITS_PER_METRE: f32 = 100.0;
+const METRES_PER_UNIT: f32 = 0.01;
 
 /// Parameters of the free-space check.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +65,7 @@ impl RangeImage {
         for point in xyz {
             let Some((column, row, range_m)) = project(point, &sensor, &config) else { continue };
             let cell = &mut cells[row * COLUMNS + column];
-            let centimetres = (range_m * CELLS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
+            let centimetres = (range_m * UNITS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
             if *cell == 0 || centimetres < *cell {
                 *cell = centimetres;
             }
@@ -135,7 +136,7 @@ impl RangeImage {
                 }
             }
         }
-        let [nearest_m, farthest_m] = [nearest, farthest].map(|cell| f32::from(cell) * 0.01);
+        let [nearest_m, farthest_m] = [nearest, farthest].map(|cell| f32::from(cell) * METRES_PER_UNIT);
         let margin_m = self.config.free_space_margin_m + self.config.free_space_margin_share * range_m;
         Some(Neighbourhood { range_m, nearest_m, farthest_m, margin_m })
     }
