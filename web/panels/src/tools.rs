@@ -57,7 +57,12 @@ fn buttons(
     menu(&button, "Ceiling menu", |ui| ceiling(ui, tokens, &mut edited));
     let button = Button::icon_only("Point size", icon::DOTS_NINE).kind(Kind::Quiet).show(ui, tokens);
     menu(&button, "Point size menu", |ui| point_size(ui, tokens, &mut edited));
-    if Button::icon_only("Pose graph", icon::GRAPH).on(view.graph).show(ui, tokens).clicked() {
+    if Button::icon_only("Pose graph", icon::GRAPH)
+        .on(view.graph && model.has_pose_graph())
+        .enabled(model.has_pose_graph())
+        .show(ui, tokens)
+        .clicked()
+    {
         edited.graph = !view.graph;
     }
     if Button::icon_only("Follow robot", icon::NAVIGATION_ARROW).on(view.follow).show(ui, tokens).clicked() {

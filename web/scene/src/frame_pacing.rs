@@ -15,9 +15,9 @@ pub struct FramePacingConfig {
     pub min_interval_s: f64,
     /// A longer interval is a pause and is not a measure of the machine's speed, s.
     pub pause_s: f64,
-    /// Time without a change after which the image is refined, s.
+    /// Time without a change after which the image is refined, and refined again until it has full quality, s.
     pub rest_s: f64,
-    /// Factor of quality of a refined image.
+    /// Factor of quality from one image to the next refinement.
     pub refinement_gain: f32,
     /// Lowest quality.
     pub min_quality: f32,
@@ -55,8 +55,8 @@ pub struct FramePacer {
     last: Option<LastFrame>,
     /// Share of the full quality during movement, from [`FramePacingConfig::min_quality`] to 1.
     quality: f32,
-    /// Whether the last image is as good as it gets.
-    refined: bool,
+    /// Quality of the last image.
+    drawn_quality: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl Default for FramePacer {
 impl FramePacer {
     /// Begins with a share of the full quality (0 to 1); less than 1 on machines known to be slow.
     pub fn new(config: FramePacingConfig, quality: f32) -> Self {
-        Self { quality: quality.clamp(config.min_quality, 1.0), config, last: None, refined: false }
+        Self { quality: quality.clamp(config.min_quality, 1.0), config, last: None, drawn_quality: 0.0 }
     }
 
     /// The view to draw for a requested one, and the time (s) after which another frame should be asked for to refine it.
@@ -94,31 +94,33 @@ impl FramePacer {
             self.update_quality(now_s - last.drawn_at_s);
             return self.draw(now_s, requested);
         }
-        if self.refined {
+        if self.drawn_quality >= 1.0 {
             return (last.drawn, None);
         }
         let remaining_s = self.config.rest_s - (now_s - last.drawn_at_s);
         if remaining_s > 0.0 {
             return (last.drawn, Some(remaining_s));
         }
-        let drawn = self.at_quality(requested, (self.quality * self.config.refinement_gain).min(1.0));
-        self.refined = true;
-        self.last = Some(LastFrame { requested: *requested, drawn, drawn_at_s: now_s });
-        (drawn, None)
+        self.draw_at(now_s, requested, self.drawn_quality * self.config.refinement_gain)
     }
 
     fn draw(&mut self, now_s: f64, requested: &View) -> (View, Option<f64>) {
-        let drawn = self.at_quality(requested, self.quality);
-        self.refined = self.quality >= 1.0;
+        self.draw_at(now_s, requested, self.quality)
+    }
+
+    fn draw_at(&mut self, now_s: f64, requested: &View, quality: f32) -> (View, Option<f64>) {
+        let quality = quality.min(1.0);
+        let drawn = self.at_quality(requested, quality);
+        self.drawn_quality = quality;
         self.last = Some(LastFrame { requested: *requested, drawn, drawn_at_s: now_s });
-        (drawn, (!self.refined).then_some(self.config.rest_s))
+        (drawn, (quality < 1.0).then_some(self.config.rest_s))
     }
 
     /// Takes in the interval between this frame and the one before.
     fn update_quality(&mut self, interval_s: f64) {
         let config = &self.config;
         // The interval after a refinement measures how long nothing moved.
-        let after_refinement = self.refined && self.quality < 1.0;
+        let after_refinement = self.drawn_quality > self.quality;
         let quality = match interval_s {
             _ if after_refinement || interval_s >= config.pause_s => return,
             _ if interval_s > config.max_interval_s => {

@@ -14,7 +14,7 @@ pub(crate) struct OverlayConfig {
     /// Length of the robot's mesh, m: from the head to the hind legs.
     pub(crate) robot_length_m: f64,
     /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place. Some
-    /// 36 px are needed to tell the front of the mesh.
+    /// 48 px are needed to tell the front of the mesh.
     pub(crate) min_robot_px: f64,
     /// Radius of that marker, logical px.
     pub(crate) robot_marker_radius_px: f32,
@@ -25,7 +25,7 @@ impl Default for OverlayConfig {
         Self {
             min_trajectory_step_m: 0.05,
             robot_length_m: 0.9,
-            min_robot_px: 36.0,
+            min_robot_px: 48.0,
             robot_marker_radius_px: 18.0,
         }
     }

@@ -4,13 +4,16 @@ use crate::colour_map::STOPS;
 use crate::projection::CameraProjection;
 use crate::view::{Colour, ColourBy, View};
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 /// Parameters of the size of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PointSizeConfig {
-    /// Largest radius of a point, px. The fill passes read this many pixels to each side. The packed radius has room for just under 16.
+    /// Largest radius of a point, logical px.
     pub(crate) max_radius_px: f32,
+    /// Largest radius of a point, physical px. The fill passes read this many pixels to each side. The packed radius has room for just
+    /// under 16.
+    pub(crate) max_fill_px: f32,
     /// Smallest radius of a point, px. It reaches the eight neighbours: a spacing of just over a pixel would leave a lattice of holes.
     pub(crate) min_radius_px: f32,
     /// Radius of a point in halves of its spacing. The corner of a square is 1.4 half edges away; a little more closes surfaces that are
@@ -19,6 +22,9 @@ pub(crate) struct PointSizeConfig {
     /// Points of a coarser spacing than this grow no larger, m. While finer levels are missing, dots with gaps between them read better
     /// than large discs.
     pub(crate) max_grown_spacing_m: f32,
+    /// Smallest radius of a point that is too near to close a surface, logical px. The nearer it is, the more it shrinks from the largest
+    /// radius to this one: dots with gaps read better than large discs with gaps.
+    pub(crate) dot_radius_px: f32,
     /// Spacing that is assumed of a scan's points, m. The rings of a scan are far apart, so its points are drawn a little larger than a
     /// dot and do not close a surface.
     pub(crate) scan_spacing_m: f32,
@@ -28,9 +34,11 @@ impl Default for PointSizeConfig {
     fn default() -> Self {
         Self {
             max_radius_px: 14.0,
+            max_fill_px: 15.9,
             min_radius_px: 1.45,
             radius_per_half_spacing: 1.6,
             max_grown_spacing_m: 0.12,
+            dot_radius_px: 5.0,
             scan_spacing_m: 0.035,
         }
     }
@@ -42,7 +50,7 @@ impl PointSizeConfig {
         0.5 * spacing.min(self.max_grown_spacing_m)
     }
 
-    /// Radius (px) to which points `spacing` apart (m) grow at a depth (m).
+    /// Upper limit of the radius (px) of points `spacing` apart (m) from a depth (m) on.
     pub(crate) fn radius_px(
         &self,
         view: &View,
@@ -52,11 +60,8 @@ impl PointSizeConfig {
     ) -> f32 {
         let scale = self.grown_half_spacing(spacing) * self.radius_per_half_spacing * view.options.point_size;
         let radius = scale * (projection.focal_px() / depth.max(CameraProjection::NEAR_M)) as f32;
-        if radius.is_nan() {
-            self.min_radius_px
-        } else {
-            radius.clamp(self.min_radius_px, self.max_radius_px)
-        }
+        let max = (self.max_radius_px * view.pixels_per_point).clamp(self.min_radius_px, self.max_fill_px);
+        if radius.is_nan() { self.min_radius_px } else { radius.clamp(self.min_radius_px, max) }
     }
 }
 
@@ -73,7 +78,7 @@ pub(crate) struct FrameUniforms {
     heights: Vec4,
     /// Radius of a point relative to half its spacing, strength of eye-dome lighting, colour mode, height of the grid (m).
     style: Vec4,
-    /// Half the extent of the grid (m), its spacing (m), smallest radius of a point (px), 0.
+    /// Half the extent of the grid (m), its spacing (m), smallest radius of a point (px), smallest radius of a near point (px).
     grid_shape: Vec4,
     ground_top: Vec4,
     ground_bottom: Vec4,
@@ -111,7 +116,9 @@ impl FrameUniforms {
                 mode,
                 options.grid_height,
             ),
-            grid_shape: grid_shape(view.camera.distance, config.min_radius_px),
+            grid_shape: grid_shape(view.camera.distance)
+                .extend(config.min_radius_px)
+                .extend(config.dot_radius_px * view.pixels_per_point),
             ground_top: unit_range(view.palette.ground_top),
             ground_bottom: unit_range(view.palette.ground_bottom),
             plain: unit_range(view.palette.plain),
@@ -143,7 +150,7 @@ pub(crate) fn unit_range(colour: Colour) -> Vec4 {
 }
 
 /// The grid reaches three camera distances. Its lines are 1, 10 or 100 m apart, some twenty across the image.
-fn grid_shape(distance: f64, min_radius_px: f32) -> Vec4 {
+fn grid_shape(distance: f64) -> Vec2 {
     let spacing = (distance / 12.0).max(1.0).log10().floor();
-    Vec4::new((distance * 3.0) as f32, 10_f64.powf(spacing) as f32, min_radius_px, 0.0)
+    Vec2::new((distance * 3.0) as f32, 10_f64.powf(spacing) as f32)
 }

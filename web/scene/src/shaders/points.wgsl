@@ -19,9 +19,19 @@ fn vs_points(@location(0) point: vec4<u32>) -> Point {
     let depth = max(out.clip.w, 0.001);
     // As `point_radius_px` in uniforms.rs.
     let radius = draw.kind.x * frame.camera.w / depth * frame.style.x;
-    out.depth = pack_depth(log_depth(depth), clamp(radius, frame.grid_shape.z, frame.viewport.w));
+    out.depth = pack_depth(log_depth(depth), drawn_radius(radius));
     out.colour = vec4<f32>(mix(point_colour(height, f32(point.w & 255u) / 255.0), draw.tint.rgb, draw.tint.w), 1.0);
     return out;
+}
+
+// The radius (pixels) of a point that would close its surface with `closing`. Beyond the largest radius the surface stays open, and the
+// point shrinks towards a dot.
+fn drawn_radius(closing: f32) -> f32 {
+    let largest = frame.viewport.w;
+    if closing <= largest {
+        return max(closing, frame.grid_shape.z);
+    }
+    return clamp(largest * largest / closing, min(frame.grid_shape.w, largest), largest);
 }
 
 fn point_colour(height: f32, intensity: f32) -> vec3<f32> {

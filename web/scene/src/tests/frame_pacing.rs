@@ -25,8 +25,12 @@ fn late_frames_cost_points_and_pixels_and_a_rest_brings_some_back() {
     assert_eq!(same, slow);
     assert!(due.is_some_and(|due| (0.25..0.35).contains(&due)), "{due:?}");
     let (still, due) = pacer.plan_frame(now + 0.45, &requested(), false);
-    assert!(still.options.point_budget > 2 * slow.options.point_budget && due.is_none());
-    assert_eq!(pacer.plan_frame(now + 9.0, &requested(), false), (still, None), "refined once only");
+    assert!(still.options.point_budget > 2 * slow.options.point_budget && due.is_some());
+    let (full, due) =
+        (0..4).fold((still, due), |_, i| pacer.plan_frame(now + 1.0 + f64::from(i), &requested(), false));
+    assert_eq!((full, due), (requested(), None), "refined up to the full quality");
+    let (moved, _) = pacer.plan_frame(now + 5.0, &requested(), true);
+    assert_eq!(moved, slow, "the time at rest is no measure of speed");
 }
 
 #[test]
