@@ -14,7 +14,7 @@ use vocab::{Pose, Span, Stamp};
 /// Prints the names of the columns. A pose is *claimed* while the robot is localised without any degradation.
 pub fn print_header() {
     println!(
-        "{:<8}{:>5}{:>9}{:>8}{:>9}{:>10}{:>10}{:>8}{:>9}{:>6}{:>10}{:>8}{:>8}",
+        "{:<8}{:>5}{:>9}{:>11}{:>9}{:>10}{:>10}{:>8}{:>9}{:>6}{:>10}{:>8}{:>8}",
         "site",
         "day",
         "path m",
@@ -125,7 +125,7 @@ pub fn run(mapped: &MappedSite, arguments: &Arguments, day: u64) -> Result<()> {
     published.scan_ms.sort_by(f64::total_cmp);
     let mean = |sum: f64| (sum / count.max(1) as f64).sqrt();
     println!(
-        "{:<8}{:>5}{:>9.0}{:>8.2}{:>9.1}{:>10.1}{:>10.3}{:>8.1}{:>9}{:>6}{:>10.2}{:>8.2}{:>8.1}",
+        "{:<8}{:>5}{:>9.0}{:>11.2}{:>9.1}{:>10.1}{:>10.3}{:>8.1}{:>9}{:>6}{:>10.2}{:>8.2}{:>8.1}",
         name,
         day,
         path,
