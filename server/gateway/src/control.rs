@@ -37,14 +37,14 @@ async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) 
         Ok(client) => client,
         Err(closing) => return closing,
     };
-    let Some(seat) = ControlSeat::take(&app.hub, client) else {
+    let Some(seat) = ControlSeat::claim(&app.hub, client) else {
         let clients = app.limits.clients;
         return Closing::Refused(format!(
             "The server already has {clients} clients. Close one, then reload."
         ));
     };
     tokio::select! {
-        closing = tell(sink, &seat, app) => closing,
+        closing = write_events(sink, &seat, app) => closing,
         closing = listen(incoming, &seat, app) => closing,
         () = seat.outbox.overflowed() => {
             Closing::Refused("This client asks faster than it reads the answers. Reload the page.".to_owned())
@@ -62,7 +62,7 @@ async fn greeting(incoming: &mut Incoming) -> Result<ClientId, Closing> {
 }
 
 /// Writes the welcome, the snapshot and every change, newest values only, until the connection fails.
-async fn tell(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Closing {
+async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Closing {
     let mut changes = seat.changes();
     let mut cursor = Cursor::default();
     let mut sequence = 0;

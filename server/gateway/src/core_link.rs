@@ -2,22 +2,22 @@
 
 use crate::hub::Hub;
 use api::{CoreMessage, DecodeError, GatewayMessage, MAX_MESSAGE_BYTES};
+use axum::body::Bytes;
+use futures_util::{SinkExt, StreamExt};
 use serde::Serialize;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::sync::mpsc;
+use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
 const RETRY_FIRST: Duration = Duration::from_millis(50);
 const RETRY_LAST: Duration = Duration::from_secs(1);
 /// Longest time from connecting to the core's hello.
 const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
-/// Buffers larger than this are given back after a large message.
-const KEPT_BUFFER_BYTES: usize = 1 << 20;
 
 /// Why a connection to the core ended, as a clause after "The robot's core".
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +26,7 @@ enum CoreLinkError {
     Connect(#[source] io::Error),
     #[error("broke the connection: {0}")]
     Io(#[from] io::Error),
-    #[error("sent what is no message: {0}")]
+    #[error("sent bytes that are no message: {0}")]
     Decode(#[from] DecodeError),
     #[error("does not introduce itself")]
     NoHello,
@@ -34,7 +34,7 @@ enum CoreLinkError {
     Version(u16),
 }
 
-/// Keeps the hub connected to the core at `socket`, for ever.
+/// Keeps the hub connected to the core at `socket`; never returns.
 pub(crate) async fn run(socket: &Path, hub: &Arc<Hub>) {
     let mut retry = RETRY_FIRST;
     loop {
@@ -53,16 +53,16 @@ pub(crate) async fn run(socket: &Path, hub: &Arc<Hub>) {
     }
 }
 
-type Reader = BufReader<OwnedReadHalf>;
+type Reader = FramedRead<OwnedReadHalf, LengthDelimitedCodec>;
+type Writer = FramedWrite<OwnedWriteHalf, LengthDelimitedCodec>;
 
 /// Connects and exchanges hellos.
-async fn greet(socket: &Path) -> Result<(Reader, OwnedWriteHalf), CoreLinkError> {
+async fn greet(socket: &Path) -> Result<(Reader, Writer), CoreLinkError> {
     let stream = UnixStream::connect(socket).await.map_err(CoreLinkError::Connect)?;
-    let (reader, mut writer) = stream.into_split();
-    let mut reader = BufReader::with_capacity(64 << 10, reader);
+    let (reader, writer) = stream.into_split();
+    let (mut reader, mut writer) = (FramedRead::new(reader, codec()), FramedWrite::new(writer, codec()));
     write_message(&mut writer, &GatewayMessage::Hello { version: api::VERSION }).await?;
-    let mut buffer = Vec::new();
-    match tokio::time::timeout(HELLO_TIMEOUT, read_message(&mut reader, &mut buffer)).await {
+    match tokio::time::timeout(HELLO_TIMEOUT, read_message(&mut reader)).await {
         Ok(Ok(CoreMessage::Hello { version: api::VERSION })) => Ok((reader, writer)),
         Ok(Ok(CoreMessage::Hello { version })) => Err(CoreLinkError::Version(version)),
         Ok(Err(error)) => Err(error),
@@ -71,12 +71,11 @@ async fn greet(socket: &Path) -> Result<(Reader, OwnedWriteHalf), CoreLinkError>
 }
 
 /// Passes messages both ways until one way fails.
-async fn converse(mut reader: Reader, mut writer: OwnedWriteHalf, hub: &Arc<Hub>) -> CoreLinkError {
+async fn converse(mut reader: Reader, mut writer: Writer, hub: &Arc<Hub>) -> CoreLinkError {
     let mut outgoing = hub.core_connected();
     let incoming = async {
-        let mut buffer = Vec::new();
         loop {
-            match read_message(&mut reader, &mut buffer).await {
+            match read_message(&mut reader).await {
                 Ok(message) => hub.apply(message),
                 Err(error) => return error,
             }
@@ -88,9 +87,9 @@ async fn converse(mut reader: Reader, mut writer: OwnedWriteHalf, hub: &Arc<Hub>
     }
 }
 
-/// Writes commands in their order, and who listens whenever that changes.
+/// Writes commands in their order, and the number of listeners whenever it changes.
 async fn write_all(
-    writer: &mut OwnedWriteHalf,
+    writer: &mut Writer,
     outgoing: &mut mpsc::Receiver<GatewayMessage>,
     hub: &Hub,
 ) -> CoreLinkError {
@@ -110,27 +109,20 @@ async fn write_all(
     }
 }
 
-async fn write_message(writer: &mut (impl AsyncWrite + Unpin), message: &impl Serialize) -> io::Result<()> {
-    let body = api::encode(message);
-    let mut framed = Vec::with_capacity(4 + body.len());
-    framed.extend_from_slice(&(body.len() as u32).to_le_bytes());
-    framed.extend_from_slice(&body);
-    writer.write_all(&framed).await
+/// A message behind its length, 4 bytes, little endian.
+fn codec() -> LengthDelimitedCodec {
+    LengthDelimitedCodec::builder()
+        .little_endian()
+        .length_field_length(4)
+        .max_frame_length(MAX_MESSAGE_BYTES)
+        .new_codec()
 }
 
-async fn read_message(
-    reader: &mut (impl AsyncRead + Unpin),
-    buffer: &mut Vec<u8>,
-) -> Result<CoreMessage, CoreLinkError> {
-    let mut length = [0; 4];
-    reader.read_exact(&mut length).await?;
-    let bytes = u32::from_le_bytes(length) as usize;
-    if bytes > MAX_MESSAGE_BYTES {
-        return Err(DecodeError::TooLong { bytes }.into());
-    }
-    buffer.clear();
-    buffer.shrink_to(KEPT_BUFFER_BYTES);
-    buffer.resize(bytes, 0);
-    reader.read_exact(buffer).await?;
-    Ok(api::decode(buffer)?)
+async fn write_message(writer: &mut Writer, message: &impl Serialize) -> io::Result<()> {
+    writer.send(Bytes::from(api::encode(message))).await
+}
+
+async fn read_message(reader: &mut Reader) -> Result<CoreMessage, CoreLinkError> {
+    let body = reader.next().await.unwrap_or_else(|| Err(io::ErrorKind::UnexpectedEof.into()))?;
+    Ok(api::decode(&body)?)
 }

@@ -20,12 +20,14 @@ type Answer = Result<Response, ProblemResponse>;
 /// Saved maps, newest first.
 #[utoipa::path(get, path = api::paths::MAPS_PATH, tag = "maps", operation_id = "listMaps", responses(
     (status = 200, body = [MapSummaryDocument], description = "Every saved map version"),
-    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not told yet"),
+    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
 ))]
 pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
     let listed = app.hub.with_maps(|maps| Json(maps).into_response());
     let mut response = listed.ok_or_else(|| {
-        ProblemResponse::unavailable("The robot's core has not told its maps yet. Try again in a moment.")
+        ProblemResponse::unavailable(
+            "The robot's core has not sent its list of maps yet. Try again in a moment.",
+        )
     })?;
     response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
     Ok(response)
@@ -36,8 +38,8 @@ pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
     params(("id" = String, Path, format = Uuid, description = "The map's id")),
     responses(
     (status = 200, body = TileListDocument, description = "Its tiles, coarse levels first"),
-    (status = 304, description = "As the client has it"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of id"),
+    (status = 304, description = "Unchanged since the client's copy"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id is malformed"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map"),
 ))]
 pub(crate) async fn map_tiles(State(app): State<Arc<App>>, id: AnyPath, headers: HeaderMap) -> Answer {
@@ -49,8 +51,8 @@ pub(crate) async fn map_tiles(State(app): State<Arc<App>>, id: AnyPath, headers:
     params(("id" = String, Path, format = Uuid, description = "The map's id")),
     responses(
     (status = 200, body = GraphDocument, description = "Its keyframes and edges"),
-    (status = 304, description = "As the client has it"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of id"),
+    (status = 304, description = "Unchanged since the client's copy"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id is malformed"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such map"),
 ))]
 pub(crate) async fn map_graph(State(app): State<Arc<App>>, id: AnyPath, headers: HeaderMap) -> Answer {
@@ -72,9 +74,9 @@ async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -
 #[utoipa::path(get, path = api::paths::TILE_PATH, tag = "maps", operation_id = "getTile",
     params(("hash" = String, Path, description = "BLAKE3 of the tile's bytes, 64 hexadecimal digits")),
     responses(
-    (status = 200, content_type = "application/octet-stream", description = "Its bytes; the same for ever"),
-    (status = 304, description = "As the client has it"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of hash"),
+    (status = 200, content_type = "application/octet-stream", description = "Its bytes; they never change"),
+    (status = 304, description = "Unchanged since the client's copy"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The hash is malformed"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such tile"),
 ))]
 pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: HeaderMap) -> Answer {
@@ -96,9 +98,9 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
         ("keyframe" = u32, Path, description = "The keyframe's number"),
     ),
     responses(
-    (status = 200, content_type = "application/octet-stream", description = "Its points, encoded as a tile is; the same for ever"),
-    (status = 304, description = "As the client has it"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of name"),
+    (status = 200, content_type = "application/octet-stream", description = "Its points, encoded like a tile; they never change"),
+    (status = 304, description = "Unchanged since the client's copy"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id or number is malformed"),
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such scan, or not any more"),
 ))]
 pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers: HeaderMap) -> Answer {
@@ -132,7 +134,7 @@ pub(crate) async fn health(State(app): State<Arc<App>>) -> Answer {
         .into_response())
 }
 
-/// The variable part of a path, if it is text at all.
+/// The variable part of a path, if it is valid text.
 fn text(path: AnyPath) -> Option<String> {
     path.ok().map(|Path(text)| text)
 }

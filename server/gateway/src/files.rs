@@ -12,11 +12,11 @@ use tokio::fs::File;
 use tokio::io::AsyncReadExt;
 use tokio_util::io::ReaderStream;
 
-/// May be kept for ever without asking.
+/// The client may keep the file for ever.
 pub(crate) const IMMUTABLE: &str = "public, max-age=31536000, immutable";
-/// May be kept, but must be asked for each time; the answer is usually 304.
+/// The client may keep the file, but asks each time whether it has changed; the usual answer is 304.
 pub(crate) const REVALIDATE: &str = "no-cache";
-/// Bytes read at a time: what a connection that does not read holds.
+/// Bytes read from the disk at a time, which a connection that does not read keeps in memory.
 const CHUNK_BYTES: usize = 64 << 10;
 
 /// How a file is served.
@@ -73,7 +73,7 @@ struct Chosen {
     encoding: Option<&'static str>,
 }
 
-/// The smallest form of the file that the client takes.
+/// The smallest encoding of the file that the client accepts.
 async fn choose(path: &Path, request: &HeaderMap) -> io::Result<Option<Chosen>> {
     for (encoding, suffix) in [("br", ".br"), ("gzip", ".gz")] {
         if accepts(request, encoding)
@@ -94,7 +94,7 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 
 /// Opens a regular file; `None` for anything else and for nothing.
 async fn open(path: &Path) -> io::Result<Option<(File, Metadata)>> {
-    // Asked before opening, because opening a pipe would wait for its writer.
+    // The kind is checked before opening, because opening a pipe would wait for its writer.
     match tokio::fs::metadata(path).await {
         Ok(metadata) if metadata.is_file() => {}
         Ok(_) => return Ok(None),

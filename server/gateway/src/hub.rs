@@ -1,7 +1,7 @@
-//! Where the link to the core meets the clients: the latest state, who listens, and the way for commands.
+//! Connects the link to the core with the clients: the latest state, the listeners, and the queue of commands.
 //!
 //! One lock, held for microseconds and never across an await. Nobody waits for a client: the link to the core writes
-//! into the [`Snapshot`] and every client takes from it at its own pace.
+//! into the [`Snapshot`], and every client reads from it at its own pace.
 
 use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, Limits, MAX_PENDING};
 use crate::outbox::Outbox;
@@ -23,20 +23,20 @@ pub(crate) struct Listeners {
 
 /// The latest scan.
 pub(crate) struct LiveScan {
-    /// When the core sent it.
-    pub(crate) heard: Instant,
+    /// When it came from the core.
+    pub(crate) received: Instant,
     /// The scan, not yet numbered.
     pub(crate) frame: ScanFrame,
 }
 
 /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
-const LIVE: Duration = Duration::from_secs(1);
+const LIVE_SCAN_AGE_MAX: Duration = Duration::from_secs(1);
 
 impl LiveScan {
     /// Whether it shows what the robot sees now. The core sends scans only while somebody listens, so the last one may
     /// be from long ago.
     pub(crate) fn is_live(&self, now: Instant) -> bool {
-        now.saturating_duration_since(self.heard) < LIVE
+        now.saturating_duration_since(self.received) < LIVE_SCAN_AGE_MAX
     }
 }
 
@@ -44,7 +44,7 @@ impl LiveScan {
 pub(crate) struct Hub {
     state: Mutex<State>,
     clients_max: usize,
-    /// Changes whenever a client may be owed something.
+    /// Changes whenever there may be something to send to a client.
     changed: watch::Sender<()>,
     scan: watch::Sender<Option<Arc<LiveScan>>>,
     listeners: watch::Sender<Listeners>,
@@ -95,7 +95,7 @@ impl Hub {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A core has introduced itself and will tell everything anew. Returns what it is to be sent.
+    /// A core has introduced itself; its snapshot follows. Returns the queue of messages for it.
     pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
         let (sender, receiver) = mpsc::channel(COMMAND_QUEUE);
         {
@@ -109,7 +109,7 @@ impl Hub {
         receiver
     }
 
-    /// There is no core (any more), for this reason. Commands under way are answered for it.
+    /// The core is gone, for this reason. Commands that it has not answered are refused in its place.
     pub(crate) fn core_lost(&self, reason: &str) {
         {
             let mut state = self.lock();
@@ -131,7 +131,7 @@ impl Hub {
         self.changed.send_replace(());
     }
 
-    /// Takes in what the core says after its hello.
+    /// Handles a message that follows the core's hello.
     pub(crate) fn apply(&self, message: CoreMessage) {
         match message {
             CoreMessage::Hello { .. } => tracing::warn!("the core introduced itself twice"),
@@ -146,7 +146,7 @@ impl Hub {
             }
             CoreMessage::Scan { stamp, map_from_base, points } => {
                 let frame = ScanFrame { sequence: 0, stamp, map_from_base, points };
-                self.scan.send_replace(Some(Arc::new(LiveScan { heard: Instant::now(), frame })));
+                self.scan.send_replace(Some(Arc::new(LiveScan { received: Instant::now(), frame })));
             }
         }
     }
@@ -162,13 +162,16 @@ impl Hub {
         }
     }
 
-    /// Whether there is a core; if not, why.
+    /// Whether there is a core.
+    ///
+    /// # Errors
+    /// Why there is none, one sentence.
     pub(crate) fn core_state(&self) -> Result<(), String> {
         let state = self.lock();
         if state.core.is_some() { Ok(()) } else { Err(state.core_fault.clone()) }
     }
 
-    /// Saved maps, newest first; `None` while no core has told.
+    /// Saved maps, newest first; `None` before the core has sent them.
     pub(crate) fn with_maps<T>(&self, read: impl FnOnce(&[MapSummary]) -> T) -> Option<T> {
         let event = self.lock().snapshot.maps()?;
         match &*event {
@@ -192,7 +195,7 @@ impl Hub {
         self.scan.subscribe()
     }
 
-    fn tell_client_count(&self, state: &mut State) {
+    fn publish_client_count(&self, state: &mut State) {
         let clients = state.members.len() as u32;
         state.snapshot.change_platform(|platform| platform.clients = clients);
         self.listeners.send_modify(|listeners| listeners.clients = clients);
@@ -208,8 +211,8 @@ pub(crate) struct ControlSeat {
 }
 
 impl ControlSeat {
-    /// Takes a place, unless all are taken. A client may have several: after a network change its old socket lingers.
-    pub(crate) fn take(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
+    /// Claims a place, if one is free. A client may have several: after a network change its old socket lingers.
+    pub(crate) fn claim(hub: &Arc<Hub>, client: ClientId) -> Option<Self> {
         let outbox = Arc::new(Outbox::default());
         let key = {
             let mut state = hub.lock();
@@ -220,35 +223,38 @@ impl ControlSeat {
             state.next_member += 1;
             let member = Member { client, outbox: outbox.clone(), pending: VecDeque::new() };
             state.members.insert(key, member);
-            hub.tell_client_count(&mut state);
+            hub.publish_client_count(&mut state);
             key
         };
         hub.changed.send_replace(());
         Some(Self { hub: hub.clone(), key, client, outbox })
     }
 
-    /// Changes whenever there may be something to tell.
+    /// Changes whenever there may be something to send.
     pub(crate) fn changes(&self) -> watch::Receiver<()> {
         self.hub.changed.subscribe()
     }
 
-    /// The next state that the client does not know.
+    /// The next event that the client has not received.
     pub(crate) fn next_event(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
         self.hub.lock().snapshot.next(cursor)
     }
 
-    /// Forwards a command to the core, or says why not.
+    /// Forwards a command to the core.
+    ///
+    /// # Errors
+    /// Why it was not forwarded, one sentence.
     pub(crate) fn forward(&self, id: CommandId, command: Command) -> Result<(), &'static str> {
         let mut state = self.hub.lock();
-        let stops = command == Command::StopMotion;
+        let is_stop = command == Command::StopMotion;
         let State { core, members, .. } = &mut *state;
         let core = core.as_ref().ok_or(
             "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.",
         )?;
         let Some(member) = members.get_mut(&self.key) else { return Err("This connection is closing.") };
         let busy = "The robot has not answered earlier commands yet. Wait for it, then try again.";
-        // Motion can be stopped even when everything else is clogged.
-        if !stops && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
+        // Some places of the queue are kept for Stop motion.
+        if !is_stop && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
             return Err(busy);
         }
         let command = GatewayMessage::Command { id, by: self.client, command };
@@ -265,7 +271,7 @@ impl Drop for ControlSeat {
         {
             let mut state = self.hub.lock();
             state.members.remove(&self.key);
-            self.hub.tell_client_count(&mut state);
+            self.hub.publish_client_count(&mut state);
         }
         self.hub.changed.send_replace(());
     }
@@ -278,8 +284,8 @@ pub(crate) struct StreamSeat {
 }
 
 impl StreamSeat {
-    /// Takes a place, unless all are taken.
-    pub(crate) fn take(hub: &Arc<Hub>) -> Option<Self> {
+    /// Claims a place, if one is free.
+    pub(crate) fn claim(hub: &Arc<Hub>) -> Option<Self> {
         let mut state = hub.lock();
         if state.stream_sockets >= hub.clients_max {
             return None;
@@ -288,7 +294,7 @@ impl StreamSeat {
         Some(Self { hub: hub.clone(), wants_scans: false })
     }
 
-    /// Says whether this client wants scans now.
+    /// Sets whether this client wants scans now.
     pub(crate) fn set_wants_scans(&mut self, wants_scans: bool) {
         if wants_scans == self.wants_scans {
             return;
@@ -314,9 +320,9 @@ mod tests {
 
     #[test]
     fn old_scans_are_not_live() {
-        let heard = Instant::now();
-        let scan = LiveScan { heard, frame: ScanFrame::default() };
-        assert!(scan.is_live(heard + LIVE / 2));
-        assert!(!scan.is_live(heard + LIVE));
+        let received = Instant::now();
+        let scan = LiveScan { received, frame: ScanFrame::default() };
+        assert!(scan.is_live(received + LIVE_SCAN_AGE_MAX / 2));
+        assert!(!scan.is_live(received + LIVE_SCAN_AGE_MAX));
     }
 }

@@ -1,21 +1,21 @@
-//! What one client may use up. Every queue, buffer and wait in this crate has its bound here.
+//! Limits on what one client may use. Every queue, buffer and wait of this crate has its bound here.
 
 use std::time::{Duration, Instant};
 
 /// Bounds on clients. The defaults suit a robot on a site network; tests shorten the waits.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// TCP connections at a time, WebSockets included. More get 503 and are closed.
+    /// TCP connections at a time, WebSockets included. Further ones get 503 and are closed.
     pub connections: usize,
-    /// Control sockets at a time, and as many stream sockets. More are refused with a sentence.
+    /// Control sockets at a time; the same number applies to stream sockets. Further ones are refused with a sentence.
     pub clients: usize,
-    /// Longest a request's head may take, and longest an idle connection is kept.
+    /// Time limit for the head of a request, and for an idle connection.
     pub header_timeout: Duration,
-    /// Longest a WebSocket may say nothing before it is closed.
+    /// Time without a message after which a WebSocket is closed.
     pub silence: Duration,
-    /// Longest a peer may take nothing while something waits for it.
+    /// Time without progress of a write after which a connection is closed.
     pub write_stall: Duration,
-    /// Commands a second from one socket; twice as many in a burst. Orders to stop are counted apart.
+    /// Mean rate of commands from one socket; a burst may hold twice as many. Stop motion is counted apart.
     pub commands_per_second: f64,
 }
 
@@ -38,30 +38,30 @@ pub(crate) const MAX_CLIENT_MESSAGE_BYTES: usize = 16 << 10;
 pub(crate) const MAX_REQUEST_HEAD_BYTES: usize = 32 << 10;
 /// Header fields in a request.
 pub(crate) const MAX_REQUEST_HEADERS: usize = 64;
-/// Bytes that the kernel holds unsent for a client: what waits longer than this waits here, where newer replaces older.
+/// Bytes that the kernel holds unsent for a client. The rest waits in this process, where newer state replaces older.
 pub(crate) const UNSENT_BYTES: u32 = 16 << 10;
 /// Answers and pongs that wait for one client.
 pub(crate) const MAX_ANSWERS: usize = 256;
 /// Commands of one client that the core has not answered.
 pub(crate) const MAX_PENDING: usize = 256;
-/// Commands on their way to the core, of all clients.
+/// Commands of all clients in the queue to the core.
 pub(crate) const COMMAND_QUEUE: usize = 256;
-/// Places in that queue that only orders to stop may take.
+/// Places in that queue that are kept for Stop motion.
 pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
-/// Notices kept for clients that come later.
+/// Notices kept for clients that connect later.
 pub(crate) const MAX_NOTICES: usize = 50;
-/// Tiles in one event: some 50 kB, so that a pose never waits long behind a big map.
+/// Tiles in one event: some 50 kB, so that a pose does not wait behind a large map.
 pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
 /// Decisions on loops in one event: some 40 kB.
 pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
 
 /// Longest file from a client, bytes: some 400 million points.
 pub(crate) const MAX_UPLOAD_BYTES: u64 = 16 << 30;
-/// Disk that is left free for the robot's own recordings and maps, bytes.
+/// Disk space kept free for the robot's own recordings and maps, bytes.
 pub(crate) const UPLOAD_DISK_SPARED: u64 = 2 << 30;
 /// Files that may wait to be imported.
 pub(crate) const MAX_UPLOADS_KEPT: usize = 4;
-/// Files on their way at a time.
+/// Uploads at a time.
 pub(crate) const UPLOADS_AT_A_TIME: usize = 1;
 
 /// A token bucket.
@@ -72,7 +72,7 @@ pub(crate) struct RateLimit {
 }
 
 impl RateLimit {
-    /// `per_second` in the mean, twice as many at once.
+    /// Allows `per_second` in the mean and twice as many in a burst.
     pub(crate) fn new(per_second: f64, now: Instant) -> Self {
         Self { per_second, tokens: 2.0 * per_second, filled: now }
     }

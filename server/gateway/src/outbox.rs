@@ -1,4 +1,4 @@
-//! What is for one client only: answers to its commands and pings. Bounded; a client that lets it fill is dismissed.
+//! Messages for one client only: answers to its commands and pings. The queue is bounded; a client that lets it fill is disconnected.
 
 use crate::limits::MAX_ANSWERS;
 use api::Event;
@@ -68,7 +68,7 @@ impl Outbox {
         self.filled.notified().await;
     }
 
-    /// Returns once an answer found no room: the client asks but does not read.
+    /// Returns once an answer found no room: the client sends but does not read.
     pub(crate) async fn overflowed(&self) {
         self.overflowed.notified().await;
     }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn pongs_overtake_answers_and_what_finds_no_room_is_noticed() {
+    async fn pongs_overtake_answers_and_an_overflow_is_reported() {
         let outbox = Outbox::default();
         let notice = Arc::new(Event::Maps(Vec::new()));
         outbox.answer(notice.clone());

@@ -1,4 +1,4 @@
-//! Who may open a socket, and what a page from this server may do.
+//! Which pages may open a socket, and what a page of this server may do.
 
 use crate::problem::ProblemResponse;
 use axum::extract::Request;
@@ -7,7 +7,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 /// The page loads scripts, workers and data from this server only. WASM needs `wasm-unsafe-eval`; workers may start from
-/// blobs; the canvas library sets styles on elements; nobody may frame the page and lure clicks onto the robot's controls.
+/// blobs; the canvas library sets styles on elements; no page may frame this one to lure clicks onto the robot's controls.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     worker-src 'self' blob:; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     font-src 'self' data:; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -30,8 +30,8 @@ pub(crate) async fn add_headers(mut response: Response) -> Response {
     response
 }
 
-/// Lets only pages of this very server open sockets: browsers send `Origin` with every WebSocket, whatever page opens it,
-/// and enforce nothing themselves. Programs send none and pass.
+/// Lets only pages of this server open sockets. Browsers send `Origin` with every WebSocket, whatever page opens it, and enforce nothing
+/// themselves. Programs send no `Origin` and pass.
 pub(crate) async fn same_origin(request: Request, next: Next) -> Response {
     if is_same_origin(request.headers()) {
         next.run(request).await

@@ -24,25 +24,25 @@ pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
 }
 
 async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
-    let Some(seat) = StreamSeat::take(&app.hub) else {
+    let Some(seat) = StreamSeat::claim(&app.hub) else {
         return Closing::Refused("too many streams".to_owned());
     };
     let flow = Flow::default();
     tokio::select! {
-        closing = tell(sink, app.hub.scans(), &flow, app) => closing,
-        closing = listen(incoming, seat, &flow) => closing,
+        closing = write_scans(sink, app.hub.scans(), &flow, app) => closing,
+        closing = read_requests(incoming, seat, &flow) => closing,
     }
 }
 
 /// Flow control, shared by the two directions.
 struct Flow {
     pacer: Mutex<Pacer>,
-    heard: Notify,
+    requested: Notify,
 }
 
 impl Default for Flow {
     fn default() -> Self {
-        Self { pacer: Mutex::new(Pacer::new()), heard: Notify::new() }
+        Self { pacer: Mutex::new(Pacer::new()), requested: Notify::new() }
     }
 }
 
@@ -53,7 +53,7 @@ impl Flow {
 }
 
 /// Reads requests and acknowledgements until the client leaves or falls silent.
-async fn listen(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> Closing {
+async fn read_requests(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> Closing {
     let mut opened = false;
     loop {
         match incoming.message().await {
@@ -77,12 +77,12 @@ async fn listen(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> C
             }
             Err(closing) => return closing,
         }
-        flow.heard.notify_one();
+        flow.requested.notify_one();
     }
 }
 
 /// Sends the latest scan whenever the pacer permits, until the connection fails.
-async fn tell(
+async fn write_scans(
     sink: &mut Outgoing,
     mut scans: watch::Receiver<Option<Arc<LiveScan>>>,
     flow: &Flow,
@@ -94,7 +94,7 @@ async fn tell(
         let permission = flow.pacer().permission(Instant::now());
         let sent = tokio::select! {
             _ = ping.tick() => sink.send(Message::Ping(Vec::new().into())).await.map_err(|_| Closing::Gone),
-            () = flow.heard.notified() => Ok(()),
+            () = flow.requested.notified() => Ok(()),
             () = sleep_until(permission) => Ok(()),
             changed = scans.changed(), if permission == Permission::Send => match changed {
                 Ok(()) => send_latest(sink, &mut scans, flow).await,

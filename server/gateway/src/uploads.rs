@@ -17,16 +17,16 @@ use tokio::fs::{self, File};
 use tokio::io::AsyncWriteExt;
 use vocab::UploadId;
 
-/// Takes a file in.
+/// Stores an uploaded file.
 #[utoipa::path(put, path = api::paths::UPLOAD_PATH, tag = "maps", operation_id = "upload",
     params(("id" = String, Path, format = Uuid, description = "A new id, made by the client")),
     request_body(content_type = "application/octet-stream", description = "PCD, PLY, LAS, LAZ, E57 or PTX"),
     responses(
-    (status = 201, description = "It is here; the order to import it makes a map of it"),
-    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "No such form of id, or not all came"),
-    (status = 408, body = ProblemDocument, content_type = "application/problem+json", description = "Nothing came for too long"),
-    (status = 409, body = ProblemDocument, content_type = "application/problem+json", description = "That id is taken"),
-    (status = 411, body = ProblemDocument, content_type = "application/problem+json", description = "No length was said"),
+    (status = 201, description = "Stored; the import command makes a map of it"),
+    (status = 400, body = ProblemDocument, content_type = "application/problem+json", description = "The id is malformed, or the file is incomplete"),
+    (status = 408, body = ProblemDocument, content_type = "application/problem+json", description = "No bytes came for too long"),
+    (status = 409, body = ProblemDocument, content_type = "application/problem+json", description = "The id is in use"),
+    (status = 411, body = ProblemDocument, content_type = "application/problem+json", description = "The Content-Length header is missing"),
     (status = 413, body = ProblemDocument, content_type = "application/problem+json", description = "Too large"),
     (status = 429, body = ProblemDocument, content_type = "application/problem+json", description = "Too many files wait"),
     (status = 507, body = ProblemDocument, content_type = "application/problem+json", description = "The disk is full"),
@@ -61,11 +61,15 @@ pub(crate) async fn put(
     Ok(StatusCode::CREATED)
 }
 
-/// Bytes that are announced: what does not fit is refused before it is sent.
+/// The announced length, bytes: a file that does not fit is refused before it is sent.
 fn length(headers: &HeaderMap) -> Result<u64, ProblemResponse> {
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
-    let needed =
-        || ProblemResponse::new(StatusCode::LENGTH_REQUIRED, "Say how long the file is: Content-Length.");
+    let needed = || {
+        ProblemResponse::new(
+            StatusCode::LENGTH_REQUIRED,
+            "The length of the file is missing: send the Content-Length header.",
+        )
+    };
     let length: u64 = announced.ok_or_else(needed)?;
     if length > MAX_UPLOAD_BYTES {
         let most = MAX_UPLOAD_BYTES >> 30;
@@ -77,7 +81,7 @@ fn length(headers: &HeaderMap) -> Result<u64, ProblemResponse> {
     Ok(length)
 }
 
-/// Sees to it that few files wait and the disk has room.
+/// Checks that few files wait and that the disk has room.
 async fn make_room(folder: &FilePath, length: u64) -> Result<(), ProblemResponse> {
     fs::create_dir_all(folder).await.map_err(|error| disk(&error))?;
     let mut entries = fs::read_dir(folder).await.map_err(|error| disk(&error))?;
@@ -110,14 +114,14 @@ fn disk(error: &io::Error) -> ProblemResponse {
     ProblemResponse::new(status, "The server could not write the file to its disk.")
 }
 
-/// A file that is not all here yet; removed where it never is.
+/// A file that is being received; removed when dropped before it is complete.
 struct Partial {
     path: PathBuf,
 }
 
 impl Drop for Partial {
     fn drop(&mut self) {
-        // Gone already where all of it came.
+        // A complete file has been renamed.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -130,14 +134,14 @@ impl Partial {
         stall: Duration,
     ) -> Result<(), ProblemResponse> {
         let mut file = File::create(&self.path).await.map_err(|error| disk(&error))?;
-        let incomplete = || ProblemResponse::malformed("Not all of the file came. Send it again.");
+        let incomplete = || ProblemResponse::malformed("The file is incomplete. Send it again.");
         let mut came = 0;
         loop {
             let next = tokio::time::timeout(stall, body.next()).await;
             let next = next.map_err(|_| {
                 ProblemResponse::new(
                     StatusCode::REQUEST_TIMEOUT,
-                    "Nothing came for too long. Send the file again.",
+                    "No bytes came for too long. Send the file again.",
                 )
             })?;
             let Some(part) = next else { break };
