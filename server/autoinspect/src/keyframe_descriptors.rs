@@ -1,4 +1,4 @@
-//! What the keyframes of a saved map saw, as localisation uses it.
+//! Descriptors of a saved map's keyframes, as localisation uses them.
 
 use crate::failure::Failure;
 use geometry::Isometry;
@@ -7,7 +7,7 @@ use messages::PriorKeyframe;
 use std::path::Path;
 use store::{SavedMap, keyframe_descriptors};
 
-/// Those keyframes of the map in a folder that are wanted, by number, each with its pose in the map. Linear in its keyframes.
+/// Descriptors of the keyframes for which `wanted` (by number) is true, each with its pose in the map. Linear in the keyframes.
 pub fn read_keyframe_descriptors(
     map: &Path,
     wanted: impl Fn(usize) -> bool,
@@ -22,8 +22,5 @@ pub fn read_keyframe_descriptors(
             KeyframeDescriptor::from_parts(KeyframeDescriptorParts { points, ranges, views }, lidar)?,
         ))
     });
-    places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| {
-        let text = format!("{} misses clouds of some of its keyframes; make the map again", map.display());
-        Failure::usage(text)
-    })
+    places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| Failure::usage(crate::texts::missing_clouds(map)))
 }

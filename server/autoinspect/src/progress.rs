@@ -1,4 +1,4 @@
-//! How far a map that is made of others' data is, for people at a terminal or for a program that waits.
+//! Progress of an import, for people at a terminal or for the program that started it.
 
 use crate::output;
 use api::ImportStage;
@@ -6,12 +6,12 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use std::process;
 
-/// One stage's progress.
+/// Progress of one stage.
 pub enum Progress {
     /// On a terminal.
     Bar(ProgressBar),
     /// As lines of JSON, a hundred at most.
-    Lines { stage: ImportStage, told: Option<u8> },
+    Lines { stage: ImportStage, printed_percent: Option<u8> },
 }
 
 #[derive(Serialize)]
@@ -21,28 +21,28 @@ struct Line {
 }
 
 impl Progress {
-    /// Of a stage that begins.
+    /// Starts a stage; `lines` chooses JSON.
     pub fn new(lines: bool, stage: ImportStage) -> Self {
         if lines {
-            return Self::Lines { stage, told: None };
+            return Self::Lines { stage, printed_percent: None };
         }
         Self::Bar(output::share_bar(match stage {
             ImportStage::Reading => "reading",
-            ImportStage::Looking => "looking about",
+            ImportStage::Looking => "finding viewpoints",
             ImportStage::Writing => "writing",
         }))
     }
 
-    /// It is so far now, 0 to 1.
-    pub fn is(&mut self, share: f64) {
+    /// Shows the share that is done, 0 to 1.
+    pub fn set_share(&mut self, share: f64) {
         match self {
             Self::Bar(bar) => bar.set_position((share * 1e3) as u64),
-            Self::Lines { stage, told } => {
+            Self::Lines { stage, printed_percent } => {
                 let percent = (100.0 * share) as u8;
-                if told.replace(percent) != Some(percent) {
+                if printed_percent.replace(percent) != Some(percent) {
                     let line = serde_json::to_string(&Line { stage: *stage, share: share as f32 });
                     if line.is_ok_and(|line| output::try_line(&line).is_err()) {
-                        // Whoever waited has gone: there is nobody left to work for.
+                        // The program that started this has ended, so nobody needs the result.
                         process::exit(1);
                     }
                 }
@@ -50,17 +50,17 @@ impl Progress {
         }
     }
 
-    /// The stage is over.
-    pub fn ends(self) {
+    /// Ends the stage.
+    pub fn finish(self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
         }
     }
 }
 
-/// Everything else on this computer comes first: its processor, and its memory should that run out.
+/// Lowers this process's priority for processor time, and makes it the first to be ended when memory runs out.
 pub fn lower_priority() {
-    // Where the system does not let it, it competes.
+    // If the system refuses, the process runs with normal priority.
     let _ = rustix::process::nice(10);
     let _ = std::fs::write("/proc/self/oom_score_adj", "1000");
 }

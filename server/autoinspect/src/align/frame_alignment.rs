@@ -1,9 +1,10 @@
-//! Where a cloud or a map lies in a map that is there already: found by what it looks like, or told by points picked in both.
+//! Alignment of a cloud or a map with the frame of an existing map: found by recognising scans, or computed from picked point pairs.
 //!
-//! Both are level, so a heading and a place are all there is to find; what a robot was taught in the old map is true in the new one then.
+//! Both are level, so only a heading and a translation are unknown. What a robot was taught in the existing map (goals, docks) stays valid in the new one.
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
+use crate::texts;
 use geometry::{Isometry, Vector3, align_yaw_only, pose_from_isometry, rms_distance};
 use localisation::{GlobalLocaliser, LocalisationMap};
 use mapping::KeyframeDescriptor;
@@ -14,160 +15,196 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use store::SavedMap;
 
-/// So many scans of the map are looked for at most, so far apart at least, metres.
-const SCANS: usize = 60;
-const SPACING: f64 = 1.0;
-/// Two of them agree within this, metres.
-const AGREE: f64 = 0.5;
-/// As many have to agree, and another way may have such a share of them.
-const AGREED: usize = 5;
-const RIVAL: f64 = 0.5;
-/// Picked points may be so far apart, metres: a hand's breadth is usual.
-const PICKED: f64 = 0.5;
-/// Nobody's site is larger, metres.
-const FAR: f64 = 1e5;
-
-/// The same point in the cloud and in the map: as the cloud's file has it, or the map that is moved, and as the map shows it, metres.
+/// Parameters of [`find_alignment`] and [`align_point_pairs`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair {
-    /// In the cloud.
+pub struct AlignmentConfig {
+    /// Number of the map's scans that are searched for in the cloud, at most. Each costs a fifth of a second.
+    pub scans_max: usize,
+    /// Distance between these scans, at least, metres.
+    pub scan_spacing_m: f64,
+    /// Two scans agree on an alignment if neither moves the other's position by more than this, metres.
+    pub agreement_distance_m: f64,
+    /// Number of scans that must agree on the alignment.
+    pub agreeing_scans_min: usize,
+    /// The best other alignment may have at most this share of the scans of the best one.
+    pub other_share_max: f64,
+    /// Greatest root mean square distance of picked points after the alignment, metres. People pick to a hand's breadth.
+    pub pair_rms_max_m: f64,
+    /// Greatest distance by which picked points may move a cloud, metres: beyond it, coordinates were mistyped.
+    pub distance_max_m: f64,
+}
+
+impl Default for AlignmentConfig {
+    fn default() -> Self {
+        Self {
+            scans_max: 60,
+            scan_spacing_m: 1.0,
+            agreement_distance_m: 0.5,
+            agreeing_scans_min: 5,
+            other_share_max: 0.5,
+            pair_rms_max_m: 0.5,
+            distance_max_m: 1e5,
+        }
+    }
+}
+
+/// The same point in the cloud and in the map, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointPair {
+    /// As the cloud's file has it, or as the map that is moved shows it.
     pub cloud: [f64; 3],
-    /// In the map.
+    /// As the existing map shows it.
     pub map: [f64; 3],
 }
 
-/// How a cloud was aligned.
+/// The alignment of a cloud with a map, and its evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameAlignment {
-    /// The map that it was found in.
+    /// The map in which it was recognised; none for picked points.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<PathBuf>,
-    /// Where the cloud lies: a file as read, less the offset, its z axis up; or a map.
-    #[serde(serialize_with = "as_pose")]
+    /// Pose of the cloud in the map. The cloud is a file as read, less the offset, its z axis up; or a map.
+    #[serde(serialize_with = "serialize_pose")]
     map_from_cloud: Isometry,
-    /// Places recognised, or points picked, that agree on it.
-    agreed: u64,
-    /// How far they are apart, root mean square, metres.
-    apart: f64,
+    /// Number of scans or picked points that agree on it.
+    #[serde(rename = "agreed")]
+    agreeing: u64,
+    /// Root mean square distance between them after the alignment, metres.
+    #[serde(rename = "apart")]
+    rms_m: f64,
 }
 
-/// Looks for a cloud, as it is seen from `seen`, in a map: each of that map's scans is looked for in the cloud, as a robot that is switched on
-/// there would, and the alignment on which most of them agree is taken, if they are many and no other way has half as many.
-/// Costs a fifth of a second for each scan asked, and says what share of them is done.
-pub fn find(
-    seen: Vec<(Isometry, KeyframeDescriptor)>,
+/// Recognises a map's scans in a cloud and returns the alignment on which most of them agree.
+///
+/// - `cloud`: descriptors of the cloud's viewpoints with their poses in the cloud.
+/// - `map`: folder of the existing map. Its scans are searched for in the cloud one by one, as a robot that is switched on there would do.
+/// - `progress`: is called with the share of scans done, 0 to 1.
+///
+/// # Errors
+/// When the map cannot be read, too few scans are recognised, or another alignment has nearly as many.
+pub fn find_alignment(
+    cloud: Vec<(Isometry, KeyframeDescriptor)>,
     map: &Path,
+    config: &AlignmentConfig,
     progress: &mut dyn FnMut(f64),
 ) -> Result<FrameAlignment, Failure> {
-    // Only to say what is wrong with it, before much is done.
-    let chosen = all_over(&SavedMap::read(map).map_err(Failure::usage)?.poses);
-    let localiser = GlobalLocaliser::new(Arc::new(LocalisationMap::new(seen)));
+    // Read first, so that a broken map is reported before much is computed.
+    let chosen = spread_keyframes(&SavedMap::read(map).map_err(Failure::usage)?.poses, config);
+    let localiser = GlobalLocaliser::new(Arc::new(LocalisationMap::new(cloud)));
     let mut votes = Vec::new();
     let scans = read_keyframe_descriptors(map, |keyframe| chosen.contains(&keyframe))?;
-    for (scan, (map_from_base, place)) in scans.iter().enumerate() {
+    for (scan, (map_from_base, descriptor)) in scans.iter().enumerate() {
         progress(scan as f64 / scans.len() as f64);
-        let found = localiser.find_poses(place, &map_from_base.rotation, None);
+        let found = localiser.find_poses(descriptor, &map_from_base.rotation, None);
         let found = localiser.classify(&found).into_accepted();
-        for one in found {
-            let cloud_from_map = one.map_from_base * map_from_base.inverse();
-            let place = (map_from_base.translation.vector, one.map_from_base.translation.vector);
-            votes.push(Vote { scan, cloud_from_map, place });
+        for hypothesis in found {
+            let cloud_from_map = hypothesis.map_from_base * map_from_base.inverse();
+            let in_map = map_from_base.translation.vector;
+            let in_cloud = hypothesis.map_from_base.translation.vector;
+            votes.push(AlignmentVote { scan, cloud_from_map, in_map, in_cloud });
         }
     }
-    let (agreed, rival) = count(&votes);
-    let refused = || Failure::failed(words(agreed.len(), rival, map));
-    if agreed.len() < AGREED || rival as f64 > RIVAL * agreed.len() as f64 {
-        return Err(refused());
+    let (agreeing, others) = count_votes(&votes, config);
+    let too_few =
+        || Failure::failed(texts::too_few_scans_recognised(map, agreeing.len()));
+    if agreeing.len() < config.agreeing_scans_min {
+        return Err(too_few());
     }
-    let pairs: Vec<(Vector3, Vector3)> = agreed.iter().map(|vote| vote.place).collect();
-    let aligned = aligned(&pairs).ok_or_else(refused)?;
-    Ok(FrameAlignment { map: Some(map.to_owned()), ..aligned })
+    if others as f64 > config.other_share_max * agreeing.len() as f64 {
+        return Err(Failure::failed(texts::ambiguous_alignment(map, agreeing.len(), others)));
+    }
+    let pairs: Vec<(Vector3, Vector3)> = agreeing.iter().map(|vote| (vote.in_map, vote.in_cloud)).collect();
+    let alignment = align(&pairs).ok_or_else(too_few)?;
+    Ok(FrameAlignment { map: Some(map.to_owned()), ..alignment })
 }
 
-/// Where one of the map's scans may lie in the cloud.
-struct Vote {
+/// One possible alignment, from one of the map's scans.
+struct AlignmentVote {
     scan: usize,
     cloud_from_map: Isometry,
-    /// Of the scan, in the map and in the cloud.
-    place: (Vector3, Vector3),
+    /// Position of the scan in the map.
+    in_map: Vector3,
+    /// Position of the scan in the cloud.
+    in_cloud: Vector3,
 }
 
-impl Vote {
-    /// Whether both give the same alignment, as far as both scans' places show.
-    fn agrees(&self, other: &Self) -> bool {
-        let off = |one: &Self, by: &Self| {
-            (by.cloud_from_map.transform_point(&Point3::from(one.place.0)).coords - one.place.1).norm()
+impl AlignmentVote {
+    /// Whether both alignments are the same at the positions of both scans.
+    fn agrees(&self, other: &Self, config: &AlignmentConfig) -> bool {
+        let distance = |scan: &Self, by: &Self| {
+            (by.cloud_from_map.transform_point(&Point3::from(scan.in_map)).coords - scan.in_cloud).norm()
         };
-        off(self, other) <= AGREE && off(other, self) <= AGREE
+        distance(self, other) <= config.agreement_distance_m
+            && distance(other, self) <= config.agreement_distance_m
     }
 }
 
-/// The votes that agree with the one with which most do, and how many agree on the best other way. Quadratic in the votes, some hundred.
-fn count(votes: &[Vote]) -> (Vec<&Vote>, usize) {
-    let all: Vec<&Vote> = votes.iter().collect();
-    let Some((best, agreed)) = most(&all) else { return (Vec::new(), 0) };
-    let others: Vec<&Vote> = all.into_iter().filter(|vote| !vote.agrees(best)).collect();
-    (agreed, most(&others).map_or(0, |(_, agreed)| agreed.len()))
+/// The votes for the alignment with most scans, and the number of scans for the best other one. Quadratic in the votes, some hundred.
+fn count_votes<'a>(
+    votes: &'a [AlignmentVote],
+    config: &AlignmentConfig,
+) -> (Vec<&'a AlignmentVote>, usize) {
+    let all: Vec<&AlignmentVote> = votes.iter().collect();
+    let Some((best, agreeing)) = best_supported(&all, config) else { return (Vec::new(), 0) };
+    let others: Vec<&AlignmentVote> = all.into_iter().filter(|vote| !vote.agrees(best, config)).collect();
+    (agreeing, best_supported(&others, config).map_or(0, |(_, agreeing)| agreeing.len()))
 }
 
-/// The vote with which those of most scans agree, and these: of each scan its best.
-fn most<'a>(among: &[&'a Vote]) -> Option<(&'a Vote, Vec<&'a Vote>)> {
-    let supported = among.iter().map(|of| {
-        let mut agreed: Vec<&Vote> = among.iter().copied().filter(|vote| vote.agrees(of)).collect();
-        agreed.dedup_by_key(|vote| vote.scan);
-        (*of, agreed)
+/// The vote with which votes of most scans agree, and these votes: the best one of each scan.
+fn best_supported<'a>(
+    among: &[&'a AlignmentVote],
+    config: &AlignmentConfig,
+) -> Option<(&'a AlignmentVote, Vec<&'a AlignmentVote>)> {
+    let supported = among.iter().map(|vote| {
+        let mut agreeing: Vec<&AlignmentVote> =
+            among.iter().copied().filter(|other| other.agrees(vote, config)).collect();
+        agreeing.dedup_by_key(|vote| vote.scan);
+        (*vote, agreeing)
     });
     // The first of equals.
-    supported.rev().max_by_key(|(_, agreed)| agreed.len())
+    supported.rev().max_by_key(|(_, agreeing)| agreeing.len())
 }
 
-/// Numbers of keyframes all over a map.
-fn all_over(poses: &[Isometry]) -> BTreeSet<usize> {
-    let (mut apart, mut last): (Vec<usize>, Option<Vector3>) = (Vec::new(), None);
+/// Numbers of keyframes that are spread over the whole map.
+fn spread_keyframes(poses: &[Isometry], config: &AlignmentConfig) -> BTreeSet<usize> {
+    let (mut spaced, mut last): (Vec<usize>, Option<Vector3>) = (Vec::new(), None);
     for (keyframe, pose) in poses.iter().enumerate() {
         let at = pose.translation.vector;
-        if last.is_none_or(|last| (at - last).norm() >= SPACING) {
+        if last.is_none_or(|last| (at - last).norm() >= config.scan_spacing_m) {
             last = Some(at);
-            apart.push(keyframe);
+            spaced.push(keyframe);
         }
     }
-    let every = apart.len().div_ceil(SCANS).max(1);
-    apart.into_iter().step_by(every).collect()
+    let every = spaced.len().div_ceil(config.scans_max).max(1);
+    spaced.into_iter().step_by(every).collect()
 }
 
-/// By points that somebody picked; both z axes point up.
-pub fn align_by_point_pairs(pairs: &[Pair]) -> Result<FrameAlignment, Failure> {
+/// The alignment that brings picked points together; both z axes point up.
+///
+/// # Errors
+/// When the pairs do not determine an alignment, contradict each other, or lie impossibly far away.
+pub fn align_point_pairs(pairs: &[PointPair], config: &AlignmentConfig) -> Result<FrameAlignment, Failure> {
     let pairs: Vec<(Vector3, Vector3)> =
         pairs.iter().map(|pair| (Vector3::from(pair.map), Vector3::from(pair.cloud))).collect();
-    let aligned = aligned(&pairs).ok_or_else(|| {
-        Failure::usage("two --pair or more are needed, of points that are not above each other".to_owned())
-    })?;
-    let far = aligned.map_from_cloud.translation.vector.norm();
-    if !(aligned.apart.is_finite() && far <= FAR) {
-        let text = format!(
-            "the pairs place the cloud farther away than {:.0} km; check their coordinates",
-            FAR / 1e3
-        );
-        return Err(Failure::usage(text));
+    let alignment = align(&pairs).ok_or_else(|| Failure::usage(texts::TOO_FEW_PAIRS))?;
+    let distance_m = alignment.map_from_cloud.translation.vector.norm();
+    if !(alignment.rms_m.is_finite() && distance_m <= config.distance_max_m) {
+        return Err(Failure::usage(texts::pairs_too_far(config.distance_max_m / 1e3)));
     }
-    if aligned.apart > PICKED {
-        return Err(Failure::usage(format!(
-            "the pairs contradict each other: whichever way the cloud is laid, they stay {:.2} m apart in the mean; check their order, \
-             and --up",
-            aligned.apart
-        )));
+    if alignment.rms_m > config.pair_rms_max_m {
+        return Err(Failure::usage(texts::pairs_contradict(alignment.rms_m)));
     }
-    Ok(aligned)
+    Ok(alignment)
 }
 
 impl FrameAlignment {
-    /// Where the cloud lies.
+    /// Pose of the cloud in the map.
     pub fn map_from_cloud(&self) -> &Isometry {
         &self.map_from_cloud
     }
 
-    /// Moves points of the cloud, metres, into the map.
-    pub fn move_points(&self, xyz: &mut [[f32; 3]]) {
+    /// Transforms points of the cloud, metres, into the map.
+    pub fn transform_points(&self, xyz: &mut [[f32; 3]]) {
         for point in xyz {
             let moved = self.map_from_cloud.transform_point(&Point3::from(point.map(f64::from)));
             *point = moved.coords.map(|coordinate| coordinate as f32).into();
@@ -176,52 +213,38 @@ impl FrameAlignment {
 
     /// For people.
     pub fn describe(&self) -> String {
-        let (by, place) = (self.agreed, self.map_from_cloud.translation);
-        let where_to = format!("its origin lies at {:.2} {:.2} {:.2} m", place.x, place.y, place.z);
+        let (count, rms_m, origin) = (self.agreeing, self.rms_m, self.map_from_cloud.translation);
+        let origin = format!("its origin lies at {:.2} {:.2} {:.2} m", origin.x, origin.y, origin.z);
         match &self.map {
-            Some(map) => format!(
-                "found in {}: {by} places recognised, {:.3} m apart in the mean; {where_to}",
-                map.display(),
-                self.apart
-            ),
-            None => {
-                format!("laid by {by} pairs of points, {:.3} m apart in the mean; {where_to}", self.apart)
+            Some(map) => {
+                let map = map.display();
+                format!("found in {map}: {count} places recognised, {rms_m:.3} m apart in the mean; {origin}")
             }
+            None => format!("aligned by {count} pairs of points, {rms_m:.3} m apart in the mean; {origin}"),
         }
     }
 }
 
-fn aligned(pairs: &[(Vector3, Vector3)]) -> Option<FrameAlignment> {
+/// `pairs`: points in the map and in the cloud.
+fn align(pairs: &[(Vector3, Vector3)]) -> Option<FrameAlignment> {
     let map_from_cloud = align_yaw_only(pairs)?;
-    let apart = rms_distance(pairs, &map_from_cloud);
-    Some(FrameAlignment { map: None, map_from_cloud, agreed: pairs.len() as u64, apart })
+    let rms_m = rms_distance(pairs, &map_from_cloud);
+    Some(FrameAlignment { map: None, map_from_cloud, agreeing: pairs.len() as u64, rms_m })
 }
 
-fn as_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_pose<S: Serializer>(motion: &Isometry, serializer: S) -> Result<S::Ok, S::Error> {
     pose_from_isometry(motion).serialize(serializer)
 }
 
-fn words(agreed: usize, rival: usize, map: &Path) -> String {
-    let map = map.display();
-    let remedy = "points picked in both (--pair) align it";
-    if agreed < AGREED {
-        format!("only {agreed} places of {map} were recognised in the cloud; {remedy}")
-    } else {
-        format!(
-            "the cloud fits into {map} in two ways, with {agreed} and {rival} places recognised; {remedy}"
-        )
-    }
-}
-
-/// `X,Y,Z=X,Y,Z`.
-pub fn pair(text: &str) -> Result<Pair, String> {
+/// Parses `X,Y,Z=X,Y,Z`.
+pub fn parse_point_pair(text: &str) -> Result<PointPair, String> {
     let point = |text: &str| -> Option<[f64; 3]> {
         let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
         numbers.ok()?.try_into().ok().filter(|point: &[f64; 3]| point.iter().all(|c| c.is_finite()))
     };
     text.split_once('=')
-        .and_then(|(cloud, map)| Some(Pair { cloud: point(cloud)?, map: point(map)? }))
-        .ok_or_else(|| "a point and the same one in the other map are expected, like 12,3.5,0=1.2,4,0".into())
+        .and_then(|(cloud, map)| Some(PointPair { cloud: point(cloud)?, map: point(map)? }))
+        .ok_or_else(|| texts::INVALID_PAIR.to_owned())
 }
 
 #[cfg(test)]
@@ -230,10 +253,25 @@ mod tests {
 
     #[test]
     fn pairs_are_read_or_refused() {
-        let read = Pair { cloud: [1.0, -2.0, 3.5], map: [0.0, 0.0, 1e6] };
-        assert_eq!(pair("1,-2,3.5=0,0,1000000"), Ok(read));
+        let read = PointPair { cloud: [1.0, -2.0, 3.5], map: [0.0, 0.0, 1e6] };
+        assert_eq!(parse_point_pair("1,-2,3.5=0,0,1000000"), Ok(read));
         for text in ["", "1,2,3", "1,2=3,4", "1,2,3=4,5,6,7", "a,2,3=4,5,6", "1,2,NaN=4,5,6"] {
-            assert!(pair(text).is_err(), "{text}");
+            assert!(parse_point_pair(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn the_alignment_with_most_scans_wins_and_the_others_are_counted() {
+        let config = AlignmentConfig::default();
+        let vote = |scan: usize, offset: f64| {
+            let in_map = Vector3::new(scan as f64, 0.0, 0.0);
+            let shift = Vector3::new(0.0, offset, 0.0);
+            let cloud_from_map = Isometry::translation(0.0, offset, 0.0);
+            AlignmentVote { scan, cloud_from_map, in_map, in_cloud: in_map + shift }
+        };
+        let votes = [vote(0, 3.0), vote(1, 3.1), vote(1, 9.0), vote(2, 2.9), vote(3, 9.2)];
+        let (agreeing, others) = count_votes(&votes, &config);
+        assert_eq!((agreeing.len(), others), (3, 2));
+        assert!(count_votes(&[], &config).0.is_empty());
     }
 }

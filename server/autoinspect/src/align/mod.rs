@@ -1,14 +1,14 @@
-//! `autoinspect align`: a saved map laid into the frame of another one of the same site.
+//! `autoinspect align`: a saved map in the frame of another one of the same site.
 
 pub mod frame_alignment;
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::progress::{Progress, lower_priority};
-use crate::{map, output};
+use crate::{map, output, texts};
 use api::ImportStage;
 use clap::Args;
-use frame_alignment::{FrameAlignment, Pair, pair};
+use frame_alignment::{AlignmentConfig, FrameAlignment, PointPair, parse_point_pair};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use messages::{FinishedMap, GraphNode, PoseGraph, RevisitCounts};
 use serde::Serialize;
@@ -18,52 +18,54 @@ use store::{MapFileOptions, MapPoints, SavedMap, TileFiles, copy_clouds, write_m
 use uuid::Uuid;
 use vocab::{MapId, Pose, SessionId};
 
-/// Lay a saved map into the frame of another one of the same site.
+/// Give a saved map the frame of another one of the same site.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "MAP and OTHER are folders that `autoinspect map`, `import`, `merge`, `patch` or `align` wrote, or those in a platform's data
-directory. The new map is MAP, moved: nothing of OTHER is in it (`autoinspect merge` joins two). What a robot was taught in OTHER is true
-in it then. It is found where MAP lies by what both look like; --pair says it by points picked in both. align.json beside the map says
-how many places or points agree.
+    after_help = "MAP and OTHER are folders that `autoinspect map`, `import`, `merge`, `patch` or `align` wrote, or folders in a data directory's maps/.
+The new map is MAP, moved; it holds nothing of OTHER (`autoinspect merge` joins two maps). What a robot was taught in OTHER (goals, docks)
+is then valid in it. The alignment is found by places that look alike in both, or computed from points picked in both (--pair). align.json
+in the new map's folder says how many places or points agree.
 
 EXAMPLES:
-  autoinspect align survey --onto walked --out laid
-  autoinspect align data/maps/1f0c… --onto data/maps/77ab… --out laid --name \"Hall, laid\"
-  autoinspect align survey --onto walked --out laid --pair 81.2,40,1=0.3,-2.1,0.4 --pair 97,38.5,1=16.1,-3.6,0.4"
+  autoinspect align survey --onto walked --out aligned
+  autoinspect align data/maps/1f0c… --onto data/maps/77ab… --out aligned --name \"Hall, aligned\"
+  autoinspect align survey --onto walked --out aligned --pair 81.2,40,1=0.3,-2.1,0.4 --pair 97,38.5,1=16.1,-3.6,0.4"
 )]
 pub struct AlignArgs {
-    /// Folder of the map to be moved.
+    /// Folder of the map to move.
     map: PathBuf,
-    /// Folder of the map whose frame it is to have.
+    /// Folder of the map whose frame it gets.
     #[arg(long, value_name = "OTHER")]
     onto: PathBuf,
-    /// A point of MAP, and the same one in OTHER, metres; two or more.
-    #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = pair, allow_hyphen_values = true)]
-    pair: Vec<Pair>,
+    /// A point of MAP, and the same point in OTHER, metres; give two or more.
+    #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = parse_point_pair, allow_hyphen_values = true)]
+    pair: Vec<PointPair>,
     /// Folder for the results; what an earlier run left there is replaced.
     #[arg(long)]
     out: PathBuf,
-    /// Name of the map; that of MAP and OTHER if none is given.
+    /// Name of the new map; made of the names of MAP and OTHER if none is given.
     #[arg(long)]
     name: Option<String>,
     /// Print one JSON object.
     #[arg(long)]
     json: bool,
-    /// Give way to other programs, and print a line of JSON now and then that says how far it is.
+    /// Run with low priority, and print the progress as lines of JSON.
     #[arg(long)]
     background: bool,
 }
 
-/// How it was laid: kept beside the map as align.json.
+/// The result: align.json in the new map's folder.
 #[derive(Debug, Serialize)]
 struct Report {
-    /// The map that was moved, and the one whose frame it has now.
+    /// The map that was moved.
     map: MapId,
+    /// The map whose frame it has now.
     onto: MapId,
     name: String,
     points: u64,
     keyframes: u64,
-    aligned: FrameAlignment,
+    #[serde(rename = "aligned")]
+    alignment: FrameAlignment,
 }
 
 /// Runs `autoinspect align`.
@@ -72,46 +74,47 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
         lower_priority();
     }
     if [&args.map, &args.onto].iter().any(|map| map::is_same_folder(&args.out, map)) {
-        let text = format!("{} is one of the maps; choose another folder for the result", args.out.display());
-        return Err(Failure::usage(text));
+        return Err(Failure::usage(texts::result_is_input(&args.out)));
     }
     let saved = SavedMap::read(&args.map).map_err(Failure::usage)?;
     let onto = SavedMap::read(&args.onto).map_err(Failure::usage)?;
     let mut progress = Progress::new(args.background, ImportStage::Looking);
-    progress.is(0.0);
-    let aligned = match args.pair.as_slice() {
-        [] => frame_alignment::find(
+    progress.set_share(0.0);
+    let config = AlignmentConfig::default();
+    let alignment = match args.pair.as_slice() {
+        [] => frame_alignment::find_alignment(
             read_keyframe_descriptors(&args.map, |_| true)?,
             &args.onto,
-            &mut |share| progress.is(share),
+            &config,
+            &mut |share| progress.set_share(share),
         )?,
-        pairs => frame_alignment::align_by_point_pairs(pairs)?,
+        pairs => frame_alignment::align_point_pairs(pairs, &config)?,
     };
-    progress.ends();
+    progress.finish();
     let name = args.name.clone();
     let name = name.unwrap_or_else(|| format!("{} on {}", saved.summary.name, onto.summary.name));
 
     let mut progress = Progress::new(args.background, ImportStage::Writing);
-    progress.is(0.0);
-    // An imported map keeps less of what it was made of anywhere else.
+    progress.set_share(0.0);
+    // Tiles hold all points of an imported map; its clouds hold fewer.
     let mut points = MapPoints::from_tiles(&args.map).map_err(Failure::usage)?;
-    aligned.move_points(&mut points.xyz);
+    alignment.transform_points(&mut points.xyz);
     map::prepare(&args.out)?;
     copy_clouds(&args.map, &args.out.join("clouds"), 0).map_err(Failure::failed)?;
-    let finished = moved(&saved, aligned.map_from_cloud(), &name);
+    let finished = moved(&saved, alignment.map_from_cloud(), &name);
     let tiles = TileFiles::new(args.out.join("tiles"));
     let options =
         MapFileOptions { has_pose_graph: saved.summary.has_pose_graph, ..MapFileOptions::default() };
-    progress.is(0.2);
+    progress.set_share(0.2);
     let files = write_map_files_of(&args.out, &tiles, &finished, options, points).map_err(Failure::failed)?;
-    progress.ends();
+    progress.finish();
     let report = Report {
         map: saved.summary.id,
         onto: onto.summary.id,
         name,
         points: files.summary.points,
         keyframes: u64::from(files.summary.keyframes),
-        aligned,
+        alignment,
     };
     for name in ["align.json", "summary.json"] {
         store::write_json(&args.out.join(name), &report).map_err(Failure::failed)?;
@@ -120,7 +123,7 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
-/// The same map elsewhere; the same two make the same id.
+/// The map with all poses moved. The same map and alignment give the same id.
 fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap {
     let move_pose = |pose: &Isometry| pose_from_isometry(&(onto_from_map * pose));
     let Pose { position, orientation } = pose_from_isometry(onto_from_map);
@@ -147,6 +150,6 @@ fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap 
 }
 
 fn describe(report: &Report, out: &Path) -> String {
-    let Report { name, points, keyframes, aligned, .. } = report;
-    format!("{name} in {}: {points} points, {keyframes} keyframes\n{}", out.display(), aligned.describe())
+    let Report { name, points, keyframes, alignment, .. } = report;
+    format!("{name} in {}: {points} points, {keyframes} keyframes\n{}", out.display(), alignment.describe())
 }
