@@ -24,8 +24,7 @@ impl Transform {
 /// From metres and a quaternion x, y, z, w.
 pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, Failure> {
     let pose = Pose { position: Vec3::from(position), orientation: Quat { w, x, y, z } };
-    geometry::isometry_from_pose(&pose)
-        .ok_or_else(|| Failure::usage("a frame's quaternion is zero or not finite".to_owned()))
+    geometry::isometry_from_pose(&pose).ok_or_else(|| Failure::usage(crate::texts::INVALID_QUATERNION))
 }
 
 /// Where sensors sit on the base. What is missing stays as the recording says.

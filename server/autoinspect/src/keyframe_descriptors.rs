@@ -22,5 +22,8 @@ pub fn read_keyframe_descriptors(
             KeyframeDescriptor::from_parts(KeyframeDescriptorParts { points, ranges, views }, lidar)?,
         ))
     });
-    places.collect::<Option<Vec<_>>>().filter(|_| whole).ok_or_else(|| Failure::usage(crate::texts::missing_clouds(map)))
+    places
+        .collect::<Option<Vec<_>>>()
+        .filter(|_| whole)
+        .ok_or_else(|| Failure::usage(crate::texts::missing_clouds(map)))
 }

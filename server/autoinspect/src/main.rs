@@ -26,6 +26,7 @@ mod robot;
 mod sim_record;
 #[cfg(test)]
 mod test_data;
+mod texts;
 mod trajectory;
 mod up;
 

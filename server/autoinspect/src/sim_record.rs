@@ -3,7 +3,7 @@
 mod faults;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, texts};
 use clap::Args;
 use faults::FaultName;
 use messages::Input;
@@ -85,12 +85,7 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
     });
     let Some(route) = site.route(&args.route).cloned() else {
         let names: Vec<_> = site.routes().iter().map(|route| route.name).collect();
-        return Err(Failure::usage(format!(
-            "{} has no route '{}'; it has {}",
-            args.site,
-            args.route,
-            names.join(", ")
-        )));
+        return Err(Failure::usage(texts::no_such_route(&args.site, &args.route, &names)));
     };
     let faults = faults::parse(&args.faults.join(","))?;
     let config = SimConfig {

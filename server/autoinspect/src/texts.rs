@@ -62,7 +62,10 @@ pub const NO_USABLE_MESSAGE: &str = "no message could be used";
 
 /// A cloud in which too few scans of the map were recognised.
 pub fn too_few_scans_recognised(map: &Path, recognised: usize) -> String {
-    format!("only {recognised} places of {} were recognised in the cloud; align it by points picked in both (--pair)", map.display())
+    format!(
+        "only {recognised} places of {} were recognised in the cloud; align it by points picked in both (--pair)",
+        map.display()
+    )
 }
 
 /// A cloud whose alignment is ambiguous.
@@ -83,11 +86,14 @@ pub fn pairs_too_far(distance_km: f64) -> String {
 
 /// Point pairs that no alignment fits.
 pub fn pairs_contradict(rms_m: f64) -> String {
-    format!("the pairs contradict each other: after the best alignment they are {rms_m:.2} m apart in the mean; check their order, and --up")
+    format!(
+        "the pairs contradict each other: after the best alignment they are {rms_m:.2} m apart in the mean; check their order, and --up"
+    )
 }
 
 /// A point pair that cannot be parsed.
-pub const INVALID_PAIR: &str = "a point and the same one in the other map are expected, like 12,3.5,0=1.2,4,0";
+pub const INVALID_PAIR: &str =
+    "a point and the same one in the other map are expected, like 12,3.5,0=1.2,4,0";
 
 /// Two maps that cannot be merged.
 pub fn alignment_error(error: &AlignmentError, map: &Path, first: &Path) -> String {
@@ -119,7 +125,8 @@ pub fn unknown_format(out: &Path) -> String {
 }
 
 /// A picture without a pixel.
-pub const EMPTY_PICTURE: &str = "no point of the map is within these heights; widen --heights or --above-robot";
+pub const EMPTY_PICTURE: &str =
+    "no point of the map is within these heights; widen --heights or --above-robot";
 
 /// A pose graph that the solver refuses.
 pub fn cannot_optimise(graph: &Path, reason: &dyn Display) -> String {
@@ -133,7 +140,9 @@ pub fn no_such_route(site: &dyn Display, route: &str, routes: &[&str]) -> String
 
 /// A fault that cannot be parsed.
 pub fn invalid_fault(text: &str) -> String {
-    format!("'{text}' is no fault; write blind-lidar@60-80, silent-lidar@…, silent-imu@… or leg-slip@30-40:0.2,0,0")
+    format!(
+        "'{text}' is no fault; write blind-lidar@60-80, silent-lidar@…, silent-imu@… or leg-slip@30-40:0.2,0,0"
+    )
 }
 
 /// A trajectory without poses.
@@ -153,11 +162,14 @@ pub fn no_truth(path: &Path) -> String {
 
 /// Trajectories that hardly overlap.
 pub fn too_few_common_instants(count: usize) -> String {
-    format!("the two trajectories share {count} instants, too few to compare; check --offset and that both are of the same run")
+    format!(
+        "the two trajectories share {count} instants, too few to compare; check --offset and that both are of the same run"
+    )
 }
 
 /// Positions that do not determine an alignment.
-pub const COLLINEAR_POSITIONS: &str = "all positions lie on one line, so they cannot be aligned; use --align first";
+pub const COLLINEAR_POSITIONS: &str =
+    "all positions lie on one line, so they cannot be aligned; use --align first";
 
 /// A frame that cannot be parsed.
 pub fn invalid_frame(text: &str) -> String {

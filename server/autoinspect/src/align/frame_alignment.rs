@@ -105,8 +105,7 @@ pub fn find_alignment(
         }
     }
     let (agreeing, others) = count_votes(&votes, config);
-    let too_few =
-        || Failure::failed(texts::too_few_scans_recognised(map, agreeing.len()));
+    let too_few = || Failure::failed(texts::too_few_scans_recognised(map, agreeing.len()));
     if agreeing.len() < config.agreeing_scans_min {
         return Err(too_few());
     }
@@ -140,10 +139,7 @@ impl AlignmentVote {
 }
 
 /// The votes for the alignment with most scans, and the number of scans for the best other one. Quadratic in the votes, some hundred.
-fn count_votes<'a>(
-    votes: &'a [AlignmentVote],
-    config: &AlignmentConfig,
-) -> (Vec<&'a AlignmentVote>, usize) {
+fn count_votes<'a>(votes: &'a [AlignmentVote], config: &AlignmentConfig) -> (Vec<&'a AlignmentVote>, usize) {
     let all: Vec<&AlignmentVote> = votes.iter().collect();
     let Some((best, agreeing)) = best_supported(&all, config) else { return (Vec::new(), 0) };
     let others: Vec<&AlignmentVote> = all.into_iter().filter(|vote| !vote.agrees(best, config)).collect();

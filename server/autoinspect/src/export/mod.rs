@@ -1,9 +1,9 @@
-//! `autoinspect export`: a saved map for other people's programs, or as a picture from above.
+//! `autoinspect export`: a saved map as a file for other programs, or as a picture from above.
 
 mod picture;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, texts};
 use api::MapSummary;
 use clap::{Args, ValueEnum};
 use formats::{e57::E57File, las, pcd, ply};
@@ -34,22 +34,22 @@ pub struct ExportArgs {
     /// The file to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// What to write, where FILE's ending does not say it.
+    /// Format, if FILE's ending does not say it.
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// One point in each cell of this size, metres; 0 keeps all.
     #[arg(long, default_value_t = 0.03, value_parser = not_negative)]
     spacing: f32,
-    /// Also what moved: points of people and trolleys that the robot looked through before or after.
+    /// Keep points of people and other moving objects, which the robot saw through before or after.
     #[arg(long)]
     moving: bool,
     /// Edge of a pixel of the picture, metres.
     #[arg(long, default_value_t = 0.05, value_parser = pixel_size)]
     pixel: f64,
-    /// The picture leaves out what lies higher than this above the robot that saw it, metres: ceilings, mostly.
+    /// The picture leaves out points higher than this above the robot that saw them, metres: mostly ceilings.
     #[arg(long, default_value_t = 1.5)]
     above_robot: f64,
-    /// The picture shows these heights of the map only, metres.
+    /// The picture shows only these heights of the map, metres.
     #[arg(long, value_name = "FROM,TO", value_parser = heights, allow_hyphen_values = true)]
     heights: Option<Heights>,
     /// Print one JSON object.
@@ -80,24 +80,22 @@ struct Report {
 
 /// Runs `autoinspect export`.
 pub fn run(args: &ExportArgs) -> Result<(), Failure> {
-    let format = args.format.or_else(|| format_of(&args.out)).ok_or_else(|| {
-        Failure::usage(format!(
-            "{} does not say its format; end it in .ply, .pcd, .las, .laz, .e57 or .png, or give --format",
-            args.out.display()
-        ))
-    })?;
+    let format = args
+        .format
+        .or_else(|| format_of(&args.out))
+        .ok_or_else(|| Failure::usage(texts::unknown_format(&args.out)))?;
     let map = summary(&args.map)?;
     let clouds =
         map_clouds(&args.map, CloudSelection { spacing_m: args.spacing, include_dynamic: args.moving })
             .map_err(Failure::usage)?;
-    // Under another name first: what carries the wanted name is complete.
+    // Written under another name first, so that a file with the wanted name is complete.
     let unfinished = unfinished(&args.out);
     let written = write(args, format, map.id, clouds, &unfinished).and_then(|points| {
         fs::rename(&unfinished, &args.out).map_err(|error| cannot_write(&args.out, &error))?;
         Ok(points)
     });
     let points = written.inspect_err(|_| {
-        // Nothing is there where it could not even be made.
+        // The file may not exist if it could not be created.
         let _ = fs::remove_file(&unfinished);
     })?;
     let bytes = fs::metadata(&args.out).map_err(|error| cannot_write(&args.out, &error))?.len();
@@ -108,14 +106,9 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     output::print_json(args.json, &Report { file: args.out.clone(), format, points, bytes })
 }
 
-/// What a map says of itself, which it does once it is complete.
+/// The map's summary, which is written last: a map without it is incomplete.
 fn summary(map: &Path) -> Result<MapSummary, Failure> {
-    let bytes = fs::read(map.join("map.json")).map_err(|error| {
-        Failure::usage(format!(
-            "{} holds no map ({error} for its map.json); give a folder that `autoinspect map --out` wrote",
-            map.display()
-        ))
-    })?;
+    let bytes = fs::read(map.join("map.json")).map_err(|error| Failure::usage(texts::no_map(map, &error)))?;
     serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(&map.join("map.json"), error))
 }
 
@@ -133,9 +126,9 @@ fn write(
     }
     if format == Format::Png {
         let settings = Settings { pixel: args.pixel, above_robot: args.above_robot, heights: args.heights };
-        let picture = Picture::of(clouds, settings).map_err(Failure::failed)?.ok_or_else(|| {
-            Failure::usage("no point of the map is within these heights; widen --heights or --above-robot")
-        })?;
+        let picture = Picture::of(clouds, settings)
+            .map_err(Failure::failed)?
+            .ok_or_else(|| Failure::usage(texts::EMPTY_PICTURE))?;
         save(path, |file| picture.write_png(file)).map_err(writing)?;
         save(&world_file(&args.out), |file| file.write_all(picture.world_file().as_bytes()))
             .map_err(writing)?;
@@ -176,7 +169,7 @@ fn save(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()
 }
 
 fn cannot_write(path: &Path, error: &io::Error) -> Failure {
-    Failure::failed(format!("{} cannot be written: {error}", path.display()))
+    Failure::failed(texts::cannot_write(path, error))
 }
 
 fn unfinished(out: &Path) -> PathBuf {

@@ -96,8 +96,9 @@ mod tests {
         };
         let all = gather_points(vec![station(None, vec![7.0]), station(Some(turned), Vec::new())]);
         assert_eq!(all.intensity, [7.0, 0.0]);
-        let differs =
-            |point: [f32; 3], expected: [f32; 3]| (0..3).any(|axis| (point[axis] - expected[axis]).abs() > 1e-5);
+        let differs = |point: [f32; 3], expected: [f32; 3]| {
+            (0..3).any(|axis| (point[axis] - expected[axis]).abs() > 1e-5)
+        };
         assert!(
             !differs(all.xyz[0], [1.0, 2.0, 3.0]) && !differs(all.xyz[1], [8.0, 1.0, 3.0]),
             "{:?}",

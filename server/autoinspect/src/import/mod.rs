@@ -19,9 +19,7 @@ use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, UNIX_EPOCH};
-use store::{
-    MapFileOptions, MapPoints, Store, TileFiles, write_map_files_of, write_viewpoint_clouds,
-};
+use store::{MapFileOptions, MapPoints, Store, TileFiles, write_map_files_of, write_viewpoint_clouds};
 use upright::Up;
 use vocab::{KeyframeId, Stamp};
 
@@ -241,8 +239,7 @@ fn align(
     let alignment_config = AlignmentConfig::default();
     if let Some(map) = &args.align_to {
         let descriptors = describe_viewpoints(found, &cloud.thinned, config);
-        let found =
-            frame_alignment::find_alignment(descriptors, map, &alignment_config, &mut |_| ())?;
+        let found = frame_alignment::find_alignment(descriptors, map, &alignment_config, &mut |_| ())?;
         return Ok(Some(found));
     }
     if args.pair.is_empty() {
@@ -362,6 +359,8 @@ mod tests {
         for text in ["", "1", "15,-16", "-100,0", "a,b", "0,NaN", "a,-16,15"] {
             assert!(parse_field_of_view(text).is_err(), "{text}");
         }
-        assert!(parse_spacing("0").is_err() && parse_spacing("nan").is_err() && parse_spacing("1.5") == Ok(1.5));
+        assert!(
+            parse_spacing("0").is_err() && parse_spacing("nan").is_err() && parse_spacing("1.5") == Ok(1.5)
+        );
     }
 }

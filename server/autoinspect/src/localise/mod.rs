@@ -4,7 +4,7 @@ pub(crate) mod offline_localiser;
 
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
-use crate::output;
+use crate::{output, texts};
 use clap::Args;
 use messages::CorrectedScan;
 use offline_localiser::OfflineLocaliser;
@@ -18,8 +18,8 @@ use vocab::{Pose, Quat, Stamp, Vec3};
 /// Say where a recorded robot was in a known map.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "INPUT is what `autoinspect map` takes. Without --initial the robot finds itself by what it sees. FILE gets a line for every scan whose
-place is known: stamp, then the base in the map.
+    after_help = "INPUT is what `autoinspect map` takes. Without --initial the robot is localised by its scans alone. FILE gets a line for every localised
+scan: stamp, then the pose of the base in the map.
 
 EXAMPLES:
   autoinspect localise monday.mcap --map m --out monday.tum
@@ -35,7 +35,7 @@ pub struct LocaliseArgs {
     /// The trajectory to write, TUM.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Where the robot begins, to a metre and 20 degrees: the base in the map, metres, and its heading, degrees.
+    /// Initial pose of the base in the map, metres and degrees of heading; within 1 m and 20 degrees of the truth.
     #[arg(long, value_name = "X,Y,Z,YAW", value_parser = initial, allow_hyphen_values = true)]
     initial: Option<Initial>,
     /// Print one JSON object.
@@ -43,27 +43,28 @@ pub struct LocaliseArgs {
     json: bool,
 }
 
-/// Where the robot begins, as told.
+/// Initial pose of the base in the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Initial(Pose);
 
-/// How well it went.
+/// How well the robot was localised.
 #[derive(Debug, Serialize)]
 struct Report {
     out: PathBuf,
     scans: u64,
-    /// Scans whose place is known.
+    /// Scans that were localised.
     localised: u64,
-    /// Of those, scans at which something spoke against it.
-    doubted: u64,
-    /// How often the place was lost.
+    /// Of those, scans with low confidence.
+    #[serde(rename = "doubted")]
+    low_confidence: u64,
+    /// How often tracking was lost.
     lost: u64,
-    /// From the first scan until the place was known, seconds; none if it never was.
+    /// Time from the first scan to the first localised one, seconds; none if no scan was.
     found_after: Option<f64>,
     /// CPU time of the stack for each scan, odometry included, milliseconds.
     ms_per_scan: f64,
     ms_per_scan_p99: f64,
-    /// Of all questions where the robot may be.
+    /// CPU time of all global searches, milliseconds.
     ms_searching: f64,
 }
 
@@ -72,27 +73,28 @@ pub fn run(args: &LocaliseArgs) -> Result<(), Failure> {
     let recordings = args.inputs.open()?;
     let known = runtime::known_map(&args.map).map_err(Failure::usage)?;
     let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
-    let mut nobody = |_: &CorrectedScan| ();
-    let walk = OfflineLocaliser::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut nobody);
-    let walked = walk.run(boot, Reader::start(recordings)?, duration);
-    write(&args.out, &walked.trajectory)?;
-    let mut ms: Vec<f64> = walked.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();
+    let mut ignore = |_: &CorrectedScan| ();
+    let localiser =
+        OfflineLocaliser::new(Arc::new(known), args.initial.map(|Initial(pose)| pose), &mut ignore);
+    let run = localiser.run(boot, Reader::start(recordings)?, duration);
+    write(&args.out, &run.trajectory)?;
+    let mut ms: Vec<f64> = run.scan_seconds.iter().map(|seconds| seconds * 1e3).collect();
     ms.sort_by(f64::total_cmp);
     let report = Report {
         out: args.out.clone(),
-        scans: walked.scans,
-        localised: walked.trajectory.len() as u64,
-        doubted: walked.doubted,
-        lost: walked.lost,
-        found_after: walked.found_after,
+        scans: run.scans,
+        localised: run.trajectory.len() as u64,
+        low_confidence: run.low_confidence,
+        lost: run.lost,
+        found_after: run.found_after,
         ms_per_scan: ms.iter().sum::<f64>() / ms.len().max(1) as f64,
         ms_per_scan_p99: ms.get(ms.len() * 99 / 100).copied().unwrap_or(0.0),
-        ms_searching: walked.search_time.as_secs_f64() * 1e3,
+        ms_searching: run.search_time.as_secs_f64() * 1e3,
     };
     output::print_human(args.json, &describe(&report));
     output::print_json(args.json, &report)?;
     if report.localised == 0 {
-        return Err(Failure::failed(format!("the robot was not found in {}", args.map.display())));
+        return Err(Failure::failed(texts::robot_not_found(&args.map)));
     }
     Ok(())
 }
@@ -103,7 +105,7 @@ fn write(path: &Path, trajectory: &[(Stamp, Pose)]) -> Result<(), Failure> {
         formats::tum::write(&mut out, trajectory)?;
         out.flush()
     };
-    write().map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+    write().map_err(|error| Failure::failed(texts::cannot_write(path, &error)))
 }
 
 fn describe(report: &Report) -> String {
@@ -112,11 +114,11 @@ fn describe(report: &Report) -> String {
         None => "not found".to_owned(),
     };
     format!(
-        "{}: {} of {} scans localised, {found}, in doubt at {}, lost {} time(s)\n{:.1} ms CPU a scan, 99th percentile {:.1} ms, {:.0} ms searching",
+        "{}: {} of {} scans localised, {found}, {} with low confidence, lost {} time(s)\n{:.1} ms CPU a scan, 99th percentile {:.1} ms, {:.0} ms searching",
         report.out.display(),
         report.localised,
         report.scans,
-        report.doubted,
+        report.low_confidence,
         report.lost,
         report.ms_per_scan,
         report.ms_per_scan_p99,

@@ -1,4 +1,4 @@
-//! The stack in a known map without a robot: boot record, the order to be localised, sensors, ticks, and the jobs it starts.
+//! The stack in a saved map without a robot: it is fed a boot record, the command to localise, sensor messages and ticks, and its jobs are run.
 
 use crate::inputs::{Reader, Ticks};
 use crate::output;
@@ -14,7 +14,7 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, Pose, Stamp};
 
-/// A stack being fed.
+/// Feeds a recording to a stack that localises.
 pub struct OfflineLocaliser<'a> {
     stack: Stack,
     known: Arc<PriorMap>,
@@ -22,37 +22,41 @@ pub struct OfflineLocaliser<'a> {
     now: Option<Stamp>,
     ticks: Ticks,
     effects: Vec<StackEffect>,
+    /// Jobs to run, and whether each reads the map.
     jobs: VecDeque<(u64, bool)>,
     state: LocalisationState,
     first_scan: Option<Stamp>,
     since_scan: Duration,
-    walked: LocalisationRun,
-    /// Is shown every scan whose place is known and not in doubt.
-    witness: &'a mut dyn FnMut(&CorrectedScan),
+    run: LocalisationRun,
+    /// Called with every scan that is localised with full confidence.
+    on_scan: &'a mut dyn FnMut(&CorrectedScan),
 }
 
-/// What came out.
+/// The result of a recording.
 #[derive(Debug, Default)]
 pub struct LocalisationRun {
     pub scans: u64,
-    /// Base in the map at every scan whose place is known.
+    /// Pose of the base in the map at every localised scan.
     pub trajectory: Vec<(Stamp, Pose)>,
-    pub doubted: u64,
+    /// Localised scans with low confidence.
+    pub low_confidence: u64,
+    /// How often tracking was lost.
     pub lost: u64,
-    /// From the first scan on, seconds.
+    /// Time from the first scan to the first localised one, seconds.
     pub found_after: Option<f64>,
     /// CPU time of the stack from one scan to the next.
     pub scan_seconds: Vec<f64>,
-    /// Finding out where the robot may be.
+    /// CPU time of global searches.
     pub search_time: Duration,
 }
 
 impl<'a> OfflineLocaliser<'a> {
-    /// In a map, beginning where somebody says. `witness` is shown every scan whose place is known and not in doubt.
+    /// Localises in `known`, from the pose `initial` (base in the map) if it is given. `on_scan` is called with every scan that is localised with full
+    /// confidence.
     pub fn new(
         known: Arc<PriorMap>,
         initial: Option<Pose>,
-        witness: &'a mut dyn FnMut(&CorrectedScan),
+        on_scan: &'a mut dyn FnMut(&CorrectedScan),
     ) -> Self {
         Self {
             stack: Stack::new(),
@@ -65,8 +69,8 @@ impl<'a> OfflineLocaliser<'a> {
             state: LocalisationState::Idle,
             first_scan: None,
             since_scan: Duration::ZERO,
-            walked: LocalisationRun::default(),
-            witness,
+            run: LocalisationRun::default(),
+            on_scan,
         }
     }
 
@@ -90,7 +94,7 @@ impl<'a> OfflineLocaliser<'a> {
                 self.feed(tick, Input::Tick);
             }
             if let Sensor::Scan(_) = &sensor {
-                self.walked.scans += 1;
+                self.run.scans += 1;
                 self.first_scan.get_or_insert(at);
             }
             self.feed(at, Input::Sensor(sensor));
@@ -98,7 +102,7 @@ impl<'a> OfflineLocaliser<'a> {
         }
         bar.finish_and_clear();
         reader.finish();
-        self.walked
+        self.run
     }
 
     fn begin(&mut self, at: Stamp, boot: BootRecord) {
@@ -114,7 +118,7 @@ impl<'a> OfflineLocaliser<'a> {
         }
     }
 
-    /// Steps, and then does the jobs that the stack has started: their results come before the next input.
+    /// Steps the stack, then runs the jobs that it has started. Their results come before the next input.
     fn feed(&mut self, at: Stamp, input: Input) {
         self.step(at, input);
         while let Some((job, reads)) = self.jobs.pop_front() {
@@ -124,7 +128,7 @@ impl<'a> OfflineLocaliser<'a> {
             } else {
                 self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run)
             };
-            self.walked.search_time += thread_cpu_time() - start;
+            self.run.search_time += thread_cpu_time() - start;
             self.step(at, Input::JobDone(JobDone { job, result }));
         }
     }
@@ -145,15 +149,15 @@ impl<'a> OfflineLocaliser<'a> {
         match effect {
             StackEffect::StartJob { job, work: Job::ReadMap(_) } => self.jobs.push_back((job, true)),
             StackEffect::StartJob { job, work: Job::Relocalise(_) } => self.jobs.push_back((job, false)),
-            StackEffect::Publish(Publication::Localisation(state)) => self.turn(state),
+            StackEffect::Publish(Publication::Localisation(state)) => self.handle_state(state),
             StackEffect::Publish(Publication::Scan(scan)) => {
-                self.walked.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
+                self.run.scan_seconds.push(std::mem::take(&mut self.since_scan).as_secs_f64());
                 if let LocalisationState::Localised { degradation, .. } = self.state {
                     match degradation {
-                        None => (self.witness)(&scan),
-                        Some(_) => self.walked.doubted += 1,
+                        None => (self.on_scan)(&scan),
+                        Some(_) => self.run.low_confidence += 1,
                     }
-                    self.walked.trajectory.push((scan.stamp, scan.map_from_base));
+                    self.run.trajectory.push((scan.stamp, scan.map_from_base));
                 }
             }
             StackEffect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
@@ -164,14 +168,14 @@ impl<'a> OfflineLocaliser<'a> {
         }
     }
 
-    fn turn(&mut self, state: LocalisationState) {
+    fn handle_state(&mut self, state: LocalisationState) {
         let known = |state: &LocalisationState| matches!(state, LocalisationState::Localised { .. });
         if known(&self.state) && !known(&state) {
-            self.walked.lost += 1;
+            self.run.lost += 1;
         }
-        if known(&state) && self.walked.found_after.is_none() {
+        if known(&state) && self.run.found_after.is_none() {
             let waited = self.first_scan.zip(self.now).map(|(first, now)| (now - first).secs_f64());
-            self.walked.found_after = waited;
+            self.run.found_after = waited;
         }
         self.state = state;
     }

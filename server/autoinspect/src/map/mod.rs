@@ -6,8 +6,8 @@ mod summary;
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::journal::McapJournal;
-use crate::output;
 use crate::process;
+use crate::{output, texts};
 use clap::Args;
 use messages::BootRecord;
 use offline_mapper::{MappingRun, OfflineMapper};
@@ -100,18 +100,14 @@ pub(crate) fn is_same_folder(a: &Path, b: &Path) -> bool {
 
 /// Makes the folder for results and removes those of an earlier run, and nothing else.
 pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
-    let cannot =
-        |error: std::io::Error| Failure::failed(format!("{} cannot be written: {error}", out.display()));
+    let cannot = |error: std::io::Error| Failure::failed(texts::cannot_write(out, &error));
     let foreign = out.is_dir()
         && !out.join("summary.json").exists()
         && fs::read_dir(out)
             .map_err(cannot)?
             .any(|entry| entry.is_ok_and(|entry| entry.file_name() != "clouds"));
     if foreign {
-        return Err(Failure::usage(format!(
-            "{} holds other things; choose an empty folder or one of an earlier map",
-            out.display()
-        )));
+        return Err(Failure::usage(texts::folder_in_use(out)));
     }
     // First what says that a map is complete.
     match fs::remove_file(out.join("map.json")) {

@@ -3,8 +3,8 @@
 use super::SESSION;
 use crate::failure::Failure;
 use crate::inputs::{Message, Reader, Ticks};
-use crate::output;
 use crate::process::thread_cpu_time;
+use crate::{output, texts};
 use lockstep::Digest;
 use messages::{
     BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobDone, JobResult, Principal, Publication,
@@ -123,8 +123,8 @@ impl OfflineMapper {
         let Tally { finished, refused, notices, .. } = &mut self.mapped;
         let Some(finished) = finished.take() else {
             let reason = refused.take().or_else(|| notices.pop());
-            let reason = reason.unwrap_or_else(|| "no message could be used".to_owned());
-            return Err(Failure::usage(format!("no map was made: {reason}")));
+            let reason = reason.unwrap_or_else(|| texts::NO_USABLE_MESSAGE.to_owned());
+            return Err(Failure::usage(texts::no_map_made(&reason)));
         };
         if let Some(journal) = self.journal.take() {
             journal.finish().map_err(Failure::failed)?;

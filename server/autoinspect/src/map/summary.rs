@@ -126,8 +126,7 @@ impl Summary {
     /// Writes the file.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
         let text = serde_json::to_vec_pretty(self).map_err(Failure::failed)?;
-        std::fs::write(path, text)
-            .map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+        std::fs::write(path, text).map_err(|error| Failure::failed(crate::texts::cannot_write(path, &error)))
     }
 
     /// For people.

@@ -10,18 +10,29 @@ use store::SavedMap;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, SessionId, Stamp};
 
-/// Information of the first keyframe's pose: the first map's frame is kept.
-const ORIGIN: f64 = 1e8;
-/// Least information of an edge: a kilometre or radian. Keeps every walk in one piece.
-const LEAST: f64 = 1e-6;
+/// Parameters of [`JoinedGraph`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JoinedGraphConfig {
+    /// Information of the prior on the first keyframe's pose (1/rad² and 1/m²), so that the first map's frame is kept.
+    pub origin_information: f64,
+    /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of a kilometre. Keeps every walk connected.
+    pub information_min: f64,
+}
 
-/// Keyframes of all maps so far, one map's after the other's.
+impl Default for JoinedGraphConfig {
+    fn default() -> Self {
+        Self { origin_information: 1e8, information_min: 1e-6 }
+    }
+}
+
+/// Keyframes and edges of all maps so far, one map after the other.
 #[derive(Debug, Default)]
 pub struct JoinedGraph {
+    config: JoinedGraphConfig,
     poses: Vec<Isometry>,
     edges: Vec<GraphEdge>,
     decisions: Vec<LoopDecision>,
-    /// In the order of joining: which map, and the number of its first keyframe.
+    /// In the order of joining: index of the map, and number of its first keyframe.
     firsts: Vec<(usize, u32)>,
 }
 
@@ -35,10 +46,10 @@ impl JoinedGraph {
     pub fn add(&mut self, index: usize, map: &SavedMap, joint: &MapAlignment) -> Result<(), Failure> {
         let first = self.append(index, map, &joint.first_from_second);
         self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
-        self.settle().map_err(|error| Failure::failed(format!("{}: {error}", map.path.display())))
+        self.settle().map_err(|error| Failure::failed(crate::texts::unreadable_input(&map.path, &error)))
     }
 
-    /// Where the keyframes are.
+    /// Poses of the keyframes.
     pub fn poses(&self) -> &[Isometry] {
         &self.poses
     }
@@ -70,13 +81,14 @@ impl JoinedGraph {
         let (mut values, mut graph) = (Values::default(), Graph::default());
         let keys: Vec<Key> = self.poses.iter().map(|pose| values.insert(Value::Pose(*pose))).collect();
         let Some(origin) = self.poses.first() else { return Ok(()) };
-        let prior = Prior::new(keys[0], origin, &(Matrix6::identity() * ORIGIN)).map_err(|e| text(&e))?;
+        let prior = Prior::new(keys[0], origin, &(Matrix6::identity() * self.config.origin_information))
+            .map_err(|e| text(&e))?;
         graph.add(prior, &values).map_err(|e| text(&e))?;
         for edge in &self.edges {
             let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
             let measured = isometry_from_pose(&edge.from_from_to).ok_or("an edge of its graph is no pose")?;
-            let information =
-                Matrix6::from_fn(|row, column| edge.information[row][column]) + Matrix6::identity() * LEAST;
+            let information = Matrix6::from_fn(|row, column| edge.information[row][column])
+                + Matrix6::identity() * self.config.information_min;
             let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;
             graph.add(factor, &values).map_err(|e| text(&e))?;
         }

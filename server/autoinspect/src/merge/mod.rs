@@ -3,11 +3,11 @@
 mod joined_graph;
 
 use crate::failure::Failure;
-use crate::{map, output};
+use crate::{map, output, texts};
 use clap::Args;
 use geometry::{Isometry, pose_from_isometry};
 use joined_graph::JoinedGraph;
-use mapping::{AlignmentError, MapAlignment, MapMatcher, VerificationConfig};
+use mapping::{MapAlignment, MapMatcher, VerificationConfig};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::fs;
@@ -15,11 +15,12 @@ use std::path::{Path, PathBuf};
 use store::{MapFileOptions, SavedMap, TileFiles, map_clouds_and_sensors, write_map_files};
 use vocab::Pose;
 
-/// Join maps of one site: those of several walks, or of a part that was added.
+/// Join maps of one site: of several walks, or of a part that was built later.
 #[derive(Args, Debug)]
 #[command(
-    after_help = "Each map is found in those before it by what it looks like; nothing has to be known of where the walks began. The first
-map's frame is kept; a map that is not recognised in those before it is tried again once others have joined. OUT gets what `autoinspect map` writes: one graph with the loops between the walks, all clouds, tiles.
+    after_help = "Each map is aligned with those before it by places that look alike; the walks may have begun anywhere. The first map's
+frame is kept. A map that is not recognised in those before it is tried again after the others. OUT gets the files of `autoinspect map`: one graph
+with loops between the walks, all clouds, tiles.
 
 EXAMPLES:
   autoinspect merge monday friday --out site
@@ -40,26 +41,27 @@ pub struct MergeArgs {
     json: bool,
 }
 
-/// What was made of the maps.
+/// The merged map.
 #[derive(Debug, Serialize)]
 struct Report {
     out: PathBuf,
     keyframes: u64,
     points: u64,
-    /// Of each map after the first.
+    /// How each map after the first was joined.
     joins: Vec<Join>,
 }
 
-/// How a map was joined to those before it.
+/// How a map was joined with those before it.
 #[derive(Debug, Serialize)]
 struct Join {
     map: PathBuf,
-    /// Keyframes recognised that agree on where it lies, and those that agree on the best other way.
+    /// Recognised keyframes that agree on the alignment.
     recognised: u64,
+    /// Recognised keyframes that agree on the best other alignment.
     recognised_elsewhere: u64,
-    /// Loops between it and those before.
+    /// Loop closures between it and those before.
     loops: u64,
-    /// Where its frame lies in the first one's.
+    /// Pose of its frame in that of the first map.
     first_from_map: Pose,
 }
 
@@ -68,13 +70,10 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let maps = args.maps.iter().map(|path| SavedMap::read(path)).collect::<Result<Vec<_>, _>>();
     let maps = maps.map_err(Failure::usage)?;
     if args.maps.iter().any(|map| map::is_same_folder(&args.out, map)) {
-        return Err(Failure::usage(format!(
-            "{} is one of the maps; choose another folder",
-            args.out.display()
-        )));
+        return Err(Failure::usage(texts::result_is_input(&args.out)));
     }
-    let charts = maps.iter().map(chart_of).collect::<Result<Vec<_>, _>>()?;
-    let (joined, joins) = join(&maps, charts)?;
+    let matchers = maps.iter().map(matcher_of).collect::<Result<Vec<_>, _>>()?;
+    let (joined, joins) = join(&maps, matchers)?;
 
     map::prepare(&args.out)?;
     let clouds = args.out.join("clouds");
@@ -97,24 +96,24 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
-/// Joins every map with those before it; what is not recognised there may be in one that comes later.
-fn join(maps: &[SavedMap], charts: Vec<MapMatcher>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
-    let mut waiting: VecDeque<(usize, MapMatcher)> = charts.into_iter().enumerate().collect();
+/// Joins every map with those before it. A map that is not recognised in them is tried again when others have joined.
+fn join(maps: &[SavedMap], matchers: Vec<MapMatcher>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
+    let mut waiting: VecDeque<(usize, MapMatcher)> = matchers.into_iter().enumerate().collect();
     let (mut joined, mut joins) = (JoinedGraph::default(), Vec::new());
-    let Some((first, mut chart)) = waiting.pop_front() else { return Ok((joined, joins)) };
+    let Some((first, mut matcher)) = waiting.pop_front() else { return Ok((joined, joins)) };
     joined.begin(first, &maps[first]);
     let mut refused = 0;
     while let Some((index, mut own)) = waiting.pop_front() {
         let map = &maps[index];
-        match chart.align(&mut own, &VerificationConfig::default()) {
+        match matcher.align(&mut own, &VerificationConfig::default()) {
             Ok(found) => {
                 joined.add(index, map, &found)?;
                 joins.push(Join::new(map, &found));
-                chart.append(own, joined.poses());
+                matcher.append(own, joined.poses());
                 refused = 0;
             }
-            Err(unrelated) if refused >= waiting.len() => {
-                return Err(Failure::failed(words(&unrelated, &map.path, &maps[first].path)));
+            Err(error) if refused >= waiting.len() => {
+                return Err(Failure::failed(texts::alignment_error(&error, &map.path, &maps[first].path)));
             }
             Err(_) => {
                 refused += 1;
@@ -137,38 +136,18 @@ impl Join {
     }
 }
 
-/// The keyframes of a map with what they saw.
-fn chart_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
-    let mut chart = MapMatcher::default();
+/// The keyframes of a map with what they saw, to be matched with other maps.
+fn matcher_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
+    let mut matcher = MapMatcher::default();
     for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {
         let (cloud, sensor) = read.map_err(Failure::usage)?;
         let pose = geometry::isometry_from_pose(&cloud.map_from_keyframe).unwrap_or_else(Isometry::identity);
-        chart.push_cloud(&pose, &cloud.xyz, sensor);
+        matcher.push_cloud(&pose, &cloud.xyz, sensor);
     }
-    if chart.len() != map.poses.len() {
-        return Err(Failure::usage(format!(
-            "{} has {} keyframes but clouds of {}; make the map again",
-            map.path.display(),
-            map.poses.len(),
-            chart.len()
-        )));
+    if matcher.len() != map.poses.len() {
+        return Err(Failure::usage(texts::missing_clouds(&map.path)));
     }
-    Ok(chart)
-}
-
-fn words(unrelated: &AlignmentError, map: &Path, first: &Path) -> String {
-    let (map, first) = (map.display(), first.display());
-    match unrelated {
-        AlignmentError::TooFew(0) => {
-            format!("nothing of {map} was recognised in {first}; are they of the same site?")
-        }
-        AlignmentError::TooFew(count) => format!(
-            "only {count} places of {map} were recognised in {first}, or all in one spot; walk some 15 m of the known part on the next round"
-        ),
-        AlignmentError::Ambiguous(count, rival) => format!(
-            "{map} fits into {first} in two ways, with {count} and {rival} places recognised; walk a part on which they differ"
-        ),
-    }
+    Ok(matcher)
 }
 
 fn describe(report: &Report) -> String {
@@ -192,6 +171,5 @@ fn describe(report: &Report) -> String {
 fn write_summary(out: &Path, report: &Report) -> Result<(), Failure> {
     let path = out.join("summary.json");
     let text = serde_json::to_string_pretty(report).map_err(Failure::failed)?;
-    fs::write(&path, text + "\n")
-        .map_err(|error| Failure::failed(format!("{} cannot be written: {error}", path.display())))
+    fs::write(&path, text + "\n").map_err(|error| Failure::failed(texts::cannot_write(&path, &error)))
 }

@@ -4,8 +4,7 @@ mod incremental;
 mod problem;
 
 use crate::failure::Failure;
-use crate::output;
-use crate::process;
+use crate::{output, process, texts};
 use clap::{Args, ValueEnum};
 use factors::{Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly};
 use formats::g2o;
@@ -117,12 +116,10 @@ pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
     };
     let file = g2o::read_as(&text, convention).map_err(|error| Failure::unreadable(&args.graph, error))?;
     drop(bytes);
-    let problem = Problem::new(file).map_err(|reason| {
-        Failure::usage(format!("{} cannot be optimised: {reason}", args.graph.display()))
-    })?;
-    let refuse = |error: SolveError| {
-        Failure::usage(format!("{} cannot be optimised: {}", args.graph.display(), problem.explain(&error)))
-    };
+    let problem =
+        Problem::new(file).map_err(|reason| Failure::usage(texts::cannot_optimise(&args.graph, &reason)))?;
+    let refuse =
+        |error: SolveError| Failure::usage(texts::cannot_optimise(&args.graph, &problem.explain(&error)));
 
     let mut times = Vec::new();
     let mut solved = None;
@@ -196,7 +193,7 @@ fn write(
     convention: g2o::Information,
 ) -> Result<(), Failure> {
     let graph = problem.result(&solved.values, &solved.rejected);
-    let cannot = |error| Failure::failed(format!("{} could not be written: {error}", args.out.display()));
+    let cannot = |error: std::io::Error| Failure::failed(texts::cannot_write(&args.out, &error));
     let mut out = BufWriter::new(File::create(&args.out).map_err(cannot)?);
     g2o::write_as(&mut out, &graph, convention).and_then(|()| out.flush()).map_err(cannot)
 }

@@ -1,4 +1,4 @@
-//! Whether a robot is localised by one version of a map as well as by another.
+//! Comparison of two versions of a map by how well robots are localised in them.
 
 use super::DistanceTrigger;
 use crate::failure::Failure;
@@ -12,28 +12,43 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a version may be worse by: share of scans, and of what they see.
-const LOCALISED: f64 = 0.005;
-const FITTING: f64 = 0.002;
+/// Parameters of [`find_regression`]: by how much a new version may be worse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegressionConfig {
+    /// Loss of localised scans, as a share of all scans.
+    pub localised_share: f64,
+    /// Loss of fit and gain of contradiction, both from 0 to 1.
+    pub fit: f64,
+}
+
+impl Default for RegressionConfig {
+    fn default() -> Self {
+        Self { localised_share: 0.005, fit: 0.002 }
+    }
+}
 
 /// How well robots are localised in a map.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Fitness {
     pub scans: u64,
-    /// Scans whose place is known.
+    /// Scans that were localised.
     pub localised: u64,
-    /// Of those, scans at which something spoke against it.
-    pub doubted: u64,
-    /// How often the place was lost.
+    /// Of those, scans with low confidence.
+    #[serde(rename = "doubted")]
+    pub low_confidence: u64,
+    /// How often tracking was lost.
     pub lost: u64,
-    /// How well what was seen fits the map's surfaces, 0 to 1, and share of what stands where its keyframes saw through, in the mean
-    /// over scans a metre apart.
+    /// Fit of the scans' points with the map's surfaces, 0 to 1; mean over scans a metre apart.
     pub fit: f64,
+    /// Share of the points that lie in free space of the map's keyframes; mean over the same scans.
     pub contradicted: f64,
 }
 
 /// Localises the robot of each recording in a map.
-pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
+///
+/// # Errors
+/// When the map or a recording cannot be read.
+pub fn measure_fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result<Fitness, Failure> {
     let localisation_map = LocalisationMap::new(read_keyframe_descriptors(map, |_| true)?);
     let localiser = GlobalLocaliser::new(Arc::new(localisation_map));
     let known = Arc::new(runtime::known_map(map).map_err(Failure::usage)?);
@@ -41,10 +56,11 @@ pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut look_trigger, mut filter) = (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
-        let mut witness = |scan: &CorrectedScan| {
+        let (mut look_trigger, mut voxel_filter) =
+            (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
+        let mut on_scan = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
-            let points = filter.filter(&scan.cloud.xyz);
+            let points = voxel_filter.filter(&scan.cloud.xyz);
             if look_trigger.is_due(&pose) {
                 let found = localiser.refine_pose(&points, &pose);
                 fitness.fit += found.fit;
@@ -52,38 +68,39 @@ pub fn fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -> Result
                 compared += 1.0;
             }
         };
-        let walk = OfflineLocaliser::new(Arc::clone(&known), None, &mut witness);
-        let walked = walk.run(boot, Reader::start(opened)?, duration);
-        fitness.scans += walked.scans;
-        fitness.localised += walked.trajectory.len() as u64;
-        fitness.doubted += walked.doubted;
-        fitness.lost += walked.lost;
+        let offline_localiser = OfflineLocaliser::new(Arc::clone(&known), None, &mut on_scan);
+        let run = offline_localiser.run(boot, Reader::start(opened)?, duration);
+        fitness.scans += run.scans;
+        fitness.localised += run.trajectory.len() as u64;
+        fitness.low_confidence += run.low_confidence;
+        fitness.lost += run.lost;
     }
     fitness.fit /= f64::max(compared, 1.0);
     fitness.contradicted /= f64::max(compared, 1.0);
     Ok(fitness)
 }
 
-/// Why a robot is better off with the version before, if it is.
-pub fn worse(before: &Fitness, after: &Fitness) -> Option<String> {
-    let sure = |fitness: &Fitness| (fitness.localised - fitness.doubted) as f64 / fitness.scans.max(1) as f64;
+/// Why robots are localised worse in the new version, if they are.
+pub fn find_regression(before: &Fitness, after: &Fitness, config: &RegressionConfig) -> Option<String> {
+    let confident =
+        |fitness: &Fitness| (fitness.localised - fitness.low_confidence) as f64 / fitness.scans.max(1) as f64;
     if after.lost > before.lost {
         return Some(format!(
             "in it the robot loses its place {} time(s), {} before",
             after.lost, before.lost
         ));
     }
-    if sure(after) < sure(before) - LOCALISED {
-        let [after, before] = [after, before].map(|fitness| 100.0 * sure(fitness));
+    if confident(after) < confident(before) - config.localised_share {
+        let [after, before] = [after, before].map(|fitness| 100.0 * confident(fitness));
         return Some(format!(
-            "in it the place is known after {after:.1} % of the scans, {before:.1} % before"
+            "in it the robot is localised after {after:.1} % of the scans, {before:.1} % before"
         ));
     }
-    if after.fit < before.fit - FITTING {
+    if after.fit < before.fit - config.fit {
         let (after, before) = (after.fit, before.fit);
         return Some(format!("what is seen fits it by {after:.3}, {before:.3} before"));
     }
-    (after.contradicted > before.contradicted + FITTING).then(|| {
+    (after.contradicted > before.contradicted + config.fit).then(|| {
         let (after, before) = (after.contradicted, before.contradicted);
         format!("what is seen contradicts it by {after:.3}, {before:.3} before")
     })
@@ -94,15 +111,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_version_by_which_the_robot_is_worse_off_is_told_why() {
-        let before =
-            Fitness { scans: 1_000, localised: 980, doubted: 10, lost: 1, fit: 0.85, contradicted: 0.01 };
-        let reason = |after: Fitness| worse(&before, &after).unwrap_or_default();
+    fn a_regression_is_found_and_named() {
+        let before = Fitness {
+            scans: 1_000,
+            localised: 980,
+            low_confidence: 10,
+            lost: 1,
+            fit: 0.85,
+            contradicted: 0.01,
+        };
+        let reason = |after: Fitness| {
+            find_regression(&before, &after, &RegressionConfig::default()).unwrap_or_default()
+        };
         assert_eq!(reason(before), "");
         assert_eq!(reason(Fitness { lost: 0, fit: 0.9, contradicted: 0.0, ..before }), "");
         assert!(reason(Fitness { lost: 2, ..before }).contains("loses its place 2 time(s)"));
         assert!(reason(Fitness { localised: 970, ..before }).contains("96.0 % of the scans, 97.0 %"));
-        assert!(reason(Fitness { doubted: 20, ..before }).contains("96.0 %"));
+        assert!(reason(Fitness { low_confidence: 20, ..before }).contains("96.0 %"));
         assert!(reason(Fitness { fit: 0.84, ..before }).contains("fits it by 0.840, 0.850"));
         assert!(reason(Fitness { contradicted: 0.02, ..before }).contains("contradicts it by 0.020"));
     }

@@ -1,4 +1,4 @@
-//! The new version's files: the same graph, clouds with the changes.
+//! The files of a map's new version: the same graph, and clouds with the changes.
 
 use crate::failure::Failure;
 use api::MapSummary;
@@ -24,98 +24,109 @@ use vocab::{MapId, SessionId};
 pub struct Changes {
     pub keyframes: u64,
     pub keyframes_changed: u64,
-    /// Points of keyframes that were taken out.
-    pub gone: u64,
-    /// Points that were seen where the map showed nothing; several keyframes may have one.
-    pub come: u64,
+    /// Points that were removed from keyframes.
+    #[serde(rename = "gone")]
+    pub removed: u64,
+    /// Points that were seen where the map showed nothing. Several keyframes may hold the same one.
+    #[serde(rename = "come")]
+    pub added: u64,
 }
 
-/// A point that has come.
+/// A point that the map did not show.
 #[derive(Clone, Copy, Debug)]
 struct AddedPoint {
+    /// Position in the map, metres.
     in_map: Vector3,
+    /// Sensor units.
     intensity: f32,
-    /// The keyframe that is nearest to where it was seen from.
-    home: usize,
+    /// Index of the keyframe nearest to where it was seen from; that keyframe holds it in any case.
+    nearest_keyframe: usize,
 }
 
-/// Writes the version into a folder that is ready for it. Linear in the map's points; each keyframe looks at all that has come.
+/// Writes the new version into the prepared folder `out`. `scans` are those of later recordings, localised in the map. Cost: linear in the map's points, and in
+/// keyframes times added points.
+///
+/// # Errors
+/// When a cloud cannot be read or the disk fails.
 pub fn write_version(
     saved: &SavedMap,
-    looks: &[RevisitScan],
+    scans: &[RevisitScan],
     out: &Path,
     name: &str,
 ) -> Result<(MapSummary, Changes), Failure> {
     let clouds = || map_clouds_and_sensors(&saved.path).map_err(Failure::usage);
     let pose_of = |cloud: &MapCloud| saved.poses[cloud.keyframe.0 as usize];
-    let (mut left, mut shown) = (Vec::new(), OccupiedCells::default());
+    let config = MapChangesConfig::default();
+    let (mut removed, mut occupied) = (Vec::new(), OccupiedCells::default());
     for read in clouds()? {
         let (mut cloud, _) = read.map_err(Failure::usage)?;
         let pose = pose_of(&cloud);
-        let gone = removed_points(&pose, &cloud.xyz, looks, &MapChangesConfig::default());
-        cloud.drop_points(&gone);
-        cloud.xyz.iter().for_each(|point| shown.insert(&transform_to_map(&pose, point)));
-        left.push(gone);
+        let indices = removed_points(&pose, &cloud.xyz, scans, &config);
+        cloud.drop_points(&indices);
+        cloud.xyz.iter().for_each(|point| occupied.insert(&transform_to_map(&pose, point)));
+        removed.push(indices);
     }
-    let added_points = added_points(saved, looks, &mut shown);
-    let mut changes = Changes { come: added_points.len() as u64, ..Changes::default() };
+    let added_points = added_points(saved, scans, &mut occupied, &config);
+    let mut changes = Changes { added: added_points.len() as u64, ..Changes::default() };
     let out_clouds = out.join("clouds");
     let virtual_keyframes =
         copy_viewpoint_files(&saved.path.join("clouds"), &out_clouds, 0).map_err(Failure::failed)?;
-    for (read, gone) in clouds()?.zip(left) {
+    for (read, indices) in clouds()?.zip(removed) {
         let (mut cloud, sensor) = read.map_err(Failure::usage)?;
-        cloud.drop_points(&gone);
+        cloud.drop_points(&indices);
         let pose = pose_of(&cloud);
-        let before = cloud.xyz.len();
+        let count = cloud.xyz.len();
         let view = RangeImage::new(&cloud.xyz, sensor);
-        put_in(&mut cloud, &pose, &view, &added_points);
+        insert_points(&mut cloud, &pose, &view, &added_points, &config);
         changes.keyframes += 1;
-        changes.gone += gone.len() as u64;
-        let is_changed = !gone.is_empty() || cloud.xyz.len() > before;
+        changes.removed += indices.len() as u64;
+        let is_changed = !indices.is_empty() || cloud.xyz.len() > count;
         changes.keyframes_changed += u64::from(is_changed);
         // A virtual keyframe that did not change is in the shared file already.
         if is_changed || !virtual_keyframes.contains(cloud.keyframe) {
             write_cloud(&out_clouds, saved, cloud, sensor).map_err(Failure::failed)?;
         }
     }
-    let finished = finished(saved, looks, name);
+    let finished = new_version(saved, scans, name);
     let tiles = TileFiles::new(out.join("tiles"));
     let options = MapFileOptions { ply: true, has_pose_graph: saved.summary.has_pose_graph };
     let files = write_map_files(out, &tiles, &finished, options).map_err(Failure::failed)?;
     Ok((files.summary, changes))
 }
 
-fn added_points(saved: &SavedMap, looks: &[RevisitScan], shown: &mut OccupiedCells) -> Vec<AddedPoint> {
+fn added_points(
+    saved: &SavedMap,
+    scans: &[RevisitScan],
+    occupied: &mut OccupiedCells,
+    config: &MapChangesConfig,
+) -> Vec<AddedPoint> {
     let mut added_points = Vec::new();
-    for (one, look) in looks.iter().enumerate() {
-        let Some(home) = nearest_keyframe(&look.map_from_base, &saved.poses, &MapChangesConfig::default())
-        else {
-            continue;
-        };
-        added_points.extend(map_changes::added_points(looks, one, shown).into_iter().map(|index| {
-            AddedPoint {
-                in_map: transform_to_map(&look.map_from_base, &look.xyz[index as usize]),
-                intensity: look.intensity.get(index as usize).copied().unwrap_or(0.0),
-                home,
-            }
-        }));
+    for (index_of_scan, scan) in scans.iter().enumerate() {
+        let Some(keyframe) = nearest_keyframe(&scan.map_from_base, &saved.poses, config) else { continue };
+        added_points.extend(map_changes::added_points(scans, index_of_scan, occupied).into_iter().map(
+            |index| AddedPoint {
+                in_map: transform_to_map(&scan.map_from_base, &scan.xyz[index as usize]),
+                intensity: scan.intensity.get(index as usize).copied().unwrap_or(0.0),
+                nearest_keyframe: keyframe,
+            },
+        ));
     }
     added_points
 }
 
-/// Adds what belongs in a keyframe: what is at home there, and what stands where it looked through.
-fn put_in(
+/// Adds to a keyframe the points that were seen nearest to it, and those that lie in its free space.
+fn insert_points(
     cloud: &mut MapCloud,
     map_from_keyframe: &Isometry,
     view: &RangeImage,
     added_points: &[AddedPoint],
+    config: &MapChangesConfig,
 ) {
     let keyframe_from_map = map_from_keyframe.inverse();
     for added_point in added_points {
         let at = keyframe_from_map.rotation * added_point.in_map + keyframe_from_map.translation.vector;
         let point = at.map(|c| c as f32).into();
-        if added_point.home == cloud.keyframe.0 as usize
-            || is_in_free_space(view, &point, &MapChangesConfig::default())
+        if added_point.nearest_keyframe == cloud.keyframe.0 as usize || is_in_free_space(view, &point, config)
         {
             cloud.xyz.push(point);
             cloud.intensity.push(added_point.intensity);
@@ -136,11 +147,11 @@ fn write_cloud(clouds: &Path, saved: &SavedMap, cloud: MapCloud, lidar: [f32; 3]
     store::write_cloud(clouds, &keyframe)
 }
 
-/// The same graph, as a map of its own; the same recordings give the same id.
-fn finished(saved: &SavedMap, looks: &[RevisitScan], name: &str) -> FinishedMap {
+/// The same graph as a map of its own. The same scans give the same id.
+fn new_version(saved: &SavedMap, scans: &[RevisitScan], name: &str) -> FinishedMap {
     let SavedMap { trajectory, decisions, summary, .. } = saved;
-    let places = looks.iter().flat_map(|look| look.map_from_base.translation.vector.data.0[0]);
-    let id = places.fold(summary.id.0.as_u128(), |id, c| id.rotate_left(7) ^ u128::from(c.to_bits()));
+    let coordinates = scans.iter().flat_map(|scan| scan.map_from_base.translation.vector.data.0[0]);
+    let id = coordinates.fold(summary.id.0.as_u128(), |id, c| id.rotate_left(7) ^ u128::from(c.to_bits()));
     FinishedMap {
         map: MapId(Uuid::from_u128(id)),
         name: name.to_owned(),

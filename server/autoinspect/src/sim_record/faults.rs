@@ -29,11 +29,7 @@ pub fn parse(text: &str) -> Result<Vec<FaultName>, Failure> {
 }
 
 fn one(text: &str) -> Result<FaultName, Failure> {
-    let explain = || {
-        Failure::usage(format!(
-            "'{text}' is no fault; write blind-lidar@60-80, silent-lidar@…, silent-imu@… or leg-slip@30-40:0.2,0,0"
-        ))
-    };
+    let explain = || Failure::usage(crate::texts::invalid_fault(text));
     let (name, rest) = text.split_once('@').ok_or_else(explain)?;
     let (times, amount) = rest.split_once(':').map_or((rest, None), |(times, amount)| (times, Some(amount)));
     let (from, until) = times.split_once('-').ok_or_else(explain)?;

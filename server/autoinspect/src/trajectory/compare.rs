@@ -5,7 +5,7 @@ use super::extrinsic::{Extrinsic, parse_frame};
 use super::load::load;
 use super::pairs::{Matching, Pair, pair};
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, texts};
 use clap::Args;
 use geometry::{Isometry, Similarity, umeyama};
 use serde::Serialize;
@@ -109,11 +109,7 @@ fn compare(args: &CompareArgs) -> Result<Comparison, Failure> {
     let seconds = Span::from_secs_f64;
     let pairs = pair(&truth, &estimate, seconds(offset), args.matching, seconds(gap_max));
     if pairs.len() < 2 {
-        return Err(Failure::usage(format!(
-            "the two trajectories share {} instants, too few to compare; check --offset and that both are of the \
-             same run",
-            pairs.len()
-        )));
+        return Err(Failure::usage(texts::too_few_common_instants(pairs.len())));
     }
     let similarity = align(&pairs, args.align)?;
     Ok(Comparison { estimate_poses: estimate.len(), ..measure(&pairs, &similarity) })
@@ -134,11 +130,7 @@ fn align(pairs: &[Pair], alignment: Alignment) -> Result<Similarity, Failure> {
         Alignment::Se3 => umeyama(&positions(), false),
         Alignment::Sim3 => umeyama(&positions(), true),
     };
-    found.ok_or_else(|| {
-        Failure::usage(
-            "all positions lie on one line, so they cannot be aligned; use --align first".to_owned(),
-        )
-    })
+    found.ok_or_else(|| Failure::usage(texts::COLLINEAR_POSITIONS))
 }
 
 fn measure(pairs: &[Pair], similarity: &Similarity) -> Comparison {

@@ -33,8 +33,6 @@ pub fn parse_frame(text: &str) -> Result<Isometry, Failure> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     match numbers.as_deref() {
         Ok([x, y, z, qx, qy, qz, qw]) => isometry([*x, *y, *z], [*qx, *qy, *qz, *qw]),
-        _ => Err(Failure::usage(format!(
-            "'{text}' is not a frame; write X,Y,Z,QX,QY,QZ,QW (metres, quaternion)"
-        ))),
+        _ => Err(Failure::usage(crate::texts::invalid_frame(text))),
     }
 }

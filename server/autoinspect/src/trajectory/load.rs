@@ -2,6 +2,7 @@
 
 use super::Track;
 use crate::failure::Failure;
+use crate::texts;
 use geometry::{Isometry, Rotation};
 use nalgebra::{Rotation3, Translation3};
 use recorder::{Recording, TopicSelection};
@@ -17,7 +18,7 @@ pub fn load(path: &Path) -> Result<Track, Failure> {
     };
     track.sort_by_key(|(stamp, _)| *stamp);
     if track.is_empty() {
-        return Err(Failure::usage(format!("{} holds no poses with their times", path.display())));
+        return Err(Failure::usage(texts::no_poses(path)));
     }
     Ok(track)
 }
@@ -45,13 +46,8 @@ fn read_kitti(path: &Path, text: &str) -> Result<Track, Failure> {
     poses
         .zip(stamps)
         .map(|((index, line), stamp)| {
-            let pose = kitti_pose(line).ok_or_else(|| {
-                Failure::usage(format!(
-                    "{} line {}: twelve numbers of a pose expected",
-                    path.display(),
-                    index + 1
-                ))
-            })?;
+            let pose =
+                kitti_pose(line).ok_or_else(|| Failure::usage(texts::invalid_kitti_line(path, index + 1)))?;
             Ok((stamp, pose))
         })
         .collect()
@@ -71,5 +67,5 @@ fn kitti_pose(line: &str) -> Option<Isometry> {
 fn truth_of_recording(path: &Path) -> Result<Vec<(Stamp, Pose)>, Failure> {
     let recording = Recording::open(path, &TopicSelection::default()).map_err(Failure::usage)?;
     let truth = recording.truth().map_err(Failure::usage)?;
-    truth.ok_or_else(|| Failure::usage(format!("{} does not say where the robot really was", path.display())))
+    truth.ok_or_else(|| Failure::usage(texts::no_truth(path)))
 }

@@ -54,7 +54,7 @@ pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let ended = core.ended();
     select! {
         recv(stop.receiver()) -> _ => Ok(()),
-        recv(ended) -> _ => Err(Failure::failed("the control loop ended unexpectedly".to_owned())),
+        recv(ended) -> _ => Err(Failure::failed(crate::texts::CONTROL_LOOP_ENDED)),
     }
 }
 

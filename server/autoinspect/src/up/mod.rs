@@ -52,7 +52,7 @@ pub struct UpArgs {
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
     std::fs::create_dir_all(&data)
-        .map_err(|error| Failure::failed(format!("{} cannot be made: {error}", data.display())))?;
+        .map_err(|error| Failure::failed(crate::texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
     let static_dir = paths::static_dir(args.static_dir.as_deref())?;
     let socket = DataDir::new(&data).core_socket();

@@ -1,6 +1,7 @@
 //! Where things are when nobody says.
 
 use crate::failure::Failure;
+use crate::texts;
 use std::env;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,7 @@ pub fn static_dir(given: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_client = |path: &PathBuf| path.join("index.html").is_file();
     if let Some(given) = given {
         let given = given.to_owned();
-        let missing = || Failure::usage(format!("{} holds no index.html", given.display()));
+        let missing = || Failure::usage(texts::no_client_in(&given));
         return given.canonicalize().ok().filter(is_client).ok_or_else(missing);
     }
     let program = env::current_exe().ok();
@@ -28,7 +29,5 @@ pub fn static_dir(given: Option<&Path>) -> Result<PathBuf, Failure> {
     let here = env::current_dir().ok();
     let candidates =
         installed.chain(beside.map(Path::to_owned)).chain(here).map(|folder| folder.join("static"));
-    candidates.into_iter().find(is_client).ok_or_else(|| {
-        Failure::usage("the browser client was not found; say where it is with --static FOLDER".to_owned())
-    })
+    candidates.into_iter().find(is_client).ok_or_else(|| Failure::usage(texts::NO_CLIENT))
 }

@@ -10,7 +10,7 @@
 use super::health::is_healthy;
 use super::stop::Stop;
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, texts};
 use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -150,9 +150,7 @@ impl Process {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
-            .map_err(|error| {
-                Failure::failed(format!("the {} could not be started: {error}", self.role.name()))
-            })?;
+            .map_err(|error| Failure::failed(texts::cannot_start(self.role.name(), &error)))?;
         let stdin = child.stdin.take();
         let (sender, said) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
@@ -168,7 +166,7 @@ impl Process {
 
     fn plan_restart(&mut self, status: ExitStatus, lived: Duration) -> Result<(), Failure> {
         if status.code() == Some(2) {
-            return Err(Failure::usage(format!("the {} cannot run as asked", self.role.name())));
+            return Err(Failure::usage(texts::cannot_run_as_asked(self.role.name())));
         }
         if lived >= HEALTHY_AFTER {
             self.pause = Duration::ZERO;
