@@ -1,7 +1,7 @@
 //! Which robot: `sim:SITE` or `replay:FILE`.
 
 use crate::failure::Failure;
-use links::{ReplayLink, ReplaySource, SimLink, SimLinkConfig};
+use links::{ReplayConfig, ReplayLink, ReplaySource, SimLink, SimLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
 use recorder::{Recording, TopicSelection};
@@ -86,18 +86,19 @@ impl RobotArgs {
                     epoch,
                     ..SimConfig::new(*site, self.seed)
                 };
-                Box::new(SimLink::start(SimLinkConfig { sim, speed: self.speed }).map_err(Failure::failed)?)
+                Box::new(SimLink::start(SimLinkConfig::new(sim, self.speed)).map_err(Failure::failed)?)
             }
             RobotName::Replay(path) => {
                 let recording = Recording::open(path, &TopicSelection::default()).map_err(Failure::usage)?;
                 let messages = recording
                     .inputs()
                     .filter_map(|message| message.inspect_err(|error| tracing::warn!("{error}")).ok());
+                let config = ReplayConfig { speed: self.speed, ..ReplayConfig::default() };
                 let source = ReplaySource {
                     boot: boot_record(&recording, Sources::default()),
                     messages: Box::new(messages),
                 };
-                Box::new(ReplayLink::start(source, self.speed).map_err(Failure::failed)?)
+                Box::new(ReplayLink::start(source, config).map_err(Failure::failed)?)
             }
         })
     }

@@ -1,14 +1,14 @@
 //! Robots to link to: a simulated one, and a recording played as if it happened now.
 //!
-//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, a second or so of a fully equipped robot. When it is full they
-//! *wait*: their time then passes more slowly than asked for, which the platform shows as a real-time factor below
-//! one, and nothing is lost.
+//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, about a second of a robot with all sensors. When the queue is full, the link
+//! *waits*: its time then passes more slowly than asked for. The platform shows this as a real-time factor below one; nothing is lost.
 
 mod pacer;
 mod replay;
 mod sim_link;
+mod texts;
 
-pub use replay::{ReplayLink, ReplaySource};
+pub use replay::{ReplayConfig, ReplayLink, ReplaySource};
 pub use sim_link::{SimLink, SimLinkConfig};
 
 use crossbeam_channel::{Receiver, Sender, select};
@@ -16,7 +16,7 @@ use ports::{Arrival, LinkError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Arrivals that may wait for the control loop.
+/// Arrivals that the queue to the control loop holds.
 pub const QUEUE_MAX: usize = 1_000;
 
 /// The thread of a link. Dropping it ends the thread.
@@ -25,7 +25,7 @@ struct LinkThread {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the thread sends into.
+/// The sending end of the queue, for the link's thread.
 struct ArrivalSender {
     arrivals: Sender<Arrival>,
     stop: Receiver<()>,

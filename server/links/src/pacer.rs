@@ -1,28 +1,28 @@
-//! Keeps a robot's clock in step with this computer's.
+//! Keeps a simulated or replayed robot's clock in step with this computer's clock.
 
 use std::time::{Duration, Instant};
 use vocab::Stamp;
 
-/// A lag up to this long is caught up; what exceeds it is forgotten, so that a laptop that slept does not race.
+/// A lag up to this is made up for by running faster. A longer one is dropped, so that a laptop that slept does not replay an hour at full speed.
 const LAG_MAX: Duration = Duration::from_millis(500);
 
-/// Says how long to wait until an instant of the robot's clock is due.
+/// Computes how long to wait until an instant of the robot's clock is due.
 #[derive(Debug)]
 pub struct RealTimePacer {
-    /// Robot seconds per second.
+    /// Robot seconds per second of this computer.
     speed: f64,
-    /// An instant on both clocks.
+    /// The same instant on both clocks.
     origin: Option<(Instant, Stamp)>,
 }
 
 impl RealTimePacer {
-    /// `speed` times as fast as time; a speed that is not positive and finite is taken as 1.
+    /// Runs `speed` times as fast as this computer's clock. A speed that is not positive and finite counts as 1.
     pub fn new(speed: f64) -> Self {
         let speed = if speed.is_finite() && speed > 0.0 { speed } else { 1.0 };
         Self { speed, origin: None }
     }
 
-    /// Whatever is asked for next is due at once.
+    /// Makes the next instant due at once.
     pub fn restart(&mut self) {
         self.origin = None;
     }
@@ -34,7 +34,7 @@ impl RealTimePacer {
         let due = Duration::try_from_secs_f64(since).ok().and_then(|since| wall.checked_add(since));
         match due {
             Some(due) if now <= due + LAG_MAX => due.saturating_duration_since(now),
-            // Too late, or the robot's clock stepped: begin anew.
+            // The lag is too long, or the robot's clock stepped.
             _ => {
                 self.origin = Some((now, at));
                 Duration::ZERO

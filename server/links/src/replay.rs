@@ -1,23 +1,35 @@
-//! A recording, played as if it happened now. Drive commands go nowhere: what was walked was walked.
+//! A recording as a robot: its messages arrive as if they were measured now. Drive commands have no effect.
 
 use crate::pacer::RealTimePacer;
-use crate::{ArrivalSender, LinkThread, Stopped};
+use crate::{ArrivalSender, LinkThread, Stopped, texts};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
 use ports::{Arrival, LinkError, RobotEvent, RobotLink};
 use std::time::Instant;
 use vocab::{Span, Stamp};
 
-/// Longest stretch of robot time without an arrival.
-const CLOCK_EVERY: Span = Span::from_millis(50);
-/// A longer gap between two messages is not waited for.
-const GAP_MAX: Span = Span::from_millis(10_000);
+/// Parameters of a [`ReplayLink`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReplayConfig {
+    /// Recorded seconds per second.
+    pub speed: f64,
+    /// Longest time between arrivals; [`RobotEvent::Clock`] fills longer gaps between messages.
+    pub clock_interval: Span,
+    /// A longer gap between two messages is skipped instead of waited for.
+    pub gap_max: Span,
+}
+
+impl Default for ReplayConfig {
+    fn default() -> Self {
+        Self { speed: 1.0, clock_interval: Span::from_millis(50), gap_max: Span::from_millis(10_000) }
+    }
+}
 
 /// What to play.
 pub struct ReplaySource {
     /// The robot it was recorded on.
     pub boot: BootRecord,
-    /// Sensor messages with their arrival, in order. What cannot be read is left out before it comes here.
+    /// Readable sensor messages with their time of arrival, in order.
     pub messages: Box<dyn Iterator<Item = (Stamp, Sensor)> + Send>,
 }
 
@@ -29,15 +41,15 @@ pub struct ReplayLink {
 }
 
 impl ReplayLink {
-    /// Starts playing, `speed` times as fast as it happened.
+    /// Starts playing.
     ///
     /// # Errors
     /// When the thread cannot be started.
-    pub fn start(source: ReplaySource, speed: f64) -> Result<Self, LinkError> {
+    pub fn start(source: ReplaySource, config: ReplayConfig) -> Result<Self, LinkError> {
         let boot = source.boot;
         let (thread, arrivals) = LinkThread::start("link-replay", move |sender| {
-            // Whether it was played to its end or the link was dropped, the thread is done.
-            let _ = play(source.messages, RealTimePacer::new(speed), &sender);
+            // The recording ended or the link was dropped: the thread ends either way.
+            let _ = play(source.messages, &config, &sender);
         })?;
         Ok(Self { boot, arrivals, _thread: thread })
     }
@@ -57,18 +69,19 @@ impl RobotLink for ReplayLink {
 
 fn play(
     messages: impl Iterator<Item = (Stamp, Sensor)>,
-    mut pacer: RealTimePacer,
+    config: &ReplayConfig,
     sender: &ArrivalSender,
 ) -> Result<(), Stopped> {
+    let mut pacer = RealTimePacer::new(config.speed);
     let mut clock: Option<Stamp> = None;
     for (at, sensor) in messages {
         let mut now = *clock.get_or_insert(at);
-        if at - now > GAP_MAX {
+        if at - now > config.gap_max {
             now = at;
             pacer.restart();
         }
-        while now + CLOCK_EVERY < at {
-            now += CLOCK_EVERY;
+        while now + config.clock_interval < at {
+            now += config.clock_interval;
             sender.sleep(pacer.delay(now, Instant::now()))?;
             sender.send(Arrival { at: now, event: RobotEvent::Clock })?;
         }
@@ -78,9 +91,7 @@ fn play(
         clock = Some(at);
     }
     let at = clock.unwrap_or_default();
-    let event = RobotEvent::Ended(
-        "The recording has been played to its end. The map so far can be saved.".to_owned(),
-    );
+    let event = RobotEvent::Ended(texts::RECORDING_ENDED.to_owned());
     sender.send(Arrival { at, event })
 }
 
@@ -99,9 +110,10 @@ mod tests {
     fn plays_every_message_in_order_with_the_time_between_and_says_when_it_ends() {
         let messages = [imu(0), imu(20), imu(200), imu(190), imu(60_000)];
         let source = ReplaySource { boot: BootRecord::default(), messages: Box::new(messages.into_iter()) };
-        let link = ReplayLink::start(source, 1000.0).expect("starts");
+        let link = ReplayLink::start(source, ReplayConfig { speed: 1000.0, ..ReplayConfig::default() })
+            .expect("starts");
         let arrivals = link.arrivals();
-        let mut heard = Vec::new();
+        let mut received = Vec::new();
         loop {
             let arrival = arrivals.recv_timeout(Duration::from_secs(20)).expect("goes on");
             let kind = match arrival.event {
@@ -109,7 +121,7 @@ mod tests {
                 RobotEvent::Clock => "clock",
                 RobotEvent::Ended(_) => break,
             };
-            heard.push((arrival.at.nanos() / 1_000_000, kind));
+            received.push((arrival.at.nanos() / 1_000_000, kind));
         }
         let expected = [
             (0, "imu"),
@@ -121,6 +133,6 @@ mod tests {
             (200, "imu"),
             (60_000, "imu"),
         ];
-        assert_eq!(heard, expected);
+        assert_eq!(received, expected);
     }
 }

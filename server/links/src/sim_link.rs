@@ -1,7 +1,7 @@
 //! The simulated robot, paced by this computer's clock.
 
 use crate::pacer::RealTimePacer;
-use crate::{ArrivalSender, LinkThread, Stopped};
+use crate::{ArrivalSender, LinkThread, Stopped, texts};
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive};
 use ports::{Arrival, LinkError, RobotEvent, RobotLink, SimulatedFault};
@@ -10,34 +10,44 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use vocab::{Span, Vec3};
 
-/// Simulated time between looks at the clock and at the commands.
+/// Simulated time of a step: between two looks at this computer's clock and at the commands.
 const STEP: Span = Span::from_millis(10);
+/// Faults that may be pending for the simulation, which takes them within [`STEP`].
+const PENDING_FAULTS_MAX: usize = 16;
 
-/// What to simulate, and how fast.
+/// Parameters of a [`SimLink`].
 pub struct SimLinkConfig {
     /// The simulation.
     pub sim: SimConfig,
     /// Robot seconds per second.
     pub speed: f64,
+    /// Velocity of slipping feet over the ground in the base frame, m/s, for the fault "feet slip".
+    pub slip_velocity_m_s: Vec3,
+    /// Time for which the robot is carried, for the fault "carried away".
+    pub carry_duration: Span,
 }
 
-/// What the simulation is to take in.
+impl SimLinkConfig {
+    /// This simulation at this speed, with the usual faults.
+    pub fn new(sim: SimConfig, speed: f64) -> Self {
+        Self {
+            sim,
+            speed,
+            slip_velocity_m_s: Vec3::new(0.25, 0.1, 0.0),
+            carry_duration: Span::from_millis(10_000),
+        }
+    }
+}
+
+/// What the simulation has still to take.
 #[derive(Default)]
 struct PendingCommands {
     drive: Option<Drive>,
     faults: Vec<SimulatedFault>,
 }
 
-/// Faults that may wait for the simulation, which takes them in within 10 ms.
-const FAULTS_MAX: usize = 16;
-/// Speed of feet that slip, m/s.
-const SLIP: Vec3 = Vec3::new(0.25, 0.1, 0.0);
-/// Being carried away takes so long.
-const CARRIED_FOR: Span = Span::from_millis(10_000);
-
-/// The simulator on a thread of its own. What it computes depends on the commands and when they come in simulated
-/// time, not on how fast this computer is. The simulator itself stops its robot [`ports::DRIVE_TIMEOUT`] after the last
-/// command.
+/// The simulator on a thread of its own. Its results depend on the commands and their simulated times, not on the speed of
+/// this computer. The simulator stops its robot [`ports::DRIVE_TIMEOUT`] after the last command.
 pub struct SimLink {
     boot: BootRecord,
     site: String,
@@ -53,14 +63,14 @@ impl SimLink {
     /// When the thread cannot be started.
     pub fn start(config: SimLinkConfig) -> Result<Self, LinkError> {
         let simulator = Simulator::new(config.sim.clone());
-        let boot = simulator.boot();
+        let (boot, site) = (simulator.boot(), config.sim.site.to_string());
         let pending = Arc::<Mutex<PendingCommands>>::default();
         let commands = Arc::clone(&pending);
         let (thread, arrivals) = LinkThread::start("link-sim", move |sender| {
-            // The only way out is that the link was dropped.
-            let Err(Stopped) = simulate(simulator, config.speed, &commands, &sender);
+            // It returns only when the link was dropped.
+            let Err(Stopped) = simulate(simulator, &config, &commands, &sender);
         })?;
-        Ok(Self { boot, site: config.sim.site.to_string(), pending, arrivals, _thread: thread })
+        Ok(Self { boot, site, pending, arrivals, _thread: thread })
     }
 }
 
@@ -83,8 +93,8 @@ impl RobotLink for SimLink {
 
     fn inject_fault(&self, fault: SimulatedFault) -> Result<(), String> {
         let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        if pending.faults.len() == FAULTS_MAX {
-            return Err("Too much goes wrong at once. Try again in a moment.".to_owned());
+        if pending.faults.len() == PENDING_FAULTS_MAX {
+            return Err(texts::TOO_MANY_FAULTS.to_owned());
         }
         pending.faults.push(fault);
         Ok(())
@@ -94,18 +104,18 @@ impl RobotLink for SimLink {
 /// Simulates until the link is dropped.
 fn simulate(
     mut simulator: Simulator,
-    speed: f64,
+    config: &SimLinkConfig,
     pending: &Mutex<PendingCommands>,
     sender: &ArrivalSender,
 ) -> Result<std::convert::Infallible, Stopped> {
-    let mut pacer = RealTimePacer::new(speed);
+    let mut pacer = RealTimePacer::new(config.speed);
     let mut events = Vec::new();
     loop {
         sender.sleep(pacer.delay(simulator.now(), Instant::now()))?;
         let PendingCommands { drive, faults } =
             std::mem::take(&mut *pending.lock().unwrap_or_else(PoisonError::into_inner));
         drive.into_iter().for_each(|drive| simulator.command(drive));
-        faults.into_iter().for_each(|fault| inject_fault(&mut simulator, fault));
+        faults.into_iter().for_each(|fault| inject_fault(&mut simulator, fault, config));
         simulator.advance(simulator.now() + STEP, &mut events);
         for event in events.drain(..) {
             sender.send(Arrival { at: event.at, event: RobotEvent::Sensor(event.sensor) })?;
@@ -114,16 +124,16 @@ fn simulate(
     }
 }
 
-fn inject_fault(simulator: &mut Simulator, fault: SimulatedFault) {
+fn inject_fault(simulator: &mut Simulator, fault: SimulatedFault, config: &SimLinkConfig) {
     let from = simulator.elapsed();
     let fault = match fault {
         SimulatedFault::CoverLidar(span) => ScheduledFault::BlindLidar { from, until: from + span },
         SimulatedFault::SilenceLidar(span) => ScheduledFault::SilentLidar { from, until: from + span },
         SimulatedFault::SilenceImu(span) => ScheduledFault::SilentImu { from, until: from + span },
         SimulatedFault::SlipFeet(span) => {
-            ScheduledFault::LegSlip { from, until: from + span, velocity: SLIP }
+            ScheduledFault::LegSlip { from, until: from + span, velocity: config.slip_velocity_m_s }
         }
-        SimulatedFault::CarryAway => return simulator.carry_away(CARRIED_FOR),
+        SimulatedFault::CarryAway => return simulator.carry_away(config.carry_duration),
         SimulatedFault::End => return simulator.clear_faults(),
     };
     simulator.inject_fault(fault);

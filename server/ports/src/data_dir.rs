@@ -4,9 +4,9 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         half-written, to be deleted
-//! uploads/<id>             files of clients, to become maps; gone with the process
-//! place.json               where the robot is in the map in use
-//! recordings/<time>.mcap   what the stack heard, newest last by name
+//! uploads/<id>             files that clients sent, to become maps; removed at the next start
+//! place.json               last pose of the robot in the map in use
+//! recordings/<time>.mcap   inputs of the stack; names sort by time
 //! run/core.sock            where the core listens for the gateway
 //! ```
 
@@ -17,7 +17,7 @@ use vocab::{MapId, UploadId};
 /// Longest path of a Unix socket that every system accepts, bytes.
 const SOCKET_PATH_MAX: usize = 100;
 
-/// Knows where things lie under one directory. Makes nothing and checks nothing.
+/// Paths under one data directory. Nothing is created or checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DataDir {
     root: PathBuf,
@@ -75,17 +75,17 @@ impl DataDir {
         self.root.join("uploads")
     }
 
-    /// One of them.
+    /// One uploaded file.
     pub fn upload(&self, upload: UploadId) -> PathBuf {
         self.uploads().join(upload.to_string())
     }
 
-    /// Where a map is made of it.
+    /// Directory in which a map is made of an upload.
     pub fn upload_map(&self, upload: UploadId) -> PathBuf {
         self.uploads().join(format!("{upload}.map"))
     }
 
-    /// Where the robot was last known to be, a [`messages::PlaceInMap`] as JSON.
+    /// Last known pose of the robot, a [`messages::PlaceInMap`] as JSON.
     pub fn place(&self) -> PathBuf {
         self.root.join("place.json")
     }

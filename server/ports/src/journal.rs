@@ -1,4 +1,4 @@
-//! Where the inputs of the stack are written before it sees them.
+//! The journal: inputs of the stack are written before the stack gets them.
 
 use messages::Input;
 use vocab::Stamp;
@@ -8,11 +8,11 @@ use vocab::Stamp;
 #[error("the recording could not be written")]
 pub struct JournalError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
 
-/// Takes down every input with its instant, in order: enough to repeat the run bit for bit.
+/// Records every input with its instant, in order, so that the run can be repeated bit for bit.
 pub trait Journal: Send {
-    /// Writes one input. Whoever implements this sees to it that a crash loses at most a second of robot time.
+    /// Writes one input. An implementation must lose at most a second of robot time in a crash.
     fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError>;
 
-    /// Writes what belongs at the end and closes.
+    /// Writes the end of the file and closes it.
     fn finish(self: Box<Self>) -> Result<(), JournalError>;
 }

@@ -1,9 +1,9 @@
-//! Where the parts of the server meet: only what has more than one implementation or more than one reader.
+//! Interfaces between the parts of the server: only those with more than one implementation or more than one user.
 //!
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
 //! - [`Journal`]: the recorder on one side, the runtime on the other;
-//! - [`MapImporter`]: the program that reads other people's point clouds on one side, the runtime on the other;
-//! - [`DataDir`]: where things lie on disk, for the store that writes and the gateway that reads.
+//! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
+//! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads.
 
 mod data_dir;
 mod journal;

@@ -1,17 +1,17 @@
-//! What makes a map of a point cloud of somebody else's.
+//! Makes maps of imported point clouds.
 
 use api::ImportStage;
 use std::ops::ControlFlow;
 use std::path::Path;
 use vocab::Vec3;
 
-/// Makes maps of files. Whoever implements this sees to it that neither a file nor its size can harm the core.
+/// Makes maps of files. An implementation must protect the core from broken and very large files.
 pub trait MapImporter: Send {
-    /// Makes a map called `name` of `file` in the folder `out`, with its tiles in `out/tiles`, laid into the frame of the map in the folder
-    /// `frame` if there is one. Says how far it is, 0 to 1 in each stage, and is told whether to go on.
+    /// Makes a map called `name` of `file` in the folder `out`, with its tiles in `out/tiles`. If `frame` is given, the map gets the frame of the map in that
+    /// folder. `progress` is called with the stage and its share done, 0 to 1, and decides whether to continue.
     ///
     /// # Errors
-    /// One sentence: what is wrong and what to do.
+    /// One sentence that says what is wrong and what to do.
     fn import(
         &self,
         file: &Path,
@@ -21,8 +21,8 @@ pub trait MapImporter: Send {
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String>;
 
-    /// Makes a map called `name` in the folder `out` of the first of two maps' folders, laid into the frame of the second: by points picked in
-    /// both, that of the first one first (metres), or, where there are none, by what both look like. Otherwise as [`Self::import`].
+    /// Makes a map called `name` in the folder `out`: the first of two maps (folders) in the frame of the second. The alignment is computed from points picked in
+    /// both (metres; the first map's point first), or found by places that look alike if there are no pairs. Otherwise as [`Self::import`].
     ///
     /// # Errors
     /// As for [`Self::import`].

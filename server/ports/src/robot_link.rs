@@ -8,12 +8,12 @@ use vocab::{Span, Stamp};
 /// A link stops its robot by itself when no [`RobotLink::drive`] came for this long on the robot's clock.
 pub const DRIVE_TIMEOUT: Span = Span::from_millis(500);
 
-/// Something that came from the robot, with the robot's clock when it came.
+/// An event from the robot with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrival {
     /// Robot's clock on arrival; never decreases. A measurement's own stamp is earlier.
     pub at: Stamp,
-    /// What came.
+    /// The event.
     pub event: RobotEvent,
 }
 
@@ -28,7 +28,11 @@ pub enum RobotEvent {
     Ended(String),
 }
 
-/// Why there is no robot.
+/// Refusal of a fault by a robot that is not simulated.
+const REAL_ROBOT_HAS_NO_FAULTS: &str =
+    "This robot is a real one: nothing can be made to go wrong with it from here.";
+
+/// Why a robot could not be linked to.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// The link was asked for something that does not exist.
@@ -41,7 +45,7 @@ pub enum LinkError {
 
 /// A robot, simulated or real. Dropping it stops the robot and ends its threads.
 pub trait RobotLink: Send {
-    /// Who the robot is and where its sensors sit: the first input of the stack.
+    /// The robot's identity and the mounting of its sensors: the first input of the stack.
     fn boot(&self) -> BootRecord;
 
     /// Name of the simulated site, if it is one.
@@ -49,11 +53,11 @@ pub trait RobotLink: Send {
         None
     }
 
-    /// What comes from the robot, in order of arrival. Bounded; each link says what it does when it is full.
-    /// Disconnected once the link has ended.
+    /// The queue of events from the robot, in order of arrival. It is bounded; each link documents what it does when the queue is full.
+    /// It is disconnected once the link has ended.
     fn arrivals(&self) -> Receiver<Arrival>;
 
-    /// Tells the robot how to move. Never blocks. Must be repeated: see [`DRIVE_TIMEOUT`].
+    /// Sends a drive command. Never blocks. It must be repeated: see [`DRIVE_TIMEOUT`].
     fn drive(&self, drive: Drive);
 
     /// Injects a fault, if the robot is simulated. Never blocks.
@@ -61,6 +65,6 @@ pub trait RobotLink: Send {
     /// # Errors
     /// One sentence that says why not.
     fn inject_fault(&self, _fault: SimulatedFault) -> Result<(), String> {
-        Err("This robot is a real one: nothing can be made to go wrong with it from here.".to_owned())
+        Err(REAL_ROBOT_HAS_NO_FAULTS.to_owned())
     }
 }

@@ -1,24 +1,24 @@
-//! Why something could not be stored.
+//! Errors of the store: one sentence each.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use vocab::{MapId, SessionId};
 
-/// Why something could not be stored or found.
+/// Why something could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The disk or the permissions are at fault.
+    /// The disk or a permission.
     #[error("could not {action} {}", path.display())]
     Io {
-        /// What was tried: "read", "write".
+        /// The action: "read", "write".
         action: &'static str,
-        /// With which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         #[source]
         source: io::Error,
     },
-    /// Another process has it open.
+    /// Another process has the data directory open.
     #[error("{} is in use by another AutoInspect; stop that one or choose another directory", dir.display())]
     InUse {
         /// The data directory.
@@ -27,38 +27,38 @@ pub enum StoreError {
     /// Map versions are immutable.
     #[error("map {id} is already saved")]
     MapExists {
-        /// Which version.
+        /// The version.
         id: MapId,
     },
-    /// A session without a single keyframe cannot be saved.
+    /// A session without keyframes cannot be saved.
     #[error("session {session} has no keyframes; let the robot see something before saving")]
     EmptySession {
-        /// Which session.
+        /// The session.
         session: SessionId,
     },
     /// A cloud, graph or trajectory that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]
     Cloud {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong.
         #[source]
         source: formats::FormatError,
     },
-    /// The files of a map do not belong together.
+    /// A file of a map is damaged or contradicts the others.
     #[error("{} {what}; make the map again", path.display())]
     Broken {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What it does.
+        /// What is wrong: the middle of the sentence.
         what: &'static str,
     },
     /// A document that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]
     Document {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong.
         #[source]
         source: serde_json::Error,
     },

@@ -1,4 +1,4 @@
-//! Files that are complete or absent, and directories that remember them after a power cut.
+//! Files that are complete or absent, also after a power cut.
 
 use crate::StoreError;
 use serde::{Serialize, de::DeserializeOwned};
@@ -6,12 +6,12 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Makes a directory and those above it; being there already is fine.
+/// Creates a directory and its parents; no error if it exists.
 pub fn make_directory(path: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(path).map_err(|source| StoreError::io("make", path, source))
 }
 
-/// Writes a file through a buffer, and hands it to the disk.
+/// Writes a file through a buffer and syncs it.
 pub fn write_durably(
     path: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -24,10 +24,10 @@ pub fn write_durably(
     write().map_err(|source| StoreError::io("write", path, source))
 }
 
-/// Writes a document as JSON and hands it to the disk.
+/// Writes a document as JSON and syncs it.
 ///
 /// # Errors
-/// When the disk does.
+/// When the disk fails.
 pub fn write_json<T: Serialize>(path: &Path, document: &T) -> Result<(), StoreError> {
     let bytes = serde_json::to_vec_pretty(document)
         .map_err(|source| StoreError::Document { path: path.to_owned(), source })?;
@@ -40,7 +40,7 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
 }
 
-/// Writes a file that others may be reading: they find all of it or nothing. It is not handed to the disk.
+/// Replaces a file that others may be reading: they find the old or the new content. The file is not synced.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let temporary = path.with_extension("part");
     fs::write(&temporary, bytes)
@@ -48,7 +48,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         .map_err(|source| StoreError::io("write", path, source))
 }
 
-/// As [`replace`], for what has to survive a power cut.
+/// As [`replace`], and synced, so that it survives a power cut.
 pub fn replace_durably(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let temporary = path.with_extension("part");
     write_durably(&temporary, |file| file.write_all(bytes))?;
@@ -56,7 +56,7 @@ pub fn replace_durably(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     path.parent().map_or(Ok(()), sync_directory)
 }
 
-/// Removes a file; being gone already is fine.
+/// Removes a file; no error if it does not exist.
 pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(StoreError::io("remove", path, error)),
@@ -64,18 +64,18 @@ pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Hands a file that was written before to the disk.
+/// Syncs a file that was written before.
 pub fn sync_file(path: &Path) -> Result<(), StoreError> {
     File::open(path).and_then(|file| file.sync_all()).map_err(|source| StoreError::io("write", path, source))
 }
 
-/// Hands the names in a directory to the disk.
+/// Syncs the names in a directory.
 pub fn sync_directory(path: &Path) -> Result<(), StoreError> {
-    // On Unix a directory is handed over as a file is.
+    // On Unix a directory is synced like a file.
     sync_file(path)
 }
 
-/// Paths in a directory, by name; none when it does not exist.
+/// Paths in a directory, sorted by name; none if it does not exist.
 pub fn entries(path: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let reading = |source| StoreError::io("read", path, source);
     let directory = match fs::read_dir(path) {
@@ -90,7 +90,7 @@ pub fn entries(path: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(paths)
 }
 
-/// Removes a directory with all in it; being gone already is fine.
+/// Removes a directory with its content; no error if it does not exist.
 pub fn remove_directory(path: &Path) -> Result<(), StoreError> {
     match fs::remove_dir_all(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(StoreError::io("remove", path, error)),
@@ -101,7 +101,7 @@ pub fn remove_directory(path: &Path) -> Result<(), StoreError> {
 /// Free space on the disk that holds a directory, bytes.
 ///
 /// # Errors
-/// When the disk does not say.
+/// When the system does not say.
 pub fn free_bytes(directory: &Path) -> Result<u64, StoreError> {
     let disk =
         rustix::fs::statvfs(directory).map_err(|error| StoreError::io("read", directory, error.into()))?;
@@ -111,7 +111,7 @@ pub fn free_bytes(directory: &Path) -> Result<u64, StoreError> {
 /// Bytes of all files in a directory and those below it.
 ///
 /// # Errors
-/// When the disk does.
+/// When the disk fails.
 pub fn bytes_below(directory: &Path) -> Result<u64, StoreError> {
     entries(directory)?.iter().try_fold(0, |sum, path| {
         let about = fs::symlink_metadata(path).map_err(|source| StoreError::io("read", path, source))?;

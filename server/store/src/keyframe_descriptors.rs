@@ -1,12 +1,12 @@
-//! What a map's keyframes leave behind for being found again (`places.bin`), so that a robot need not make it of all clouds whenever
-//! it begins to use the map: 40 kB a keyframe instead of 1 MB.
+//! Descriptors of a map's keyframes (`places.bin`), so that localisation need not compute them from all clouds at every start: 40 kB a keyframe instead of
+//! 1 MB.
 //!
 //! ```text
 //! "AIPLACES", version u32, count u32, then for each keyframe in the graph's order
 //!   lidar 3 f32 | points n u32, 3n i16 | ranges n u32, n u16 | six pictures, each n u32, n u8
 //! ```
 //!
-//! All little-endian. Clouds are the truth: a file that is not there, of another version or broken is as if it had never been.
+//! All numbers are little-endian. The file can be computed again from the clouds, so a file that is absent, broken or of another version is ignored.
 
 use crate::map_cloud::MapCloud;
 use crate::map_clouds::map_clouds_and_sensors;
@@ -21,46 +21,46 @@ use std::path::Path;
 const NAME: &str = "places.bin";
 const MAGIC: &[u8; 8] = b"AIPLACES";
 
-/// What each keyframe of the map in the folder `dir` saw, in the graph's order; `keyframes` of them, unless clouds are missing. Linear in
-/// the keyframes: 20 us each, or some 10 ms where it has to be made of the clouds.
+/// Descriptors of the keyframes of the map in the folder `dir`, in the graph's order: `keyframes` of them, unless clouds are missing. Cost: 20 us a keyframe, or
+/// some 10 ms if they have to be computed from the clouds.
 ///
 /// # Errors
-/// When it has to be made of the clouds, and those cannot be read.
+/// When they have to be computed from the clouds, and those cannot be read.
 pub fn keyframe_descriptors(dir: &Path, keyframes: usize) -> Result<Vec<PriorKeyframe>, StoreError> {
     match read(&dir.join(NAME)) {
-        Some(places) if places.len() == keyframes => Ok(places),
+        Some(descriptors) if descriptors.len() == keyframes => Ok(descriptors),
         _ => descriptors_from_clouds(dir),
     }
 }
 
-/// Makes the file of a map whose graph and clouds are written.
+/// Writes the file of a map whose graph and clouds exist.
 pub(crate) fn write_keyframe_descriptors(dir: &Path) -> Result<(), StoreError> {
-    let places = descriptors_from_clouds(dir)?;
-    files::write_durably(&dir.join(NAME), |out| write(out, &places))
+    let descriptors = descriptors_from_clouds(dir)?;
+    files::write_durably(&dir.join(NAME), |out| write(out, &descriptors))
 }
 
 fn descriptors_from_clouds(dir: &Path) -> Result<Vec<PriorKeyframe>, StoreError> {
-    let mut places = Vec::new();
+    let mut descriptors = Vec::new();
     for read in map_clouds_and_sensors(dir)? {
         let (cloud, lidar) = read?;
-        places.extend(place_of(&cloud, lidar));
+        descriptors.extend(descriptor_of(&cloud, lidar));
     }
-    Ok(places)
+    Ok(descriptors)
 }
 
-fn place_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<PriorKeyframe> {
+fn descriptor_of(cloud: &MapCloud, lidar: [f32; 3]) -> Option<PriorKeyframe> {
     let rotation = isometry_from_pose(&cloud.map_from_keyframe)?.rotation;
     let KeyframeDescriptorParts { points, ranges, views } =
         KeyframeDescriptor::of_cloud(&cloud.xyz, &rotation, lidar).parts();
     Some(PriorKeyframe { lidar, points, ranges, views })
 }
 
-fn write(out: &mut impl Write, places: &[PriorKeyframe]) -> io::Result<()> {
+fn write(out: &mut impl Write, descriptors: &[PriorKeyframe]) -> io::Result<()> {
     let count = |len: usize| u32::try_from(len).map_err(|_| io::Error::from(ErrorKind::InvalidInput));
     out.write_all(MAGIC)?;
     out.write_all(&KEYFRAME_DESCRIPTOR_VERSION.to_le_bytes())?;
-    out.write_all(&count(places.len())?.to_le_bytes())?;
-    for PriorKeyframe { lidar, points, ranges, views } in places {
+    out.write_all(&count(descriptors.len())?.to_le_bytes())?;
+    for PriorKeyframe { lidar, points, ranges, views } in descriptors {
         out.write_all(&lidar.map(f32::to_le_bytes).concat())?;
         out.write_all(&count(points.len())?.to_le_bytes())?;
         let points: Vec<u8> = points.iter().flatten().flat_map(|c| c.to_le_bytes()).collect();
@@ -76,38 +76,38 @@ fn write(out: &mut impl Write, places: &[PriorKeyframe]) -> io::Result<()> {
     Ok(())
 }
 
-/// None for a file that cannot be used.
+/// None for a file that is absent or cannot be used.
 fn read(path: &Path) -> Option<Vec<PriorKeyframe>> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) => {
             if error.kind() != ErrorKind::NotFound {
-                tracing::warn!("{} is made anew, because it cannot be read: {error}", path.display());
+                tracing::warn!("{} is computed again, because it cannot be read: {error}", path.display());
             }
             return None;
         }
     };
-    let places = parse(&bytes);
-    if places.is_none() {
-        tracing::warn!("{} is made anew, because it is broken or of another version", path.display());
+    let descriptors = parse(&bytes);
+    if descriptors.is_none() {
+        tracing::warn!("{} is computed again, because it is broken or of another version", path.display());
     }
-    places
+    descriptors
 }
 
 fn parse(bytes: &[u8]) -> Option<Vec<PriorKeyframe>> {
-    let mut rest = Rest(bytes.strip_prefix(MAGIC)?);
-    if rest.number()? != KEYFRAME_DESCRIPTOR_VERSION {
+    let mut cursor = Cursor(bytes.strip_prefix(MAGIC)?);
+    if cursor.number()? != KEYFRAME_DESCRIPTOR_VERSION {
         return None;
     }
-    let count = rest.number()?;
-    let places = (0..count).map(|_| rest.place()).collect::<Option<Vec<_>>>()?;
-    rest.0.is_empty().then_some(places)
+    let count = cursor.number()?;
+    let descriptors = (0..count).map(|_| cursor.place()).collect::<Option<Vec<_>>>()?;
+    cursor.0.is_empty().then_some(descriptors)
 }
 
-/// What is still to be read.
-struct Rest<'a>(&'a [u8]);
+/// The bytes that are still to be read.
+struct Cursor<'a>(&'a [u8]);
 
-impl<'a> Rest<'a> {
+impl<'a> Cursor<'a> {
     fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
@@ -118,7 +118,7 @@ impl<'a> Rest<'a> {
         Some(u32::from_le_bytes(*self.take(4)?.first_chunk()?))
     }
 
-    /// A count, and so many items of so many bytes.
+    /// A count, and as many items of `size` bytes each.
     fn list(&mut self, size: usize) -> Option<&'a [u8]> {
         let count = self.number()? as usize;
         self.take(count.checked_mul(size)?)
@@ -144,7 +144,7 @@ impl<'a> Rest<'a> {
 mod tests {
     use super::*;
 
-    fn places() -> Vec<PriorKeyframe> {
+    fn descriptors() -> Vec<PriorKeyframe> {
         let place = |number: i16| PriorKeyframe {
             lidar: [0.1, f32::from(number), -0.3],
             points: (0..number).map(|i| [i, -i, i16::MIN + i]).collect(),
@@ -156,17 +156,17 @@ mod tests {
 
     fn bytes() -> Vec<u8> {
         let mut bytes = Vec::new();
-        assert!(write(&mut bytes, &places()).is_ok());
+        assert!(write(&mut bytes, &descriptors()).is_ok());
         bytes
     }
 
     #[test]
-    fn places_come_back() {
-        assert_eq!(parse(&bytes()), Some(places()));
+    fn descriptors_come_back() {
+        assert_eq!(parse(&bytes()), Some(descriptors()));
     }
 
     #[test]
-    fn whatever_is_cut_off_or_too_long_is_not_used() {
+    fn a_truncated_or_longer_file_is_not_used() {
         let whole = bytes();
         for length in 0..whole.len() {
             assert_eq!(parse(&whole[..length]), None, "{length}");

@@ -1,8 +1,8 @@
-//! What outlives a process: tiles, map versions, the clouds of the running session, and room for recordings.
+//! The data directory: tiles, map versions, clouds of the running session, and disk space for recordings.
 //!
-//! One [`Store`] owns a data directory (a lock file sees to that); the gateway only reads in it. Whatever carries a
-//! final name is complete: things are written under a temporary name, handed to the disk, and then renamed. What a
-//! crash leaves half-written is removed when the store is next opened.
+//! One [`Store`] owns a data directory; a lock file keeps others out. The gateway only reads in it. A file with a final
+//! name is complete: it is written under a temporary name, synced, and then renamed. Half-written files that a crash leaves
+//! are removed when the store is opened again.
 
 mod cloud_files;
 mod dynamic_points;
@@ -18,6 +18,7 @@ mod recordings;
 mod robust_bounds;
 mod saved;
 mod sessions;
+mod texts;
 mod tiles;
 mod viewpoint_clouds;
 
@@ -29,7 +30,7 @@ pub use map_cloud::{CloudSelection, MapCloud};
 pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;
-pub use recordings::{RecordingSpace, Recordings};
+pub use recordings::{RecordingSpace, Recordings, RecordingsConfig};
 pub use saved::SavedMap;
 pub use tiles::TileFiles;
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
@@ -48,8 +49,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens a data directory, making it if need be, and removes what a crash left half-written: unlisted maps,
-    /// clouds of sessions that ended with their process, and tiles that no map names.
+    /// Opens a data directory, creates it if necessary, and removes what a crash left: unlisted maps,
+    /// clouds of sessions that ended with their process, and tiles that no map refers to.
     ///
     /// # Errors
     /// When the directory is in use by another process or cannot be written.
@@ -67,13 +68,13 @@ impl Store {
         store.remove_half_written_maps()?;
         store.remove_all_sessions()?;
         if let Err(error) = store.remove_unreferenced_tiles() {
-            // A damaged map must not keep the robot from starting; its neighbours' tiles are only left over.
+            // A damaged map must not keep the robot from starting. Tiles that stay only take space.
             tracing::error!("tiles without a map were not removed: {error}");
         }
         Ok(store)
     }
 
-    /// Where things lie.
+    /// The layout of the directory.
     pub fn dir(&self) -> &DataDir {
         &self.dir
     }
@@ -83,7 +84,7 @@ impl Store {
         TileFiles::new(self.dir.tiles())
     }
 
-    /// Where the robot was last known to be, if that map is still there. What cannot be read is as if it had never been.
+    /// The robot's last known pose in a map, if that map still exists. A file that cannot be read counts as absent.
     pub fn last_place(&self) -> Option<PlaceInMap> {
         let path = self.dir.place();
         if !path.exists() {
@@ -92,13 +93,13 @@ impl Store {
         match files::read_json::<PlaceInMap>(&path) {
             Ok(place) => Some(place).filter(|place| self.dir.map_summary(place.map).exists()),
             Err(error) => {
-                tracing::warn!("where the robot was is not known any more: {error}");
+                tracing::warn!("the robot's last pose cannot be read: {error}");
                 None
             }
         }
     }
 
-    /// Keeps where the robot is, for when it is switched on again; or forgets it.
+    /// Saves the robot's pose for the next start, or deletes the saved one.
     ///
     /// # Errors
     /// When the disk fails.
@@ -110,21 +111,21 @@ impl Store {
         files::replace(&path, &bytes)
     }
 
-    /// Docks of the saved maps. What cannot be read is as if it had never been; docks of maps that are gone are left out.
+    /// Docks in the saved maps, without those of maps that no longer exist. A file that cannot be read counts as empty.
     pub fn docks(&self) -> Vec<PlaceInMap> {
         let path = self.dir.docks();
         if !path.exists() {
             return Vec::new();
         }
         let mut docks = files::read_json::<Vec<PlaceInMap>>(&path).unwrap_or_else(|error| {
-            tracing::warn!("where docks are is not known any more: {error}");
+            tracing::warn!("docks cannot be read: {error}");
             Vec::new()
         });
         docks.retain(|dock| self.dir.map_summary(dock.map).exists());
         docks
     }
 
-    /// Keeps where docks are, for when the robot is switched on again.
+    /// Saves the docks for the next start.
     ///
     /// # Errors
     /// When the disk fails.
@@ -137,7 +138,7 @@ impl Store {
 
     /// The recordings of this directory.
     pub fn recordings(&self) -> Recordings {
-        Recordings::new(self.dir.recordings())
+        Recordings::new(self.dir.recordings(), RecordingsConfig::default())
     }
 }
 

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! trajectory.tum     base in the map after every scan
-//! graph.g2o          pose graph for other people's tools
+//! graph.g2o          pose graph for other tools
 //! graph.json         pose graph for the client, an api::Graph
-//! loops.json         what was decided on loops, with the evidence, a list of messages::LoopDecision
-//! places.bin         what each keyframe leaves behind for being found again
-//! clouds/            one motion-corrected cloud per keyframe, or what virtual viewpoints see (there already)
-//! tiles.json         tiles of the whole map, an api::TileList; the tiles lie in a directory of their own
+//! loops.json         decisions on loop candidates with their evidence, a list of messages::LoopDecision
+//! places.bin         descriptors of the keyframes, for localisation
+//! clouds/            motion-corrected clouds of the keyframes, or clouds of virtual viewpoints; written before
+//! tiles.json         tiles of the whole map, an api::TileList; the tiles are in another directory
 //! map.ply            all points in the map frame, if asked for
 //! map.json           an api::MapSummary, written last
 //! ```
@@ -42,12 +42,12 @@ impl Default for MapFileOptions {
     }
 }
 
-/// What was written, and how long each stage took.
+/// The result and the wall time of each stage.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapFilesReport {
     /// As in `map.json`.
     pub summary: MapSummary,
-    /// Reading clouds and moving them into the map.
+    /// Reading clouds and transforming them into the map frame.
     pub merge_time: Duration,
     /// Cutting and encoding tiles.
     pub tile_time: Duration,
@@ -55,11 +55,11 @@ pub struct MapFilesReport {
     pub write_time: Duration,
 }
 
-/// Writes all files of a map into `dir`, which holds `clouds/` already, and its tiles into `tiles`. Everything is handed to
-/// the disk before it returns.
+/// Writes all files of a map into `dir`, which holds `clouds/` already, and its tiles into `tiles`. Everything is synced
+/// before it returns.
 ///
 /// # Errors
-/// When the disk does, or a cloud cannot be read.
+/// When the disk fails, or a cloud cannot be read.
 pub fn write_map_files(
     dir: &Path,
     tiles: &TileFiles,
@@ -81,10 +81,10 @@ pub fn write_map_files(
     Ok(MapFilesReport { merge_time, ..report })
 }
 
-/// The same with `points` (map frame) for the tiles, where keyframes do not hold all there is.
+/// As [`write_map_files`], with `points` (map frame) for the tiles: those of an imported map are more than its keyframes hold.
 ///
 /// # Errors
-/// When the disk does.
+/// When the disk fails.
 pub fn write_map_files_of(
     dir: &Path,
     tiles: &TileFiles,
@@ -165,7 +165,7 @@ fn write_g2o(out: &mut impl Write, graph: &PoseGraph) -> io::Result<()> {
     formats::g2o::write(out, &vertices, &edges)
 }
 
-/// The graph as clients see it.
+/// The graph as clients get it.
 fn api_graph(graph: &PoseGraph) -> Graph {
     let of_kind = |kind| {
         let edges = graph.edges.iter().filter(move |edge| edge.kind == kind);

@@ -1,6 +1,6 @@
 //! All points of a map in the map frame.
 
-use crate::{MapCloud, MapClouds, StoreError, TileFiles, files};
+use crate::{MapCloud, MapClouds, StoreError, TileFiles, files, texts};
 use api::TileList;
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub struct MapPoints {
 }
 
 impl MapPoints {
-    /// Reads all `clouds` and moves them into the map. Memory: 16 bytes a point, 32 while they come.
+    /// Reads all `clouds` and transforms them into the map frame. Memory: 16 bytes a point, 32 while reading.
     ///
     /// # Errors
     /// When a cloud cannot be read.
@@ -23,26 +23,26 @@ impl MapPoints {
         for cloud in clouds {
             points.add(&cloud?);
         }
-        // Whoever works with these has need of the rest.
+        // The caller needs the memory for its work on these points.
         points.xyz.shrink_to_fit();
         points.intensity.shrink_to_fit();
         Ok(points)
     }
 
-    /// All that is drawn of the map in the folder `dir`, of its tiles: in that folder, or in the data directory that it belongs to. Each point
-    /// is in one tile; they come coarsest first, placed to half a centimetre.
+    /// All points of the tiles of the map in the folder `dir`. The tiles lie in that folder, or in the data directory that it belongs to. Each point
+    /// is in one tile. Points come coarsest tile first, each coordinate within half a centimetre.
     ///
     /// # Errors
     /// When a tile is missing or cannot be understood.
     pub fn from_tiles(dir: &Path) -> Result<Self, StoreError> {
-        let (own, shared) = (dir.join("tiles"), dir.join("..").join("..").join("tiles"));
-        let tiles = TileFiles::new(if own.is_dir() { own } else { shared });
+        let (own_tiles, shared_tiles) = (dir.join("tiles"), dir.join("..").join("..").join("tiles"));
+        let tiles = TileFiles::new(if own_tiles.is_dir() { own_tiles } else { shared_tiles });
         let path = dir.join("tiles.json");
         let list: TileList = files::read_json(&path)?;
         let mut points = Self::default();
         for entry in &list.tiles {
             let chunk = map_codec::decode(&tiles.read(entry.hash)?)
-                .map_err(|_| StoreError::Broken { path: path.clone(), what: "names a broken tile" })?;
+                .map_err(|_| StoreError::Broken { path: path.clone(), what: texts::BROKEN_TILE })?;
             points.xyz.extend(chunk.points.iter().map(|point| chunk.position(point)));
             let unit = chunk.intensity_unit;
             points.intensity.extend(chunk.points.iter().map(|point| f32::from(point.intensity) * unit));
@@ -50,7 +50,7 @@ impl MapPoints {
         Ok(points)
     }
 
-    /// Adds a keyframe's points; none when its pose is not one.
+    /// Adds a keyframe's points; none if its pose is invalid.
     fn add(&mut self, cloud: &MapCloud) {
         let Some(map_from_keyframe) = geometry::isometry_from_pose(&cloud.map_from_keyframe) else {
             return;

@@ -1,4 +1,4 @@
-//! Map versions: immutable directories that appear whole or not at all.
+//! Map versions: immutable directories. Each is complete or does not exist.
 
 use crate::cloud_files::copy_cloud_files;
 use crate::sessions::remove_encoded;
@@ -14,11 +14,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId};
 
-/// What a new map leaves free on the disk, bytes.
+/// Space that a new map leaves free on the disk for recordings, bytes.
 const DISK_RESERVE_BYTES: u64 = 2 << 30;
 
 impl Store {
-    /// Every saved map, newest first. A map that cannot be read is left out and logged: one bad directory must not
+    /// Every saved map, newest first. A map that cannot be read is left out and logged, so that one broken directory does not
     /// hide the others.
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl Store {
         files::read_json(&self.dir().map_tiles(map))
     }
 
-    /// A saved map, but for clouds and tiles.
+    /// A saved map without clouds and tiles.
     ///
     /// # Errors
     /// When there is no such map, or it cannot be read.
@@ -52,7 +52,7 @@ impl Store {
     }
 
     /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::write_session_cloud`]. The version
-    /// is listed only once all of it is on the disk; when saving fails the clouds stay, so that it can be tried again.
+    /// is listed once all of it is on the disk. If saving fails, the clouds stay in the session, so that saving can be repeated.
     ///
     /// # Errors
     /// When the id is taken, the session has no keyframes, or the disk fails.
@@ -61,7 +61,7 @@ impl Store {
         if finished.graph.nodes.is_empty() || !session.exists() {
             return Err(StoreError::EmptySession { session: finished.session });
         }
-        let temporary = self.make_room(finished.map)?;
+        let temporary = self.create_staging_directory(finished.map)?;
         let clouds = temporary.join("clouds");
         rename(&session, &clouds)?;
         let written = remove_encoded(&clouds)
@@ -70,11 +70,11 @@ impl Store {
         self.publish(finished.map, written, || rename(&clouds, &session))
     }
 
-    /// Adds a map that was made elsewhere: `prepare` puts its keyframes' clouds into `clouds/` in the folder that it is given, and
-    /// whatever else belongs to it; `points` (map frame) are for the tiles.
+    /// Adds a map that no session made. `prepare` gets the map's folder; it writes the keyframes' clouds into `clouds/`, and other files of the map. `points`
+    /// (map frame) are for the tiles.
     ///
     /// # Errors
-    /// When the id is taken, `prepare` fails, or the disk does; nothing of it is left then.
+    /// When the id is taken, `prepare` fails, or the disk fails. Nothing is left of the map then.
     pub fn add_map(
         &self,
         finished: &FinishedMap,
@@ -82,27 +82,27 @@ impl Store {
         points: MapPoints,
         prepare: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
-        let temporary = self.make_room(finished.map)?;
+        let temporary = self.create_staging_directory(finished.map)?;
         let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
         let written =
             written.and_then(|()| write_map_files_of(&temporary, &self.tiles(), finished, options, points));
         self.publish(finished.map, written, || Ok(()))
     }
 
-    /// Whether the disk has room for another map as large as this one, with its tiles, and for the robot to go on recording.
+    /// Whether the disk has space for a second map as large as this one with its tiles, and for further recordings.
     ///
     /// # Errors
-    /// When the disk does not say.
+    /// When the system does not say.
     pub fn has_space_for_copy(&self, map: MapId) -> Result<bool, StoreError> {
         let folder = self.dir().map(map);
         let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(DISK_RESERVE_BYTES);
         Ok(files::free_bytes(&folder)? >= needed)
     }
 
-    /// Takes in a map that another process has written to `from`, on the same disk, with its tiles in `from/tiles`.
+    /// Moves a map into this data directory that another process has written to `from` on the same disk, with its tiles in `from/tiles`.
     ///
     /// # Errors
-    /// When it is there already, is none, or the disk fails; nothing of it is left here then.
+    /// When it exists already, is no map, or the disk fails. Nothing is left of it in the data directory then.
     pub fn adopt_map(&self, from: &Path) -> Result<MapSummary, StoreError> {
         let summary: MapSummary = files::read_json(&from.join("map.json"))?;
         let place = self.dir().map(summary.id);
@@ -124,8 +124,8 @@ impl Store {
         Ok(summary)
     }
 
-    /// Where a map is put together: an empty directory that is not listed.
-    fn make_room(&self, map: MapId) -> Result<PathBuf, StoreError> {
+    /// Creates an empty directory in which a map is written before it is listed.
+    fn create_staging_directory(&self, map: MapId) -> Result<PathBuf, StoreError> {
         if self.dir().map(map).exists() {
             return Err(StoreError::MapExists { id: map });
         }
@@ -139,8 +139,8 @@ impl Store {
         self.dir().maps().join(format!(".{map}"))
     }
 
-    /// Lists a map that was written whole. Where it was not, `recover` takes out of its directory what must not be lost, and the
-    /// rest is removed.
+    /// Lists a map that was written completely. If writing failed, `recover` moves what must not be lost out of the map's directory, and the rest is
+    /// removed.
     fn publish(
         &self,
         map: MapId,
@@ -161,26 +161,26 @@ impl Store {
         }
     }
 
-    /// A finished map with the trajectory, decisions and metres of the map that it goes on from, and in `clouds` whatever of that one's
-    /// is missing because it could not be copied before.
+    /// Adds the trajectory, decisions and distance of the map that `finished` extends, and copies those of its clouds that are not in `clouds` yet because
+    /// copying failed before.
     fn include_extended_map<'a>(
         &self,
         finished: &'a FinishedMap,
         clouds: &Path,
     ) -> Result<Cow<'a, FinishedMap>, StoreError> {
         let Some(map) = finished.extends else { return Ok(Cow::Borrowed(finished)) };
-        let before = self.map(map)?;
-        let keyframes = (0..before.poses.len() as u32).map(KeyframeId);
-        copy_cloud_files(&before.path.join("clouds"), clouds, keyframes, 0)?;
+        let base_map = self.map(map)?;
+        let keyframes = (0..base_map.poses.len() as u32).map(KeyframeId);
+        copy_cloud_files(&base_map.path.join("clouds"), clouds, keyframes, 0)?;
         let mut whole = finished.clone();
-        let now = finished.graph.nodes.iter().zip(&before.poses).map(|(node, pose)| {
-            // A pose that is none was never one of the graph's.
+        let poses = finished.graph.nodes.iter().zip(&base_map.poses).map(|(node, pose)| {
+            // The optimiser writes valid poses only; an invalid one came from elsewhere.
             isometry_from_pose(&node.map_from_keyframe).unwrap_or(*pose)
         });
-        let now: Vec<Isometry> = now.collect();
-        whole.trajectory = before.moved(&now).chain(whole.trajectory).collect();
-        whole.decisions.splice(0..0, before.decisions);
-        whole.distance += before.summary.distance;
+        let poses: Vec<Isometry> = poses.collect();
+        whole.trajectory = base_map.moved_trajectory(&poses).chain(whole.trajectory).collect();
+        whole.decisions.splice(0..0, base_map.decisions);
+        whole.distance += base_map.summary.distance;
         Ok(Cow::Owned(whole))
     }
 

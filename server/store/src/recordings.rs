@@ -1,44 +1,50 @@
-//! Disk space for recordings: they hold a bounded share of the disk, and the oldest make way.
+//! Disk space for recordings: they take a bounded share of the disk, and the oldest are removed first.
 
 use crate::{StoreError, files};
 use std::fs;
 use std::path::{Path, PathBuf};
 use vocab::Stamp;
 
-/// Share of the disk (what recordings hold plus what is free) that recordings may take.
-const DISK_SHARE: f64 = 0.5;
-/// Free space that recordings leave to maps in any case, bytes.
-const FREE_BYTES_MIN: u64 = 1 << 30;
+/// Limits of what recordings may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordingsConfig {
+    /// Share of the disk (bytes of recordings plus free bytes) that recordings may take.
+    pub disk_share_max: f64,
+    /// Free space that recordings leave for maps, bytes.
+    pub free_bytes_min: u64,
+    /// Bytes that recordings may take in any case; no such limit if none.
+    pub bytes_max: Option<u64>,
+}
+
+impl Default for RecordingsConfig {
+    fn default() -> Self {
+        Self { disk_share_max: 0.5, free_bytes_min: 1 << 30, bytes_max: None }
+    }
+}
 
 /// The recordings of a data directory.
 #[derive(Clone, Debug)]
 pub struct Recordings {
     dir: PathBuf,
-    bytes_max: Option<u64>,
+    config: RecordingsConfig,
 }
 
 /// Whether a running recording may go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RecordingSpace {
-    /// Yes.
+    /// It may.
     Available,
-    /// It alone holds all that recordings may take.
+    /// The running recording alone takes all that recordings may take.
     Exhausted,
 }
 
 impl Recordings {
-    /// Recordings in `dir`, holding at most half of the disk.
-    pub fn new(dir: impl Into<PathBuf>) -> Self {
-        Self { dir: dir.into(), bytes_max: None }
+    /// Recordings in `dir`.
+    pub fn new(dir: impl Into<PathBuf>, config: RecordingsConfig) -> Self {
+        Self { dir: dir.into(), config }
     }
 
-    /// Holds at most `bytes` besides.
-    pub fn with_bytes_max(mut self, bytes: u64) -> Self {
-        self.bytes_max = Some(bytes);
-        self
-    }
-
-    /// Path of a recording that begins now: names order as their instants do.
+    /// Path of a recording that begins at `begins`. Names sort by time.
     pub fn path(&self, begins: Stamp) -> PathBuf {
         self.dir.join(format!("{}.mcap", file_name_time(begins)))
     }
@@ -46,24 +52,24 @@ impl Recordings {
     /// Free space on the disk, bytes.
     ///
     /// # Errors
-    /// When the disk does not say.
+    /// When the system does not say.
     pub fn free_bytes(&self) -> Result<u64, StoreError> {
         files::free_bytes(&self.dir)
     }
 
-    /// Removes the oldest recordings, never the running one, until all together hold what they may.
+    /// Removes the oldest recordings, never the running one, until the rest is within the limit.
     ///
     /// # Errors
-    /// When the disk does.
+    /// When the disk fails.
     pub fn evict_oldest(&self, running: &Path) -> Result<RecordingSpace, StoreError> {
-        let mut kept = Vec::new();
+        let mut recordings = Vec::new();
         for path in files::entries(&self.dir)? {
             let bytes = fs::metadata(&path).map_err(|source| StoreError::io("read", &path, source))?.len();
-            kept.push((path, bytes));
+            recordings.push((path, bytes));
         }
-        let mut used: u64 = kept.iter().map(|(_, bytes)| bytes).sum();
+        let mut used: u64 = recordings.iter().map(|(_, bytes)| bytes).sum();
         let limit = self.limit(used)?;
-        for (path, bytes) in kept.iter().filter(|(path, _)| path != running) {
+        for (path, bytes) in recordings.iter().filter(|(path, _)| path != running) {
             if used <= limit {
                 break;
             }
@@ -73,12 +79,12 @@ impl Recordings {
         Ok(if used <= limit { RecordingSpace::Available } else { RecordingSpace::Exhausted })
     }
 
-    /// What recordings may hold when they hold `used` now, bytes.
+    /// Bytes that recordings may take, given that they take `used` now.
     fn limit(&self, used: u64) -> Result<u64, StoreError> {
         let disk = used.saturating_add(self.free_bytes()?);
-        let share = (disk as f64 * DISK_SHARE) as u64;
-        let limit = share.min(disk.saturating_sub(FREE_BYTES_MIN));
-        Ok(self.bytes_max.map_or(limit, |bytes_max| limit.min(bytes_max)))
+        let share = (disk as f64 * self.config.disk_share_max) as u64;
+        let limit = share.min(disk.saturating_sub(self.config.free_bytes_min));
+        Ok(self.config.bytes_max.map_or(limit, |bytes_max| limit.min(bytes_max)))
     }
 }
 
@@ -125,9 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_make_way_and_the_running_one_never_does() {
+    fn the_oldest_are_removed_and_the_running_one_never_is() {
         let dir = tempfile::tempdir().expect("temporary directory");
-        let recordings = Recordings::new(dir.path()).with_bytes_max(250);
+        let recordings = Recordings::new(
+            dir.path(),
+            RecordingsConfig { bytes_max: Some(250), ..RecordingsConfig::default() },
+        );
         let [oldest, older, running] = [1, 2, 3].map(|secs| recordings.path(Stamp::from_parts(secs, 0)));
         for path in [&oldest, &older, &running] {
             fs::write(path, [0; 100]).expect("writable");

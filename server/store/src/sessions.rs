@@ -1,8 +1,8 @@
 //! Keyframe clouds of the running mapping session, on disk so that memory does not grow with the walk.
 //!
-//! They lie as `sessions/<session>/NNNNNN.pcd` in their keyframe's own frame, which is how a saved map keeps them too:
-//! saving moves the directory. Beside each lies `NNNNNN.scan`, the same encoded for clients, a fifth of its size, which goes
-//! when the map is saved. They are worthless once the process that ran the session is gone.
+//! They are `sessions/<session>/NNNNNN.pcd` in their keyframe's own frame, as in a saved map: saving moves the directory. `NNNNNN.scan` holds the same cloud
+//! encoded for clients, a fifth of the size; it is removed when the map is saved. Sessions of a process that has ended are removed when the store is
+//! opened.
 
 use crate::cloud_files::{cloud_name, write_cloud};
 use crate::map_cloud::{CloudSelection, MapCloud};
@@ -13,9 +13,9 @@ use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId, SessionId};
 
 /// Ending of the names of clouds that are encoded for clients.
-const ENCODED: &str = "scan";
-/// Greatest step of their lattice, metres: as fine as the live map's.
-const ENCODED_RESOLUTION: f32 = 0.01;
+const ENCODED_SUFFIX: &str = "scan";
+/// Greatest lattice step of clouds that are encoded for clients, metres: that of the live map.
+const ENCODED_RESOLUTION_M: f32 = 0.01;
 
 fn write_encoded(
     directory: &Path,
@@ -23,21 +23,21 @@ fn write_encoded(
     xyz: &[[f32; 3]],
     intensity: &[f32],
 ) -> Result<(), StoreError> {
-    let bytes = map_codec::encode_scan(xyz, intensity, ENCODED_RESOLUTION);
-    files::replace(&directory.join(cloud_name(keyframe)).with_extension(ENCODED), &bytes)
+    let bytes = map_codec::encode_scan(xyz, intensity, ENCODED_RESOLUTION_M);
+    files::replace(&directory.join(cloud_name(keyframe)).with_extension(ENCODED_SUFFIX), &bytes)
 }
 
-/// Removes what was held for clients from a session's directory.
+/// Removes the clouds that are encoded for clients from a session's directory.
 pub(crate) fn remove_encoded(session: &Path) -> Result<(), StoreError> {
-    let encoded = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == ENCODED);
+    let encoded = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == ENCODED_SUFFIX);
     files::entries(session)?.iter().filter(encoded).try_for_each(|path| files::remove_file(path))
 }
 
 impl Store {
-    /// Keeps the cloud of a keyframe until its session is saved or discarded.
+    /// Writes the cloud of a keyframe. It stays until its session is saved or discarded.
     ///
     /// # Errors
-    /// When the disk does.
+    /// When the disk fails.
     pub fn write_session_cloud(&self, keyframe: &Keyframe) -> Result<(), StoreError> {
         let directory = self.session(keyframe.session);
         files::make_directory(&directory)?;
@@ -45,10 +45,10 @@ impl Store {
         write_encoded(&directory, keyframe.id, &keyframe.cloud.xyz, &keyframe.cloud.intensity)
     }
 
-    /// Makes the clouds of a saved map a session's first ones.
+    /// Copies the clouds of a saved map into a session that extends it.
     ///
     /// # Errors
-    /// When the disk does, or the map cannot be read.
+    /// When the disk fails, or the map cannot be read.
     pub fn copy_map_clouds_to_session(&self, map: MapId, session: SessionId) -> Result<(), StoreError> {
         let (from, directory) = (self.dir().map(map), self.session(session));
         files::make_directory(&directory)?;
@@ -63,7 +63,7 @@ impl Store {
     /// Removes the clouds of a session.
     ///
     /// # Errors
-    /// When the disk does.
+    /// When the disk fails.
     pub fn discard_session(&self, session: SessionId) -> Result<(), StoreError> {
         files::remove_directory(&self.session(session))
     }

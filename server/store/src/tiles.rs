@@ -1,6 +1,6 @@
 //! Tiles as files named by the BLAKE3 of their bytes.
 
-use crate::{Store, StoreError, files};
+use crate::{Store, StoreError, files, texts};
 use api::{TileHash, TileList};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -16,7 +16,7 @@ pub struct TileFiles {
 /// Whether a tile has to survive a power cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Durability {
-    /// Of a running session, which ends with the power anyway.
+    /// Of a running session, which a power cut ends anyway.
     Session,
     /// Of a saved map.
     Map,
@@ -34,10 +34,10 @@ impl TileFiles {
         fs::read(&path).map_err(|source| StoreError::io("read", &path, source))
     }
 
-    /// Keeps a tile of a running session; after a power cut it may be gone.
+    /// Writes a tile of a running session. It may be lost in a power cut.
     ///
     /// # Errors
-    /// When the disk does.
+    /// When the disk fails.
     pub fn put(&self, bytes: &[u8]) -> Result<TileHash, StoreError> {
         self.put_with_durability(bytes, Durability::Session)
     }
@@ -61,17 +61,17 @@ impl TileFiles {
                 .map_err(|source| StoreError::io("write", &path, source))?;
         }
         if durability == Durability::Map {
-            // Also for a tile that a session put there before.
+            // A session may have written this tile before, without syncing it.
             files::sync_file(&path)?;
             files::sync_directory(directory)?;
         }
         Ok(hash)
     }
 
-    /// Moves a tile's file here, for good.
+    /// Moves a tile's file into this directory.
     pub(crate) fn adopt(&self, from: &Path) -> Result<(), StoreError> {
         let name = from.file_name().unwrap_or_default().to_string_lossy();
-        let broken = || StoreError::Broken { path: from.to_owned(), what: "is not named as a tile is" };
+        let broken = || StoreError::Broken { path: from.to_owned(), what: texts::NO_TILE_NAME };
         let hash: TileHash = name.parse().map_err(|_| broken())?;
         let path = self.path(hash);
         let Some(directory) = path.parent() else { return Ok(()) };
@@ -85,23 +85,23 @@ impl TileFiles {
         self.dir.join(&name[..2]).join(name)
     }
 
-    /// Removes a tile; being gone already is fine.
+    /// Removes a tile; no error if it does not exist.
     fn remove(&self, hash: TileHash) -> Result<(), StoreError> {
         files::remove_file(&self.path(hash))
     }
 }
 
 impl Store {
-    /// Removes tiles of a session that has ended, except those that a saved map shares.
+    /// Removes tiles of a session that has ended, except those that belong to a saved map too.
     ///
     /// # Errors
-    /// When the disk does.
+    /// When the disk fails.
     pub fn remove_session_tiles(&self, tiles: &[TileHash]) -> Result<(), StoreError> {
         let referenced = self.tiles_referenced_by_maps()?;
         tiles.iter().filter(|hash| !referenced.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
     }
 
-    /// Removes every tile that no saved map names, and temporary files beside them.
+    /// Removes every tile that no saved map refers to, and temporary files beside them.
     pub(crate) fn remove_unreferenced_tiles(&self) -> Result<(), StoreError> {
         let referenced = self.tiles_referenced_by_maps()?;
         for directory in files::entries(&self.dir().tiles())? {

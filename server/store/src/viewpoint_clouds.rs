@@ -14,7 +14,7 @@
 //! the keyframe that the first viewpoint stands for; the others follow it. The file has a frame of its own, so it stays valid wherever the map's
 //! graph moves the keyframes.
 
-use crate::{MapPoints, StoreError, files};
+use crate::{MapPoints, StoreError, files, texts};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use std::fs;
 use std::io::Write;
@@ -97,7 +97,7 @@ pub fn write_viewpoint_clouds(
 ) -> Result<(), StoreError> {
     let path = directory.join(file_name(first));
     let invalid = |what| StoreError::Broken { path: path.clone(), what };
-    let bytes = encode(cloud, viewpoints).ok_or_else(|| invalid("cannot hold these viewpoints"))?;
+    let bytes = encode(cloud, viewpoints).ok_or_else(|| invalid(texts::VIEWPOINTS_DO_NOT_FIT))?;
     files::write_durably(&path, |out| out.write_all(&bytes))
 }
 
@@ -191,10 +191,7 @@ impl ViewpointClouds {
     }
 
     fn parse(path: &Path, first: KeyframeId, bytes: Vec<u8>) -> Result<Self, StoreError> {
-        let broken = || StoreError::Broken {
-            path: path.to_owned(),
-            what: "is no file of viewpoints that this program reads",
-        };
+        let broken = || StoreError::Broken { path: path.to_owned(), what: texts::NO_VIEWPOINT_FILE };
         let (cloud, viewpoints) = parse(&bytes).ok_or_else(broken)?;
         Ok(Self { path: path.to_owned(), first, cloud, viewpoints, bytes })
     }
@@ -219,10 +216,8 @@ impl ViewpointClouds {
         let Some(index) = self.index_of(keyframe) else { return Ok(None) };
         let PackedViewpoint { base_from_cloud, lidar, visible, gaps } = &self.viewpoints[index];
         let indices = indices(&self.bytes[gaps.clone()], *visible, self.cloud.xyz.len());
-        let indices = indices.ok_or_else(|| StoreError::Broken {
-            path: self.path.clone(),
-            what: "has a viewpoint whose points cannot be understood",
-        })?;
+        let indices = indices
+            .ok_or_else(|| StoreError::Broken { path: self.path.clone(), what: texts::BROKEN_VIEWPOINT })?;
         let xyz = indices.iter().map(|index| transform(base_from_cloud, &self.cloud.xyz[*index as usize]));
         let intensity = indices.iter().map(|index| self.cloud.intensity[*index as usize]);
         Ok(Some(VisibleCloud { xyz: xyz.collect(), intensity: intensity.collect(), lidar: *lidar }))

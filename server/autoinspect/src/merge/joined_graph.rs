@@ -111,7 +111,8 @@ impl JoinedGraph {
         // One walk after the other, also where their times overlap.
         let mut walks: Vec<_> = self.firsts.iter().map(|(index, first)| (&maps[*index], *first)).collect();
         walks.sort_by_key(|(map, _)| map.trajectory.first().map(|(stamp, _)| *stamp));
-        let trajectory = walks.iter().flat_map(|(map, first)| map.moved(&self.poses[*first as usize..]));
+        let trajectory =
+            walks.iter().flat_map(|(map, first)| map.moved_trajectory(&self.poses[*first as usize..]));
         let trajectory = trajectory.collect();
         let newest = maps.iter().map(|map| map.summary.created).max().unwrap_or(Stamp::EPOCH);
         FinishedMap {
