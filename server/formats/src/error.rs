@@ -1,8 +1,8 @@
-//! Why a file or message could not be read, in one sentence: what, where, and what to do.
+//! Errors of reading a file or message: one sentence that says what is wrong, where, and what to do.
 
 use std::io;
 
-/// Text from a file, fit for a sentence: at most `most` characters, and on one line whatever bytes they were made of.
+/// Text from a file for a sentence: at most `most` characters on one line, with control characters escaped.
 pub fn legible(text: &str, most: usize) -> String {
     let mut shown: String = text.chars().take(most).flat_map(char::escape_debug).collect();
     if text.chars().nth(most).is_some() {

@@ -1,4 +1,4 @@
-//! File and message formats of other people's tools: bytes in, typed data or a typed error out.
+//! File and message formats of other tools: bytes in, typed data or a typed error out.
 //!
 //! Nothing here knows the command line, the network or the clock. No reader allocates from a count in a header
 //! without checking that the bytes are there, and none panics on any input. Point formats meet in

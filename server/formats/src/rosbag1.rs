@@ -15,7 +15,7 @@ use vocab::Stamp;
 const WHAT: &str = "ROS 1 bag";
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// Largest chunk, packed or not, that is read.
-const LARGEST_CHUNK: u64 = 1 << 30;
+const CHUNK_BYTES_MAX: u64 = 1 << 30;
 
 /// One publisher's topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -228,7 +228,7 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
     let available = size.saturating_sub(record.data_start).min(record.data_length);
     let packed = records::read_bytes(file, size, record.data_start, available)?;
     let unpacked = u64::from(record.u32("size")?);
-    if unpacked > LARGEST_CHUNK {
+    if unpacked > CHUNK_BYTES_MAX {
         let problem = format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read");
         return Err(FormatError::at_byte(WHAT, record.data_start, problem));
     }

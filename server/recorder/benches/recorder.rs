@@ -9,7 +9,7 @@ use divan::counter::BytesCount;
 use formats::cdr::Encoding;
 use formats::ros::{PointCloud2, write_scan};
 use messages::{Input, Mounting, Scan, Sensor};
-use recorder::{ChunkCompression, Recording, RecordingMeta, RecordingWriter, TopicSelection};
+use recorder::{ChunkCompression, Recording, RecordingMeta, RecordingWriter, TopicSelection, WriterConfig};
 use std::path::Path;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
@@ -95,8 +95,13 @@ fn ten_scans() -> Vec<Input> {
 
 fn write(path: &Path, inputs: &[Input], compression: ChunkCompression) {
     let meta = RecordingMeta::default();
-    let mut writer = RecordingWriter::create_packed(path, &meta, &Mounting::default(), compression)
-        .expect("the temporary folder is writable");
+    let mut writer = RecordingWriter::create_with(
+        path,
+        &meta,
+        &Mounting::default(),
+        &WriterConfig { compression, ..WriterConfig::default() },
+    )
+    .expect("the temporary folder is writable");
     for (tenth, input) in inputs.iter().enumerate() {
         let at = Stamp::EPOCH + Span::from_millis(100 * tenth as i64);
         writer.input(at, input).expect("the disk has space");

@@ -1,4 +1,4 @@
-//! Where the sensors sit on the robot, from the static transforms of a recording.
+//! The mounting of the sensors on the robot, from the static transforms of a recording.
 
 use formats::ros::TransformStamped;
 use geometry::{isometry_from_pose, pose_from_isometry};

@@ -1,5 +1,5 @@
-//! Recordings: reading MCAP files, ROS bags and folders of scans as one kind of thing, and writing MCAP that is
-//! at once a standard recording and the exact journal of the stack.
+//! Recordings: MCAP files, ROS bags and folders of scans are read through one interface. What is written is MCAP: a standard
+//! recording and at the same time the exact journal of the stack.
 
 mod containers;
 mod decode;
@@ -11,6 +11,7 @@ mod legacy;
 mod problems;
 mod recording;
 mod selection;
+mod texts;
 pub mod topics;
 mod writer;
 
@@ -19,9 +20,9 @@ pub use info::{RecordingInfo, TopicInfo};
 pub use problems::ReadProblems;
 pub use recording::{Inputs, Recording};
 pub use selection::{TopicRole, TopicSelection};
-pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter};
+pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter, WriterConfig};
 
-/// What the writer put on this topic of its own file, if it belongs to the journal.
+/// Role of a topic in a file that the writer made; none if it does not belong to the journal.
 fn journal_role(topic: &str) -> Option<TopicRole> {
     Some(match topic {
         topics::LIDAR => TopicRole::Lidar,

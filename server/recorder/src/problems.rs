@@ -1,22 +1,22 @@
-//! Many errors of one kind told as one: a topic with ten thousand bad messages is one problem, not ten thousand.
+//! Errors grouped by kind and topic: a topic with ten thousand bad messages is one problem, not ten thousand.
 
 use crate::error::ReadError;
 use std::collections::BTreeMap;
 use std::mem::{Discriminant, discriminant};
 
-/// What went wrong while a recording was read, grouped by kind and topic in the order of first appearance.
+/// Errors of reading a recording, grouped by kind and topic in the order of first appearance.
 #[derive(Debug, Default)]
 pub struct ReadProblems {
     /// The first sentence of each group, and how many followed.
     groups: Vec<(String, u64)>,
-    places: BTreeMap<String, Vec<(Discriminant<ReadError>, usize)>>,
+    groups_of_topics: BTreeMap<String, Vec<(Discriminant<ReadError>, usize)>>,
 }
 
 impl ReadProblems {
-    /// Takes note of an error.
+    /// Adds an error.
     pub fn add(&mut self, error: &ReadError) {
         let kind = discriminant(error);
-        let of_topic = self.places.entry(topic(error).to_owned()).or_default();
+        let of_topic = self.groups_of_topics.entry(topic(error).to_owned()).or_default();
         match of_topic.iter().find(|(other, _)| *other == kind) {
             Some((_, index)) => self.groups[*index].1 += 1,
             None => {

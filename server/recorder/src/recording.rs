@@ -1,36 +1,28 @@
-//! One view of every kind of recording: what it holds, where the sensors sit, and its messages in order.
+//! One interface to every kind of recording: its content, the mounting of the sensors, and its messages in order.
 
 use crate::containers::{self, Container, MessageEncoding, Order, RawMessage, Topic};
 use crate::decode;
 use crate::error::{OpenError, ReadError};
 use crate::frames;
-use crate::info::{self, RecordingInfo};
+use crate::info::{self, InfoSource, RecordingInfo, ScanLayout};
 use crate::selection::{self, TopicRole, TopicSelection};
+use crate::texts;
 use formats::ros::{Imu, Odometry, RosMessage, TfMessage, TransformStamped};
 use messages::{Input, Mounting, Sensor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
-/// A recording, opened: its topics are known and have a role, its messages are still in the file.
+/// An opened recording: its topics and their roles are known; its messages are still in the file.
 pub struct Recording {
     path: PathBuf,
     format: String,
     container: Arc<dyn Container>,
-    /// What each topic of the container serves as; `None` where it is not used.
+    /// Role of each topic of the container; `None` if it is not used.
     roles: Vec<Option<TopicRole>>,
     mounting: Mounting,
-    pub(crate) first_scan: Option<ScanLayout>,
+    first_scan: Option<ScanLayout>,
     notes: Vec<String>,
-}
-
-/// What the first message of a LiDAR topic tells of all.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct ScanLayout {
-    pub points: usize,
-    pub has_times: bool,
-    pub has_rings: bool,
-    frame_id: String,
 }
 
 impl Recording {
@@ -54,12 +46,20 @@ impl Recording {
         Ok(recording)
     }
 
-    /// What the recording holds, for people and for `--json`.
+    /// Description of the recording, for people and for `--json`.
     pub fn info(&self) -> RecordingInfo {
-        info::describe(self, &self.path, &self.format, self.container.span(), &self.notes)
+        info::describe(InfoSource {
+            path: &self.path,
+            format: &self.format,
+            span: self.container.span(),
+            topics: self.topics().collect(),
+            first_scan: self.first_scan.as_ref(),
+            mounting: self.mounting,
+            warnings: self.container.warnings().iter().chain(&self.notes).cloned().collect(),
+        })
     }
 
-    /// Where the sensors sit, from static transforms. The base is `base_link` (or a like name) if there is one,
+    /// Mounting of the sensors, from static transforms. The base is `base_link` (or a similar name) if there is one,
     /// else the LiDAR.
     pub fn mounting(&self) -> Mounting {
         self.mounting
@@ -81,17 +81,14 @@ impl Recording {
             .map(|topic| format!("{} ({})", topic.name, topic.type_name))
             .collect();
         let problem = match kinds.is_empty() {
-            true => "it has no messages at all; record or copy it again".to_owned(),
-            false => format!(
-                "there are no LiDAR scans (sensor_msgs/PointCloud2), only {}; record the LiDAR's points too",
-                kinds.join(", ")
-            ),
+            true => texts::NO_MESSAGES.to_owned(),
+            false => texts::no_scans_among(&kinds.join(", ")),
         };
         Err(OpenError::Nothing { path: self.path.clone(), problem })
     }
 
-    /// What the sensors said, in the order of arrival, each with its log time. Memory does not grow with the
-    /// length of the recording. After an error the iteration goes on with what comes next.
+    /// Sensor messages in the order of arrival, each with its log time. Memory does not grow with the
+    /// length of the recording. After an error the iteration continues with the next message.
     pub fn inputs(&self) -> Inputs {
         let roles = self.roles.clone();
         let wanted = self.wanted(|role| !matches!(role, TopicRole::Tf | TopicRole::Truth));
@@ -104,7 +101,7 @@ impl Recording {
         }
     }
 
-    /// The stack's inputs exactly as it had them, in the order in which it had them.
+    /// The stack's inputs exactly as it got them, in the same order.
     ///
     /// # Errors
     /// When the recording was not written by the platform, or by one with another journal.
@@ -130,7 +127,7 @@ impl Recording {
         }))
     }
 
-    /// Where the robot really was, if the recording knows: pose of the base in a fixed frame of its own.
+    /// Ground truth, if the recording has it: poses of the base in a fixed frame of its own.
     ///
     /// # Errors
     /// When the poses cannot be read.
@@ -147,20 +144,16 @@ impl Recording {
         Ok(Some(poses))
     }
 
-    /// Topics with what they are used for.
-    pub(crate) fn topics(&self) -> impl Iterator<Item = (&Topic, Option<TopicRole>)> {
+    /// Topics with their roles.
+    fn topics(&self) -> impl Iterator<Item = (&Topic, Option<TopicRole>)> {
         self.container.topics().iter().zip(self.roles.iter().copied())
-    }
-
-    pub(crate) fn warnings(&self) -> &[String] {
-        self.container.warnings()
     }
 
     fn wanted(&self, is_wanted: impl Fn(TopicRole) -> bool) -> Vec<bool> {
         self.roles.iter().map(|role| role.is_some_and(&is_wanted)).collect()
     }
 
-    /// Gives every purpose its topic: the named one, else the best of those that could serve.
+    /// Assigns a topic to every role: the one that the caller named, else the best candidate.
     fn assign(&mut self, selection: &TopicSelection) -> Result<(), OpenError> {
         let topics = self.container.topics().to_vec();
         for (topic, role) in topics.iter().zip(&mut self.roles) {
@@ -202,7 +195,7 @@ impl Recording {
         Ok(index)
     }
 
-    /// Of several topics for one purpose keeps the one with most data, and says so.
+    /// Of several candidates for a role keeps the one with most data, and adds a note.
     fn select_best_topic(&mut self, topics: &[Topic], role: TopicRole) {
         let candidates: Vec<usize> =
             (0..topics.len()).filter(|index| self.roles[*index] == Some(role)).collect();
@@ -224,12 +217,11 @@ impl Recording {
                 .filter(|index| **index != candidates[best])
                 .map(|index| topics[*index].name.as_str())
                 .collect();
-            self.notes.push(format!(
-                "{} topics could serve as {}; '{}' has most data and is used, not {}",
+            self.notes.push(texts::several_topics(
                 candidates.len(),
                 role.name(),
-                topics[candidates[best]].name,
-                others.join(", ")
+                &topics[candidates[best]].name,
+                &others.join(", "),
             ));
         }
         for index in candidates.iter().filter(|index| **index != candidates[best]) {
@@ -295,7 +287,7 @@ impl Recording {
     }
 }
 
-/// What the sensors said, one after the other. See [`Recording::inputs`].
+/// Sensor messages one after the other. See [`Recording::inputs`].
 pub struct Inputs {
     messages: containers::Messages,
     container: Arc<dyn Container>,

@@ -1,10 +1,10 @@
-//! Which topic serves which purpose: guessed from type and name, or told.
+//! The role of each topic: guessed from its type and name, or chosen by the caller.
 
 use crate::containers::{MessageEncoding, Topic};
 use formats::ros::{self, RosMessage};
 use serde::Serialize;
 
-/// What a topic is used for.
+/// The role of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TopicRole {
@@ -20,9 +20,9 @@ pub enum TopicRole {
     Battery,
     /// Static transforms.
     Tf,
-    /// Where the robot really was.
+    /// Ground truth.
     Truth,
-    /// Inputs of the stack that are no sensor messages.
+    /// Inputs of the stack other than sensor messages.
     Journal,
 }
 
@@ -67,10 +67,10 @@ pub struct TopicSelection {
 }
 
 impl TopicSelection {
-    /// Takes one choice as people type it: `lidar=/points`.
+    /// Adds a choice as people type it: `lidar=/points`.
     ///
     /// # Errors
-    /// A sentence for people when it is not of that form.
+    /// A sentence for people if it is not of that form.
     pub fn choose(&mut self, text: &str) -> Result<(), String> {
         let explain =
             || format!("'{text}' is not PURPOSE=TOPIC with lidar, imu, legs, external, battery or truth");
@@ -102,7 +102,7 @@ impl TopicSelection {
     }
 }
 
-/// Whether a topic of this type can serve a purpose.
+/// Whether a topic of this type can have a role.
 pub(crate) fn can_serve(topic: &Topic, role: TopicRole) -> bool {
     match topic.encoding {
         MessageEncoding::ScanFile(_) => role == TopicRole::Lidar,
@@ -110,7 +110,7 @@ pub(crate) fn can_serve(topic: &Topic, role: TopicRole) -> bool {
     }
 }
 
-/// What a topic is for, by its type and name.
+/// The role of a topic by its type and name.
 pub(crate) fn guess_role(topic: &Topic) -> Option<TopicRole> {
     let name = topic.name.to_ascii_lowercase();
     let named = |words: &[&str]| words.iter().any(|word| name.contains(word));

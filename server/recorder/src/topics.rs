@@ -10,13 +10,13 @@ pub const LEGS: &str = "/legs/odometry";
 pub const EXTERNAL: &str = "/external/odometry";
 /// Battery, `sensor_msgs/BatteryState`.
 pub const BATTERY: &str = "/battery";
-/// Where the sensors sit, `tf2_msgs/TFMessage`.
+/// Mounting of the sensors, `tf2_msgs/TFMessage`.
 pub const TF_STATIC: &str = "/tf_static";
-/// Where the robot really was (simulation only), `geometry_msgs/PoseStamped`.
+/// Ground truth (simulation only), `geometry_msgs/PoseStamped`.
 pub const TRUTH: &str = "/truth";
-/// Where the robot believed to be, `geometry_msgs/PoseStamped`.
+/// The estimated pose, `geometry_msgs/PoseStamped`.
 pub const POSE: &str = "/autoinspect/pose";
-/// Everything else that entered the stack: `messages::Input` in postcard's encoding.
+/// All other inputs of the stack: `messages::Input` in postcard's encoding.
 pub const INPUT: &str = "/autoinspect/input";
 /// Name of the schema of [`INPUT`]; its number counts up with every change of `messages::Input`. Earlier ones are read too.
 pub const INPUT_SCHEMA: &str = "autoinspect.Input.v4";

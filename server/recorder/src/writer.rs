@@ -17,10 +17,29 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use vocab::{Pose, Span, Stamp};
 
-/// Longest time that recorded data stays in memory, on the recording's own clock.
-const FLUSH_EVERY: Span = Span::from_millis(1000);
+/// Parameters of a [`RecordingWriter`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WriterConfig {
+    /// Compression of chunks.
+    pub compression: ChunkCompression,
+    /// Size at which a chunk is closed, bytes before compression. A full-resolution sweep is 1.4 MB, so a chunk holds a few of them and the small
+    /// messages between.
+    pub chunk_bytes: u64,
+    /// Longest time that recorded data stays in memory, on the recording's own clock: what a crash loses.
+    pub flush_interval: Span,
+}
 
-/// What a recording says about its origin.
+impl Default for WriterConfig {
+    fn default() -> Self {
+        Self {
+            compression: ChunkCompression::default(),
+            chunk_bytes: 4 << 20,
+            flush_interval: Span::from_millis(1000),
+        }
+    }
+}
+
+/// Origin of a recording, written into it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RecordingMeta {
     /// Name of the robot.
@@ -29,7 +48,7 @@ pub struct RecordingMeta {
     pub origin: String,
 }
 
-/// How recorded data is packed. `cargo bench -p recorder` prints what each costs.
+/// Compression of a recording. `cargo bench -p recorder` prints the cost of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ChunkCompression {
     /// zstd level 1: smallest files.
@@ -37,18 +56,19 @@ pub enum ChunkCompression {
     Zstd,
     /// lz4: for slow computers.
     Lz4,
-    /// Not at all: least work, largest files.
+    /// None: least work, largest files.
     None,
 }
 
-/// Writes one recording. Call [`RecordingWriter::finish`]; a file that was not finished can still be read up to
-/// the last flush.
+/// Writes one recording. [`RecordingWriter::finish`] ends the file; a file without that end can be read up to the
+/// last flush.
 pub struct RecordingWriter {
     path: PathBuf,
     mcap: Writer<BufWriter<File>>,
     channels: Channels,
     mounting_to_write: Option<Mounting>,
     sequence: u32,
+    flush_interval: Span,
     flushed_at: Option<Stamp>,
     /// Reused for every message.
     buffer: Vec<u8>,
@@ -72,24 +92,23 @@ impl RecordingWriter {
     /// # Errors
     /// When the file cannot be created or written.
     pub fn create(path: &Path, meta: &RecordingMeta, mounting: &Mounting) -> Result<Self, WriteError> {
-        Self::create_packed(path, meta, mounting, ChunkCompression::default())
+        Self::create_with(path, meta, mounting, &WriterConfig::default())
     }
 
-    /// As [`RecordingWriter::create`], packed as told.
+    /// As [`RecordingWriter::create`], with other parameters.
     ///
     /// # Errors
     /// When the file cannot be created or written.
-    pub fn create_packed(
+    pub fn create_with(
         path: &Path,
         meta: &RecordingMeta,
         mounting: &Mounting,
-        compression: ChunkCompression,
+        config: &WriterConfig,
     ) -> Result<Self, WriteError> {
         let file =
             File::create(path).map_err(|source| WriteError::Create { path: path.to_owned(), source })?;
         let failed = |source| WriteError::Mcap { path: path.to_owned(), source };
-        let mut mcap =
-            options(compression).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
+        let mut mcap = options(config).create(BufWriter::with_capacity(1 << 20, file)).map_err(failed)?;
         mcap.write_metadata(&metadata(meta, mounting)).map_err(failed)?;
         let channels = Channels::declare(&mut mcap).map_err(failed)?;
         Ok(Self {
@@ -98,6 +117,7 @@ impl RecordingWriter {
             channels,
             mounting_to_write: Some(*mounting),
             sequence: 0,
+            flush_interval: config.flush_interval,
             flushed_at: None,
             buffer: Vec::new(),
         })
@@ -219,7 +239,7 @@ impl RecordingWriter {
 
     fn flush_if_due(&mut self, at: Stamp) -> Result<(), WriteError> {
         let since = *self.flushed_at.get_or_insert(at);
-        if at - since >= FLUSH_EVERY || at < since {
+        if at - since >= self.flush_interval || at < since {
             self.flushed_at = Some(at);
             self.mcap.flush().map_err(|source| self.failed(source))?;
         }
@@ -264,8 +284,8 @@ fn latched(topic: &str) -> BTreeMap<String, String> {
     profile.into_iter().collect()
 }
 
-fn options(compression: ChunkCompression) -> WriteOptions {
-    let compression = match compression {
+fn options(config: &WriterConfig) -> WriteOptions {
+    let compression = match config.compression {
         ChunkCompression::Zstd => Some(Compression::Zstd),
         ChunkCompression::Lz4 => Some(Compression::Lz4),
         ChunkCompression::None => None,
@@ -277,8 +297,7 @@ fn options(compression: ChunkCompression) -> WriteOptions {
         .compression_level(1)
         // Compressing on the caller's thread keeps memory and bytes the same everywhere.
         .compression_threads(0)
-        // A full-resolution sweep is 1.4 MB, so a chunk holds a few of them and the small messages between.
-        .chunk_size(Some(4 << 20))
+        .chunk_size(Some(config.chunk_bytes))
 }
 
 fn metadata(meta: &RecordingMeta, mounting: &Mounting) -> mcap::records::Metadata {

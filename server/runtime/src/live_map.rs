@@ -3,7 +3,7 @@
 
 use crate::convert;
 use api::{Anchor, Event, Graph, LoopsChanged, TileEntry, TileHash, TilesChanged};
-use map_codec::{LevelPoints, LevelSplitter, SplitOptions};
+use map_codec::{LevelPoints, LevelSplitter, SplitConfig};
 use messages::{Keyframe, LocalisationState, MappingState};
 use std::sync::Arc;
 use store::{Store, StoreError};
@@ -35,7 +35,7 @@ impl LiveMap {
             session: None,
             base_shown: false,
             known: None,
-            splitter: LevelSplitter::new(SplitOptions::default()),
+            splitter: LevelSplitter::new(SplitConfig::default()),
             tiles: Vec::new(),
         }
     }
@@ -59,7 +59,7 @@ impl LiveMap {
             return None;
         }
         let ended = std::mem::replace(&mut self.session, session);
-        self.splitter = LevelSplitter::new(SplitOptions::default());
+        self.splitter = LevelSplitter::new(SplitConfig::default());
         self.base_shown = false;
         let tiles = std::mem::take(&mut self.tiles);
         ended.map(|session| (session, tiles))

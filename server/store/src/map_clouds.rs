@@ -4,7 +4,7 @@ use crate::cloud_files::{CloudFiles, copy_cloud_files};
 use crate::dynamic_points::DynamicPointFilter;
 use crate::map_cloud::{CloudSelection, KeyframePose, MapCloud};
 use crate::{StoreError, files};
-use map_codec::{LevelSplitter, SplitOptions};
+use map_codec::{LevelSplitter, SplitConfig};
 use mapping::range_image::RangeImage;
 use std::path::Path;
 
@@ -63,8 +63,8 @@ impl MapClouds {
     ) -> Result<Self, StoreError> {
         // One level and one submap: a cell is taken once, wherever it is seen from.
         let splitter = (selection.spacing_m > 0.0).then(|| {
-            LevelSplitter::new(SplitOptions {
-                spacings: vec![selection.spacing_m],
+            LevelSplitter::new(SplitConfig {
+                spacings_m: vec![selection.spacing_m],
                 submap_keyframes_max: u32::MAX,
                 submap_cells_max: usize::MAX,
             })

@@ -19,7 +19,7 @@ use crate::tiles::Durability;
 use crate::{MapClouds, MapPoints, StoreError, TileFiles, files};
 use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
-use map_codec::BakeOptions;
+use map_codec::BakeConfig;
 use messages::{EdgeKind, FinishedMap, PoseGraph};
 use std::io::{self, Write};
 use std::path::Path;
@@ -73,7 +73,7 @@ pub fn write_map_files(
         map_from_keyframe: node.map_from_keyframe,
     });
     let selection =
-        CloudSelection { spacing_m: BakeOptions::default().finest_spacing, include_dynamic: false };
+        CloudSelection { spacing_m: BakeConfig::default().finest_spacing_m, include_dynamic: false };
     let clouds = MapClouds::open(&dir.join("clouds"), keyframes.collect(), selection)?;
     let points = MapPoints::read(clouds)?;
     let merge_time = start.elapsed();
@@ -93,7 +93,7 @@ pub fn write_map_files_of(
     points: MapPoints,
 ) -> Result<MapFilesReport, StoreError> {
     let merged = Instant::now();
-    let list = write_tiles(tiles, &points, &BakeOptions::default())?;
+    let list = write_tiles(tiles, &points, &BakeConfig::default())?;
     let tiled = Instant::now();
 
     files::write_json(&dir.join("tiles.json"), &list)?;
@@ -133,7 +133,7 @@ pub fn write_map_files_of(
     })
 }
 
-fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeOptions) -> Result<TileList, StoreError> {
+fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeConfig) -> Result<TileList, StoreError> {
     let robust_bounds = robust_bounds(&points.xyz, &RobustBoundsConfig::default());
     let mut list = TileList { bounds: Aabb::EMPTY, tiles: Vec::new(), robust_bounds };
     for tile in map_codec::bake(&points.xyz, &points.intensity, options) {

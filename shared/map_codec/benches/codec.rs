@@ -6,7 +6,7 @@
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use map_codec::{BakeOptions, LevelSplitter, SplitOptions, bake, decode, encode_scan};
+use map_codec::{BakeConfig, LevelSplitter, SplitConfig, bake, decode, encode_scan};
 use vocab::Pose;
 
 fn main() {
@@ -16,7 +16,7 @@ fn main() {
         println!("scan at {resolution} m: {:.2} bytes a point", bytes as f64 / xyz.len() as f64);
     }
     let (xyz, intensity) = walk();
-    let tiles = bake(&xyz, &intensity, &BakeOptions::default());
+    let tiles = bake(&xyz, &intensity, &BakeConfig::default());
     let bytes: usize = tiles.iter().map(|t| t.bytes.len()).sum();
     let points: u32 = tiles.iter().map(|t| t.points).sum();
     let each = bytes as f64 / f64::from(points);
@@ -76,12 +76,12 @@ fn split_first_keyframe(bencher: Bencher) {
     let (xyz, intensity) = scan(64_000, [0.0; 3]);
     bencher
         .counter(ItemsCount::new(xyz.len()))
-        .with_inputs(|| LevelSplitter::new(SplitOptions::default()))
+        .with_inputs(|| LevelSplitter::new(SplitConfig::default()))
         .bench_values(|mut splitter| splitter.push(&Pose::IDENTITY, &xyz, &intensity));
 }
 
 #[divan::bench(sample_count = 5)]
 fn bake_two_million(bencher: Bencher) {
     let (xyz, intensity) = walk();
-    bencher.counter(ItemsCount::new(xyz.len())).bench(|| bake(&xyz, &intensity, &BakeOptions::default()));
+    bencher.counter(ItemsCount::new(xyz.len())).bench(|| bake(&xyz, &intensity, &BakeConfig::default()));
 }

@@ -1,8 +1,8 @@
 //! A finished map as one additive octree.
 //!
-//! Every node is a cube with a grid of 128 cells a side, one point at most in each; a point lives in the coarsest
-//! node whose cell around it is free, unless an earlier point shares its cell of the finest level. Nodes with few points are then folded into their parents, which spares the
-//! browser hundreds of tiny requests at the rim of the map.
+//! Every node is a cube with a grid of 128 cells a side and at most one point in each. A point belongs to the coarsest node whose
+//! cell around it is free. It is dropped if an earlier point is in its cell of the finest level. Nodes with few points are then folded into
+//! their parents, which saves the browser hundreds of small requests at the edge of the map.
 
 use crate::cells::CellSet;
 use crate::chunk::{GpuPoint, PointChunk};
@@ -12,31 +12,30 @@ use std::collections::BTreeMap;
 use vocab::Aabb;
 
 /// Cells along each edge of a node.
-const GRID: u32 = 128;
-/// Steps of the lattice in each cell, at most, so that a node's lattice has 65,536 along each edge.
-const LATTICE_MAX: f32 = 512.0;
+const NODE_CELLS: u32 = 128;
+/// Most lattice steps in a cell: a node's lattice then has 65,536 along each edge.
+const CELL_STEPS_MAX: f32 = 512.0;
 /// Deepest level: 128 cells of the root, halved 13 times, are 2^20 cells along the whole map.
 const LEVEL_MAX: u8 = 13;
-/// Greatest extent that is baked, metres; points outside ±this are dropped.
-const COORDINATE_MAX: f32 = 1e6;
+/// Greatest coordinate that is baked, metres; points beyond it are dropped.
+const COORDINATE_MAX_M: f32 = 1e6;
 
-/// How fine a baked map is.
+/// Parameters of [`bake`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BakeOptions {
-    /// Distance between points on the finest level, metres; points nearer to others are dropped. Raised where the
-    /// map is too large for 14 levels.
-    pub finest_spacing: f32,
-    /// Greatest step of a node's lattice, metres. A node's step is its cell halved until it is no larger than
-    /// this, nine times at most: coarse nodes hold few points, but those are drawn close up too, so they
-    /// are placed as well as the others.
-    pub resolution: f32,
+pub struct BakeConfig {
+    /// Distance between points on the finest level, metres; closer points are dropped. It is increased for a
+    /// map that is too large for 14 levels.
+    pub finest_spacing_m: f32,
+    /// Greatest step of a node's lattice, metres. A node's step is its cell, halved until it is not larger than
+    /// this, at most nine times. Points of coarse nodes are drawn close up too, so they need the same resolution.
+    pub resolution_m: f32,
     /// Nodes with fewer points are folded into their parents.
     pub node_points_min: usize,
 }
 
-impl Default for BakeOptions {
+impl Default for BakeConfig {
     fn default() -> Self {
-        Self { finest_spacing: 0.03, resolution: 0.01, node_points_min: 1000 }
+        Self { finest_spacing_m: 0.03, resolution_m: 0.01, node_points_min: 1000 }
     }
 }
 
@@ -52,7 +51,7 @@ pub struct BakedTile {
     /// Number of points.
     pub points: u32,
     /// For [`crate::decode`]; positions in the map frame, each coordinate off by at most half of
-    /// [`BakeOptions::resolution`].
+    /// [`BakeConfig::resolution_m`].
     pub bytes: Vec<u8>,
 }
 
@@ -63,18 +62,18 @@ pub struct BakedTile {
 ///
 /// Returns the tiles coarsest first, each level in the order of x, y, z; none for no points. The same points in
 /// the same order give the same bytes.
-pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], options: &BakeOptions) -> Vec<BakedTile> {
-    let Some(tree) = Tree::around(xyz, options) else {
+pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], config: &BakeConfig) -> Vec<BakedTile> {
+    let Some(tree) = Tree::around(xyz, config) else {
         return Vec::new();
     };
     let mut nodes = tree.distribute(xyz);
-    fold_small(&mut nodes, options.node_points_min);
+    fold_small(&mut nodes, config.node_points_min);
     let unit = intensity_unit(intensity);
     nodes
         .into_iter()
         .map(|(node, members)| {
-            let spacing = tree.finest_spacing * f32::from(tree.level_max - node.level).exp2();
-            let mut chunk = tree.chunk(node, spacing, options.resolution);
+            let spacing = tree.finest_spacing_m * f32::from(tree.level_max - node.level).exp2();
+            let mut chunk = tree.chunk(node, spacing, config.resolution_m);
             chunk.intensity_unit = unit;
             chunk.points = members.iter().map(|i| lattice_point(&chunk, xyz, intensity, *i)).collect();
             BakedTile {
@@ -88,19 +87,19 @@ pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], options: &BakeOptions) -> Vec<B
         .collect()
 }
 
-/// Where the root lies and how deep it goes.
+/// Position and depth of the tree.
 struct Tree {
     origin: [f32; 3],
     level_max: u8,
-    finest_spacing: f32,
+    finest_spacing_m: f32,
 }
 
 /// Indices of the points of each node; ordered by level first because [`NodeId`] is.
 type Nodes = BTreeMap<NodeId, Vec<u32>>;
 
 impl Tree {
-    /// The least tree that holds all usable points; none when there are none.
-    fn around(xyz: &[[f32; 3]], options: &BakeOptions) -> Option<Self> {
+    /// The smallest tree that holds all usable points; none if there are none.
+    fn around(xyz: &[[f32; 3]], config: &BakeConfig) -> Option<Self> {
         let mut bounds = Aabb::EMPTY;
         for point in xyz.iter().filter(|p| usable(p)) {
             bounds.include(*point);
@@ -110,28 +109,29 @@ impl Tree {
             return None;
         }
         // One cell to spare, so that the greatest coordinate is inside.
-        let edge_of = |spacing: f32, level: u8| spacing * (GRID - 1) as f32 * f32::from(level).exp2();
-        let finest_spacing = options.finest_spacing.max(1e-3).max(extent / edge_of(1.0, LEVEL_MAX));
-        let level_max = (0..LEVEL_MAX).find(|level| edge_of(finest_spacing, *level) > extent);
-        Some(Self { origin: bounds.min, level_max: level_max.unwrap_or(LEVEL_MAX), finest_spacing })
+        let edge_of = |spacing: f32, level: u8| spacing * (NODE_CELLS - 1) as f32 * f32::from(level).exp2();
+        let finest_spacing_m = config.finest_spacing_m.max(1e-3).max(extent / edge_of(1.0, LEVEL_MAX));
+        let level_max = (0..LEVEL_MAX).find(|level| edge_of(finest_spacing_m, *level) > extent);
+        Some(Self { origin: bounds.min, level_max: level_max.unwrap_or(LEVEL_MAX), finest_spacing_m })
     }
 
-    /// Gives every point its node, or none where it is nearer to others than the finest spacing.
+    /// Assigns every point to a node, or to none if it is closer to another than the finest spacing.
     fn distribute(&self, xyz: &[[f32; 3]]) -> Nodes {
-        let mut taken = vec![CellSet::default(); usize::from(self.level_max) + 1];
+        let mut occupied = vec![CellSet::default(); usize::from(self.level_max) + 1];
         let mut nodes = Nodes::new();
         for (i, point) in (0_u32..).zip(xyz).filter(|(_, p)| usable(p)) {
-            let finest: [u32; 3] =
-                std::array::from_fn(|axis| ((point[axis] - self.origin[axis]) / self.finest_spacing) as u32);
-            // Whoever takes a cell of the finest level keeps the place; everybody later is a repetition.
-            if !taken[usize::from(self.level_max)].insert(finest) {
+            let finest: [u32; 3] = std::array::from_fn(|axis| {
+                ((point[axis] - self.origin[axis]) / self.finest_spacing_m) as u32
+            });
+            // The first point in a cell of the finest level is kept; later ones repeat it.
+            if !occupied[usize::from(self.level_max)].insert(finest) {
                 continue;
             }
             let cell_on = |level: u8| finest.map(|c| c >> (self.level_max - level));
             let coarser =
-                (0..self.level_max).find(|level| taken[usize::from(*level)].insert(cell_on(*level)));
+                (0..self.level_max).find(|level| occupied[usize::from(*level)].insert(cell_on(*level)));
             let level = coarser.unwrap_or(self.level_max);
-            let [x, y, z] = cell_on(level).map(|c| c / GRID);
+            let [x, y, z] = cell_on(level).map(|c| c / NODE_CELLS);
             nodes.entry(NodeId { level, x, y, z }).or_default().push(i);
         }
         nodes
@@ -140,8 +140,8 @@ impl Tree {
     /// The node's lattice, without points.
     fn chunk(&self, node: NodeId, spacing: f32, resolution: f32) -> PointChunk {
         let divisor = (0..9_u8).map(|bits| f32::from(bits).exp2()).find(|d| spacing / d <= resolution);
-        let divisor = divisor.unwrap_or(LATTICE_MAX);
-        let edge = self.finest_spacing * GRID as f32 * f32::from(self.level_max).exp2();
+        let divisor = divisor.unwrap_or(CELL_STEPS_MAX);
+        let edge = self.finest_spacing_m * NODE_CELLS as f32 * f32::from(self.level_max).exp2();
         let step = spacing / divisor;
         // Lattice coordinates are the centres of the lattice's cells.
         let origin = node.cube(self.origin, edge).min.map(|c| c + 0.5 * step);
@@ -150,7 +150,7 @@ impl Tree {
 }
 
 fn usable(point: &[f32; 3]) -> bool {
-    point.iter().all(|c| c.abs() <= COORDINATE_MAX)
+    point.iter().all(|c| c.abs() <= COORDINATE_MAX_M)
 }
 
 fn lattice_point(chunk: &PointChunk, xyz: &[[f32; 3]], intensity: &[f32], i: u32) -> GpuPoint {

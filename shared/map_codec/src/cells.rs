@@ -8,33 +8,33 @@ pub(crate) const COORDINATE_END: u32 = 1 << COORDINATE_BITS;
 const SLOTS_MIN: usize = 1024;
 const EMPTY: u64 = 0;
 
-/// Which cells are taken. Grows to at most 22 bytes a cell, 32 while it grows.
+/// Which cells are occupied. Grows to at most 22 bytes a cell, 32 while it grows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellSet {
-    /// A power of two of slots, or none yet; at most three quarters of them taken.
+    /// A power of two of slots, or none yet; at most three quarters of them occupied.
     slots: Vec<u64>,
-    taken: usize,
+    occupied: usize,
 }
 
 impl CellSet {
-    /// Number of cells taken.
+    /// Number of cells occupied.
     pub(crate) fn len(&self) -> usize {
-        self.taken
+        self.occupied
     }
 
     /// Forgets all cells and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.slots.fill(EMPTY);
-        self.taken = 0;
+        self.occupied = 0;
     }
 
-    /// Takes a cell; false when it was taken before. Only the lowest 21 bits of each coordinate count.
+    /// Takes a cell; false when it was occupied before. Only the lowest 21 bits of each coordinate count.
     pub(crate) fn insert(&mut self, cell: [u32; 3]) -> bool {
-        if self.taken * 4 >= self.slots.len() * 3 {
+        if self.occupied * 4 >= self.slots.len() * 3 {
             self.grow();
         }
         let inserted = place(&mut self.slots, key_of(cell));
-        self.taken += usize::from(inserted);
+        self.occupied += usize::from(inserted);
         inserted
     }
 
@@ -53,7 +53,7 @@ fn key_of(cell: [u32; 3]) -> u64 {
     (1 << 63) | (z << (2 * COORDINATE_BITS)) | (y << COORDINATE_BITS) | x
 }
 
-/// Puts `key` where it belongs; false when it is there. `slots` has a power of two of slots, not all taken.
+/// Puts `key` where it belongs; false when it is there. `slots` has a power of two of slots, not all occupied.
 fn place(slots: &mut [u64], key: u64) -> bool {
     let mask = slots.len() - 1;
     // Fibonacci hashing: the high bits of the product mix all bits of the key.

@@ -1,31 +1,31 @@
-//! Which points of a growing map belong to which level, one keyframe at a time.
+//! Levels of detail of a growing map, one keyframe at a time.
 //!
-//! A point lives on the coarsest level whose cell around it is still free, so each level adds to the coarser ones;
-//! one whose cell of the finest level is taken repeats another and is dropped. Cells are counted in the frame of the current submap (a run of keyframes), because drift
-//! between keyframes close in time is far below a cell. When a submap is full the count starts again at the next
-//! keyframe, so that a place seen again much later, perhaps after a loop closure, is drawn anew where it is now.
+//! A point belongs to the coarsest level whose cell around it is free, so each level adds to the coarser ones. A point whose
+//! cell of the finest level is occupied repeats another and is dropped. Cells are counted in the frame of the current submap, a run of
+//! keyframes, because drift between keyframes close in time is far below a cell. When a submap is full, a new one starts at the next
+//! keyframe. A place that is seen again much later, perhaps after a loop closure, is therefore drawn again at its new position.
 
 use crate::cells::{COORDINATE_END, CellSet};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::encode::{encode, quantise};
 use vocab::Pose;
 
-/// How a map is cut into levels while it grows.
+/// Parameters of a [`LevelSplitter`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct SplitOptions {
+pub struct SplitConfig {
     /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive
     /// takes no point; if that is the finest one, none does.
-    pub spacings: Vec<f32>,
+    pub spacings_m: Vec<f32>,
     /// Keyframes after which a new submap starts.
     pub submap_keyframes_max: u32,
     /// Occupied cells, all levels together, at which a new submap starts.
     pub submap_cells_max: usize,
 }
 
-impl Default for SplitOptions {
+impl Default for SplitConfig {
     fn default() -> Self {
         Self {
-            spacings: vec![0.80, 0.40, 0.20, 0.10, 0.05],
+            spacings_m: vec![0.80, 0.40, 0.20, 0.10, 0.05],
             submap_keyframes_max: 64,
             submap_cells_max: 2_000_000,
         }
@@ -35,7 +35,7 @@ impl Default for SplitOptions {
 /// The points that a keyframe adds to one level, in the keyframe's frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelPoints {
-    /// Index into [`SplitOptions::spacings`].
+    /// Index into [`SplitConfig::spacings_m`].
     pub level: u8,
     /// Distance between points, metres.
     pub spacing: f32,
@@ -63,20 +63,20 @@ impl LevelPoints {
 /// `submap_cells_max` cells plus those of one keyframe, however long the map grows.
 #[derive(Clone, Debug)]
 pub struct LevelSplitter {
-    options: SplitOptions,
+    config: SplitConfig,
     /// One set for each level.
-    taken: Vec<CellSet>,
+    occupied: Vec<CellSet>,
     /// Pose of the first keyframe of the submap; none before the first keyframe.
-    map_from_submap: Option<Rigid>,
+    map_from_submap: Option<RigidTransform>,
     keyframes_in_submap: u32,
 }
 
 impl LevelSplitter {
     /// Starts an empty map.
-    pub fn new(mut options: SplitOptions) -> Self {
-        options.spacings.truncate(usize::from(u8::MAX));
-        let taken = vec![CellSet::default(); options.spacings.len()];
-        Self { options, taken, map_from_submap: None, keyframes_in_submap: 0 }
+    pub fn new(mut config: SplitConfig) -> Self {
+        config.spacings_m.truncate(usize::from(u8::MAX));
+        let occupied = vec![CellSet::default(); config.spacings_m.len()];
+        Self { config, occupied, map_from_submap: None, keyframes_in_submap: 0 }
     }
 
     /// Takes the cloud of the next keyframe and returns what it adds, one entry for each level that gains points,
@@ -93,13 +93,13 @@ impl LevelSplitter {
     ) -> Vec<LevelPoints> {
         let submap_from_keyframe = self.enter_keyframe(map_from_keyframe);
         let mut levels: Vec<LevelPoints> = (0_u8..)
-            .zip(&self.options.spacings)
+            .zip(&self.config.spacings_m)
             .map(|(level, spacing)| LevelPoints { level, spacing: *spacing, ..LevelPoints::default() })
             .collect();
         let intensities = intensity.iter().copied().chain(std::iter::repeat(0.0));
         for (point, intensity) in xyz.iter().zip(intensities) {
             let in_submap = submap_from_keyframe.apply(*point);
-            if let Some(level) = home_of(in_submap, &mut self.taken, &self.options.spacings) {
+            if let Some(level) = find_level(in_submap, &mut self.occupied, &self.config.spacings_m) {
                 levels[level].xyz.push(*point);
                 levels[level].intensity.push(intensity);
             }
@@ -109,13 +109,13 @@ impl LevelSplitter {
     }
 
     /// Starts a new submap when it is time, and returns the keyframe's pose in the current one.
-    fn enter_keyframe(&mut self, map_from_keyframe: &Pose) -> Rigid {
-        let map_from_keyframe = Rigid::from_pose(map_from_keyframe);
-        let cells: usize = self.taken.iter().map(CellSet::len).sum();
-        let full = self.keyframes_in_submap >= self.options.submap_keyframes_max
-            || cells >= self.options.submap_cells_max;
+    fn enter_keyframe(&mut self, map_from_keyframe: &Pose) -> RigidTransform {
+        let map_from_keyframe = RigidTransform::from_pose(map_from_keyframe);
+        let cells: usize = self.occupied.iter().map(CellSet::len).sum();
+        let full = self.keyframes_in_submap >= self.config.submap_keyframes_max
+            || cells >= self.config.submap_cells_max;
         if full {
-            self.taken.iter_mut().for_each(CellSet::clear);
+            self.occupied.iter_mut().for_each(CellSet::clear);
             self.map_from_submap = None;
             self.keyframes_in_submap = 0;
         }
@@ -126,14 +126,14 @@ impl LevelSplitter {
 }
 
 /// The level on which a new point lives: the coarsest whose cell is free. None when its cell on the finest level
-/// is taken, which makes it a repetition.
-fn home_of(point: [f32; 3], taken: &mut [CellSet], spacings: &[f32]) -> Option<usize> {
-    let finest = spacings.len().checked_sub(1)?;
-    if !taken[finest].insert(cell_of(point, spacings[finest])?) {
+/// is occupied, because the point repeats another.
+fn find_level(point: [f32; 3], occupied: &mut [CellSet], spacings_m: &[f32]) -> Option<usize> {
+    let finest = spacings_m.len().checked_sub(1)?;
+    if !occupied[finest].insert(cell_of(point, spacings_m[finest])?) {
         return None;
     }
-    let coarser = (0..finest).find(|level| match cell_of(point, spacings[*level]) {
-        Some(cell) => taken[*level].insert(cell),
+    let coarser = (0..finest).find(|level| match cell_of(point, spacings_m[*level]) {
+        Some(cell) => occupied[*level].insert(cell),
         None => false,
     });
     Some(coarser.unwrap_or(finest))
@@ -150,12 +150,12 @@ fn cell_of(point: [f32; 3], spacing: f32) -> Option<[u32; 3]> {
 
 /// A pose as a rotation matrix (rows) and a translation, metres.
 #[derive(Clone, Copy, Debug)]
-struct Rigid {
+struct RigidTransform {
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
 }
 
-impl Rigid {
+impl RigidTransform {
     fn from_pose(pose: &Pose) -> Self {
         let q = pose.orientation;
         let (w, x, y, z) = (q.w, q.x, q.y, q.z);

@@ -27,9 +27,9 @@ mod octree;
 mod tests;
 
 #[cfg(not(target_arch = "wasm32"))]
-pub use bake::{BakeOptions, BakedTile, bake};
+pub use bake::{BakeConfig, BakedTile, bake};
 pub use chunk::{DecodeError, EXPANSION_MAX, GpuPoint, PointChunk, decode};
 #[cfg(not(target_arch = "wasm32"))]
 pub use encode::{encode, encode_scan, quantise};
-pub use levels::{LevelPoints, LevelSplitter, SplitOptions};
+pub use levels::{LevelPoints, LevelSplitter, SplitConfig};
 pub use octree::NodeId;

@@ -104,7 +104,7 @@ proptest! {
 
     #[test]
     fn every_level_has_one_point_a_cell_and_the_finest_cells_are_all_covered(xyz in any_points()) {
-        let options = SplitOptions { spacings: vec![40.0, 10.0, 2.5], ..SplitOptions::default() };
+        let options = SplitConfig { spacings_m: vec![40.0, 10.0, 2.5], ..SplitConfig::default() };
         let levels = LevelSplitter::new(options).push(&Pose::IDENTITY, &xyz, &[]);
         let cell = |p: [f32; 3], spacing: f32| p.map(|c| (c / spacing).floor() as i32);
         for level in &levels {
@@ -118,7 +118,7 @@ proptest! {
 
     #[test]
     fn a_baked_map_covers_its_points_and_invents_none(xyz in any_points()) {
-        let options = BakeOptions { finest_spacing: 0.5, resolution: 0.02, node_points_min: 8 };
+        let options = BakeConfig { finest_spacing_m: 0.5, resolution_m: 0.02, node_points_min: 8 };
         let tiles = bake(&xyz, &[], &options);
         let baked: Vec<[f32; 3]> = tiles.iter().flat_map(|tile| {
             let chunk = decode(&tile.bytes).unwrap();
@@ -161,11 +161,11 @@ fn unusable_points_and_options_are_survived() {
         assert_eq!(chunk.position(&chunk.points[0]), [1.0, 2.0, 3.0]);
     }
     assert!(decode(&encode_scan(&[], &[], 0.01)).unwrap().points.is_empty());
-    let options = SplitOptions { spacings: vec![f32::NAN, 0.0, -1.0, 0.5], ..SplitOptions::default() };
+    let options = SplitConfig { spacings_m: vec![f32::NAN, 0.0, -1.0, 0.5], ..SplitConfig::default() };
     let levels = LevelSplitter::new(options).push(&Pose::IDENTITY, &xyz, &[]);
     assert_eq!(levels.iter().map(|l| (l.level, l.xyz.len())).collect::<Vec<_>>(), [(3, 1)]);
-    assert!(bake(&xyz[..3], &[], &BakeOptions::default()).is_empty());
-    assert_eq!(bake(&xyz, &[], &BakeOptions::default()).len(), 1);
+    assert!(bake(&xyz[..3], &[], &BakeConfig::default()).is_empty());
+    assert_eq!(bake(&xyz, &[], &BakeConfig::default()).len(), 1);
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn a_map_larger_than_the_lattice_gets_a_coarser_one() {
     let xyz = [[-1000.0, 0.0, 0.0], [1000.0, 5.0, 5.0]];
     let chunk = quantise(&xyz, &[], 0.01);
     assert_eq!(chunk.step, 0.04);
-    let tiles = bake(&[[-1e6, 0.0, 0.0], [1e6, 0.0, 0.0]], &[], &BakeOptions::default());
+    let tiles = bake(&[[-1e6, 0.0, 0.0], [1e6, 0.0, 0.0]], &[], &BakeConfig::default());
     assert!(tiles.iter().map(|t| t.points).sum::<u32>() == 2);
 }
 
@@ -211,7 +211,7 @@ fn headers_are_checked_field_by_field() {
 #[test]
 fn a_keyframe_adds_only_what_its_submap_lacks() {
     let (xyz, intensity) = hall(20_000);
-    let options = SplitOptions { submap_keyframes_max: 3, ..SplitOptions::default() };
+    let options = SplitConfig { submap_keyframes_max: 3, ..SplitConfig::default() };
     let mut splitter = LevelSplitter::new(options);
     let points = |levels: Vec<LevelPoints>| levels.iter().map(|l| l.xyz.len()).sum::<usize>();
     let first = points(splitter.push(&Pose::IDENTITY, &xyz, &intensity));
@@ -233,7 +233,7 @@ fn a_keyframe_adds_only_what_its_submap_lacks() {
 #[test]
 fn level_tiles_say_their_level_and_spacing() {
     let (xyz, intensity) = hall(5_000);
-    let levels = LevelSplitter::new(SplitOptions::default()).push(&Pose::IDENTITY, &xyz, &intensity);
+    let levels = LevelSplitter::new(SplitConfig::default()).push(&Pose::IDENTITY, &xyz, &intensity);
     for level in levels {
         let chunk = decode(&level.encode(0.02)).unwrap();
         assert_eq!((chunk.level, chunk.spacing), (level.level, level.spacing));
@@ -244,7 +244,7 @@ fn level_tiles_say_their_level_and_spacing() {
 #[test]
 fn baking_twice_gives_the_same_bytes() {
     let (xyz, intensity) = hall(30_000);
-    let tiles = bake(&xyz, &intensity, &BakeOptions::default());
+    let tiles = bake(&xyz, &intensity, &BakeConfig::default());
     assert!(tiles.len() > 1 && tiles[0].node == NodeId::ROOT);
-    assert_eq!(tiles, bake(&xyz, &intensity, &BakeOptions::default()));
+    assert_eq!(tiles, bake(&xyz, &intensity, &BakeConfig::default()));
 }

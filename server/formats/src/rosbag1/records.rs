@@ -1,6 +1,6 @@
 //! Records of a bag: a header of named fields, then data.
 
-use super::{LARGEST_CHUNK, WHAT};
+use super::{CHUNK_BYTES_MAX, WHAT};
 use crate::FormatError;
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
@@ -15,7 +15,7 @@ pub mod op {
 }
 
 /// A header longer than this is nonsense.
-const LONGEST_HEADER: u64 = 1 << 20;
+const HEADER_BYTES_MAX: u64 = 1 << 20;
 
 /// A record's header, and where its data lies.
 pub struct Record {
@@ -62,7 +62,7 @@ impl Record {
 /// Reads the header of the record at `at` of a file.
 pub fn read_head(file: &mut (impl Read + Seek), size: u64, at: u64) -> Result<Record, FormatError> {
     let header_length = u64::from(le_u32(&read_bytes(file, size, at, 4)?));
-    if header_length > LONGEST_HEADER {
+    if header_length > HEADER_BYTES_MAX {
         return Err(FormatError::at_byte(WHAT, at, "a record header is absurdly long"));
     }
     let header = read_bytes(file, size, at + 4, header_length)?;
@@ -105,7 +105,7 @@ pub fn read_bytes(
     length: u64,
 ) -> Result<Vec<u8>, FormatError> {
     let end = at.saturating_add(length);
-    if end > size || length > LARGEST_CHUNK {
+    if end > size || length > CHUNK_BYTES_MAX {
         return Err(FormatError::Truncated { what: WHAT, at, missing: end.saturating_sub(size) });
     }
     file.seek(SeekFrom::Start(at))?;

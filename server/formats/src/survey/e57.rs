@@ -1,6 +1,6 @@
 //! E57 (ASTM E2807): several scans with their poses; Cartesian or spherical, integer or floating point.
 
-use super::{Centre, Gathered, Station, Survey, seen_from};
+use super::{CoordinateOffset, PointCollector, Station, Survey, station_with_pose};
 use crate::{FormatError, legible};
 use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
@@ -8,8 +8,8 @@ use std::io::BufReader;
 use std::path::Path;
 use vocab::{Pose, Quat, Vec3};
 
-/// Progress is told every so many points.
-const TELL_EVERY: u64 = 1 << 16;
+/// Points between two reports of progress.
+const PROGRESS_POINTS: u64 = 1 << 16;
 
 /// Reads all scans.
 ///
@@ -19,24 +19,25 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
     let mut reader = E57Reader::from_file(path).map_err(malformed)?;
     let scans = reader.pointclouds();
     let total: u64 = scans.iter().fold(0, |sum, scan| sum.saturating_add(scan.records));
-    let mut centre = Centre::default();
+    let mut coordinate_offset = CoordinateOffset::default();
     let mut survey = Survey::default();
     let mut done = 0;
     for scan in &scans {
-        let station = read_scan(&mut reader, scan, &mut centre, &mut survey.unusable, &mut |more| {
-            done += more;
-            progress((done as f64 / total.max(1) as f64).min(1.0));
-        })?;
+        let station =
+            read_scan(&mut reader, scan, &mut coordinate_offset, &mut survey.unusable, &mut |more| {
+                done += more;
+                progress((done as f64 / total.max(1) as f64).min(1.0));
+            })?;
         survey.stations.push(station);
     }
-    survey.offset = centre.offset();
+    survey.offset = coordinate_offset.offset();
     Ok(survey)
 }
 
 fn read_scan(
     reader: &mut E57Reader<BufReader<File>>,
     scan: &PointCloud,
-    centre: &mut Centre,
+    coordinate_offset: &mut CoordinateOffset,
     unusable: &mut usize,
     done: &mut dyn FnMut(u64),
 ) -> Result<Station, FormatError> {
@@ -53,32 +54,33 @@ fn read_scan(
     points.intensity_to_color(false);
     points.normalize_intensity(false);
     points.normalize_color(false);
-    let mut local = Centre::default();
-    let mut gathered = Gathered::new(if pose.is_some() { &mut local } else { &mut *centre });
+    let mut local = CoordinateOffset::default();
+    let mut collector =
+        PointCollector::new(if pose.is_some() { &mut local } else { &mut *coordinate_offset });
     let mut read = 0;
     for point in points {
         let point = point.map_err(malformed)?;
         let intensity = point.intensity.unwrap_or(0.0);
         match point.cartesian {
-            CartesianCoordinate::Valid { x, y, z } => gathered.add([x, y, z], intensity),
-            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => gathered.unusable += 1,
+            CartesianCoordinate::Valid { x, y, z } => collector.add([x, y, z], intensity),
+            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => collector.unusable += 1,
         }
         read += 1;
-        if read % TELL_EVERY == 0 {
-            done(TELL_EVERY);
+        if read % PROGRESS_POINTS == 0 {
+            done(PROGRESS_POINTS);
         }
     }
-    done(read % TELL_EVERY);
-    let (xyz, intensity, left_out) = gathered.finish();
+    done(read % PROGRESS_POINTS);
+    let (xyz, intensity, left_out) = collector.finish();
     *unusable += left_out;
     let name = scan.name.clone();
     Ok(match pose {
-        Some(pose) => Station { name, ..seen_from(&pose, &local, xyz, intensity, centre) },
+        Some(pose) => Station { name, ..station_with_pose(&pose, &local, xyz, intensity, coordinate_offset) },
         None => Station { name, survey_from_station: None, xyz, intensity },
     })
 }
 
-/// Whether values of this type take no room at all: then any number of them is in the file.
+/// Whether values of this type take no bits, so that the file can announce any number of them.
 fn is_constant(kind: &RecordDataType) -> bool {
     match kind {
         RecordDataType::Single { .. } | RecordDataType::Double { .. } => false,
@@ -86,7 +88,7 @@ fn is_constant(kind: &RecordDataType) -> bool {
     }
 }
 
-/// Where the scanner stood, if the file says so.
+/// Pose of the scanner, if the file has one.
 fn pose(scan: &PointCloud) -> Option<Pose> {
     let transform = scan.transform.as_ref()?;
     let (q, t) = (&transform.rotation, &transform.translation);

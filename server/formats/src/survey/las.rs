@@ -1,9 +1,8 @@
-//! LAS 1.0 to 1.4 and LAZ: the points alone. What describes them beyond that (coordinate systems, extra bytes) is passed over, so that
-//! damage there does no harm.
+//! LAS 1.0 to 1.4 and LAZ: points only. Coordinate systems and extra bytes are skipped, so that damage in them does no harm.
 //!
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
 
-use super::{Centre, Gathered, Station, Survey};
+use super::{CoordinateOffset, PointCollector, Station, Survey};
 use crate::FormatError;
 use laz::{LasZipDecompressor, LazVlr};
 use std::fs::File;
@@ -11,18 +10,18 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 const WHAT: &str = "LAS or LAZ file";
-/// Of every version; later ones append.
-const HEADER: usize = 227;
-/// Of version 1.4, which counts points in 64 bits.
-const HEADER_1_4: usize = 375;
-/// Before the bytes of a variable length record.
-const RECORD_HEADER: u64 = 54;
-/// Bytes of points decoded at a time, or one point.
-const BATCH: usize = 1 << 20;
-/// The least that a point takes: coordinates, intensity, flags.
-const POINT: usize = 20;
+/// Bytes of the header in every version; later versions append to it.
+const HEADER_LEN: usize = 227;
+/// Bytes of the header in version 1.4, which counts points in 64 bits.
+const HEADER_LEN_1_4: usize = 375;
+/// Bytes of the header of a variable length record.
+const RECORD_HEADER_LEN: u64 = 54;
+/// Bytes of points decoded at a time; at least one point.
+const BATCH_BYTES: usize = 1 << 20;
+/// Least bytes of a point: coordinates, intensity, flags.
+const POINT_BYTES_MIN: usize = 20;
 
-/// What the header says of the points.
+/// What the header says about the points.
 struct Header {
     size: u64,
     points_at: u64,
@@ -41,17 +40,17 @@ struct Header {
 pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
-    let mut start = [0; HEADER_1_4];
+    let mut start = [0; HEADER_LEN_1_4];
     let read = super::fill(&mut file, &mut start)?;
     let header = Header::read(&start[..read], length)?;
-    let mut centre = Centre::default();
-    let mut gathered = Gathered::new(&mut centre);
+    let mut coordinate_offset = CoordinateOffset::default();
+    let mut collector = PointCollector::new(&mut coordinate_offset);
     if header.compressed {
         let vlr = laszip_record(&mut file, &header)?;
         check_chunks(&mut file, &header, length)?;
         file.seek(SeekFrom::Start(header.points_at))?;
         let mut points = LasZipDecompressor::new(BufReader::new(file), vlr).map_err(compressed)?;
-        header.each(&mut gathered, progress, |bytes| {
+        header.each(&mut collector, progress, |bytes| {
             points.decompress_many(bytes).map_err(|error| FormatError::Malformed {
                 what: WHAT,
                 place: "its compressed points".into(),
@@ -61,25 +60,26 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
     } else {
         file.seek(SeekFrom::Start(header.points_at))?;
         let mut points = BufReader::with_capacity(1 << 20, file);
-        header.each(&mut gathered, progress, |bytes| Ok(points.read_exact(bytes)?))?;
+        header.each(&mut collector, progress, |bytes| Ok(points.read_exact(bytes)?))?;
     }
-    let (xyz, intensity, unusable) = gathered.finish();
+    let (xyz, intensity, unusable) = collector.finish();
     let station = Station { name: None, survey_from_station: None, xyz, intensity };
-    Ok(Survey { offset: centre.offset(), stations: vec![station], unusable })
+    Ok(Survey { offset: coordinate_offset.offset(), stations: vec![station], unusable })
 }
 
 impl Header {
-    /// Reads the header of a file of so many bytes.
+    /// Reads the header of a file of `length` bytes.
     fn read(bytes: &[u8], length: u64) -> Result<Self, FormatError> {
-        if bytes.len() < HEADER {
-            let missing = (HEADER - bytes.len()) as u64;
+        if bytes.len() < HEADER_LEN {
+            let missing = (HEADER_LEN - bytes.len()) as u64;
             return Err(FormatError::Truncated { what: WHAT, at: bytes.len() as u64, missing });
         }
         let u16_at = |at: usize| u16::from_le_bytes([bytes[at], bytes[at + 1]]);
         let u32_at = |at: usize| u32::from(u16_at(at)) | u32::from(u16_at(at + 2)) << 16;
         let u64_at = |at: usize| u64::from(u32_at(at)) | u64::from(u32_at(at + 4)) << 32;
         let three = |at: usize| std::array::from_fn(|axis| f64::from_bits(u64_at(at + 8 * axis)));
-        let wide = bytes[25] >= 4 && usize::from(u16_at(94)) >= HEADER_1_4 && bytes.len() >= HEADER_1_4;
+        let wide =
+            bytes[25] >= 4 && usize::from(u16_at(94)) >= HEADER_LEN_1_4 && bytes.len() >= HEADER_LEN_1_4;
         let (legacy, wide_count) = (u64::from(u32_at(107)), if wide { u64_at(247) } else { 0 });
         let header = Self {
             size: u64::from(u16_at(94)),
@@ -98,14 +98,14 @@ impl Header {
 
     fn check(&self, length: u64) -> Result<(), FormatError> {
         let problem = |at: u64, problem: String| Err(FormatError::at_byte(WHAT, at, problem));
-        if self.size < HEADER as u64 || self.points_at < self.size {
+        if self.size < HEADER_LEN as u64 || self.points_at < self.size {
             return problem(96, format!("points cannot begin at byte {}", self.points_at));
         }
         let room = self.points_at - self.size;
-        if u64::from(self.records) * RECORD_HEADER > room {
+        if u64::from(self.records) * RECORD_HEADER_LEN > room {
             return problem(100, format!("{} records do not fit into {room} bytes", self.records));
         }
-        if self.point_size < POINT {
+        if self.point_size < POINT_BYTES_MIN {
             return problem(105, format!("a point cannot have {} bytes", self.point_size));
         }
         if !self.scale.iter().chain(&self.offset).all(|value| value.is_finite()) || self.scale.contains(&0.0)
@@ -122,14 +122,14 @@ impl Header {
         Ok(())
     }
 
-    /// Takes in all points, a batch at a time.
+    /// Reads all points, one batch at a time.
     fn each(
         &self,
-        gathered: &mut Gathered<'_>,
+        collector: &mut PointCollector<'_>,
         progress: &mut dyn FnMut(f64),
         mut next: impl FnMut(&mut [u8]) -> Result<(), FormatError>,
     ) -> Result<(), FormatError> {
-        let most = (BATCH / self.point_size).max(1);
+        let most = (BATCH_BYTES / self.point_size).max(1);
         let mut buffer = vec![0; most * self.point_size];
         let mut done = 0;
         while done < self.count {
@@ -142,7 +142,7 @@ impl Header {
                 let place = std::array::from_fn(|axis| {
                     f64::from(whole(4 * axis)) * self.scale[axis] + self.offset[axis]
                 });
-                gathered.add(place, f32::from(u16::from_le_bytes([point[12], point[13]])));
+                collector.add(place, f32::from(u16::from_le_bytes([point[12], point[13]])));
             }
             done += batch;
             progress(done as f64 / self.count as f64);
@@ -155,7 +155,7 @@ impl Header {
 fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError> {
     let mut at = header.size;
     for _ in 0..header.records {
-        let mut record = [0; RECORD_HEADER as usize];
+        let mut record = [0; RECORD_HEADER_LEN as usize];
         file.seek(SeekFrom::Start(at))?;
         file.read_exact(&mut record)?;
         let length = u16::from_le_bytes([record[20], record[21]]);
@@ -170,12 +170,12 @@ fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError
             }
             return Ok(vlr);
         }
-        at += RECORD_HEADER + u64::from(length);
+        at += RECORD_HEADER_LEN + u64::from(length);
     }
     Err(FormatError::at_byte(WHAT, header.size, "nothing says how its points are compressed"))
 }
 
-/// The decoder makes room for as many chunks as the file says there are.
+/// Checks the number of chunks, because the decoder allocates by it.
 fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), FormatError> {
     let mut word = [0; 8];
     file.seek(SeekFrom::Start(header.points_at))?;
@@ -184,7 +184,7 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), For
         file.seek(SeekFrom::End(-8))?;
         file.read_exact(&mut word)?;
     }
-    // Points of the oldest kind have no table, and begin where its place would be.
+    // Files of the oldest kind have no table; points begin where its offset would be.
     let Ok(table) = u64::try_from(i64::from_le_bytes(word)) else { return Ok(()) };
     if table > length.saturating_sub(8) {
         return Ok(());

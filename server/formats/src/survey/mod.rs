@@ -1,7 +1,7 @@
-//! Maps from elsewhere: the points of a whole site, in one cloud or by the stations of a scanner.
+//! Surveys: the points of a whole site as one cloud, or by the stations of a scanner.
 //!
-//! PCD, PLY, LAS, LAZ, E57 and PTX, told apart by how they begin. Surveyors' coordinates are often hundreds of kilometres from their
-//! origin, where single precision knows decimetres only: a whole number of tens of metres is taken off and told.
+//! PCD, PLY, LAS, LAZ, E57 and PTX are recognised by their first bytes. Coordinates of surveys are often hundreds of kilometres from the
+//! origin, where single precision resolves decimetres only. An offset is therefore subtracted from them and reported.
 
 mod e57;
 mod las;
@@ -15,31 +15,38 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use vocab::{Pose, Vec3};
 
-/// Coordinates up to this size are left as they are, metres: single precision knows them to a tenth of a millimetre.
-const NEAR: f64 = 1_000.0;
-/// What is taken off is a multiple of this, metres.
-const STEP: f64 = 10.0;
-/// The middle of so many points decides what is taken off.
-const SAMPLE: usize = 1_000;
+/// Parameters of the offset that is subtracted from coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct OffsetConfig {
+    /// Coordinates up to this size get no offset, metres: single precision resolves a tenth of a millimetre there.
+    coordinate_max_m: f64,
+    /// The offset is a multiple of this, metres, so that people can add it in their heads.
+    multiple_m: f64,
+    /// Number of points whose median decides on the offset.
+    sample_points: usize,
+}
 
-/// A site as somebody else measured it.
+const OFFSET: OffsetConfig =
+    OffsetConfig { coordinate_max_m: 1_000.0, multiple_m: 10.0, sample_points: 1_000 };
+
+/// A survey of a site.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Survey {
-    /// What was taken off all coordinates of the file, metres.
+    /// Subtracted from all coordinates of the file, metres.
     pub offset: [f64; 3],
-    /// One for each place that a scanner stood at; one in all where the file knows none.
+    /// One for each station of the scanner; a single one if the file has no stations.
     pub stations: Vec<Station>,
-    /// Points left out: not finite, or directions in which nothing was hit.
+    /// Number of points left out: not finite, or without a return.
     pub unusable: usize,
 }
 
-/// What was seen from one place, or the whole cloud.
+/// The points of one station, or the whole cloud.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Station {
     /// As written in the file.
     pub name: Option<String>,
-    /// Where the scanner stood, in the file's frame without the offset; none where the file does not say, and the points are in that
-    /// frame themselves.
+    /// Pose of the scanner in the file's frame without the offset. None if the file does not say; the points are then in that
+    /// frame.
     pub survey_from_station: Option<Pose>,
     /// Metres.
     pub xyz: Vec<[f32; 3]>,
@@ -54,7 +61,7 @@ impl Survey {
     }
 }
 
-/// Reads a whole file; `progress` hears how much of it is done, from 0 to 1. Memory: 16 bytes a point and up to twice that while they come; for
+/// Reads a whole file. `progress` is called with the share done, 0 to 1. Memory: 16 bytes a point, up to twice that while reading; for
 /// PCD and PLY the file itself and 28 bytes a point more.
 ///
 /// # Errors
@@ -97,7 +104,7 @@ fn fill(file: &mut impl Read, buffer: &mut [u8]) -> Result<usize, FormatError> {
     }
 }
 
-/// Others' decoders may panic where a file is damaged in ways that they do not look for.
+/// Runs a decoder of a library, which may panic on damage that it does not check for.
 fn guarded(
     what: &'static str,
     read: impl FnOnce() -> Result<Survey, FormatError>,
@@ -108,22 +115,26 @@ fn guarded(
     })
 }
 
-/// Decides on the offset, and takes it off.
+/// The offset of a file, once it is decided.
 #[derive(Clone, Copy, Debug, Default)]
-struct Centre {
+struct CoordinateOffset {
     offset: Option<[f64; 3]>,
 }
 
-impl Centre {
-    /// By the middle of the first points, or of the first places of a scanner.
+impl CoordinateOffset {
+    /// Decides by the median of the first points, or of the first positions of a scanner.
     fn decide(&mut self, first: &[[f64; 3]]) {
         self.offset.get_or_insert_with(|| {
             std::array::from_fn(|axis| {
                 let mut values: Vec<f64> =
                     first.iter().map(|point| point[axis]).filter(|value| value.is_finite()).collect();
                 values.sort_by(f64::total_cmp);
-                let middle = values.get(values.len() / 2).copied().unwrap_or(0.0);
-                if middle.abs() > NEAR { (middle / STEP).round() * STEP } else { 0.0 }
+                let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
+                if median.abs() > OFFSET.coordinate_max_m {
+                    (median / OFFSET.multiple_m).round() * OFFSET.multiple_m
+                } else {
+                    0.0
+                }
             })
         });
     }
@@ -132,27 +143,27 @@ impl Centre {
         self.offset.unwrap_or_default()
     }
 
-    /// A place without the offset.
+    /// A position less the offset.
     fn relative(&self, place: Vec3) -> Vec3 {
         let [x, y, z] = self.offset();
         Vec3::new(place.x - x, place.y - y, place.z - z)
     }
 }
 
-/// A station that saw points (its own frame, `local` taken off). Some programs write points in the survey's frame and a scanner at its
-/// origin: where points are far from the scanner, where that stood is not known.
-fn seen_from(
+/// A station with its pose. `xyz` is in its own frame, less the offset `local`. Some programs write points in the survey's frame and a scanner at its
+/// origin. If points are far from the scanner, its pose is therefore unknown.
+fn station_with_pose(
     survey_from_station: &Pose,
-    local: &Centre,
+    local: &CoordinateOffset,
     mut xyz: Vec<[f32; 3]>,
     intensity: Vec<f32>,
-    centre: &mut Centre,
+    coordinate_offset: &mut CoordinateOffset,
 ) -> Station {
     let [x, y, z] = rotate(&survey_from_station.orientation, local.offset());
     let place = survey_from_station.position;
     let origin = Vec3::new(place.x + x, place.y + y, place.z + z);
-    centre.decide(&[[origin.x, origin.y, origin.z]]);
-    let position = centre.relative(origin);
+    coordinate_offset.decide(&[[origin.x, origin.y, origin.z]]);
+    let position = coordinate_offset.relative(origin);
     let orientation = survey_from_station.orientation;
     if local.offset() == [0.0; 3] {
         let survey_from_station = Some(Pose { position, orientation });
@@ -175,19 +186,19 @@ fn rotate(q: &vocab::Quat, v: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| v[i] + q.w * turn[i] + second[i])
 }
 
-/// A cloud being read: points are held back until there are enough to decide on the offset.
+/// A cloud that is being read. The first points wait until there are enough to decide on the offset.
 #[derive(Debug)]
-struct Gathered<'a> {
-    centre: &'a mut Centre,
+struct PointCollector<'a> {
+    coordinate_offset: &'a mut CoordinateOffset,
     first: Vec<([f64; 3], f32)>,
     xyz: Vec<[f32; 3]>,
     intensity: Vec<f32>,
     unusable: usize,
 }
 
-impl<'a> Gathered<'a> {
-    fn new(centre: &'a mut Centre) -> Self {
-        Self { centre, first: Vec::new(), xyz: Vec::new(), intensity: Vec::new(), unusable: 0 }
+impl<'a> PointCollector<'a> {
+    fn new(coordinate_offset: &'a mut CoordinateOffset) -> Self {
+        Self { coordinate_offset, first: Vec::new(), xyz: Vec::new(), intensity: Vec::new(), unusable: 0 }
     }
 
     fn add(&mut self, point: [f64; 3], intensity: f32) {
@@ -195,20 +206,20 @@ impl<'a> Gathered<'a> {
             self.unusable += 1;
             return;
         }
-        if self.centre.offset.is_some() && self.first.is_empty() {
+        if self.coordinate_offset.offset.is_some() && self.first.is_empty() {
             self.put(point, intensity);
             return;
         }
         self.first.push((point, intensity));
-        if self.first.len() >= SAMPLE {
-            self.release();
+        if self.first.len() >= OFFSET.sample_points {
+            self.flush_first();
         }
     }
 
     fn put(&mut self, point: [f64; 3], intensity: f32) {
-        let offset = self.centre.offset();
+        let offset = self.coordinate_offset.offset();
         let point: [f32; 3] = std::array::from_fn(|axis| (point[axis] - offset[axis]) as f32);
-        // What marks missing values is often larger than any single number.
+        // Markers of missing values are often beyond single precision.
         if !point.iter().all(|coordinate| coordinate.is_finite()) {
             self.unusable += 1;
             return;
@@ -217,18 +228,18 @@ impl<'a> Gathered<'a> {
         self.intensity.push(intensity);
     }
 
-    fn release(&mut self) {
+    fn flush_first(&mut self) {
         let first = std::mem::take(&mut self.first);
         let places: Vec<[f64; 3]> = first.iter().map(|(point, _)| *point).collect();
-        self.centre.decide(&places);
+        self.coordinate_offset.decide(&places);
         for (point, intensity) in first {
             self.put(point, intensity);
         }
     }
 
-    /// The points without their offset, their intensities if any is not zero, and how many were left out.
+    /// The points less the offset, their intensities if any is not zero, and the number of points left out.
     fn finish(mut self) -> (Vec<[f32; 3]>, Vec<f32>, usize) {
-        self.release();
+        self.flush_first();
         if self.intensity.iter().all(|intensity| *intensity == 0.0) {
             self.intensity = Vec::new();
         }

@@ -1,19 +1,19 @@
-//! PTX (Leica): text; for each scan its size, the scanner's place and axes, a matrix, and a line a point.
+//! PTX (Leica): text. Each scan has its size, the scanner's position and axes, a matrix, and one line a point.
 
-use super::{Centre, Gathered, Survey, seen_from};
+use super::{CoordinateOffset, PointCollector, Survey, station_with_pose};
 use crate::FormatError;
 use std::io::{BufRead, Read};
 use vocab::{Pose, Quat, Vec3};
 
 const WHAT: &str = "PTX file";
-/// Lines between a scan's size and its points: place, three axes, four rows of a matrix.
-const HEAD: usize = 8;
-/// Progress is told every so many lines.
-const TELL_EVERY: usize = 1 << 14;
-/// No line of the format is longer, bytes.
-const LINE: u64 = 1024;
+/// LineReader between a scan's size and its points: position, three axes, four rows of a matrix.
+const POSE_LINES: usize = 8;
+/// LineReader between two reports of progress.
+const PROGRESS_LINES: usize = 1 << 14;
+/// Longest line of the format, bytes.
+const LINE_BYTES_MAX: u64 = 1024;
 
-/// Whether a file begins with two counts, and goes on with three numbers: nothing else does.
+/// Whether a file begins with two counts and a line of three numbers, as no other format does.
 pub(super) fn is_ptx(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let mut lines = text.lines();
@@ -25,55 +25,55 @@ pub(super) fn is_ptx(start: &[u8]) -> bool {
     lines.next().is_some_and(counts) && lines.next().is_some_and(counts) && lines.next().is_some_and(numbers)
 }
 
-/// Reads all scans of a file of so many bytes.
+/// Reads all scans of a file of `bytes` bytes.
 ///
 /// # Errors
-/// When a line is not what the format wants there, or the file ends too soon.
+/// When a line does not fit the format, or the file ends early.
 pub(super) fn read(
     input: impl BufRead,
     bytes: u64,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Survey, FormatError> {
-    let mut lines = Lines { input, number: 0, read: 0, line: String::new() };
-    let mut centre = Centre::default();
+    let mut lines = LineReader { input, number: 0, read: 0, line: String::new() };
+    let mut coordinate_offset = CoordinateOffset::default();
     let mut survey = Survey::default();
     while let Some(columns) = lines.count()? {
         let Some(rows) = lines.count()? else { return Err(lines.ended()) };
         let pose = lines.pose()?;
-        let mut local = Centre::default();
-        let mut gathered = Gathered::new(&mut local);
+        let mut local = CoordinateOffset::default();
+        let mut collector = PointCollector::new(&mut local);
         for _ in 0..u64::from(columns) * u64::from(rows) {
             let (point, intensity) = lines.point()?;
-            // No return is written as the scanner's own place.
+            // A point without a return is written at the scanner's own position.
             let hit = point.iter().any(|coordinate| *coordinate != 0.0);
-            gathered.add(if hit { point } else { [f64::NAN; 3] }, intensity);
-            if lines.number % TELL_EVERY == 0 {
+            collector.add(if hit { point } else { [f64::NAN; 3] }, intensity);
+            if lines.number % PROGRESS_LINES == 0 {
                 progress((lines.read as f64 / bytes.max(1) as f64).min(1.0));
             }
         }
-        let (xyz, intensity, unusable) = gathered.finish();
+        let (xyz, intensity, unusable) = collector.finish();
         survey.unusable += unusable;
-        survey.stations.push(seen_from(&pose, &local, xyz, intensity, &mut centre));
+        survey.stations.push(station_with_pose(&pose, &local, xyz, intensity, &mut coordinate_offset));
     }
-    survey.offset = centre.offset();
+    survey.offset = coordinate_offset.offset();
     Ok(survey)
 }
 
-struct Lines<R> {
+struct LineReader<R> {
     input: R,
     number: usize,
     read: u64,
     line: String,
 }
 
-impl<R: BufRead> Lines<R> {
+impl<R: BufRead> LineReader<R> {
     /// The next line; none at the end.
     fn next(&mut self) -> Result<Option<&str>, FormatError> {
         self.line.clear();
-        let length = self.input.by_ref().take(LINE).read_line(&mut self.line)?;
+        let length = self.input.by_ref().take(LINE_BYTES_MAX).read_line(&mut self.line)?;
         self.read += length as u64;
         self.number += 1;
-        if length as u64 == LINE {
+        if length as u64 == LINE_BYTES_MAX {
             return Err(FormatError::at_line(
                 WHAT,
                 self.number,
@@ -113,9 +113,9 @@ impl<R: BufRead> Lines<R> {
         Ok(values)
     }
 
-    /// The matrix, whose rows are the images of the axes and of the origin; what comes before says the same.
+    /// The pose by the matrix, whose rows are the images of the axes and of the origin. The lines before it say the same and are skipped.
     fn pose(&mut self) -> Result<Pose, FormatError> {
-        for _ in 0..HEAD / 2 {
+        for _ in 0..POSE_LINES / 2 {
             self.numbers::<3>()?;
         }
         let mut rows = [[0.0; 4]; 4];
@@ -123,7 +123,8 @@ impl<R: BufRead> Lines<R> {
             *row = self.numbers::<4>()?;
         }
         let [x, y, z, origin] = rows;
-        let problem = || FormatError::at_line(WHAT, self.number, "the matrix is not a rotation and a place");
+        let problem =
+            || FormatError::at_line(WHAT, self.number, "the matrix is not a rotation and a translation");
         let orientation = rotation([x, y, z].map(|row| [row[0], row[1], row[2]])).ok_or_else(problem)?;
         let position = Vec3::new(origin[0], origin[1], origin[2]);
         if !origin.iter().all(|value| value.is_finite()) {
@@ -132,7 +133,7 @@ impl<R: BufRead> Lines<R> {
         Ok(Pose { position, orientation })
     }
 
-    /// A point and its intensity (a half where the file has none).
+    /// A point and its intensity, 0.5 if the file has none.
     fn point(&mut self) -> Result<([f64; 3], f32), FormatError> {
         let number = self.number + 1;
         let Some(line) = self.next()? else { return Err(self.ended()) };
@@ -145,21 +146,21 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// How far off right angles and unit lengths the axes may be: files have six digits, and some three.
-const SKEW: f64 = 5e-3;
+/// Tolerance of right angles and unit lengths of the axes: files have six digits, some only three.
+const ROTATION_TOLERANCE: f64 = 5e-3;
 
-/// The rotation that takes the unit vectors to these axes; none if they are not right-handed and at right angles.
+/// The rotation that maps the unit vectors to these axes; none if they are not right-handed and orthonormal.
 fn rotation([x, y, z]: [[f64; 3]; 3]) -> Option<Quat> {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let cross = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
     let one = [dot(x, x), dot(y, y), dot(z, z), dot(cross, z)];
     let none = [dot(x, y), dot(y, z), dot(z, x)];
-    let right =
-        one.iter().all(|value| (value - 1.0).abs() < SKEW) && none.iter().all(|value| value.abs() < SKEW);
+    let right = one.iter().all(|value| (value - 1.0).abs() < ROTATION_TOLERANCE)
+        && none.iter().all(|value| value.abs() < ROTATION_TOLERANCE);
     if !right {
         return None;
     }
-    // Shepperd's method: begin with the largest component.
+    // Shepperd's method: starts with the largest component.
     let trace = x[0] + y[1] + z[2];
     let [w, i, j, k] = if trace > 0.0 {
         [1.0 + trace, y[2] - z[1], z[0] - x[2], x[1] - y[0]]

@@ -1,6 +1,6 @@
 //! A cloud of rows and columns: PCD and PLY.
 
-use super::{Centre, Gathered, Station, Survey};
+use super::{CoordinateOffset, PointCollector, Station, Survey};
 use crate::{FormatError, PointTable};
 
 /// Turns a table into a survey without stations.
@@ -10,13 +10,13 @@ use crate::{FormatError, PointTable};
 pub(super) fn read(table: &PointTable<'_>) -> Result<Survey, FormatError> {
     let [x, y, z] = table.coordinates()?;
     let intensity = table.intensity();
-    let mut centre = Centre::default();
-    let mut gathered = Gathered::new(&mut centre);
+    let mut coordinate_offset = CoordinateOffset::default();
+    let mut collector = PointCollector::new(&mut coordinate_offset);
     let intensities = intensity.into_iter().chain(std::iter::repeat(0.0));
     for (((x, y), z), intensity) in x.into_iter().zip(y).zip(z).zip(intensities) {
-        gathered.add([x, y, z], intensity);
+        collector.add([x, y, z], intensity);
     }
-    let (xyz, intensity, unusable) = gathered.finish();
+    let (xyz, intensity, unusable) = collector.finish();
     let station = Station { name: None, survey_from_station: None, xyz, intensity };
-    Ok(Survey { offset: centre.offset(), stations: vec![station], unusable })
+    Ok(Survey { offset: coordinate_offset.offset(), stations: vec![station], unusable })
 }

@@ -9,7 +9,7 @@ mod scanner;
 use super::merge::MergedMessages;
 use super::{Container, MessageEncoding, Messages, Order, Topic};
 use crate::error::OpenError;
-use crate::topics;
+use crate::{texts, topics};
 use blocks::{BlockReader, read_range};
 use formats::FormatError;
 use formats::cdr::{Encoding, Reader};
@@ -77,7 +77,7 @@ impl McapFile {
         let size = file.metadata().map_err(io)?.len();
         let mut magic = [0; 8];
         if size < 8 || file.read_exact(&mut magic).is_err() || magic != mcap::MAGIC {
-            let problem = "it does not begin as an MCAP file does".to_owned();
+            let problem = texts::NOT_MCAP.to_owned();
             return Err(OpenError::NotARecording { path: path.to_owned(), problem });
         }
         if let Some(indexed) = from_summary(path, &mut file, size) {

@@ -1,4 +1,4 @@
-//! Puts messages of a file made of blocks into the order of their log times, holding few blocks at a time.
+//! Merges the messages of a file of blocks by log time, with few blocks in memory.
 
 use super::{Order, RawMessage};
 use crate::error::ReadError;
@@ -27,7 +27,7 @@ pub(super) struct MergedMessages<B> {
     loaded: Vec<(u64, RawMessage)>,
 }
 
-/// Where blocks overlap so much that more than this waits, messages are given out slightly out of order.
+/// Limit of memory for messages that wait for earlier ones, bytes. If blocks overlap so much that it is reached, messages come slightly out of order.
 const PENDING_BYTES_MAX: usize = 512 << 20;
 
 impl<B: BlockSource> MergedMessages<B> {

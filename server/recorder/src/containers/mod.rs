@@ -1,4 +1,4 @@
-//! Files that hold messages of many topics, seen as one kind of thing: a list of topics and a stream of messages.
+//! Files with messages of many topics, through one interface: a list of topics and a stream of messages.
 
 mod bag_file;
 mod database_file;
@@ -70,7 +70,7 @@ impl RawMessage {
     }
 }
 
-/// In which order messages are wanted.
+/// The order in which messages are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// As they lie in the file: the order in which they were written.
@@ -82,7 +82,7 @@ pub(crate) enum Order {
 /// A stream of messages.
 pub(crate) type Messages = Box<dyn Iterator<Item = Result<RawMessage, ReadError>> + Send>;
 
-/// What every kind of recording file can do.
+/// The interface of every kind of recording file.
 pub(crate) trait Container: Send + Sync {
     /// Its topics.
     fn topics(&self) -> &[Topic];
@@ -90,7 +90,7 @@ pub(crate) trait Container: Send + Sync {
     /// Log times of the first and last message.
     fn span(&self) -> Option<(Stamp, Stamp)>;
 
-    /// What is wrong with the file as a whole.
+    /// Damage of the file as a whole, one sentence each.
     fn warnings(&self) -> &[String];
 
     /// Name and value of whatever else the file says of itself.

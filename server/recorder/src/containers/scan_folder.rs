@@ -2,6 +2,7 @@
 
 use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
 use crate::error::{OpenError, ReadError};
+use crate::texts;
 use formats::scan_file::ScanFormat;
 use formats::{natural, tum};
 use std::fs;
@@ -11,7 +12,7 @@ use vocab::{Span, Stamp};
 
 /// Name and type of the one topic of a folder.
 pub(crate) const TOPIC: &str = "scans";
-/// Between scans where nothing says when they were taken: most LiDARs turn at 10 Hz.
+/// Time between scans if nothing says when they were taken: most LiDARs turn at 10 Hz.
 const DEFAULT_SCAN_PERIOD: Span = Span::from_millis(100);
 
 /// Scans in files of their own, with their times.
@@ -41,8 +42,7 @@ impl ScanFolder {
             }
         }
         let Some((format, paths)) = found else {
-            let problem =
-                "the folder holds no recording (MCAP, db3, bag) and no scans (PCD, PLY, KITTI .bin)";
+            let problem = texts::NOTHING_IN_FOLDER;
             return Err(OpenError::NotARecording { path: folder.to_owned(), problem: problem.into() });
         };
         Ok(Self::with_times(format, &scan_folder, paths, warnings))
@@ -55,16 +55,13 @@ impl ScanFolder {
     }
 
     fn with_times(format: ScanFormat, folder: &Path, paths: Vec<PathBuf>, mut warnings: Vec<String>) -> Self {
-        let times = times_in_names(&paths).or_else(|| times_beside(folder, paths.len())).unwrap_or_else(|| {
-            if paths.len() > 1 {
-                warnings.push(format!(
-                    "nothing says when the scans were taken, so 10 scans a second are assumed; put a times.txt with \
-                     seconds, one line a scan, into {}",
-                    folder.display()
-                ));
-            }
-            (0..paths.len()).map(|i| Stamp::EPOCH + DEFAULT_SCAN_PERIOD * i as i64).collect()
-        });
+        let times =
+            times_in_names(&paths).or_else(|| times_beside(folder, paths.len())).unwrap_or_else(|| {
+                if paths.len() > 1 {
+                    warnings.push(texts::no_scan_times(folder));
+                }
+                (0..paths.len()).map(|i| Stamp::EPOCH + DEFAULT_SCAN_PERIOD * i as i64).collect()
+            });
         let topic = Topic {
             name: TOPIC.to_owned(),
             type_name: format!("{} file", format.name()),
@@ -125,12 +122,7 @@ fn list_scans(folder: &Path, warnings: &mut Vec<String>) -> Result<Scans, OpenEr
     let others =
         files.iter().filter_map(|path| ScanFormat::of_path(path)).filter(|format| *format != best).count();
     if others > 0 {
-        warnings.push(format!(
-            "{} holds scans of several formats; its {} {} files are used, {others} others are not",
-            folder.display(),
-            scans.len(),
-            best.name()
-        ));
+        warnings.push(texts::several_formats(folder, scans.len(), best.name(), others));
     }
     Ok(Some((best, scans)))
 }

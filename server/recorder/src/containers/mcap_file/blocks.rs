@@ -4,6 +4,7 @@ use super::{Block, BlockKind, CHUNK_BYTES_MAX, Index, RECORD_HEADER_LEN, stamp};
 use crate::containers::merge::BlockSource;
 use crate::containers::{Order, RawMessage};
 use crate::error::ReadError;
+use crate::texts;
 use formats::cdr::{Encoding, Reader};
 use formats::{FormatError, legible};
 use mcap::records::op;
@@ -64,12 +65,12 @@ impl BlockSource for BlockReader {
                 messages.push((place, RawMessage::new(*topic, head.at, records.clone(), body)));
             }
         }
-        let cut = walk.cut.then(|| "a block of messages ends early, its last message is lost".to_owned());
+        let cut = walk.cut.then(|| texts::BLOCK_ENDS_EARLY.to_owned());
         warning.or(cut).map_or(Ok(()), |problem| Err(damaged(problem)))
     }
 }
 
-/// What stands before a message's own bytes.
+/// The header of a message record.
 pub(super) struct MessageHeader {
     pub channel: u16,
     pub at: Stamp,
@@ -126,7 +127,7 @@ impl Iterator for Records<'_> {
     }
 }
 
-/// The records of a block, unpacked, and what is wrong with them where only a part could be had.
+/// The unpacked records of a block, and a warning if only a part could be read.
 pub(super) fn load_block(
     file: &mut File,
     size: u64,
@@ -148,7 +149,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
     };
     let (unpacked, checksum, compression, packed) = head().map_err(unreadable)?;
     if unpacked > CHUNK_BYTES_MAX {
-        return Err(format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read"));
+        return Err(texts::chunk_too_large(unpacked));
     }
     let data = &record[record.len() - reader.remaining()..];
     let data = &data[..data.len().min(usize::try_from(packed).unwrap_or(usize::MAX))];
@@ -159,17 +160,15 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
             .and_then(|decoder| decoder.take(unpacked).read_to_end(&mut out)),
         "lz4" => lz4_flex::frame::FrameDecoder::new(data).take(unpacked).read_to_end(&mut out),
         other => {
-            return Err(format!("a chunk is packed with '{}', which is not known", legible(other, 40)));
+            return Err(texts::unknown_compression(&legible(other, 40)));
         }
     };
     let warning = match result {
-        Err(error) => Some(format!("a chunk does not unpack ({error}), the rest of it is lost")),
-        Ok(_) if (out.len() as u64) < unpacked => {
-            Some(format!("a chunk holds {} of its {unpacked} bytes, the rest is lost", out.len()))
-        }
-        // Wrong numbers would do more harm than missing ones. Zero means that the writer kept no checksum.
+        Err(error) => Some(texts::chunk_damaged(&error)),
+        Ok(_) if (out.len() as u64) < unpacked => Some(texts::chunk_short(out.len(), unpacked)),
+        // Wrong numbers are worse than missing ones. Zero means that the writer kept no checksum.
         Ok(_) if checksum != 0 && checksum != crc32fast::hash(&out) => {
-            return Err("the checksum of a chunk does not fit, so all its messages are lost".to_owned());
+            return Err(texts::WRONG_CHECKSUM.to_owned());
         }
         Ok(_) => None,
     };
@@ -178,10 +177,10 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
 
 pub(super) fn read_range(file: &mut File, size: u64, offset: u64, length: u64) -> Result<Vec<u8>, String> {
     if length > CHUNK_BYTES_MAX || offset.checked_add(length).is_none_or(|end| end > size) {
-        return Err(format!("{length} bytes were announced, more than the file holds or than is read"));
+        return Err(texts::length_too_large(length));
     }
     let mut bytes = vec![0; length as usize];
     let read = file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(&mut bytes));
-    read.map_err(|error| format!("it could not be read: {error}"))?;
+    read.map_err(|error| texts::read_failed(&error))?;
     Ok(bytes)
 }

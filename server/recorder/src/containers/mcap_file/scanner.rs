@@ -1,8 +1,9 @@
-//! Walking an MCAP file without a usable summary from its start, as far as it can be understood.
+//! Scans an MCAP file without a usable summary from its start, up to the first record that cannot be understood.
 
 use super::blocks::{MessageHeader, Records, load_block, read_range};
 use super::{Block, BlockKind, ChannelTable, Index, McapFile, RECORD_HEADER_LEN, read_metadata};
 use crate::error::OpenError;
+use crate::texts;
 use formats::FormatError;
 use mcap::records::op;
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +16,7 @@ use vocab::Stamp;
 /// Messages outside of chunks are read in blocks of about this many bytes.
 const LOOSE_BLOCK_BYTES: u64 = 4 << 20;
 
-/// Walks a file without a usable summary from its start.
+/// Scans a file without a usable summary from its start.
 pub(super) struct FileScanner<'a> {
     path: &'a Path,
     file: File,
@@ -92,21 +93,13 @@ impl<'a> FileScanner<'a> {
         self.file.seek(SeekFrom::End(-8))?;
         self.file.read_exact(&mut end)?;
         if end != mcap::MAGIC {
-            self.warnings.push(
-                "the index at the end of the file is cut off or damaged; no message is lost, but opening takes \
-                 longer"
-                    .to_owned(),
-            );
+            self.warnings.push(texts::INDEX_DAMAGED.to_owned());
         }
         Ok(())
     }
 
     fn warn_truncated(&mut self, at: u64) {
-        self.warnings.push(format!(
-            "the file is cut off or damaged at byte {at} of {}: everything before that is used; if the recorder \
-             was stopped hard this is normal, else copy the file again",
-            self.size
-        ));
+        self.warnings.push(texts::file_cut_off(at, self.size));
     }
 
     fn declaration(&mut self, opcode: u8, offset: u64, length: u64) {
@@ -117,14 +110,14 @@ impl<'a> FileScanner<'a> {
             _ => read_metadata(&record, &mut self.metadata),
         };
         if let Err(error) = result {
-            self.warnings.push(format!("a declaration at byte {offset} is unreadable and ignored: {error}"));
+            self.warnings.push(texts::unreadable_declaration(offset, &error));
         }
     }
 
     fn chunk(&mut self, offset: u64, length: u64) {
         let mut block =
             Block { offset, length, kind: BlockKind::Chunk, start: Stamp::EPOCH, channels: BTreeSet::new() };
-        // An unreadable chunk is told of when its messages are read; here its readable part is counted.
+        // An unreadable chunk is reported when its messages are read; here its readable part is counted.
         let Ok((records, _)) = load_block(&mut self.file, self.size, &block) else { return };
         let mut earliest = None;
         for (opcode, range) in Records::new(&records) {
