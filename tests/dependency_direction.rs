@@ -27,9 +27,11 @@ const OURS: &[(&str, &[&str])] = &[
     ("mapping", &["factors", "geometry", "points", "registration", "vocab"]),
     ("localisation", &["geometry", "mapping", "points", "registration", "vocab"]),
     ("navigation", &["geometry", "points", "vocab"]),
+    ("executive", &["geometry", "localisation", "messages", "navigation", "vocab"]),
     (
         "stack",
         &[
+            "executive",
             "geometry",
             "localisation",
             "mapping",

@@ -2,7 +2,8 @@
 
 use crate::{Lockstep, Stepper, replay};
 use messages::{
-    Command, CommandKind, GoalKind, Input, MappingState, MotionState, Principal, Publication, StackEffect,
+    CancelCause, Command, CommandKind, GoalKind, GoalStatus, Input, MappingState, MotionState, Principal,
+    Publication, StackEffect,
 };
 use sim::{SimConfig, SiteName};
 use stack::Stack;
@@ -17,6 +18,7 @@ struct Scene {
     commands: u128,
     estimate: Pose,
     motion: MotionState,
+    goals: Vec<GoalStatus>,
     mapping: MappingState,
     refusals: Vec<String>,
     accepted: u32,
@@ -31,6 +33,7 @@ impl Scene {
             commands: 0,
             estimate: Pose::IDENTITY,
             motion: MotionState::Idle,
+            goals: Vec::new(),
             mapping: MappingState::Idle,
             refusals: Vec::new(),
             accepted: 0,
@@ -52,10 +55,12 @@ impl Scene {
     fn run(&mut self, seconds: f64) {
         let until = self.lockstep.now() + Span::from_secs_f64(seconds);
         let (estimate, motion, mapping) = (&mut self.estimate, &mut self.motion, &mut self.mapping);
+        let goals = &mut self.goals;
         let (refusals, accepted, jobs) = (&mut self.refusals, &mut self.accepted, &mut self.jobs);
         self.lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
             StackEffect::Publish(Publication::Motion(now)) => *motion = now.clone(),
+            StackEffect::Publish(Publication::Goal(update)) => goals.push(update.status.clone()),
             StackEffect::Publish(Publication::Mapping(now)) => *mapping = now.clone(),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             StackEffect::Answer { refused: None, .. } => *accepted += 1,
@@ -109,6 +114,10 @@ fn walks_to_a_point_and_knows_where_it_is() {
     assert!(matches!(scene.motion, MotionState::Walking { .. }), "{:?} {:?}", scene.motion, scene.refusals);
     scene.run(14.0);
     assert_eq!(scene.motion, MotionState::Idle, "arrived");
+    let [accepted, running @ .., reached] = &scene.goals[..] else { panic!("no goal") };
+    assert_eq!(*accepted, GoalStatus::Accepted);
+    assert!(running.len() > 10 && running.iter().all(|status| matches!(status, GoalStatus::Running(_))));
+    assert!(matches!(reached, GoalStatus::Succeeded(_)), "{reached:?}");
     let moved = apart(start, scene.true_position());
     let believed = scene.estimate.position.x.hypot(scene.estimate.position.y);
     assert!((moved - believed).abs() < 0.05, "moved {moved} m, believed {believed} m");
@@ -124,6 +133,8 @@ fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     scene.order(2, CommandKind::StopMotion);
     scene.run(1.0);
     assert!(matches!(scene.motion, MotionState::Stopped { .. }));
+    let cancelled = GoalStatus::Cancelled { by: operator(2), cause: CancelCause::MotionStopped };
+    assert_eq!(scene.goals.iter().filter(|status| status.is_outcome()).collect::<Vec<_>>(), [&cancelled]);
     scene.order(1, forward(0.5));
     scene.order(2, CommandKind::AllowMotion);
     scene.run(0.5);

@@ -5,33 +5,32 @@
 //! therefore repeats a run bit for bit.
 
 mod control;
-mod health;
 mod localisation_phase;
 mod loop_texts;
 mod mapping_messages;
 mod mapping_phase;
-mod motion;
 mod odometry_adapter;
 mod prior_map;
+mod sensor_monitor;
 mod work;
 
 pub use prior_map::encode_prior_keyframe;
 pub use work::ComputeJob;
 
 use control::{Admission, Control};
-use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
-use health::Watch;
-use localisation::{DockRegistry, ExplorationHint, InitialPose, LocalisationTransition};
+use executive::{Executive, ExecutiveConfig, Frames, Situation};
+use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_to_plain};
+use localisation::{DockRegistry, InitialPose, LocalisationTransition};
 use localisation_phase::{LocalisationPhase, dock_registry, plain_docks};
 use mapping::Odometer;
 use mapping_messages::rows;
 use mapping_phase::{MapUpdate, MappingEvents, MappingPhase};
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Estimate, Finding, GoalKind, Input, Job, JobDone,
-    JobResult, Notice, PriorMap, Publication, Sensor, Severity, StackEffect,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, Job, JobDone,
+    JobResult, Notice, PriorMap, Publication, RobotProfile, Sensor, Severity, StackEffect,
 };
-use motion::{Frames, Motion};
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
+use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
 use vocab::{Covariance6, MapId, Span, Stamp};
 
@@ -42,7 +41,7 @@ const OBSERVE_EVERY: Span = Span::from_millis(180);
 #[derive(Debug, Default)]
 pub struct Stack {
     running: Option<Box<Running>>,
-    complained: bool,
+    has_warned: bool,
 }
 
 /// Everything that exists once the boot record is known.
@@ -50,11 +49,11 @@ pub struct Stack {
 struct Running {
     odometry: OdometryAdapter,
     control: Control,
-    watch: Watch,
+    sensors: SensorMonitor,
     mapping: MappingPhase,
     localisation: LocalisationPhase,
     docks: DockRegistry,
-    motion: Motion,
+    executive: Executive,
     jobs: u64,
     /// The job that saves a map, and which.
     saving: Option<(u64, MapId)>,
@@ -75,14 +74,14 @@ impl Stack {
         match (&mut self.running, input) {
             (running, Input::Boot(record)) => {
                 let started = running.insert(Box::new(Running::boot(&record)));
-                started.greet(&record, effects);
+                started.publish_initial_state(at, &record, effects);
             }
             (Some(running), Input::Tick) => running.tick(at, effects),
             (Some(running), Input::Sensor(sensor)) => running.sensor(at, &sensor, effects),
-            (Some(running), Input::Command(command)) => running.command(at, &command, effects),
+            (Some(running), Input::Command(command)) => running.answer_command(at, &command, effects),
             (Some(running), Input::JobDone(done)) => running.job_done(at, done, effects),
-            (None, _) if !self.complained => {
-                self.complained = true;
+            (None, _) if !self.has_warned => {
+                self.has_warned = true;
                 let text =
                     "The log does not begin with a boot record, so nothing in it can be used.".to_owned();
                 effects.push(notice(at, Severity::Error, text));
@@ -122,11 +121,11 @@ impl Running {
         Self {
             odometry: OdometryAdapter::new(record),
             control: Control::default(),
-            watch: Watch::default(),
+            sensors: SensorMonitor::default(),
             mapping,
             localisation,
             docks: dock_registry(&record.docks),
-            motion: Motion::new(record.mounting.standing_height),
+            executive: Executive::new(ExecutiveConfig::default(), &profile(record)),
             jobs: 0,
             saving: None,
             points_used: 0,
@@ -136,55 +135,56 @@ impl Running {
         }
     }
 
-    fn greet(&mut self, record: &BootRecord, effects: &mut Vec<StackEffect>) {
+    fn publish_initial_state(&mut self, at: Stamp, record: &BootRecord, effects: &mut Vec<StackEffect>) {
         for finding in OdometryAdapter::mounting_findings(record) {
-            self.watch.found(finding);
+            self.sensors.add_finding(finding);
         }
         publish(effects, Publication::Control(self.control.state().clone()));
         publish(effects, Publication::Docks(plain_docks(&self.docks)));
         self.start_jobs(effects);
-        self.publish_changes(effects);
+        self.publish_changes(at, effects);
     }
 
     fn sensor(&mut self, at: Stamp, sensor: &Sensor, effects: &mut Vec<StackEffect>) {
-        self.watch.heard(at, sensor);
+        self.sensors.on_message(at, sensor);
         if let Sensor::Battery(battery) = sensor {
             self.docks.set_charging(battery.charging);
             publish(effects, Publication::Battery(*battery));
         }
         let mut said = Vec::new();
         self.odometry.hear(sensor, &mut said);
-        self.digest(at, said, effects);
+        self.handle_odometry_events(at, said, effects);
     }
 
     /// Works through what odometry said.
-    fn digest(&mut self, at: Stamp, said: Vec<OdometryEvent>, effects: &mut Vec<StackEffect>) {
+    fn handle_odometry_events(
+        &mut self,
+        at: Stamp,
+        said: Vec<OdometryEvent>,
+        effects: &mut Vec<StackEffect>,
+    ) {
         for one in said {
             match one {
                 OdometryEvent::FrameReset => {
-                    // In a saved map, goals mean what they meant.
-                    let drive = match self.localisation.is_idle() {
-                        true => self.motion.forget_map(),
-                        false => self.motion.begin_anew(at),
-                    };
-                    effects.extend(drive.map(StackEffect::Drive));
+                    self.executive.surroundings().clear();
+                    self.notify_executive(at, ExecutiveEvent::OdometryRestarted, effects);
                 }
-                OdometryEvent::Scan(located) => self.located(at, located, effects),
+                OdometryEvent::Scan(located) => self.handle_scan(at, located, effects),
                 OdometryEvent::Finding(finding) => {
-                    self.tell(at, &finding, effects);
-                    self.watch.found(finding);
+                    self.publish_finding(at, &finding, effects);
+                    self.sensors.add_finding(finding);
                 }
             }
         }
     }
 
-    fn tell(&self, at: Stamp, finding: &Finding, effects: &mut Vec<StackEffect>) {
+    fn publish_finding(&self, at: Stamp, finding: &Finding, effects: &mut Vec<StackEffect>) {
         effects.push(notice(at, finding.severity, format!("{} {}", finding.what, finding.remedy)));
     }
 
-    fn located(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<StackEffect>) {
+    fn handle_scan(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<StackEffect>) {
         if self.mapping.is_starting() {
-            effects.extend(self.motion.forget_map().map(StackEffect::Drive));
+            self.replace_map(at, effects);
         }
         let grown = self.mapping.add(&located);
         let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
@@ -198,7 +198,9 @@ impl Running {
         if !located.is_dead_reckoned && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY)
         {
             self.observed = Some(located.stamp);
-            self.motion.observe(at, &located.odom_from_base, self.mapping.sensor(), &located.cloud.xyz);
+            let sensor = self.mapping.sensor();
+            let surroundings = self.executive.surroundings();
+            surroundings.insert_scan(at, &located.odom_from_base, sensor, &located.cloud.xyz);
         }
         publish(effects, Publication::Estimate(self.estimate(&located, &map_from_base)));
         publish(
@@ -228,14 +230,14 @@ impl Running {
             publish(effects, Publication::Quality(quality));
         }
         self.last = Some(located);
-        self.publish_changes(effects);
+        self.publish_changes(at, effects);
         self.report(at, effects);
     }
 
     /// Publishes what changed in the map under construction, and starts the next comparisons.
     fn publish_mapping(&mut self, at: Stamp, events: MappingEvents, effects: &mut Vec<StackEffect>) {
         if events.is_localised {
-            effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
+            self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
             let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
             effects.push(notice(at, Severity::Info, text));
         }
@@ -266,35 +268,33 @@ impl Running {
         turn: Option<LocalisationTransition>,
         effects: &mut Vec<StackEffect>,
     ) {
-        let (drive, severity, text) = match turn {
+        let (severity, text) = match turn {
             Some(LocalisationTransition::PoseFound) if !self.localisation.knows() => {
                 let text =
                     "The robot has found a place in the map that fits, and looks whether others fit as well.";
-                (None, Severity::Info, text)
-            }
-            Some(LocalisationTransition::PoseFound)
-                if self.motion.go_on(at, &self.frames(self.last.as_deref())) =>
-            {
-                let text = "The robot knows where it is in the map, and goes on.";
-                (None, Severity::Info, text)
+                (Severity::Info, text)
             }
             Some(LocalisationTransition::PoseFound) => {
-                // Where the robot went before means nothing now.
-                (self.motion.forget_goal(), Severity::Info, "The robot knows where it is in the map.")
+                let has_waited = self.executive.is_recovering();
+                self.notify_executive(at, ExecutiveEvent::PlaceFound, effects);
+                let text = match has_waited {
+                    true => "The robot knows where it is in the map, and goes on.",
+                    false => "The robot knows where it is in the map.",
+                };
+                (Severity::Info, text)
             }
             Some(LocalisationTransition::PoseLost) => {
-                let drive = self.motion.lose_place(at);
-                let text = match drive {
-                    Some(_) => {
+                self.notify_executive(at, ExecutiveEvent::PlaceLost, effects);
+                let text = match self.executive.is_recovering() {
+                    true => {
                         "The robot has lost its place in the map. It has stopped, looks about, and goes on once it knows."
                     }
-                    None => "The robot has lost its place in the map, and looks for itself.",
+                    false => "The robot has lost its place in the map, and looks for itself.",
                 };
-                (drive, Severity::Warning, text)
+                (Severity::Warning, text)
             }
             None => return,
         };
-        effects.extend(drive.map(StackEffect::Drive));
         effects.push(notice(at, severity, text.to_owned()));
     }
 
@@ -318,28 +318,22 @@ impl Running {
         self.localisation.tick(at, self.odometry.is_underway());
         let predicted = self.last.as_ref().map(|last| self.odometry.predict(at, last));
         let frames = self.frames(predicted.as_deref());
-        // Odometry may have begun anew without the place having been lost, and the place may have been in doubt when it was found.
-        if self.localisation.knows() && !self.motion.go_on(at, &frames) {
-            effects.extend(self.motion.end_look().map(StackEffect::Drive));
-        }
-        if let Some(drive) = self.motion.tick(at, &frames, &self.localisation.exploration_hint()) {
-            effects.push(StackEffect::Drive(drive));
-        }
+        self.executive.update(at, &self.situation(frames), effects);
         if let Some(located) = predicted {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
         self.save_closed_map(at, effects);
-        self.publish_changes(effects);
+        self.publish_changes(at, effects);
         self.report(at, effects);
     }
 
     fn report(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
-        if let Some(health) = self.watch.report(at, self.points_used) {
+        if let Some(health) = self.sensors.report(at, self.points_used) {
             publish(effects, Publication::Health(health));
         }
     }
 
-    fn publish_changes(&mut self, effects: &mut Vec<StackEffect>) {
+    fn publish_changes(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         if let Some(state) = self.mapping.changed() {
             publish(effects, Publication::Mapping(state));
         }
@@ -347,9 +341,7 @@ impl Running {
             publish(effects, Publication::Localisation(state));
         }
         let frames = self.frames(self.last.as_deref());
-        if let Some(state) = self.motion.changed(&frames) {
-            publish(effects, Publication::Motion(state));
-        }
+        self.executive.publish_changes(at, &frames, effects);
     }
 
     /// With the base at its last place; at the origin before the first.
@@ -360,7 +352,30 @@ impl Running {
         }
     }
 
-    fn command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
+    /// What the executive reads, now.
+    fn situation(&self, frames: Frames) -> Situation {
+        Situation {
+            frames,
+            is_in_saved_map: !self.localisation.is_idle(),
+            is_place_known: self.localisation.knows(),
+            is_place_sought: self.localisation.is_looking(),
+            exploration_hint: self.localisation.exploration_hint(),
+        }
+    }
+
+    fn notify_executive(&mut self, at: Stamp, event: ExecutiveEvent, effects: &mut Vec<StackEffect>) {
+        let situation = self.situation(self.frames(self.last.as_deref()));
+        self.executive.handle_event(at, event, &situation, effects);
+    }
+
+    /// Another map's frame from now on: what was known of the ground is looked at anew, and goals end.
+    fn replace_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        self.executive.surroundings().clear();
+        self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
+    }
+
+    fn answer_command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
+        let owner = self.control.state().owner;
         let refused = match self.control.admit(command) {
             Admission::Repeated(answer) => {
                 effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused: answer });
@@ -370,16 +385,24 @@ impl Running {
             Admission::Granted { changed } => {
                 if changed {
                     publish(effects, Publication::Control(self.control.state().clone()));
+                    if owner.is_some() && owner != self.control.state().owner {
+                        self.notify_executive(at, ExecutiveEvent::LeaseLost, effects);
+                    }
                 }
-                self.obey(at, command, effects).err()
+                self.handle_command(at, command, effects).err()
             }
         };
         self.control.answered(command.id, refused.clone());
         effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused });
-        self.publish_changes(effects);
+        self.publish_changes(at, effects);
     }
 
-    fn obey(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) -> Result<(), String> {
+    fn handle_command(
+        &mut self,
+        at: Stamp,
+        command: &Command,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
         match &command.kind {
             CommandKind::TakeControl { .. } | CommandKind::ReleaseControl => Ok(()),
             CommandKind::StartMapping(session) => {
@@ -400,54 +423,57 @@ impl Running {
                 let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
                 let place =
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
-                let walked = || self.last.as_ref().and_then(|last| self.mapping.map_from_odom_of(*map, last)).map(InitialPose::MapFromOdom);
+                let walked = || {
+                    self.last
+                        .as_ref()
+                        .and_then(|last| self.mapping.map_from_odom_of(*map, last))
+                        .map(InitialPose::MapFromOdom)
+                };
                 self.localisation.begin(*map, place.map(InitialPose::MapFromBase).or_else(walked));
-                effects.extend(self.motion.forget_map().map(StackEffect::Drive));
+                self.replace_map(at, effects);
                 self.start_jobs(effects);
                 Ok(())
             }
             CommandKind::LeaveMap => {
                 self.localisation.leave();
-                effects.extend(self.motion.forget_map().map(StackEffect::Drive));
+                self.replace_map(at, effects);
                 Ok(())
             }
             CommandKind::DiscardMapping => self.mapping.discard(),
             CommandKind::FinishMapping { map, name } => {
                 let mut said = Vec::new();
                 self.odometry.flush(&mut said);
-                self.digest(at, said, effects);
+                self.handle_odometry_events(at, said, effects);
                 self.mapping.finish(at, *map, name)?;
                 self.save_closed_map(at, effects);
                 Ok(())
             }
-            CommandKind::Teleoperate(velocity) => self.motion.teleoperate(at, *velocity),
-            CommandKind::StartGoal { kind: GoalKind::WalkTo(_), .. } if self.localisation.is_looking() => {
-                Err("The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned())
+            CommandKind::Teleoperate(velocity) => {
+                let situation = self.situation(self.frames(self.last.as_deref()));
+                self.executive.drive(at, *velocity, command.by.clone(), &situation, effects)
             }
-            CommandKind::StartGoal { kind: GoalKind::WalkTo(goal), .. } => {
-                let frames = self.frames(self.last.as_deref());
-                self.motion.walk_to(at, &frames, vec_from_plain(*goal))
+            CommandKind::StartGoal { goal, kind } => {
+                let situation = self.situation(self.frames(self.last.as_deref()));
+                let goal = (*goal, *kind, command.by.clone());
+                self.executive.start_goal(at, goal, &situation, effects)
             }
-            CommandKind::StartGoal { kind: GoalKind::Relocalise, .. } if !self.localisation.is_looking() => {
-                Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned())
-            }
-            CommandKind::StartGoal { kind: GoalKind::Relocalise, .. } => self.motion.look_about(at),
-            CommandKind::CancelGoal(_) => {
-                effects.extend(self.motion.forget_goal().map(StackEffect::Drive));
+            CommandKind::CancelGoal(goal) => {
+                let situation = self.situation(self.frames(self.last.as_deref()));
+                self.executive.cancel_goal(at, *goal, command.by.clone(), &situation, effects);
                 Ok(())
             }
             CommandKind::StopMotion => {
-                self.motion.stop(Some(command.by.client));
-                // At once, not at the next tick.
-                let frames = self.frames(self.last.as_deref());
-                effects.extend(self.motion.tick(at, &frames, &ExplorationHint::default()).map(StackEffect::Drive));
+                let situation = self.situation(self.frames(self.last.as_deref()));
+                self.executive.stop(at, command.by.clone(), &situation, effects);
                 Ok(())
             }
             CommandKind::AllowMotion => {
-                self.motion.allow();
+                self.notify_executive(at, ExecutiveEvent::MotionAllowed, effects);
                 Ok(())
             }
-            CommandKind::AcceptLoop { .. } | CommandKind::RejectLoop { .. } | CommandKind::ProposeLoop { .. } => {
+            CommandKind::AcceptLoop { .. }
+            | CommandKind::RejectLoop { .. }
+            | CommandKind::ProposeLoop { .. } => {
                 let events = self.mapping.handle_loop_command(&command.kind)?;
                 self.publish_mapping(at, events, effects);
                 Ok(())
@@ -493,7 +519,7 @@ impl Running {
             }
             JobResult::Failed { reason } => self.job_failed(at, done.job, &reason, effects),
         }
-        self.publish_changes(effects);
+        self.publish_changes(at, effects);
     }
 
     /// Tells whoever started a job that it was not done.
@@ -512,6 +538,13 @@ impl Running {
         self.publish_mapping(at, events, effects);
         self.save_closed_map(at, effects);
     }
+}
+
+/// The robot's profile, with the standing height that the recording says.
+fn profile(record: &BootRecord) -> RobotProfile {
+    let mut profile = record.profile.clone();
+    profile.standing_height_m = record.mounting.standing_height.unwrap_or(profile.standing_height_m);
+    profile
 }
 
 fn publish(effects: &mut Vec<StackEffect>, publication: Publication) {

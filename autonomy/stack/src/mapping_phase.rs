@@ -8,8 +8,9 @@ use crate::prior_map::DecodedPriorMap;
 use crate::work::ComputeJob;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use mapping::{
-    AddedWaypoint, LastSavedMap, LastSavedMapConfig, LoopClosing, LoopClosingConfig, LoopEvents, MapSearch,
-    MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig,
+    AddedWaypoint, KeyframePolicy, LastSavedMap, LastSavedMapConfig, LoopClosing, LoopClosingConfig,
+    LoopEvents, MapSearch, MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session,
+    SessionConfig,
 };
 use messages::{
     BootRecord, Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobDone, JobResult, Keyframe,
@@ -59,6 +60,7 @@ pub(crate) struct MappingPhase {
     published: Option<MappingState>,
     /// Where the LiDAR is, base frame, metres.
     sensor: [f32; 3],
+    keyframe_policy: KeyframePolicy,
     leave_loops_open: bool,
 }
 
@@ -139,7 +141,16 @@ impl MappingPhase {
     pub fn new(record: &BootRecord) -> Self {
         let base_from_lidar = record.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
         let sensor = base_from_lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32);
-        Self { sensor: sensor.into(), leave_loops_open: record.leave_loops_open, ..Self::default() }
+        let keyframe_policy = KeyframePolicy {
+            distance_m: record.profile.keyframe_distance_m,
+            rotation_rad: record.profile.keyframe_rotation_rad,
+        };
+        Self {
+            sensor: sensor.into(),
+            keyframe_policy,
+            leave_loops_open: record.leave_loops_open,
+            ..Self::default()
+        }
     }
 
     /// Where the LiDAR is, base frame, metres.
@@ -536,7 +547,8 @@ impl MappingPhase {
 
     /// A session that begins with a located scan.
     fn begin_session(&self, id: SessionId, base: Option<Box<BaseMap>>, located: &LocatedScan) -> Running {
-        let (pose, config, since) = (&located.odom_from_base, SessionConfig::default(), located.stamp);
+        let config = SessionConfig { keyframes: self.keyframe_policy, ..SessionConfig::default() };
+        let (pose, since) = (&located.odom_from_base, located.stamp);
         let Some(base) = base else {
             let graph = match self.leave_loops_open {
                 true => PoseGraph::default(),

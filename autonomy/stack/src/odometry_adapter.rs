@@ -62,6 +62,7 @@ impl OdometryAdapter {
                 mounting.base_from_imu.as_ref(),
                 mounting.base_from_external.as_ref(),
             ),
+            self_filter: record.profile.self_filter,
             ..OdometryConfig::default()
         };
         Self { odometry: Odometry::new(config), pending: None, events: Vec::new() }

@@ -18,7 +18,7 @@ const WATCHED: [bool; 5] = [true, true, true, true, false];
 
 /// Bookkeeping of all sensors.
 #[derive(Debug, Default)]
-pub(crate) struct Watch {
+pub(crate) struct SensorMonitor {
     heard: [VecDeque<Stamp>; 5],
     last: [Option<Stamp>; 5],
     findings: Vec<Finding>,
@@ -26,9 +26,9 @@ pub(crate) struct Watch {
     dirty: bool,
 }
 
-impl Watch {
+impl SensorMonitor {
     /// Notes that a sensor spoke at `at`. Amortised constant time.
-    pub fn heard(&mut self, at: Stamp, sensor: &Sensor) {
+    pub fn on_message(&mut self, at: Stamp, sensor: &Sensor) {
         let kind = match sensor {
             Sensor::Scan(_) => 0,
             Sensor::Imu(_) => 1,
@@ -45,7 +45,7 @@ impl Watch {
     }
 
     /// Adds a finding, or renews the one that says the same.
-    pub fn found(&mut self, finding: Finding) {
+    pub fn add_finding(&mut self, finding: Finding) {
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
             self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
@@ -102,16 +102,16 @@ mod tests {
 
     #[test]
     fn rates_are_counted_and_silence_is_said() {
-        let mut watch = Watch::default();
+        let mut monitor = SensorMonitor::default();
         let at = |ms: i64| Stamp::from_nanos(ms * 1_000_000);
         for ms in (0..4_000).step_by(10) {
-            watch.heard(at(ms), &Sensor::Imu(ImuSample { stamp: at(ms), ..ImuSample::default() }));
+            monitor.on_message(at(ms), &Sensor::Imu(ImuSample { stamp: at(ms), ..ImuSample::default() }));
         }
-        let health = watch.report(at(4_000), 0).expect("first report");
+        let health = monitor.report(at(4_000), 0).expect("first report");
         assert!((health.sensors[0].rate_hz - 100.0).abs() < 1.5, "{}", health.sensors[0].rate_hz);
         assert!(health.findings.is_empty());
-        assert!(watch.report(at(4_500), 0).is_none(), "nothing new yet");
-        let health = watch.report(at(6_000), 0).expect("due");
+        assert!(monitor.report(at(4_500), 0).is_none(), "nothing new yet");
+        let health = monitor.report(at(6_000), 0).expect("due");
         assert_eq!(health.sensors[0].rate_hz, 0.0);
         assert!(health.findings[0].what.contains("IMU"), "{:?}", health.findings);
     }

@@ -1,0 +1,539 @@
+//! Applies the state table: commands and events in, drive commands and published states out.
+
+use crate::table::{Action, Guard, TABLE};
+use crate::{
+    Behaviour, BehaviourContext, Frames, ManualDriving, RelocalisationBehaviour, RelocalisationConfig,
+    StandStill, Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
+};
+use geometry::{Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
+use localisation::ExplorationHint;
+use messages::{
+    CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalAttempt, GoalFailure, GoalKind,
+    GoalProgress, GoalResult, GoalStatus, GoalUpdate, MotionState, Principal, Publication, RobotProfile,
+    StackEffect, WaitReason,
+};
+use std::collections::VecDeque;
+use std::task::Poll;
+use vocab::{ClientId, GoalId, Span, Stamp, Twist};
+
+/// Parameters of the executive and its behaviours.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExecutiveConfig {
+    /// Of walking.
+    pub walk: WalkConfig,
+    /// Of looking for the place.
+    pub relocalisation: RelocalisationConfig,
+    /// Of what is remembered of the ground.
+    pub surroundings: SurroundingsConfig,
+}
+
+/// What the executive reads of localisation and odometry.
+#[derive(Clone, Debug)]
+pub struct Situation {
+    /// Where the robot is.
+    pub frames: Frames,
+    /// Whether a saved map is in use, in which the place is known or looked for.
+    pub is_in_saved_map: bool,
+    /// Whether the place in it is known and nothing speaks against it.
+    pub is_place_known: bool,
+    /// Whether the place in it is looked for, or might yet be another.
+    pub is_place_sought: bool,
+    /// What is known of the place while it is looked for.
+    pub exploration_hint: ExplorationHint,
+}
+
+/// Goals whose ids are remembered, so that asking again does nothing.
+const KNOWN_GOALS: usize = 64;
+
+/// The executive. Effects are appended in the order to be done.
+#[derive(Debug)]
+pub struct Executive {
+    config: ExecutiveConfig,
+    profile: RobotProfile,
+    surroundings: Surroundings,
+    state: ExecutiveState,
+    /// Since when, and why.
+    entered: (Stamp, ExecutiveEvent),
+    pub(crate) behaviour: Option<Box<dyn Behaviour>>,
+    goal: Option<RunningGoal>,
+    known_goals: VecDeque<GoalId>,
+    stopped_by: Option<ClientId>,
+    /// A walk that failed and after which nothing has happened yet.
+    blocked: Option<(Vector3, GoalFailure)>,
+    published: Option<ExecutiveStatus>,
+    published_motion: Option<MotionState>,
+    /// Rows of the table that were taken, for tests.
+    #[cfg(test)]
+    pub(crate) taken: Vec<usize>,
+}
+
+/// A goal that has been accepted and has no outcome yet.
+#[derive(Debug)]
+struct RunningGoal {
+    id: GoalId,
+    kind: GoalKind,
+    by: Principal,
+    accepted: Stamp,
+    status: GoalStatus,
+    /// By behaviours that have ended: those before and after the place was lost.
+    tried: Vec<GoalAttempt>,
+}
+
+/// What comes with an event.
+#[derive(Debug, Default)]
+struct Trigger {
+    by: Option<Principal>,
+    velocity: Option<Twist>,
+    goal: Option<(RunningGoal, Box<dyn Behaviour>)>,
+    failure: Option<GoalFailure>,
+}
+
+impl Executive {
+    /// Of a robot that stands, with nothing seen yet.
+    pub fn new(config: ExecutiveConfig, profile: &RobotProfile) -> Self {
+        // The profile limits the robot's own speed whatever the followers' configs say.
+        let mut config = config;
+        for follower in [&mut config.walk.follower, &mut config.relocalisation.follower] {
+            follower.speed_max_mps = profile.autonomous_limits.forward_mps;
+            follower.turn_max_radps = profile.autonomous_limits.turn_radps;
+        }
+        Self {
+            config,
+            profile: profile.clone(),
+            surroundings: Surroundings::new(config.surroundings, profile),
+            state: ExecutiveState::Idle,
+            entered: (Stamp::EPOCH, ExecutiveEvent::Started),
+            behaviour: None,
+            goal: None,
+            known_goals: VecDeque::new(),
+            stopped_by: None,
+            blocked: None,
+            published: None,
+            published_motion: None,
+            #[cfg(test)]
+            taken: Vec::new(),
+        }
+    }
+
+    /// The ground as it has been seen; scans go here.
+    pub fn surroundings(&mut self) -> &mut Surroundings {
+        &mut self.surroundings
+    }
+
+    /// Begins a goal.
+    ///
+    /// # Errors
+    /// One sentence for people: why it cannot begin.
+    pub fn start_goal(
+        &mut self,
+        at: Stamp,
+        (id, kind, by): (GoalId, GoalKind, Principal),
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        if self.known_goals.contains(&id) {
+            return Ok(());
+        }
+        let is_refused = self
+            .find_row(ExecutiveEvent::GoalRequested, situation)
+            .is_some_and(|row| TABLE[row].actions.contains(&Action::Refuse));
+        let goal = match is_refused {
+            true => None,
+            false => {
+                let behaviour = self.begin(at, kind, situation)?;
+                let status = GoalStatus::Accepted;
+                Some((RunningGoal { id, kind, by, accepted: at, status, tried: Vec::new() }, behaviour))
+            }
+        };
+        self.apply(
+            at,
+            ExecutiveEvent::GoalRequested,
+            Trigger { goal, ..Trigger::default() },
+            situation,
+            effects,
+        )
+    }
+
+    /// Cancels a goal, if it runs.
+    pub fn cancel_goal(
+        &mut self,
+        at: Stamp,
+        goal: GoalId,
+        by: Principal,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        if self.goal.as_ref().is_some_and(|running| running.id == goal) {
+            self.fire(at, ExecutiveEvent::CancelRequested, Some(by), situation, effects);
+        }
+    }
+
+    /// Drives by hand.
+    ///
+    /// # Errors
+    /// One sentence for people: why not.
+    pub fn drive(
+        &mut self,
+        at: Stamp,
+        velocity: Twist,
+        by: Principal,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        if !velocity.linear.is_finite() || !velocity.angular.is_finite() {
+            return Err("That velocity is not a number. Reload the page and try again.".to_owned());
+        }
+        let trigger = Trigger { by: Some(by), velocity: Some(velocity), ..Trigger::default() };
+        self.apply(at, ExecutiveEvent::VelocityCommanded, trigger, situation, effects)
+    }
+
+    /// Stops motion until it is allowed again.
+    pub fn stop(&mut self, at: Stamp, by: Principal, situation: &Situation, effects: &mut Vec<StackEffect>) {
+        self.stopped_by = Some(by.client);
+        self.fire(at, ExecutiveEvent::StopRequested, Some(by), situation, effects);
+    }
+
+    /// Takes in an event that brings nothing else with it.
+    pub fn handle_event(
+        &mut self,
+        at: Stamp,
+        event: ExecutiveEvent,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        self.fire(at, event, None, situation, effects);
+    }
+
+    /// Time passes: the behaviour moves the robot. At 20 Hz.
+    pub fn update(&mut self, at: Stamp, situation: &Situation, effects: &mut Vec<StackEffect>) {
+        if self.state == ExecutiveState::Recovering && situation.is_place_known {
+            // Localisation says so once only, and the place may have been in doubt then; after a restart of odometry it may not say so at all.
+            self.fire(at, ExecutiveEvent::PlaceFound, None, situation, effects);
+        }
+        let Some(behaviour) = &mut self.behaviour else { return };
+        let mut context = BehaviourContext {
+            at,
+            frames: situation.frames,
+            terrain: self.surroundings.terrain(),
+            sees_ground: self.surroundings.sees_ground(at),
+            is_place_known: situation.is_place_known,
+            exploration_hint: &situation.exploration_hint,
+            velocity: Twist::default(),
+        };
+        match behaviour.update(&mut context) {
+            Poll::Pending => {
+                effects.push(StackEffect::Drive(Drive { velocity: context.velocity }));
+                self.publish_progress(situation, effects);
+            }
+            Poll::Ready(outcome) => {
+                let event = match (self.state, outcome) {
+                    (ExecutiveState::ManualDriving, _) => ExecutiveEvent::VelocityTimedOut,
+                    (_, Ok(())) => ExecutiveEvent::BehaviourSucceeded,
+                    (_, Err(_)) => ExecutiveEvent::BehaviourFailed,
+                };
+                let trigger = Trigger { failure: outcome.err(), ..Trigger::default() };
+                // No row of these refuses anything.
+                let _ = self.apply(at, event, trigger, situation, effects);
+            }
+        }
+    }
+
+    /// Whether a goal waits until the place is found.
+    pub fn is_recovering(&self) -> bool {
+        self.state == ExecutiveState::Recovering
+    }
+
+    /// Publishes the state of the executive and of motion, if they have changed.
+    pub fn publish_changes(&mut self, at: Stamp, frames: &Frames, effects: &mut Vec<StackEffect>) {
+        let status = ExecutiveStatus {
+            state: self.state,
+            since: self.entered.0,
+            cause: self.entered.1,
+            goal: self.goal.as_ref().map(|goal| goal.id),
+        };
+        if self.published.replace(status) != Some(status) {
+            effects.push(StackEffect::Publish(Publication::Executive(status)));
+        }
+        let motion = self.motion(at, frames);
+        if self.published_motion.as_ref() != Some(&motion) {
+            self.published_motion = Some(motion.clone());
+            effects.push(StackEffect::Publish(Publication::Motion(motion)));
+        }
+    }
+
+    /// State of motion, for display: derived from the state and its goal.
+    fn motion(&self, at: Stamp, frames: &Frames) -> MotionState {
+        let point = self.goal.as_ref().and_then(|goal| match goal.kind {
+            GoalKind::WalkTo(point) => Some(point),
+            GoalKind::Relocalise => None,
+        });
+        match (self.state, point, &self.behaviour) {
+            (ExecutiveState::Stopped, ..) => MotionState::Stopped { by: self.stopped_by },
+            (ExecutiveState::ManualDriving, ..) => MotionState::Teleoperated,
+            (ExecutiveState::Recovering, ..) | (ExecutiveState::Executing, None, _) => {
+                MotionState::Looking { goal: point }
+            }
+            (ExecutiveState::Executing, Some(goal), _) if !self.surroundings.sees_ground(at) => {
+                MotionState::Waiting { goal }
+            }
+            (ExecutiveState::Executing, Some(goal), Some(behaviour)) => MotionState::Walking {
+                goal,
+                path: behaviour.path().iter().map(|point| vec_to_plain(&frames.to_map(point))).collect(),
+                remaining: behaviour.progress(&frames.odom_from_base).remaining_m.unwrap_or_default(),
+            },
+            (ExecutiveState::Idle | ExecutiveState::Executing, ..) => match &self.blocked {
+                Some((goal, reason)) => {
+                    MotionState::Blocked { goal: vec_to_plain(goal), reason: describe(*reason).to_owned() }
+                }
+                None => MotionState::Idle,
+            },
+        }
+    }
+
+    /// The behaviour of a new goal.
+    fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
+        match kind {
+            GoalKind::WalkTo(_) if situation.is_place_sought => Err(
+                "The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned(),
+            ),
+            GoalKind::WalkTo(point) if !point.is_finite() => {
+                Err("That point is not on the map. Choose another.".to_owned())
+            }
+            GoalKind::WalkTo(point) => {
+                let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
+                let walk = WalkBehaviour::begin(self.config.walk, at, terrain, frames, vec_from_plain(point));
+                walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
+            }
+            GoalKind::Relocalise if !situation.is_place_sought => Err(
+                "The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned(),
+            ),
+            GoalKind::Relocalise => Ok(self.search(at)),
+        }
+    }
+
+    /// The behaviour of a goal that goes on.
+    fn resume(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Box<dyn Behaviour> {
+        match kind {
+            GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
+                self.config.walk,
+                at,
+                self.surroundings.terrain(),
+                &situation.frames,
+                vec_from_plain(point),
+            )),
+            GoalKind::Relocalise => self.search(at),
+        }
+    }
+
+    fn search(&self, at: Stamp) -> Box<dyn Behaviour> {
+        Box::new(RelocalisationBehaviour::new(self.config.relocalisation, at))
+    }
+
+    fn fire(
+        &mut self,
+        at: Stamp,
+        event: ExecutiveEvent,
+        by: Option<Principal>,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        // Only velocities and goals are ever refused, and those do not come this way.
+        let _ = self.apply(at, event, Trigger { by, ..Trigger::default() }, situation, effects);
+    }
+
+    /// The first row that fits.
+    fn find_row(&self, event: ExecutiveEvent, situation: &Situation) -> Option<usize> {
+        let kind = self.goal.as_ref().map(|goal| goal.kind);
+        let in_map = situation.is_in_saved_map;
+        TABLE.iter().position(|row| {
+            row.from == self.state
+                && row.event == event
+                && match row.guard {
+                    Guard::Always => true,
+                    Guard::GoalNeedsPlace => in_map && matches!(kind, Some(GoalKind::WalkTo(_))),
+                    Guard::GoalFindsPlace => in_map && kind == Some(GoalKind::Relocalise),
+                    Guard::InSavedMap => in_map,
+                    Guard::NotInSavedMap => !in_map,
+                }
+        })
+    }
+
+    /// Takes the row of an event, if there is one.
+    fn apply(
+        &mut self,
+        at: Stamp,
+        event: ExecutiveEvent,
+        mut trigger: Trigger,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) -> Result<(), String> {
+        if event != ExecutiveEvent::BehaviourFailed {
+            self.blocked = None;
+        }
+        let Some(number) = self.find_row(event, situation) else { return Ok(()) };
+        #[cfg(test)]
+        self.taken.push(number);
+        let row = &TABLE[number];
+        if row.actions.contains(&Action::Refuse) {
+            return Err("Motion is stopped. Press \"Allow motion\" first.".to_owned());
+        }
+        if row.to != self.state {
+            (self.state, self.entered) = (row.to, (at, event));
+        }
+        for action in row.actions {
+            self.act(at, *action, &mut trigger, situation, effects);
+        }
+        if self.state == ExecutiveState::Idle {
+            self.behaviour = None;
+        }
+        Ok(())
+    }
+
+    fn act(
+        &mut self,
+        at: Stamp,
+        action: Action,
+        trigger: &mut Trigger,
+        situation: &Situation,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        match action {
+            Action::Refuse => {}
+            Action::StopRobot => effects.push(StackEffect::Drive(Drive::default())),
+            Action::StandStill => self.behaviour = Some(Box::new(StandStill)),
+            Action::Drive => {
+                if let Some(velocity) = &trigger.velocity {
+                    let RobotProfile { manual_limits, manual_watchdog, .. } = &self.profile;
+                    let driving = ManualDriving::new(at, velocity, manual_limits, *manual_watchdog);
+                    self.behaviour = Some(Box::new(driving));
+                }
+            }
+            Action::BeginGoal => {
+                if let Some((goal, behaviour)) = trigger.goal.take() {
+                    if self.known_goals.len() == KNOWN_GOALS {
+                        self.known_goals.pop_front();
+                    }
+                    self.known_goals.push_back(goal.id);
+                    self.behaviour = Some(behaviour);
+                    effects.push(goal.update());
+                    self.goal = Some(goal);
+                }
+            }
+            Action::CancelGoal(reason) => {
+                let new = trigger.goal.as_ref().map(|(goal, _)| goal);
+                let cause: CancelCause = reason.cause(new.map(|goal| goal.id));
+                let by = trigger.by.clone().or_else(|| new.map(|goal| goal.by.clone()));
+                if let (Some(goal), Some(by)) = (self.goal.take(), by) {
+                    self.end(goal, GoalStatus::Cancelled { by, cause }, effects);
+                }
+            }
+            Action::SucceedGoal => {
+                if let Some(goal) = self.goal.take() {
+                    let map_from_base = pose_from_isometry(&situation.frames.map_from_base());
+                    let result = GoalResult { map_from_base, took: at - goal.accepted };
+                    self.end(goal, GoalStatus::Succeeded(result), effects);
+                }
+            }
+            Action::FailGoal => self.fail(trigger.failure.unwrap_or(GoalFailure::PlaceNotFound), effects),
+            Action::FailGoalBecause(reason) => self.fail(reason, effects),
+            Action::SuspendGoal => {
+                self.keep_attempts();
+                self.behaviour = Some(self.search(at));
+            }
+            Action::ResumeGoal => {
+                self.keep_attempts();
+                if let Some(kind) = self.goal.as_ref().map(|goal| goal.kind) {
+                    self.behaviour = Some(self.resume(at, kind, situation));
+                }
+            }
+            Action::RestartSearch => {
+                self.keep_attempts();
+                self.behaviour = Some(self.search(at));
+            }
+        }
+    }
+
+    fn fail(&mut self, reason: GoalFailure, effects: &mut Vec<StackEffect>) {
+        self.keep_attempts();
+        if let Some(goal) = self.goal.take() {
+            if let GoalKind::WalkTo(point) = goal.kind
+                && reason != GoalFailure::MapReplaced
+            {
+                self.blocked = Some((vec_from_plain(point), reason));
+            }
+            let tried = goal.tried.clone();
+            self.end(goal, GoalStatus::Failed { reason, tried }, effects);
+        }
+    }
+
+    /// Publishes the one outcome of a goal.
+    fn end(&mut self, mut goal: RunningGoal, outcome: GoalStatus, effects: &mut Vec<StackEffect>) {
+        goal.status = outcome;
+        effects.push(goal.update());
+    }
+
+    /// Adds what the behaviour has tried to the goal's attempts.
+    fn keep_attempts(&mut self) {
+        let Some(behaviour) = self.behaviour.take() else { return };
+        let Some(goal) = &mut self.goal else { return };
+        for attempt in behaviour.attempts() {
+            match goal.tried.iter_mut().find_map(|known| add(known, &attempt)) {
+                Some(()) => {}
+                None => goal.tried.push(attempt),
+            }
+        }
+    }
+
+    fn publish_progress(&mut self, situation: &Situation, effects: &mut Vec<StackEffect>) {
+        let (Some(goal), Some(behaviour)) = (&mut self.goal, &self.behaviour) else { return };
+        let progress = match self.state {
+            ExecutiveState::Recovering => {
+                GoalProgress { remaining_m: None, waits_for: Some(WaitReason::Place) }
+            }
+            _ => behaviour.progress(&situation.frames.odom_from_base),
+        };
+        let status = GoalStatus::Running(progress);
+        if goal.status != status {
+            goal.status = status;
+            effects.push(goal.update());
+        }
+    }
+}
+
+impl RunningGoal {
+    fn update(&self) -> StackEffect {
+        StackEffect::Publish(Publication::Goal(GoalUpdate {
+            id: self.id,
+            kind: self.kind,
+            by: self.by.clone(),
+            accepted: self.accepted,
+            status: self.status.clone(),
+        }))
+    }
+}
+
+/// Adds an attempt to another of the same kind.
+fn add(known: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
+    let sum = |a: &mut Span, b: &Span| *a = *a + *b;
+    match (known, attempt) {
+        (GoalAttempt::PlannedPaths(a), GoalAttempt::PlannedPaths(b))
+        | (GoalAttempt::ExploredPaths(a), GoalAttempt::ExploredPaths(b)) => *a += b,
+        (GoalAttempt::WaitedForPath(a), GoalAttempt::WaitedForPath(b))
+        | (GoalAttempt::SearchedForPlace(a), GoalAttempt::SearchedForPlace(b)) => sum(a, b),
+        _ => return None,
+    }
+    Some(())
+}
+
+/// A failure for people, with what to do.
+fn describe(reason: GoalFailure) -> &'static str {
+    match reason {
+        GoalFailure::PathBlocked => {
+            "The way has stayed blocked. Choose another point or drive round by hand."
+        }
+        GoalFailure::PlaceNotFound => {
+            "The robot looked about and did not find its place in the map. Set its place on the map, or drive it to where the map is right."
+        }
+        GoalFailure::MapReplaced => "The map was replaced. Choose a point of the new one.",
+    }
+}

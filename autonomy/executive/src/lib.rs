@@ -1,0 +1,25 @@
+//! The executive: the one place that decides what moves the robot, and the behaviours that move it.
+//!
+//! [`TABLE`] holds every state and transition; `docs/executive.md` is printed from it. [`Executive`] applies the table: it takes commands and
+//! events, keeps the running goal with its one outcome, and lets one [`Behaviour`] at a time set the velocity. Mapping and localisation are services:
+//! the executive reads their state ([`Situation`]) and does not know how they work.
+
+mod behaviour;
+mod executive;
+mod manual_driving;
+mod relocalisation;
+mod surroundings;
+mod table;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod transcript_tests;
+mod walk;
+
+pub use behaviour::{Behaviour, BehaviourContext, Frames, Outcome};
+pub use executive::{Executive, ExecutiveConfig, Situation};
+pub use manual_driving::{ManualDriving, StandStill};
+pub use relocalisation::{RelocalisationBehaviour, RelocalisationConfig};
+pub use surroundings::{Surroundings, SurroundingsConfig};
+pub use table::{Action, Guard, TABLE, Transition, to_markdown};
+pub use walk::{WalkBehaviour, WalkConfig};

@@ -1,0 +1,50 @@
+//! Driving by hand, and standing still.
+
+use crate::{Behaviour, BehaviourContext, Outcome};
+use messages::SpeedLimits;
+use std::task::Poll;
+use vocab::{Span, Stamp, Twist, Vec3};
+
+/// Moves with one commanded velocity until the watchdog's time has passed.
+#[derive(Clone, Copy, Debug)]
+pub struct ManualDriving {
+    velocity: Twist,
+    since: Stamp,
+    watchdog: Span,
+}
+
+impl ManualDriving {
+    /// A velocity that came at `at`, cut to the limits. Only the parts that a walking robot has are kept.
+    pub fn new(at: Stamp, velocity: &Twist, limits: &SpeedLimits, watchdog: Span) -> Self {
+        let SpeedLimits { forward_mps, sideways_mps, turn_radps } = *limits;
+        let velocity = Twist {
+            linear: Vec3::new(
+                velocity.linear.x.clamp(-forward_mps, forward_mps),
+                velocity.linear.y.clamp(-sideways_mps, sideways_mps),
+                0.0,
+            ),
+            angular: Vec3::new(0.0, 0.0, velocity.angular.z.clamp(-turn_radps, turn_radps)),
+        };
+        Self { velocity, since: at, watchdog }
+    }
+}
+
+impl Behaviour for ManualDriving {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        if context.at - self.since > self.watchdog {
+            return Poll::Ready(Ok(()));
+        }
+        context.velocity = self.velocity;
+        Poll::Pending
+    }
+}
+
+/// Stands still for ever.
+#[derive(Clone, Copy, Debug)]
+pub struct StandStill;
+
+impl Behaviour for StandStill {
+    fn update(&mut self, _context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        Poll::Pending
+    }
+}

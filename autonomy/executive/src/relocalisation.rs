@@ -1,0 +1,297 @@
+//! Finding the place in the map by moving: active localisation.
+//!
+//! The robot stands, so that what it sees can be recognised. If it is not, it walks a little over ground that it has seen, to where it has not been,
+//! and stands again. Where what it sees is recognised in several places, only walking tells them apart: then it walks without standing, on the path
+//! that localisation has planned for it, as far as it sees that way.
+
+use crate::walk::twist;
+use crate::{Behaviour, BehaviourContext, Outcome};
+use geometry::{Isometry, Vector3};
+use localisation::ExplorationHint;
+use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
+use navigation::{
+    ExplorationConfig, PathFollower, PathFollowerConfig, PlannerConfig, Terrain, explore, plan,
+};
+use std::sync::Arc;
+use std::task::Poll;
+use vocab::{Span, Stamp};
+
+/// Parameters of [`RelocalisationBehaviour`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RelocalisationConfig {
+    /// The robot stands for this time before its first walk. Recognising a place takes half a second.
+    pub first_stand: Span,
+    /// The robot stands for this time between walks.
+    pub stand: Span,
+    /// Where there is no walk, one is looked for again after this time.
+    pub retry_period: Span,
+    /// A path is planned anew after this time, because the terrain has been seen better.
+    pub replan_period: Span,
+    /// Distance that is looked ahead along the path that tells places apart, metres.
+    pub hint_ahead_m: f64,
+    /// A piece of that path may be longer by this because it leads round obstacles, metres.
+    pub hint_detour_max_m: f64,
+    /// Pieces of that path that are shorter than this are not walked, metres.
+    pub hint_piece_min_m: f64,
+    /// With several places to tell apart, the next walk begins at this distance before the end of one, metres.
+    pub continue_before_end_m: f64,
+    /// A path that is planned anew may be longer than the straight line by this, metres.
+    pub replan_detour_max_m: f64,
+    /// Spacing of the places that are remembered as visited, metres.
+    pub visited_spacing_m: f64,
+    /// A robot that has moved less than this in `stuck_timeout` is stuck, metres: something that it does not see is in its way.
+    pub stuck_distance_m: f64,
+    /// See `stuck_distance_m`.
+    pub stuck_timeout: Span,
+    /// The search is given up after this time, not counting time without sight.
+    pub search_timeout: Span,
+    /// How places to walk to are chosen.
+    pub exploration: ExplorationConfig,
+    /// How paths are planned.
+    pub planner: PlannerConfig,
+    /// How paths are followed.
+    pub follower: PathFollowerConfig,
+}
+
+impl Default for RelocalisationConfig {
+    fn default() -> Self {
+        Self {
+            first_stand: Span::from_millis(2_500),
+            stand: Span::from_millis(1_000),
+            retry_period: Span::from_millis(250),
+            replan_period: Span::from_millis(1_000),
+            hint_ahead_m: 6.0,
+            hint_detour_max_m: 1.5,
+            hint_piece_min_m: 0.7,
+            continue_before_end_m: 1.5,
+            replan_detour_max_m: 0.5,
+            visited_spacing_m: 1.0,
+            stuck_distance_m: 0.1,
+            stuck_timeout: Span::from_millis(6_000),
+            search_timeout: Span::from_millis(150_000),
+            exploration: ExplorationConfig::default(),
+            planner: PlannerConfig::default(),
+            follower: PathFollowerConfig::default(),
+        }
+    }
+}
+
+/// Looks for the place in the map until it is known.
+#[derive(Debug)]
+pub struct RelocalisationBehaviour {
+    config: RelocalisationConfig,
+    /// Where it has looked, odometry's frame.
+    visited: Vec<Vector3>,
+    /// Time that it has looked with sight.
+    searched: Span,
+    /// When `searched` was last added to; none after time without sight.
+    searched_at: Option<Stamp>,
+    walks: u32,
+    /// A hint's path on which it was stuck.
+    barred: Option<Arc<[Vector3]>>,
+    phase: Phase,
+}
+
+#[derive(Debug)]
+enum Phase {
+    Standing {
+        since: Stamp,
+        /// When it last looked for a walk.
+        tried: Option<Stamp>,
+    },
+    Walking {
+        /// The hint's path, if this walk is a piece of it.
+        hint: Option<Arc<[Vector3]>>,
+        follower: PathFollower,
+        planned_at: Stamp,
+        /// Where the robot was, and when, as it last moved.
+        moved: (Stamp, Vector3),
+    },
+}
+
+/// A path, with the hint's path if it is a piece of that.
+type Piece = (Option<Arc<[Vector3]>>, Vec<Vector3>);
+
+impl RelocalisationBehaviour {
+    /// Stands first.
+    pub fn new(config: RelocalisationConfig, at: Stamp) -> Self {
+        Self {
+            config,
+            visited: Vec::new(),
+            searched: Span::ZERO,
+            searched_at: Some(at),
+            walks: 0,
+            barred: None,
+            phase: Phase::Standing { since: at, tried: None },
+        }
+    }
+
+    fn stand(&mut self, at: Stamp) {
+        self.phase = Phase::Standing { since: at, tried: None };
+    }
+
+    /// Counts time and remembers the place.
+    fn record_visit(&mut self, at: Stamp, here: &Vector3) {
+        self.searched = self.searched + self.searched_at.replace(at).map_or(Span::ZERO, |last| at - last);
+        if self.visited.iter().all(|visited| (visited - here).norm() >= self.config.visited_spacing_m) {
+            self.visited.push(*here);
+        }
+    }
+
+    fn update_walk(&mut self, context: &BehaviourContext<'_>) {
+        let (at, terrain, hint_now) = (context.at, context.terrain, context.exploration_hint);
+        let odom_from_base = &context.frames.odom_from_base;
+        let here = odom_from_base.translation.vector;
+        let Phase::Walking { hint, follower, planned_at, moved } = &mut self.phase else { return };
+        if (here - moved.1).norm() > self.config.stuck_distance_m {
+            *moved = (at, here);
+        }
+        if at - moved.0 > self.config.stuck_timeout {
+            // Not there again.
+            self.visited.extend(follower.path().last());
+            self.barred = hint.take().or(self.barred.take());
+            return self.stand(at);
+        }
+        if at - *planned_at < self.config.replan_period {
+            return;
+        }
+        let (hint, moved, old) = (hint.take(), *moved, follower.path().to_vec());
+        let is_ending =
+            hint_now.hypotheses > 1 && follower.remaining(odom_from_base) < self.config.continue_before_end_m;
+        let path = self
+            .follow_hint(terrain, &here, hint_now)
+            .or_else(|| if is_ending { self.explore(terrain, &here) } else { None })
+            .or_else(|| self.replan(terrain, &here, &old).map(|path| (hint, path)));
+        match path {
+            Some((hint, path)) => {
+                let follower = PathFollower::new(self.config.follower, path);
+                self.phase = Phase::Walking { hint, follower, planned_at: at, moved };
+            }
+            None => self.stand(at),
+        }
+    }
+
+    /// The next walk of a robot that has stood for this time, if there is one. Standing tells no look-alikes apart, so that the robot goes at once where
+    /// no path is known that does, and soon where people may stand in that path.
+    fn next_walk(
+        &self,
+        stood: Span,
+        terrain: &Terrain,
+        here: &Vector3,
+        hint: &ExplorationHint,
+    ) -> Option<Piece> {
+        let stands = match hint {
+            ExplorationHint { hypotheses: 2.., path: Some(way) } if way.is_empty() => Span::ZERO,
+            ExplorationHint { hypotheses: 2.., path: Some(_) } => self.config.stand,
+            _ if self.walks > 0 => self.config.stand,
+            _ => self.config.first_stand,
+        };
+        let explore = || if stood >= stands { self.explore(terrain, here) } else { None };
+        self.follow_hint(terrain, here, hint).or_else(explore)
+    }
+
+    /// A path to where it has not been.
+    fn explore(&self, terrain: &Terrain, here: &Vector3) -> Option<Piece> {
+        let RelocalisationConfig { exploration, planner, .. } = &self.config;
+        explore(exploration, planner, terrain, here, &self.visited).map(|path| (None, path))
+    }
+
+    /// A path on along the hint's path, from where that passes by to its farthest point to which a short path over seen ground leads.
+    fn follow_hint(&self, terrain: &Terrain, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
+        let way = hint.path.as_ref().filter(|way| {
+            hint.hypotheses > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
+        })?;
+        let distance = |to: &Vector3| (to - here).xy().norm();
+        let nearest = (0..way.len()).min_by(|&a, &b| distance(&way[a]).total_cmp(&distance(&way[b])))?;
+        let mut along_m = distance(&way[nearest]);
+        let mut ahead = Vec::new();
+        for (number, end) in way.iter().enumerate().skip(nearest) {
+            if number > nearest {
+                along_m += (end - way[number - 1]).xy().norm();
+            }
+            if along_m > self.config.hint_ahead_m {
+                break;
+            }
+            if distance(end) >= self.config.hint_piece_min_m {
+                ahead.push((along_m, end));
+            }
+        }
+        let is_seen = |end: &Vector3| terrain.cell(terrain.index(end.x, end.y)).ground().is_some();
+        let path = ahead.into_iter().rev().filter(|(_, end)| is_seen(end)).find_map(|(along_m, end)| {
+            let path = plan(&self.config.planner, terrain, here, end).ok()?;
+            (length(&path) <= along_m + self.config.hint_detour_max_m).then_some(path)
+        })?;
+        Some((Some(Arc::clone(way)), path))
+    }
+
+    /// The path to the end of another one as the terrain is seen now. None where it is longer than the whole other path, and much longer than the
+    /// straight line.
+    fn replan(&self, terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
+        let end = path.last()?;
+        let straight_m = (end - here).norm() + self.config.replan_detour_max_m;
+        let planned = plan(&self.config.planner, terrain, here, end).ok()?;
+        (length(&planned) <= length(path).max(straight_m)).then_some(planned)
+    }
+}
+
+impl Behaviour for RelocalisationBehaviour {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        let at = context.at;
+        if context.is_place_known {
+            return Poll::Ready(Ok(()));
+        }
+        if !context.sees_ground {
+            self.stand(at);
+            self.searched_at = None;
+            return Poll::Pending;
+        }
+        let here = context.frames.odom_from_base.translation.vector;
+        self.record_visit(at, &here);
+        if self.searched > self.config.search_timeout {
+            return Poll::Ready(Err(GoalFailure::PlaceNotFound));
+        }
+        if let Phase::Standing { since, tried } = &mut self.phase {
+            let stood = at - *since;
+            if tried.is_some_and(|tried| at - tried < self.config.retry_period) {
+                return Poll::Pending;
+            }
+            *tried = Some(at);
+            if let Some((hint, path)) =
+                self.next_walk(stood, context.terrain, &here, context.exploration_hint)
+            {
+                self.walks += 1;
+                let follower = PathFollower::new(self.config.follower, path);
+                self.phase = Phase::Walking { hint, follower, planned_at: at, moved: (at, here) };
+            }
+            return Poll::Pending;
+        }
+        self.update_walk(context);
+        if let Phase::Walking { follower, .. } = &self.phase {
+            match follower.velocity(&context.frames.odom_from_base) {
+                Some(velocity) => context.velocity = twist(velocity),
+                None => self.stand(at),
+            }
+        }
+        Poll::Pending
+    }
+
+    fn progress(&self, _odom_from_base: &Isometry) -> GoalProgress {
+        let waits_for = self.searched_at.is_none().then_some(WaitReason::Sight);
+        GoalProgress { remaining_m: None, waits_for }
+    }
+
+    fn path(&self) -> &[Vector3] {
+        match &self.phase {
+            Phase::Standing { .. } => &[],
+            Phase::Walking { follower, .. } => follower.path(),
+        }
+    }
+
+    fn attempts(&self) -> Vec<GoalAttempt> {
+        vec![GoalAttempt::SearchedForPlace(self.searched), GoalAttempt::ExploredPaths(self.walks)]
+    }
+}
+
+fn length(path: &[Vector3]) -> f64 {
+    path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}

@@ -1,0 +1,242 @@
+//! The state table of the executive, as data.
+
+use messages::{CancelCause, ExecutiveEvent, ExecutiveState, GoalFailure};
+use std::fmt::Write;
+
+/// One row of the table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transition {
+    /// State in which the event is expected.
+    pub from: ExecutiveState,
+    /// The cause.
+    pub event: ExecutiveEvent,
+    /// What must hold besides.
+    pub guard: Guard,
+    /// State afterwards.
+    pub to: ExecutiveState,
+    /// What is done, in this order.
+    pub actions: &'static [Action],
+}
+
+/// A condition of a transition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guard {
+    /// None.
+    Always,
+    /// A saved map is in use and the running goal needs the place in it.
+    GoalNeedsPlace,
+    /// A saved map is in use and the running goal is to find the place in it.
+    GoalFindsPlace,
+    /// A saved map is in use.
+    InSavedMap,
+    /// No saved map is in use.
+    NotInSavedMap,
+}
+
+/// Something that a transition does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Refuse the command: motion is stopped.
+    Refuse,
+    /// Tell the robot to stop, at once.
+    StopRobot,
+    /// Stand still from now on.
+    StandStill,
+    /// Move with the commanded velocity.
+    Drive,
+    /// Accept the goal and begin its behaviour.
+    BeginGoal,
+    /// The running goal ends: cancelled.
+    CancelGoal(CancelReason),
+    /// The running goal ends: succeeded.
+    SucceedGoal,
+    /// The running goal ends: failed with the reason that the behaviour gives.
+    FailGoal,
+    /// The running goal ends: failed with this reason.
+    FailGoalBecause(GoalFailure),
+    /// The running goal waits; look for the place.
+    SuspendGoal,
+    /// Go on with the goal that waits.
+    ResumeGoal,
+    /// Begin to look for the place anew.
+    RestartSearch,
+}
+
+/// How a transition cancels a goal; as [`CancelCause`], which also names the goal that takes its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CancelReason {
+    /// [`CancelCause::Requested`].
+    Requested,
+    /// [`CancelCause::MotionStopped`].
+    MotionStopped,
+    /// [`CancelCause::DrivenByHand`].
+    DrivenByHand,
+    /// [`CancelCause::Replaced`].
+    Replaced,
+}
+
+impl CancelReason {
+    /// The cause to publish; `by` is the goal that takes the place.
+    pub(crate) fn cause(self, by: Option<vocab::GoalId>) -> CancelCause {
+        match (self, by) {
+            (Self::Replaced, Some(goal)) => CancelCause::Replaced(goal),
+            (Self::Requested | Self::Replaced, _) => CancelCause::Requested,
+            (Self::MotionStopped, _) => CancelCause::MotionStopped,
+            (Self::DrivenByHand, _) => CancelCause::DrivenByHand,
+        }
+    }
+}
+
+use Action::{
+    BeginGoal, CancelGoal, Drive, FailGoal, FailGoalBecause, Refuse, RestartSearch, ResumeGoal, StandStill,
+    StopRobot, SucceedGoal, SuspendGoal,
+};
+use CancelReason::{DrivenByHand, MotionStopped, Replaced, Requested};
+use ExecutiveEvent as On;
+use ExecutiveState::{Executing, Idle, ManualDriving, Recovering, Stopped};
+use GoalFailure::MapReplaced;
+use Guard::{Always, GoalFindsPlace, GoalNeedsPlace, InSavedMap, NotInSavedMap};
+
+/// Every transition. The first row that fits is taken. An event without a row changes nothing.
+pub const TABLE: &[Transition] = &[
+    row(Stopped, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
+    row(ManualDriving, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
+    row(Recovering, On::StopRequested, Always, Stopped, &[CancelGoal(MotionStopped), StandStill, StopRobot]),
+    row(Executing, On::StopRequested, Always, Stopped, &[CancelGoal(MotionStopped), StandStill, StopRobot]),
+    row(Idle, On::StopRequested, Always, Stopped, &[StandStill, StopRobot]),
+    row(Stopped, On::MotionAllowed, Always, Idle, &[]),
+    row(Stopped, On::VelocityCommanded, Always, Stopped, &[Refuse]),
+    row(ManualDriving, On::VelocityCommanded, Always, ManualDriving, &[Drive]),
+    row(Recovering, On::VelocityCommanded, Always, ManualDriving, &[CancelGoal(DrivenByHand), Drive]),
+    row(Executing, On::VelocityCommanded, Always, ManualDriving, &[CancelGoal(DrivenByHand), Drive]),
+    row(Idle, On::VelocityCommanded, Always, ManualDriving, &[Drive]),
+    row(ManualDriving, On::VelocityTimedOut, Always, Idle, &[StopRobot]),
+    row(ManualDriving, On::LeaseLost, Always, Idle, &[StopRobot]),
+    row(Stopped, On::GoalRequested, Always, Stopped, &[Refuse]),
+    row(ManualDriving, On::GoalRequested, Always, Executing, &[BeginGoal]),
+    row(Recovering, On::GoalRequested, Always, Executing, &[CancelGoal(Replaced), BeginGoal]),
+    row(Executing, On::GoalRequested, Always, Executing, &[CancelGoal(Replaced), BeginGoal]),
+    row(Idle, On::GoalRequested, Always, Executing, &[BeginGoal]),
+    row(Recovering, On::CancelRequested, Always, Idle, &[CancelGoal(Requested), StopRobot]),
+    row(Executing, On::CancelRequested, Always, Idle, &[CancelGoal(Requested), StopRobot]),
+    row(Executing, On::BehaviourSucceeded, Always, Idle, &[SucceedGoal, StopRobot]),
+    row(Executing, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
+    row(Recovering, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
+    row(Executing, On::PlaceLost, GoalNeedsPlace, Recovering, &[SuspendGoal, StopRobot]),
+    row(Recovering, On::PlaceFound, Always, Executing, &[ResumeGoal]),
+    row(Executing, On::OdometryRestarted, GoalNeedsPlace, Recovering, &[SuspendGoal, StopRobot]),
+    row(Executing, On::OdometryRestarted, GoalFindsPlace, Executing, &[RestartSearch, StopRobot]),
+    row(Recovering, On::OdometryRestarted, InSavedMap, Recovering, &[RestartSearch, StopRobot]),
+    row(Executing, On::OdometryRestarted, NotInSavedMap, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
+    row(Recovering, On::OdometryRestarted, NotInSavedMap, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
+    row(Executing, On::MapReplaced, Always, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
+    row(Recovering, On::MapReplaced, Always, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
+];
+
+const fn row(
+    from: ExecutiveState,
+    event: ExecutiveEvent,
+    guard: Guard,
+    to: ExecutiveState,
+    actions: &'static [Action],
+) -> Transition {
+    Transition { from, event, guard, to, actions }
+}
+
+/// States with what they mean, the first in precedence first.
+const STATES: [(ExecutiveState, &str); 5] = [
+    (Stopped, "Somebody has stopped motion. The robot stands until somebody allows motion again."),
+    (
+        ManualDriving,
+        "A person drives. Each velocity counts until the next one, or until the watchdog's time has passed.",
+    ),
+    (
+        Recovering,
+        "The place in the saved map was lost under a goal. The goal waits while the robot looks for its place.",
+    ),
+    (Executing, "A goal is executed."),
+    (Idle, "The robot stands and is free to move."),
+];
+
+/// Events with what they mean.
+const EVENTS: [(ExecutiveEvent, &str); 13] = [
+    (On::StopRequested, "Somebody stops motion. This needs no lease."),
+    (On::MotionAllowed, "Somebody allows motion again."),
+    (On::VelocityCommanded, "A velocity comes from whoever drives by hand."),
+    (On::VelocityTimedOut, "No velocity came for the watchdog's time of the robot profile."),
+    (On::LeaseLost, "The control lease went to somebody else, or was given back. Goals go on."),
+    (
+        On::GoalRequested,
+        "Somebody asks for a goal, and its behaviour can begin. A goal that cannot begin is refused.",
+    ),
+    (On::CancelRequested, "Somebody cancels the running goal."),
+    (On::BehaviourSucceeded, "The behaviour of the goal has reached it."),
+    (On::BehaviourFailed, "The behaviour has given up."),
+    (On::PlaceLost, "Localisation has lost the place in the saved map."),
+    (On::PlaceFound, "Localisation knows the place in the saved map, and nothing speaks against it."),
+    (
+        On::OdometryRestarted,
+        "Odometry has begun anew, in a frame that has nothing to do with the one before.",
+    ),
+    (On::MapReplaced, "Another map is in use, or none, or the map's frame has moved to another place."),
+];
+
+/// `docs/executive.md`.
+pub fn to_markdown() -> String {
+    let mut text = String::from(
+        "# The executive's state table\n\nPrinted from `autonomy/executive/src/table.rs` by its test; do not edit. The first row that fits is taken. An event \
+         without a row changes nothing.\n\n## States, the first in precedence first\n\n| state | meaning |\n| --- | --- |\n",
+    );
+    for (state, meaning) in STATES {
+        let _ = writeln!(text, "| {state:?} | {meaning} |");
+    }
+    text.push_str("\n## Events\n\n| event | meaning |\n| --- | --- |\n");
+    for (event, meaning) in EVENTS {
+        let _ = writeln!(text, "| {event:?} | {meaning} |");
+    }
+    text.push_str(
+        "\n## Transitions\n\n| from | event | condition | to | actions |\n| --- | --- | --- | --- | --- |\n",
+    );
+    for Transition { from, event, guard, to, actions } in TABLE {
+        let guard = guard.text();
+        let actions: Vec<_> = actions.iter().map(|action| action.text()).collect();
+        let _ = writeln!(text, "| {from:?} | {event:?} | {guard} | {to:?} | {} |", actions.join("; "));
+    }
+    text
+}
+
+impl Guard {
+    fn text(self) -> &'static str {
+        match self {
+            Always => "",
+            GoalNeedsPlace => "in a saved map, goal needs the place",
+            GoalFindsPlace => "in a saved map, goal is to find the place",
+            InSavedMap => "in a saved map",
+            NotInSavedMap => "in no saved map",
+        }
+    }
+}
+
+impl Action {
+    fn text(self) -> &'static str {
+        match self {
+            Refuse => "refuse the command",
+            StopRobot => "stop the robot at once",
+            StandStill => "stand still",
+            Drive => "drive",
+            BeginGoal => "begin the goal",
+            CancelGoal(Requested) => "cancel the goal (requested)",
+            CancelGoal(MotionStopped) => "cancel the goal (motion stopped)",
+            CancelGoal(DrivenByHand) => "cancel the goal (driven by hand)",
+            CancelGoal(Replaced) => "cancel the goal (replaced)",
+            SucceedGoal => "the goal has succeeded",
+            FailGoal => "the goal has failed",
+            FailGoalBecause(MapReplaced) => "the goal has failed (map replaced)",
+            FailGoalBecause(GoalFailure::PathBlocked) => "the goal has failed (path blocked)",
+            FailGoalBecause(GoalFailure::PlaceNotFound) => "the goal has failed (place not found)",
+            SuspendGoal => "the goal waits; look for the place",
+            ResumeGoal => "go on with the goal",
+            RestartSearch => "begin to look for the place anew",
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Behaviours on a level floor, moved by a perfect robot.
+
+use crate::*;
+use geometry::{Isometry, Vector3, so3, vec_to_plain};
+use localisation::ExplorationHint;
+use messages::{ExecutiveEvent, GoalKind, MotionState, Principal, Publication, RobotProfile, StackEffect};
+use std::sync::Arc;
+use uuid::Uuid;
+use vocab::{ClientId, GoalId, Span, Stamp, Twist};
+
+pub(crate) fn shifted(x: f64, y: f64) -> Isometry {
+    Isometry::translation(x, y, 0.0)
+}
+
+pub(crate) fn operator(number: u128) -> Principal {
+    Principal::operator(ClientId(Uuid::from_u128(number)))
+}
+
+/// What a room of 8 by 8 metres shows of itself from its middle.
+pub(crate) fn room() -> Vec<[f32; 3]> {
+    let mut points: Vec<[f32; 3]> = Vec::new();
+    for x in -40..=40_i8 {
+        points.extend((-40..=40_i8).map(|y| [0.1 * f32::from(x), 0.1 * f32::from(y), -0.5]));
+        for z in [-0.3, 0.0, 0.3] {
+            let x = 0.1 * f32::from(x);
+            points.extend([[x, -4.0, z], [x, 4.0, z], [-4.0, x, z], [4.0, x, z]]);
+        }
+    }
+    points
+}
+
+/// A thin post.
+pub(crate) fn post(place: &Vector3) -> impl Iterator<Item = [f32; 3]> + use<> {
+    let place = *place;
+    (0..20_u8).flat_map(move |z| {
+        let at = |x: f64, y: f64| [(place.x + x) as f32, (place.y + y) as f32, 0.05 * f32::from(z) - 0.4];
+        [at(0.0, 0.0), at(0.1, 0.0), at(-0.1, 0.0), at(0.0, 0.1), at(0.0, -0.1)]
+    })
+}
+
+/// An executive with a robot that moves exactly as it is told, at 20 Hz.
+pub(crate) struct Rig {
+    pub executive: Executive,
+    pub situation: Situation,
+    pub now: Stamp,
+    /// What the robot can see, odometry's frame; empty in the dark.
+    pub points: Vec<[f32; 3]>,
+    pub motion: MotionState,
+    pub effects: Vec<StackEffect>,
+    goals: u128,
+}
+
+impl Rig {
+    pub fn new() -> Self {
+        let profile = RobotProfile { standing_height_m: 0.5, ..RobotProfile::default() };
+        let frames = Frames { map_from_odom: shifted(0.0, 0.0), odom_from_base: shifted(0.0, 0.0) };
+        Self {
+            executive: Executive::new(ExecutiveConfig::default(), &profile),
+            situation: Situation {
+                frames,
+                is_in_saved_map: false,
+                is_place_known: false,
+                is_place_sought: false,
+                exploration_hint: ExplorationHint::default(),
+            },
+            now: Stamp::EPOCH,
+            points: room(),
+            motion: MotionState::Idle,
+            effects: Vec::new(),
+            goals: 0,
+        }
+    }
+
+    /// In the room, having looked round for a second.
+    fn in_room(map_from_odom: Isometry) -> Self {
+        let mut rig = Self::new();
+        rig.situation.frames.map_from_odom = map_from_odom;
+        rig.run(1.0, &|_| true);
+        rig
+    }
+
+    pub fn start(&mut self, kind: GoalKind) -> Result<(), String> {
+        self.goals += 1;
+        let goal = (GoalId(Uuid::from_u128(self.goals)), kind, operator(1));
+        self.executive.start_goal(self.now, goal, &self.situation, &mut self.effects)
+    }
+
+    pub fn walk_to(&mut self, x: f64, y: f64) -> Result<(), String> {
+        self.start(GoalKind::WalkTo(vec_to_plain(&Vector3::new(x, y, -0.5))))
+    }
+
+    /// The place in a saved map is lost.
+    pub fn lose_place(&mut self) {
+        self.situation.is_in_saved_map = true;
+        self.situation.is_place_sought = true;
+        self.situation.is_place_known = false;
+        self.fire(ExecutiveEvent::PlaceLost);
+    }
+
+    /// It is found.
+    pub fn find_place(&mut self) {
+        self.situation.is_in_saved_map = true;
+        self.situation.is_place_sought = false;
+        self.situation.is_place_known = true;
+        self.fire(ExecutiveEvent::PlaceFound);
+    }
+
+    pub fn fire(&mut self, event: ExecutiveEvent) {
+        self.executive.handle_event(self.now, event, &self.situation, &mut self.effects);
+    }
+
+    /// One step of 50 ms. The robot cannot enter what is not open.
+    pub fn step(&mut self, is_open: &dyn Fn(&Vector3) -> bool) {
+        self.now += Span::from_millis(50);
+        let odom_from_base = self.situation.frames.odom_from_base;
+        if !self.points.is_empty() {
+            let base_from_odom = odom_from_base.inverse();
+            let points = self.points.iter().map(|point| {
+                let [x, y, z] = point.map(f64::from);
+                let seen =
+                    base_from_odom.rotation * Vector3::new(x, y, z) + base_from_odom.translation.vector;
+                [seen.x as f32, seen.y as f32, seen.z as f32]
+            });
+            let points = points.collect::<Vec<_>>();
+            self.executive.surroundings().insert_scan(self.now, &odom_from_base, [0.0; 3], &points);
+        }
+        self.executive.update(self.now, &self.situation, &mut self.effects);
+        self.executive.publish_changes(self.now, &self.situation.frames, &mut self.effects);
+        let mut wanted = None;
+        for effect in &self.effects {
+            match effect {
+                StackEffect::Drive(drive) => wanted = Some(drive.velocity),
+                StackEffect::Publish(Publication::Motion(motion)) => self.motion = motion.clone(),
+                _ => {}
+            }
+        }
+        if let Some(velocity) = wanted {
+            let turned = so3::exp(&Vector3::new(0.0, 0.0, 0.05 * velocity.angular.z));
+            let moved = Vector3::new(0.05 * velocity.linear.x, 0.0, 0.0);
+            let next = odom_from_base * Isometry::from_parts(moved.into(), turned);
+            let odom_from_base = &mut self.situation.frames.odom_from_base;
+            match is_open(&next.translation.vector) {
+                true => *odom_from_base = next,
+                false => odom_from_base.rotation = next.rotation,
+            }
+        }
+    }
+
+    /// Steps for this time, seconds. Returns where the robot went.
+    pub fn run(&mut self, seconds: f64, is_open: &dyn Fn(&Vector3) -> bool) -> Vec<Vector3> {
+        let mut track = Vec::new();
+        for _ in 0..(seconds * 20.0).round() as u32 {
+            self.effects.clear();
+            self.step(is_open);
+            track.push(self.place());
+        }
+        track
+    }
+
+    fn place(&self) -> Vector3 {
+        self.situation.frames.odom_from_base.translation.vector
+    }
+
+    fn path_end(&self) -> Vector3 {
+        let path = self.executive.behaviour.as_ref().map(|behaviour| behaviour.path().to_vec());
+        path.and_then(|path| path.last().copied()).unwrap_or_else(|| panic!("walks nowhere"))
+    }
+}
+
+/// Where the path ends and how near it passes to a post, by the published state.
+fn path(rig: &Rig, post: (f64, f64)) -> ((f64, f64), f64) {
+    let MotionState::Walking { path, .. } = &rig.motion else { panic!("does not walk: {:?}", rig.motion) };
+    let mut nearest = f64::INFINITY;
+    for pair in path.windows(2) {
+        for step in 0..=20 {
+            let share = f64::from(step) / 20.0;
+            let [x, y] = [(pair[0].x, pair[1].x), (pair[0].y, pair[1].y)].map(|(a, b)| a + share * (b - a));
+            nearest = nearest.min((x - post.0).hypot(y - post.1));
+        }
+    }
+    path.last().map(|end| ((end.x, end.y), nearest)).unwrap_or(((f64::NAN, f64::NAN), nearest))
+}
+
+#[test]
+fn a_loop_closure_moves_the_goal_and_leaves_obstacles_where_they_are() {
+    let mut rig = Rig::new();
+    rig.points.extend(post(&Vector3::new(1.5, 0.0, 0.0)));
+    rig.situation.frames.map_from_odom = shifted(10.0, 0.0);
+    rig.run(1.0, &|_| true);
+    assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
+    rig.run(0.05, &|_| false);
+    let (end, nearest) = path(&rig, (11.5, 0.0));
+    assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
+    // A loop moves the map by 0.6 m under the robot. The next step comes before the path is planned anew as a matter of course.
+    rig.situation.frames.map_from_odom = shifted(10.0, 0.6);
+    rig.run(0.05, &|_| false);
+    let (end, nearest) = path(&rig, (11.5, 0.6));
+    assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
+}
+
+#[test]
+fn a_robot_that_sees_nothing_waits_and_goes_on_when_it_sees() {
+    let mut rig = Rig::in_room(shifted(10.0, 0.0));
+    assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
+    rig.run(1.0, &|_| true);
+    let before = rig.place();
+    rig.points.clear();
+    rig.run(20.0, &|_| true);
+    assert!(matches!(rig.motion, MotionState::Waiting { .. }));
+    let after = rig.place();
+    assert!((after - before).norm() < 1.4 && after.x < 2.3, "{after}");
+    rig.points = room();
+    rig.run(5.0, &|_| true);
+    assert_eq!(rig.motion, MotionState::Idle);
+    assert!((rig.situation.frames.map_from_base().translation.x - 13.0).abs() < 0.2);
+}
+
+#[test]
+fn a_robot_that_loses_its_place_looks_within_what_it_sees_and_goes_on_to_its_goal() {
+    let mut rig = Rig::in_room(shifted(10.0, 0.0));
+    assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
+    rig.lose_place();
+    assert!(rig.effects.contains(&StackEffect::Drive(messages::Drive::default())), "stops at once");
+    let track = rig.run(2.0, &|_| true);
+    assert!(
+        track.iter().all(|place| place.norm() < 0.01),
+        "it stands first, so that its place can be recognised"
+    );
+    let track = rig.run(20.0, &|_| true);
+    assert!(matches!(rig.motion, MotionState::Looking { goal: Some(_) }));
+    let far = track.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    assert!(far > 2.0 && track.iter().all(|place| place.x.abs().max(place.y.abs()) < 3.6), "{far}");
+    // The map turns out to lie elsewhere.
+    rig.situation.frames.map_from_odom = shifted(11.0, 0.0);
+    rig.find_place();
+    rig.run(12.0, &|_| true);
+    assert_eq!(rig.motion, MotionState::Idle);
+    assert!(
+        (rig.situation.frames.map_from_base().translation.vector - Vector3::new(13.0, 0.0, 0.0)).norm() < 0.2
+    );
+}
+
+#[test]
+fn a_search_without_success_ends_and_a_stop_is_a_stop() {
+    let mut rig = Rig::in_room(shifted(0.0, 0.0));
+    assert_eq!(rig.walk_to(3.0, 0.0), Ok(()));
+    rig.lose_place();
+    rig.run(180.0, &|_| true);
+    assert!(matches!(rig.motion, MotionState::Blocked { .. }), "{:?}", rig.motion);
+    assert_eq!(rig.start(GoalKind::Relocalise), Ok(()));
+    rig.executive.stop(rig.now, operator(1), &rig.situation, &mut rig.effects);
+    rig.find_place();
+    assert!(rig.start(GoalKind::Relocalise).is_err());
+    let at = rig.place();
+    assert!(rig.run(5.0, &|_| true).iter().all(|place| (place - at).norm() < 1e-9));
+    assert!(matches!(rig.motion, MotionState::Stopped { .. }));
+}
+
+#[test]
+fn driving_by_hand_is_limited_by_the_profile() {
+    let mut rig = Rig::new();
+    let all = vocab::Vec3::new(9.0, -9.0, 9.0);
+    let wanted = Twist { linear: all, angular: all };
+    assert_eq!(rig.executive.drive(rig.now, wanted, operator(1), &rig.situation, &mut rig.effects), Ok(()));
+    rig.effects.clear();
+    rig.step(&|_| true);
+    let limited =
+        Twist { linear: vocab::Vec3::new(1.2, -0.5, 0.0), angular: vocab::Vec3::new(0.0, 0.0, 1.0) };
+    assert!(
+        rig.effects.contains(&StackEffect::Drive(messages::Drive { velocity: limited })),
+        "{:?}",
+        rig.effects
+    );
+    let broken = Twist { linear: vocab::Vec3::new(f64::NAN, 0.0, 0.0), ..Twist::default() };
+    assert!(rig.executive.drive(rig.now, broken, operator(1), &rig.situation, &mut rig.effects).is_err());
+}
+
+/// A robot in the room that looks for its place, and where it goes first.
+fn searching() -> (Rig, Vector3) {
+    let mut rig = searching_by(ExplorationHint::default());
+    rig.run(3.0, &|_| true);
+    let end = rig.path_end();
+    (rig, end)
+}
+
+/// A robot in the room that has been told to look for its place just now.
+fn searching_by(hint: ExplorationHint) -> Rig {
+    let mut rig = Rig::in_room(shifted(0.0, 0.0));
+    rig.lose_place();
+    rig.situation.exploration_hint = hint;
+    assert_eq!(rig.start(GoalKind::Relocalise), Ok(()));
+    rig
+}
+
+#[test]
+fn a_search_goes_round_what_comes_into_its_path() {
+    let (mut rig, end) = searching();
+    let place = end * 0.6;
+    rig.points.extend(post(&place));
+    let track = rig.run(15.0, &|_| true);
+    let nearest = track.iter().map(|at| (at - place).xy().norm()).fold(f64::INFINITY, f64::min);
+    let farthest = track.iter().map(|at| at.norm()).fold(0.0, f64::max);
+    assert!(nearest > 0.3 && farthest > 1.5, "{nearest} m from it, {farthest} m away");
+}
+
+#[test]
+fn a_search_turns_elsewhere_where_something_unseen_stops_it() {
+    let (mut rig, end) = searching();
+    let that_way = end.normalize();
+    let track = rig.run(30.0, &|place: &Vector3| place.dot(&that_way) < 0.5);
+    let farthest = track.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    assert!(farthest > 1.5, "{farthest} m");
+}
+
+/// Two places, and a path between them round two corners.
+fn two_places() -> ExplorationHint {
+    let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
+    ExplorationHint {
+        hypotheses: 2,
+        path: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()),
+    }
+}
+
+#[test]
+fn a_search_between_two_places_walks_at_once_on_the_path_that_tells_them_apart() {
+    let track = searching_by(two_places()).run(12.0, &|_| true);
+    assert!(track[20..].windows(10).take(100).all(|part| part[0] != part[9]), "it does not stand on the way");
+    let near =
+        |x: f64, y: f64| track.iter().map(|at| (at.x - x).hypot(at.y - y)).fold(f64::INFINITY, f64::min);
+    assert!(near(-3.0, 3.0) < 0.6);
+    assert!(track.iter().take(160).all(|at| at.x < 0.6 && at.y > -0.6), "straight there");
+}
+
+#[test]
+fn a_search_stands_until_the_path_that_tells_places_apart_is_computed() {
+    let track = searching_by(ExplorationHint { hypotheses: 2, path: None }).run(2.0, &|_| true);
+    assert!(track.iter().all(|at| at.norm() < 0.01));
+    // There is none: it explores.
+    let track =
+        searching_by(ExplorationHint { hypotheses: 2, path: Some(Arc::from([])) }).run(8.0, &|_| true);
+    assert!(track.iter().any(|at| at.norm() > 2.0));
+}
+
+#[test]
+fn a_search_leaves_a_path_that_something_unseen_bars() {
+    let mut rig = searching_by(two_places());
+    rig.run(1.0, &|_| true);
+    let track = rig.run(25.0, &|at: &Vector3| at.y < 1.0);
+    assert!(track.iter().any(|at| at.xy().norm() > 2.0), "it stays before it");
+}

@@ -1,0 +1,242 @@
+//! Transcripts: every file in `transcripts/` holds what happens (lines that begin with `>`) and what the executive makes of it. After a change that
+//! is meant, `UPDATE_EXPECT=1 cargo test -p executive` writes them anew, and `docs/executive.md` too.
+//!
+//! The robot stands in a room of 8 by 8 metres and moves exactly as it is told. Distances and the repeated drive commands are not printed.
+
+use crate::tests::{Rig, operator, post, room};
+use crate::*;
+use expect_test::{ExpectFile, expect_file};
+use geometry::Vector3;
+use messages::{Drive, ExecutiveEvent, GoalKind, GoalProgress, GoalStatus, Publication, StackEffect};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use uuid::Uuid;
+use vocab::{GoalId, Stamp, Twist, Vec3};
+
+/// Every scenario: its text and its file.
+fn scenarios() -> Vec<(&'static str, ExpectFile)> {
+    macro_rules! files {
+        ($($name:literal),* $(,)?) => {
+            vec![$((include_str!(concat!("transcripts/", $name, ".txt")), expect_file![concat!("transcripts/", $name, ".txt")])),*]
+        };
+    }
+    files![
+        "walk_and_arrive",
+        "walk_replaced_and_cancelled",
+        "stop_and_allow",
+        "drive_by_hand",
+        "lease",
+        "place_lost_and_found",
+        "place_not_found",
+        "path_blocked",
+        "odometry_restarts",
+        "map_replaced",
+        "relocalise",
+        "refused",
+    ]
+}
+
+#[test]
+fn transcripts_are_as_written_and_take_every_row_of_the_table() {
+    let mut taken = BTreeSet::new();
+    for (text, file) in scenarios() {
+        let mut player = Player::new();
+        let mut played = String::new();
+        for line in text.lines() {
+            if line.starts_with('#') {
+                let _ = writeln!(played, "{line}");
+            } else if let Some(command) = line.strip_prefix("> ") {
+                let _ = writeln!(played, "{line}");
+                played.push_str(&player.play(command));
+            }
+        }
+        file.assert_eq(&played);
+        taken.extend(player.rig.executive.taken);
+    }
+    let missing: Vec<_> = (0..TABLE.len()).filter(|row| !taken.contains(row)).map(|row| TABLE[row]).collect();
+    assert!(missing.is_empty(), "rows that no transcript takes: {missing:#?}");
+}
+
+#[test]
+fn the_committed_page_is_the_table() {
+    expect_file!["../../../docs/executive.md"].assert_eq(&to_markdown());
+}
+
+#[test]
+fn stopping_goes_before_everything_and_the_rows_of_an_event_do_not_hide_each_other() {
+    use messages::ExecutiveState::{Executing, Idle, ManualDriving, Recovering, Stopped};
+    assert!(
+        Stopped < ManualDriving && ManualDriving < Recovering && Recovering < Executing && Executing < Idle
+    );
+    for state in [Stopped, ManualDriving, Recovering, Executing, Idle] {
+        let row = TABLE.iter().find(|row| row.from == state && row.event == ExecutiveEvent::StopRequested);
+        assert!(row.is_some_and(|row| row.to == Stopped && row.guard == Guard::Always), "{state:?}");
+    }
+    for (number, row) in TABLE.iter().enumerate() {
+        let same = |other: &&Transition| other.from == row.from && other.event == row.event;
+        let earlier = TABLE[..number].iter().filter(same);
+        assert!(
+            earlier.clone().all(|other| other.guard != Guard::Always && other.guard != row.guard),
+            "{row:?} is hidden"
+        );
+    }
+}
+
+#[test]
+fn a_goal_that_is_asked_for_twice_begins_once() {
+    let mut player = Player::new();
+    assert!(player.play("goal 1 walk 2 0").contains("accepted"));
+    assert_eq!(player.play("goal 1 walk 2 0"), "");
+    player.play("run 10");
+    assert_eq!(player.play("goal 1 walk 2 0"), "", "nor when it has ended");
+}
+
+/// Plays commands and prints what changes.
+struct Player {
+    rig: Rig,
+    moves: bool,
+    progress: Option<GoalProgress>,
+}
+
+impl Player {
+    /// A robot that has looked round for a second.
+    fn new() -> Self {
+        let mut rig = Rig::new();
+        rig.run(1.0, &|_| true);
+        rig.now = Stamp::EPOCH;
+        rig.effects.clear();
+        rig.executive.surroundings().insert_scan(rig.now, &geometry::Isometry::identity(), [0.0; 3], &room());
+        Self { rig, moves: false, progress: None }
+    }
+
+    fn play(&mut self, command: &str) -> String {
+        let words: Vec<&str> = command.split(' ').collect();
+        let number =
+            |index: usize| words.get(index).and_then(|word| word.parse::<f64>().ok()).unwrap_or_default();
+        let id = |index: usize| Uuid::from_u128(number(index) as u128);
+        let mut out = String::new();
+        let Rig { executive, situation, now, effects, .. } = &mut self.rig;
+        let refused = match words[0] {
+            "goal" => {
+                let kind = match words[2] {
+                    "walk" => GoalKind::WalkTo(Vec3::new(number(3), number(4), -0.5)),
+                    _ => GoalKind::Relocalise,
+                };
+                executive.start_goal(*now, (GoalId(id(1)), kind, operator(1)), situation, effects).err()
+            }
+            "cancel" => {
+                executive.cancel_goal(*now, GoalId(id(1)), operator(1), situation, effects);
+                None
+            }
+            "stop" => {
+                executive.stop(*now, operator(2), situation, effects);
+                None
+            }
+            "drive" => {
+                let velocity = Twist { linear: Vec3::new(0.3, 0.0, 0.0), angular: Vec3::default() };
+                executive.drive(*now, velocity, operator(1), situation, effects).err()
+            }
+            "run" => {
+                for _ in 0..(number(1) * 20.0).round() as u32 {
+                    self.rig.step(&|_| true);
+                    self.print(&mut out);
+                }
+                return out;
+            }
+            "map" => {
+                situation.is_in_saved_map = words[1] == "saved";
+                situation.is_place_known = situation.is_in_saved_map;
+                situation.is_place_sought = false;
+                None
+            }
+            "sight" => {
+                self.rig.points = if words[1] == "none" { Vec::new() } else { room() };
+                None
+            }
+            "wall" => {
+                // A row of posts through the room.
+                let posts = (-40..=40_i8).map(|y| Vector3::new(number(1), 0.1 * f64::from(y), 0.0));
+                let posts: Vec<_> = posts.flat_map(|place| post(&place)).collect();
+                self.rig.points.extend(posts);
+                None
+            }
+            "place" => {
+                match words[1] {
+                    "lost" => self.rig.lose_place(),
+                    _ => self.rig.find_place(),
+                }
+                None
+            }
+            event => {
+                let event = match event {
+                    "allow" => ExecutiveEvent::MotionAllowed,
+                    "lease-lost" => ExecutiveEvent::LeaseLost,
+                    "odometry-restarts" => ExecutiveEvent::OdometryRestarted,
+                    "map-replaced" => ExecutiveEvent::MapReplaced,
+                    other => panic!("no such command: {other}"),
+                };
+                self.rig.fire(event);
+                None
+            }
+        };
+        if let Some(reason) = refused {
+            let _ = writeln!(out, "  refused: {reason}");
+        }
+        let Rig { executive, situation, now, effects, .. } = &mut self.rig;
+        executive.publish_changes(*now, &situation.frames, effects);
+        self.print(&mut out);
+        out
+    }
+
+    fn print(&mut self, out: &mut String) {
+        let seconds = (self.rig.now - Stamp::EPOCH).secs_f64();
+        for effect in std::mem::take(&mut self.rig.effects) {
+            let line = match effect {
+                StackEffect::Drive(drive) => {
+                    let moves = drive != Drive::default();
+                    if std::mem::replace(&mut self.moves, moves) == moves {
+                        continue;
+                    }
+                    if moves { "moves".to_owned() } else { "stands".to_owned() }
+                }
+                StackEffect::Publish(Publication::Executive(status)) => {
+                    format!("{:?} because of {:?}", status.state, status.cause)
+                }
+                StackEffect::Publish(Publication::Goal(update)) => {
+                    let Some(status) = self.status(&update.status) else { continue };
+                    format!("goal {} {status}", update.id.0.as_u128())
+                }
+                _ => continue,
+            };
+            let _ = writeln!(out, "  {seconds:.2} {line}");
+        }
+    }
+
+    /// A goal's status without numbers that differ between steps; none if nothing else has changed.
+    fn status(&mut self, status: &GoalStatus) -> Option<String> {
+        Some(match status {
+            GoalStatus::Accepted => {
+                self.progress = None;
+                "accepted".to_owned()
+            }
+            GoalStatus::Running(progress) => {
+                let before = self.progress.replace(*progress);
+                if before.is_some_and(|before| before.waits_for == progress.waits_for) {
+                    return None;
+                }
+                match progress.waits_for {
+                    Some(reason) => format!("running, waits for {reason:?}"),
+                    None => "running".to_owned(),
+                }
+            }
+            GoalStatus::Succeeded(_) => "succeeded".to_owned(),
+            GoalStatus::Failed { reason, tried } => {
+                let tried: Vec<_> = tried.iter().map(|attempt| format!("{attempt:?}")).collect();
+                format!("failed: {reason:?}; tried {}", tried.join(", "))
+            }
+            GoalStatus::Cancelled { by, cause } => {
+                format!("cancelled by {}: {cause:?}", by.client.0.as_u128())
+            }
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! Walking to a point of the map.
+//!
+//! The path is kept in odometry's frame, in which nothing jumps. When a loop closure moves the map, obstacles stay where they are, the goal moves, and
+//! the path is planned anew.
+
+use crate::{Behaviour, BehaviourContext, Frames, Outcome};
+use geometry::{Isometry, Vector3};
+use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
+use navigation::{PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Terrain, Velocity, plan};
+use std::task::Poll;
+use vocab::{Span, Stamp, Twist, Vec3};
+
+/// Parameters of [`WalkBehaviour`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkConfig {
+    /// The path is planned anew after this time, because the terrain has been seen better.
+    pub replan_period: Span,
+    /// The path is planned anew when its goal has moved by this in odometry's frame, metres: a loop was closed.
+    pub replan_goal_shift_m: f64,
+    /// A path that stays blocked for this time ends the walk.
+    pub blocked_timeout: Span,
+    /// How paths are planned.
+    pub planner: PlannerConfig,
+    /// How paths are followed.
+    pub follower: PathFollowerConfig,
+}
+
+impl Default for WalkConfig {
+    fn default() -> Self {
+        Self {
+            replan_period: Span::from_millis(1_000),
+            replan_goal_shift_m: 0.05,
+            blocked_timeout: Span::from_millis(8_000),
+            planner: PlannerConfig::default(),
+            follower: PathFollowerConfig::default(),
+        }
+    }
+}
+
+/// A walk to a point of the map.
+#[derive(Debug)]
+pub struct WalkBehaviour {
+    config: WalkConfig,
+    /// Map frame.
+    goal: Vector3,
+    /// Where the goal was in odometry's frame when the path was planned.
+    planned_to: Vector3,
+    /// In odometry's frame.
+    follower: PathFollower,
+    planned_at: Stamp,
+    plans: u32,
+    /// Since when no path has been found, if so.
+    blocked_since: Option<Stamp>,
+    /// Time that the robot stood before blocked paths that became free again.
+    waited: Span,
+    /// Whether the robot stands because it does not see the ground.
+    is_blind: bool,
+}
+
+impl WalkBehaviour {
+    /// To `goal`, map frame, metres.
+    ///
+    /// # Errors
+    /// When there is no path.
+    pub fn begin(
+        config: WalkConfig,
+        at: Stamp,
+        terrain: &Terrain,
+        frames: &Frames,
+        goal: Vector3,
+    ) -> Result<Self, PlanError> {
+        let planned_to = frames.to_odom(&goal);
+        let path = plan(&config.planner, terrain, &frames.odom_from_base.translation.vector, &planned_to)?;
+        Ok(Self::on(config, at, goal, planned_to, path, None))
+    }
+
+    /// The same for a robot that was on its way already: where there is no path now, it waits for one.
+    pub fn resume(config: WalkConfig, at: Stamp, terrain: &Terrain, frames: &Frames, goal: Vector3) -> Self {
+        Self::begin(config, at, terrain, frames, goal).unwrap_or_else(|_| {
+            let here = vec![frames.odom_from_base.translation.vector];
+            Self::on(config, at, goal, frames.to_odom(&goal), here, Some(at))
+        })
+    }
+
+    fn on(
+        config: WalkConfig,
+        at: Stamp,
+        goal: Vector3,
+        planned_to: Vector3,
+        path: Vec<Vector3>,
+        blocked_since: Option<Stamp>,
+    ) -> Self {
+        Self {
+            config,
+            goal,
+            planned_to,
+            follower: PathFollower::new(config.follower, path),
+            planned_at: at,
+            plans: 1,
+            blocked_since,
+            waited: Span::ZERO,
+            is_blind: false,
+        }
+    }
+
+    /// Plans to where the walk's goal is now in odometry's frame.
+    fn replan(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry, goal: Vector3) {
+        (self.planned_at, self.planned_to) = (at, goal);
+        self.plans += 1;
+        match plan(&self.config.planner, terrain, &odom_from_base.translation.vector, &goal) {
+            Ok(path) => {
+                self.follower = PathFollower::new(self.config.follower, path);
+                if let Some(since) = self.blocked_since.take() {
+                    self.waited = self.waited + (at - since);
+                }
+            }
+            Err(_) => self.blocked_since = self.blocked_since.or(Some(at)),
+        }
+    }
+}
+
+impl Behaviour for WalkBehaviour {
+    fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
+        let at = context.at;
+        self.is_blind = !context.sees_ground;
+        if self.is_blind {
+            // Time without sight is not time before a blocked path.
+            self.blocked_since = self.blocked_since.map(|_| at);
+            return Poll::Pending;
+        }
+        let goal = context.frames.to_odom(&self.goal);
+        let is_moved = (goal - self.planned_to).norm() > self.config.replan_goal_shift_m;
+        if at - self.planned_at > self.config.replan_period || is_moved {
+            self.replan(at, context.terrain, &context.frames.odom_from_base, goal);
+        }
+        if let Some(since) = self.blocked_since {
+            // People may walk on.
+            if at - since > self.config.blocked_timeout {
+                self.waited = self.waited + (at - since);
+                return Poll::Ready(Err(GoalFailure::PathBlocked));
+            }
+            return Poll::Pending;
+        }
+        match self.follower.velocity(&context.frames.odom_from_base) {
+            Some(velocity) => {
+                context.velocity = twist(velocity);
+                Poll::Pending
+            }
+            None => Poll::Ready(Ok(())),
+        }
+    }
+
+    fn progress(&self, odom_from_base: &Isometry) -> GoalProgress {
+        let waits_for = match (self.is_blind, self.blocked_since) {
+            (true, _) => Some(WaitReason::Sight),
+            (false, Some(_)) => Some(WaitReason::FreePath),
+            (false, None) => None,
+        };
+        // Rounded to 0.1 m, so that it is not published 20 times a second.
+        let remaining_m = (self.follower.remaining(odom_from_base) * 10.0).round() / 10.0;
+        GoalProgress { remaining_m: Some(remaining_m), waits_for }
+    }
+
+    fn path(&self) -> &[Vector3] {
+        self.follower.path()
+    }
+
+    fn attempts(&self) -> Vec<GoalAttempt> {
+        let mut attempts = vec![GoalAttempt::PlannedPaths(self.plans)];
+        if self.waited > Span::ZERO {
+            attempts.push(GoalAttempt::WaitedForPath(self.waited));
+        }
+        attempts
+    }
+}
+
+/// A velocity of the path follower for the robot.
+pub(crate) fn twist(velocity: Velocity) -> Twist {
+    Twist { linear: Vec3::new(velocity.forward, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, velocity.turn) }
+}
