@@ -5,7 +5,7 @@
 //! ticking: a robot whose sensors have died must still be told to stop.
 
 use crate::clock::RobotClock;
-use crate::jobs::{Jobs, Work};
+use crate::jobs::{DiskJob, Jobs};
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
@@ -205,7 +205,7 @@ impl ControlLoop {
             StackEffect::StartJob { job, work } => self.jobs.start_for(&mut self.stack, job, work),
             StackEffect::Publish(publication) => {
                 if let Publication::Keyframe(keyframe) = &publication {
-                    self.jobs.start(Work::KeepCloud(keyframe.clone()));
+                    self.jobs.start(DiskJob::WriteCloud(keyframe.clone()));
                 }
                 self.mailbox.post(publication);
             }

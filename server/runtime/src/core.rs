@@ -4,7 +4,7 @@ use crate::clock::RobotClock;
 use crate::control_loop::{ControlLoop, Sources};
 use crate::gateway_link::GatewayLink;
 use crate::imports::{ImportWorker, Imports};
-use crate::jobs::{Jobs, Worker};
+use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::place_keeper::PlaceKeeper;
@@ -67,7 +67,8 @@ pub struct Core {
     /// In the order in which they end.
     control: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
-    worker: Option<JoinHandle<()>>,
+    disk: Option<JoinHandle<()>>,
+    compute: Option<JoinHandle<()>>,
     importing: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
@@ -88,11 +89,13 @@ impl Core {
         let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
         let (finished_sender, finished) = crossbeam_channel::unbounded();
         let (stop, stopped) = crossbeam_channel::bounded(0);
-        let (jobs, work) = Jobs::new(finished_sender.clone(), Arc::clone(&mailbox), Arc::clone(&clock));
+        let (jobs, disk_jobs, compute_jobs) =
+            Jobs::new(finished_sender.clone(), Arc::clone(&mailbox), Arc::clone(&clock));
         let (queue, recorder) = recorder_thread(recording, &mailbox, &clock)?;
-        let worker = Worker {
+        let compute = ComputeWorker { jobs: compute_jobs, finished: finished_sender.clone() };
+        let disk = DiskWorker {
             store: Arc::clone(&store),
-            work,
+            jobs: disk_jobs,
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
             mailbox: Arc::clone(&mailbox),
@@ -132,7 +135,8 @@ impl Core {
             ended,
             mailbox,
             importing,
-            worker: Some(spawn("jobs", move || worker.run())?),
+            disk: Some(spawn("disk", move || disk.run())?),
+            compute: Some(spawn("compute", move || compute.run())?),
             publisher: Some(spawn("publisher", move || publisher.run())?),
             control: Some(spawn("core", move || {
                 let _alive: Sender<()> = alive;
@@ -156,7 +160,8 @@ impl Drop for Core {
         join(self.control.take());
         self.mailbox.close();
         join(self.publisher.take());
-        join(self.worker.take());
+        join(self.disk.take());
+        join(self.compute.take());
         join(self.importing.take());
         drop(self.gateway.take());
         join(self.recorder.take());

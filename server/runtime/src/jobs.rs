@@ -1,7 +1,8 @@
-//! Work that is too long for the control loop, on one thread, in the order in which it was started.
+//! Work that is too long for the control loop, in two lanes: one thread for the disk, one for computing. So looking for the robot's place never
+//! waits until a map has been written.
 //!
-//! One thread because the order matters: a map is saved after the clouds of all its keyframes are on disk, and tiles
-//! are forgotten when nothing is being saved.
+//! Each lane keeps the order in which its work was handed in. On the disk lane that order matters: a map is saved after the clouds of all its
+//! keyframes are on disk, and tiles are removed when nothing is being saved. Nothing on the computing lane depends on the disk: it owns what it needs.
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
@@ -10,31 +11,23 @@ use crate::state_publisher::StatePublisher;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, PriorMap, Severity};
-use stack::Stack;
+use stack::{ComputeJob, Stack};
 use std::path::Path;
 use std::sync::Arc;
 use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
 
-/// Work that may wait. A cloud takes about 1 MB and a few milliseconds.
+/// Jobs that may wait on each lane. A cloud takes about 1 MB and a few milliseconds.
 const QUEUE_MAX: usize = 256;
 
-/// Something to do.
-pub enum Work {
+/// Work of the disk lane.
+pub enum DiskJob {
     /// Save a map for the stack.
     Save {
         /// The stack's number.
         job: u64,
         /// The map.
         map: Arc<FinishedMap>,
-    },
-    /// Look for the stack whether two keyframes saw the same place, some 20 ms, of which the stack starts four at
-    /// a time; or where the robot is in a saved map, which takes dozens of such looks.
-    Look {
-        /// The stack's number.
-        job: u64,
-        /// What it takes.
-        work: stack::ComputeJob,
     },
     /// Read a saved map.
     Load {
@@ -45,8 +38,8 @@ pub enum Work {
         /// The map.
         map: MapId,
     },
-    /// Keep the cloud of a keyframe.
-    KeepCloud(Keyframe),
+    /// Write the cloud of a keyframe.
+    WriteCloud(Keyframe),
     /// A session has ended: its clouds and tiles are not needed unless a map holds them.
     Forget {
         /// Which session.
@@ -56,10 +49,15 @@ pub enum Work {
     },
 }
 
+/// Work of the computing lane, with the stack's number. A comparison of two keyframes takes some 20 ms, and the stack starts four at a time; a
+/// relocalisation takes dozens of them.
+type NumberedCompute = (u64, ComputeJob);
+
 /// Where work is handed in. Never blocks: what finds the queue full is not done, and that is said.
 #[derive(Clone)]
 pub struct Jobs {
-    sender: Sender<Work>,
+    disk: Sender<DiskJob>,
+    compute: Sender<NumberedCompute>,
     /// To tell the stack at once that a job was not done. Unbounded: the stack starts few.
     finished: Sender<JobDone>,
     mailbox: Arc<Mailbox>,
@@ -67,21 +65,29 @@ pub struct Jobs {
 }
 
 impl Jobs {
-    /// Both ends of the queue.
+    /// All ends of the queues.
     pub fn new(
         finished: Sender<JobDone>,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
-    ) -> (Self, Receiver<Work>) {
-        let (sender, receiver) = crossbeam_channel::bounded(QUEUE_MAX);
-        (Self { sender, finished, mailbox, clock }, receiver)
+    ) -> (Self, Receiver<DiskJob>, Receiver<NumberedCompute>) {
+        let (disk, disk_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
+        let (compute, compute_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
+        (Self { disk, compute, finished, mailbox, clock }, disk_jobs, compute_jobs)
     }
 
-    /// Hands in work.
-    pub fn start(&self, work: Work) {
-        match self.sender.try_send(work) {
-            Err(TrySendError::Full(work)) => self.refuse(work),
-            // The job thread has ended, which it does only after the control loop.
+    /// Hands in work of the disk lane.
+    pub fn start(&self, job: DiskJob) {
+        match self.disk.try_send(job) {
+            Err(TrySendError::Full(job)) => self.refuse(job),
+            // The thread has ended, which it does only after the control loop.
+            Err(TrySendError::Disconnected(_)) | Ok(()) => {}
+        }
+    }
+
+    fn start_compute(&self, job: u64, work: ComputeJob) {
+        match self.compute.try_send((job, work)) {
+            Err(TrySendError::Full((job, _))) => self.answer(job, JobResult::not_done()),
             Err(TrySendError::Disconnected(_)) | Ok(()) => {}
         }
     }
@@ -89,15 +95,15 @@ impl Jobs {
     /// Hands in what the stack wants done, with what that takes.
     pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
         match work {
-            Job::SaveMap(map) => self.start(Work::Save { job, map }),
-            Job::LoadMap { session, map } => self.start(Work::Load { job, session: Some(session), map }),
-            Job::ReadMap(map) => self.start(Work::Load { job, session: None, map }),
+            Job::SaveMap(map) => self.start(DiskJob::Save { job, map }),
+            Job::LoadMap { session, map } => self.start(DiskJob::Load { job, session: Some(session), map }),
+            Job::ReadMap(map) => self.start(DiskJob::Load { job, session: None, map }),
             Job::VerifyLoop(_)
             | Job::CompareRevisit(_)
             | Job::SearchMap(_)
             | Job::Relocalise(_)
             | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {
-                Some(work) => self.start(Work::Look { job, work }),
+                Some(work) => self.start_compute(job, work),
                 None => self.answer(job, JobResult::not_done()),
             },
         }
@@ -108,18 +114,17 @@ impl Jobs {
         let _ = self.finished.send(JobDone { job, result });
     }
 
-    fn refuse(&self, work: Work) {
-        match work {
-            Work::Save { job, .. } => {
+    fn refuse(&self, job: DiskJob) {
+        match job {
+            DiskJob::Save { job, .. } => {
                 let reason = "the disk is too slow; wait a minute and save again".to_owned();
                 self.answer(job, JobResult::Failed { reason });
             }
-            Work::Load { job, .. } => {
+            DiskJob::Load { job, .. } => {
                 let reason = "the disk is too slow; wait a minute and try again".to_owned();
                 self.answer(job, JobResult::Failed { reason });
             }
-            Work::Look { job, .. } => self.answer(job, JobResult::not_done()),
-            Work::KeepCloud(keyframe) => {
+            DiskJob::WriteCloud(keyframe) => {
                 let text = format!(
                     "The disk is too slow: the cloud of keyframe {} will be missing from the saved map.",
                     keyframe.id.0
@@ -127,31 +132,48 @@ impl Jobs {
                 self.mailbox.notice(self.clock.now(), Severity::Error, text);
             }
             // The files stay until the store is next opened.
-            Work::Forget { .. } => {}
+            DiskJob::Forget { .. } => {}
         }
     }
 }
 
-/// The thread that does the work.
-pub struct Worker {
+/// The thread of the disk lane.
+pub struct DiskWorker {
     pub store: Arc<Store>,
-    pub work: Receiver<Work>,
+    pub jobs: Receiver<DiskJob>,
     pub finished: Sender<JobDone>,
     pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
 }
 
-impl Worker {
+/// The thread of the computing lane.
+pub struct ComputeWorker {
+    pub jobs: Receiver<NumberedCompute>,
+    pub finished: Sender<JobDone>,
+}
+
+impl ComputeWorker {
+    /// Works until nobody can hand in more.
+    pub fn run(self) {
+        for (job, work) in &self.jobs {
+            // The control loop may have ended already; then nobody wants the result.
+            if self.finished.send(JobDone { job, result: work.run() }).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+impl DiskWorker {
     /// Works until nobody can hand in more. Work handed in before that is done first.
     pub fn run(self) {
-        for work in &self.work {
-            match work {
-                Work::Save { job, map } => self.done(job, self.save(&map)),
-                Work::Look { job, work } => self.done(job, work.run()),
-                Work::Load { job, session, map } => self.load(job, session, map),
-                Work::KeepCloud(keyframe) => self.write_session_cloud(&keyframe),
-                Work::Forget { session, tiles } => self.forget(session, &tiles),
+        for job in &self.jobs {
+            match job {
+                DiskJob::Save { job, map } => self.done(job, self.save(&map)),
+                DiskJob::Load { job, session, map } => self.load(job, session, map),
+                DiskJob::WriteCloud(keyframe) => self.write_session_cloud(&keyframe),
+                DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
             }
         }
     }
@@ -229,4 +251,31 @@ pub fn known_map(path: &Path) -> Result<PriorMap, StoreError> {
     let saved = SavedMap::read(path)?;
     let places = keyframe_descriptors(&saved.path, saved.poses.len())?;
     Ok(PriorMap { map: saved.summary.id, graph: saved.graph(), places })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use uuid::Uuid;
+
+    #[test]
+    fn a_full_disk_lane_refuses_what_it_is_asked_and_holds_up_no_computing() {
+        let (finished, results) = crossbeam_channel::unbounded();
+        let (jobs, disk, compute) = Jobs::new(finished, Arc::default(), Arc::default());
+        let session = SessionId(Uuid::from_u128(1));
+        for _ in 0..QUEUE_MAX {
+            jobs.start(DiskJob::Forget { session, tiles: Vec::new() });
+        }
+        let mut stack = Stack::new();
+        jobs.start_for(&mut stack, 1, Job::ReadMap(MapId(Uuid::from_u128(2))));
+        let refused = results.try_recv().expect("answered at once");
+        assert!(
+            matches!(refused, JobDone { job: 1, result: JobResult::Failed { reason } } if reason.contains("disk"))
+        );
+        assert_eq!((disk.len(), compute.len()), (QUEUE_MAX, 0));
+        // What the stack no longer keeps is not done, and that is said.
+        let task = messages::DisambiguationTask { map: MapId(Uuid::from_u128(2)), number: 0 };
+        jobs.start_for(&mut stack, 2, Job::PlanDisambiguation(task));
+        assert_eq!(results.try_recv(), Ok(JobDone { job: 2, result: JobResult::not_done() }));
+    }
 }

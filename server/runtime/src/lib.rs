@@ -5,7 +5,8 @@
 //! | the link's own | sensors in, drive commands out | the robot's clock |
 //! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
 //! | `recorder` | writes every input before it can matter to anyone else | the loop |
-//! | `jobs` | saves maps, keeps keyframe clouds, looks at loops | the loop |
+//! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
+//! | `compute` | verifies loops, compares revisits, relocalises | the loop |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of files that clients sent, in a process of their own | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |

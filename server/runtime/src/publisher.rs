@@ -2,7 +2,7 @@
 
 use crate::clock::RobotClock;
 use crate::convert;
-use crate::jobs::{Jobs, Work};
+use crate::jobs::{DiskJob, Jobs};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::place_keeper::PlaceKeeper;
@@ -121,7 +121,7 @@ impl PublisherWorker {
     fn follow(&mut self, state: &messages::MappingState) {
         let before = self.live_map.session();
         if let Some((session, tiles)) = self.live_map.follow(state) {
-            self.jobs.start(Work::Forget { session, tiles });
+            self.jobs.start(DiskJob::Forget { session, tiles });
         }
         if self.live_map.session() != before {
             self.state_publisher.publish(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
