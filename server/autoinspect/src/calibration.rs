@@ -1,4 +1,4 @@
-//! Calibration files: where sensors sit, when a recording does not say.
+//! Calibration files: mounting of the sensors, if a recording does not have it.
 
 use crate::failure::Failure;
 use geometry::Isometry;
@@ -15,7 +15,7 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// Refused when it is not finite or its quaternion names no rotation.
+    /// An error if it is not finite or its quaternion is no rotation.
     pub fn isometry(&self) -> Result<Isometry, Failure> {
         isometry(self.translation_m, self.quaternion_xyzw)
     }
@@ -27,7 +27,7 @@ pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, 
     geometry::isometry_from_pose(&pose).ok_or_else(|| Failure::usage(crate::texts::INVALID_QUATERNION))
 }
 
-/// Where sensors sit on the base. What is missing stays as the recording says.
+/// Mounting of the sensors on the base. Missing entries stay as in the recording.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
@@ -44,7 +44,7 @@ impl Calibration {
         serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))
     }
 
-    /// Takes the place of what the recording says.
+    /// Replaces the recording's mounting.
     pub fn apply(&self, mounting: &mut Mounting) -> Result<(), Failure> {
         for (given, known) in [
             (self.base_from_lidar, &mut mounting.base_from_lidar),

@@ -1,4 +1,4 @@
-//! The command line: what can be asked, and which module answers.
+//! The command line: its commands and the modules that run them.
 
 use crate::failure::Failure;
 use crate::{
@@ -33,15 +33,15 @@ enum Command {
     Map(map::MapArgs),
     /// Say where a recorded robot was in a known map.
     Localise(localise::LocaliseArgs),
-    /// Join maps of one site: those of several walks, or of a part that was added.
+    /// Join maps of one site: of several walks, or of a part that was built later.
     Merge(merge::MergeArgs),
-    /// Make a new version of a map with what later recordings found changed.
+    /// Make a new version of a map with the changes that later recordings show.
     Patch(patch::PatchArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
-    /// Make a map of somebody else's point cloud, for a robot to work by.
+    /// Make a map of a point cloud from elsewhere, for a robot to localise in.
     Import(import::ImportArgs),
-    /// Lay a saved map into the frame of another one of the same site.
+    /// Give a saved map the frame of another one of the same site.
     Align(align::AlignArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
@@ -53,7 +53,7 @@ enum Command {
     /// Evaluate trajectories.
     #[command(subcommand)]
     Trajectory(TrajectoryCommand),
-    /// Step the stack through a journal and print the fingerprint of all it does.
+    /// Step the stack through a journal and print the fingerprint of all its effects.
     Replay(replay::ReplayArgs),
     /// The robot's core; started by `up`.
     #[command(hide = true)]
@@ -65,7 +65,7 @@ enum Command {
 
 #[derive(Subcommand, Debug)]
 enum SimCommand {
-    /// Let the simulated robot walk a route, and record what its sensors say.
+    /// Let the simulated robot walk a route, and record its sensors.
     Record(sim_record::RecordArgs),
 }
 
@@ -76,7 +76,7 @@ enum TrajectoryCommand {
 }
 
 impl Cli {
-    /// Does what was asked.
+    /// Runs the command.
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Up(args) => up::run(&args),

@@ -1,11 +1,11 @@
-//! Why a command did not do what it was asked: one sentence, and an exit code.
+//! Failure of a command: one sentence and an exit code.
 
 use std::error::Error;
 use std::fmt::{self, Display};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// One sentence for a person, and whose fault it was.
+/// One sentence for people, with the kind of failure.
 #[derive(Debug)]
 pub enum Failure {
     /// Bad usage or unreadable input: exit code 2.
@@ -20,7 +20,7 @@ impl Failure {
         Self::Usage(chain(&*reason.into()))
     }
 
-    /// It should have worked.
+    /// Any other failure.
     pub fn failed(reason: impl Into<Box<dyn Error>>) -> Self {
         Self::Failed(chain(&*reason.into()))
     }
@@ -30,7 +30,7 @@ impl Failure {
         Self::Usage(format!("{} could not be read: {}", path.display(), chain(&error)))
     }
 
-    /// What the process ends with.
+    /// The exit code of the process.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Usage(_) => ExitCode::from(2),
@@ -47,7 +47,7 @@ impl Display for Failure {
     }
 }
 
-/// An error with its causes. Errors that print their cause themselves are not repeated.
+/// An error with its causes. A cause that the error prints itself is not repeated.
 fn chain(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! What goes to standard output and what to standard error.
+//! Standard output and standard error of the program.
 
 use crate::failure::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -17,13 +17,13 @@ pub fn start_logging() {
         .init();
 }
 
-/// Says why a command ends, on standard error.
+/// Prints why a command failed, on standard error.
 pub fn print_error(sentence: &str) {
-    // Nobody is left to tell when standard error is closed.
+    // Nobody reads it if standard error is closed.
     let _ = writeln!(io::stderr(), "error: {sentence}");
 }
 
-/// Says something by the way, on standard error.
+/// Prints a note on standard error.
 pub fn print_note(sentence: &str) {
     let _ = writeln!(io::stderr(), "{sentence}");
 }
@@ -43,18 +43,18 @@ pub fn print_json(json: bool, result: &impl Serialize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A line on standard output, at once: others may wait for it through a pipe. A reader that has gone away needs no result.
+/// Prints a line on standard output and flushes it, because others may wait for it through a pipe. An error is ignored: a reader that has closed the pipe needs no result.
 pub fn print_line(text: &str) {
     let _ = try_line(text);
 }
 
-/// As [`print_line`]; says when nobody reads any more.
+/// As [`print_line`], with an error when nobody reads any more.
 pub fn try_line(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}").and_then(|()| out.flush())
 }
 
-/// A bar on standard error for something that is done from 0 to 1000; invisible when standard error is no terminal.
+/// A progress bar on standard error from 0 to 1000; hidden if standard error is no terminal.
 pub fn share_bar(doing: &'static str) -> ProgressBar {
     let bar = progress_bar(1e3);
     bar.set_style(
@@ -65,7 +65,7 @@ pub fn share_bar(doing: &'static str) -> ProgressBar {
     bar
 }
 
-/// A bar on standard error for `total` seconds of recording; invisible when standard error is no terminal.
+/// A progress bar on standard error for `total` seconds of recording; hidden if standard error is no terminal.
 pub fn progress_bar(total: f64) -> ProgressBar {
     let target = if io::stderr().is_terminal() {
         ProgressDrawTarget::stderr_with_hz(5)

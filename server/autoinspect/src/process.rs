@@ -1,4 +1,4 @@
-//! What this process uses: time of its threads, and memory.
+//! CPU time of this process's threads, and its memory.
 
 use rustix::time::{ClockId, clock_gettime};
 use std::fs;
@@ -19,7 +19,7 @@ pub fn peak_memory() -> u64 {
     kibibytes.unwrap_or(0) * 1024
 }
 
-/// Forgets the peak so far. Where the system does not allow it, peaks are since the start.
+/// Resets the peak. If the system does not allow it, peaks count from the start of the process.
 pub fn reset_peak_memory() {
     // 5 resets the peak resident set size; see proc(5), "clear_refs".
     let _ = fs::write("/proc/self/clear_refs", "5");

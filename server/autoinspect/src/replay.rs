@@ -8,7 +8,7 @@ use serde::Serialize;
 use stack::Stack;
 use std::path::PathBuf;
 
-/// Step the stack through a journal and print the fingerprint of all it does.
+/// Step the stack through a journal and print the fingerprint of all its effects.
 #[derive(Args, Debug)]
 #[command(
     after_help = "A journal is a recording made by `up` or by `map --journal`. The same build and journal give the same
@@ -40,7 +40,7 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let recording = Recording::open(&args.file, &TopicSelection::default()).map_err(Failure::usage)?;
     let mut inputs = 0;
     let mut broken: Option<ReadError> = None;
-    // A journal with a hole says nothing about what comes after it.
+    // Inputs after a missing one would be stepped from a wrong state.
     let log = recording.journal().map_err(Failure::usage)?.map_while(|input| match input {
         Ok(input) => {
             inputs += 1;

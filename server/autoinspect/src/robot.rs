@@ -1,4 +1,4 @@
-//! Which robot: `sim:SITE` or `replay:FILE`.
+//! The robot of the platform: `sim:SITE` or `replay:FILE`.
 
 use crate::failure::Failure;
 use links::{ReplayConfig, ReplayLink, ReplaySource, SimLink, SimLinkConfig};
@@ -17,7 +17,7 @@ use vocab::Stamp;
 pub enum RobotName {
     /// A simulated one at this site.
     Sim(SiteName),
-    /// A recording, played as if it happened now.
+    /// A recording that is replayed.
     Replay(PathBuf),
 }
 
@@ -62,7 +62,7 @@ pub struct RobotArgs {
 }
 
 impl RobotArgs {
-    /// The same, as arguments.
+    /// The same as arguments of a child process.
     pub fn to_arguments(&self) -> Vec<String> {
         [
             ("--robot", self.robot.to_string()),
@@ -104,7 +104,7 @@ impl RobotArgs {
     }
 }
 
-/// What the stack is told of a robot that only a recording knows.
+/// Boot record of a robot that is known from a recording only.
 pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
     BootRecord {
         profile: RobotProfile { name: "Recorded robot".to_owned(), ..RobotProfile::default() },

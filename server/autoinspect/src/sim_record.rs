@@ -17,7 +17,7 @@ use vocab::Span;
 /// Time between commands to the robot.
 const COMMAND_EVERY: Span = Span::from_millis(100);
 
-/// Let the simulated robot walk a route, and record what its sensors say.
+/// Let the simulated robot walk a route, and record its sensors.
 #[derive(Args, Debug)]
 #[command(
     after_help = "The recording is an MCAP file of ROS 2 messages; /truth says where the robot really was.
@@ -32,13 +32,13 @@ FAULTS (seconds from the start):
   blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
 )]
 pub struct RecordArgs {
-    /// Where: b1, torus, plant or twins.
+    /// Site: b1, torus, plant or twins.
     #[arg(long)]
     site: SiteName,
     /// The file to write.
     #[arg(long)]
     out: PathBuf,
-    /// Which way: round or short.
+    /// Route: round or short.
     #[arg(long, default_value = "round")]
     route: String,
     /// Seed of the simulation.
@@ -50,16 +50,16 @@ pub struct RecordArgs {
     /// People walking about.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
     people: u32,
-    /// End after so many minutes; the route is walked again if it is shorter.
+    /// End after this many minutes; a shorter route is walked again.
     #[arg(long)]
     minutes: Option<f64>,
-    /// On another day, by number: furniture stands elsewhere or is gone, and doors are open or shut. The same for the same number.
+    /// Number of another day: some furniture is moved or removed, and doors are open or shut. The same number gives the same day.
     #[arg(long)]
     day: Option<u64>,
-    /// Share of the furniture that stands elsewhere then, or is gone.
+    /// Share of the furniture that is moved or removed on that day.
     #[arg(long, default_value_t = 0.25, value_parser = share, requires = "day")]
     moved: f64,
-    /// What goes wrong, and when.
+    /// Faults and their times.
     #[arg(long, value_delimiter = ';')]
     faults: Vec<String>,
     /// Print one JSON object.

@@ -5,17 +5,24 @@ use std::collections::BTreeMap;
 use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
-/// Pixels of a picture at most; a larger map gets larger pixels.
-const PIXELS_MAX: f64 = 64e6;
-/// Lines this far apart show the scale, metres.
-const GRID: f64 = 10.0;
-/// Points farther from the origin are left out, metres: they are mistakes, and no picture could show them with the others.
-const FARTHEST: f64 = 1e6;
+/// Parameters of a [`Picture`] that people do not choose.
+#[derive(Clone, Copy, Debug)]
+struct PictureConfig {
+    /// Most pixels of a picture. A larger map gets larger pixels.
+    pixels_max: f64,
+    /// Distance between the lines that show the scale, metres.
+    grid_m: f64,
+    /// Points with a greater coordinate are left out, metres: they are errors, and no picture could show them with the others.
+    coordinate_max_m: f64,
+    /// Share of the pixels at each end of the heights that gets the last colour, so that a single mast does not take all colours.
+    height_tail_share: f64,
+}
+
+const CONFIG: PictureConfig =
+    PictureConfig { pixels_max: 64e6, grid_m: 10.0, coordinate_max_m: 1e6, height_tail_share: 0.02 };
 const PAPER: [u8; 3] = [250, 250, 248];
 const GRID_LINE: [u8; 3] = [226, 228, 230];
-/// The part of the heights at each end that shares the last colour, so that a single mast does not take them all.
-const TAIL: f64 = 0.02;
-/// Low to high: distinct also for eyes that confuse red and green, and in grey.
+/// Colours from low to high. They differ also for people who confuse red and green, and in grey.
 const RAMP: [[u8; 3]; 6] =
     [[48, 40, 110], [45, 92, 150], [34, 140, 141], [70, 178, 104], [170, 204, 60], [240, 196, 48]];
 
@@ -26,20 +33,20 @@ pub struct Heights {
     pub to: f64,
 }
 
-/// What the picture shows.
+/// What the picture shows, as people choose it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Edge of a pixel, metres.
     pub pixel: f64,
-    /// What lies higher above the keyframe that saw it is left out, metres.
+    /// Points higher than this above the keyframe that saw them are left out, metres.
     pub above_robot: f64,
-    /// All heights where none are given.
+    /// Heights to show; all if none are given.
     pub heights: Option<Heights>,
 }
 
 /// Heights on a grid.
 pub struct Picture {
-    /// Of a pixel, metres; larger than asked for where the map is very large.
+    /// Edge of a pixel, metres; larger than asked for if the map is very large.
     pixel: f64,
     /// Number of the leftmost column and of the lowest row, counted from the map's origin.
     first: [i64; 2],
@@ -50,7 +57,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Draws `clouds`; none when nothing is within the wanted heights. Memory: some 50 bytes a pixel that is not empty.
+    /// Draws `clouds`; none if no point is within the wanted heights. Memory: some 50 bytes for each pixel that is not empty.
     pub fn of(clouds: MapClouds, settings: Settings) -> Result<Option<Self>, StoreError> {
         let mut cells = BTreeMap::new();
         let mut points = 0;
@@ -68,15 +75,15 @@ impl Picture {
             high = [high[0].max(cell[0]), high[1].max(cell[1])];
         }
         let spans = [high[0] - low[0] + 1, high[1] - low[1] + 1];
-        // So many of the wanted pixels to one, each way.
-        let bin = ((spans[0] as f64 * spans[1] as f64 / PIXELS_MAX).sqrt().ceil() as i64).max(1);
+        // Number of wanted pixels that are joined to one, along each axis.
+        let bin = ((spans[0] as f64 * spans[1] as f64 / CONFIG.pixels_max).sqrt().ceil() as i64).max(1);
         let first = low.map(|c| c.div_euclid(bin));
         let size = [0, 1].map(|axis| (high[axis].div_euclid(bin) - first[axis] + 1) as usize);
         let mut heights = vec![f32::NAN; size[0] * size[1]];
         for (cell, height) in cells {
             let [column, row] = [0, 1].map(|axis| (cell[axis].div_euclid(bin) - first[axis]) as usize);
             let at = (size[1] - 1 - row) * size[0] + column;
-            // Of nothing and a height, the height.
+            // `max` of NaN and a height is the height.
             heights[at] = heights[at].max(height);
         }
         Some(Self { pixel: pixel * bin as f64, first, size, heights, points })
@@ -116,21 +123,21 @@ impl Picture {
         let mut seen: Vec<f32> = self.heights.iter().copied().filter(|height| !height.is_nan()).collect();
         seen.sort_by(f32::total_cmp);
         let at = |part: f64| seen.get((part * (seen.len() - 1) as f64) as usize).copied().unwrap_or(0.0);
-        (at(TAIL), at(1.0 - TAIL))
+        (at(CONFIG.height_tail_share), at(1.0 - CONFIG.height_tail_share))
     }
 
-    /// What is under the map at a pixel: paper, or a line of the grid.
+    /// Colour of a pixel without a point: paper, or a line of the grid.
     fn ground(&self, at: usize) -> [u8; 3] {
         let cell = [at % self.size[0], self.size[1] - 1 - at / self.size[0]];
         let on_line = (0..2).any(|axis| {
             let from = (self.first[axis] + cell[axis] as i64) as f64 * self.pixel;
-            (from / GRID).ceil() * GRID < from + self.pixel
+            (from / CONFIG.grid_m).ceil() * CONFIG.grid_m < from + self.pixel
         });
         if on_line { GRID_LINE } else { PAPER }
     }
 }
 
-/// Enters a keyframe's points that are to be seen; how many they were.
+/// Adds a keyframe's visible points to the cells; returns their number.
 fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Settings) -> u64 {
     let Some(map_from_keyframe) = geometry::isometry_from_pose(&cloud.map_from_keyframe) else {
         return 0;
@@ -140,8 +147,8 @@ fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Setting
     for point in &cloud.xyz {
         let in_map = map_from_keyframe * nalgebra::Point3::from(point.map(f64::from));
         let wanted = settings.heights.is_none_or(|wanted| (wanted.from..=wanted.to).contains(&in_map.z));
-        // These fail for what is not a number as well.
-        let near = in_map.x.abs() <= FARTHEST && in_map.y.abs() <= FARTHEST;
+        // Also false for coordinates that are not finite.
+        let near = in_map.x.abs() <= CONFIG.coordinate_max_m && in_map.y.abs() <= CONFIG.coordinate_max_m;
         if wanted && near && in_map.z - robot <= settings.above_robot {
             let cell = [in_map.x, in_map.y].map(|c| (c / settings.pixel).floor() as i64);
             let height = cells.entry(cell).or_insert(f32::NEG_INFINITY);
@@ -229,7 +236,7 @@ mod tests {
     fn an_enormous_map_gets_larger_pixels() {
         let cells = BTreeMap::from([([0, 0], 0.0), ([100_000_000, 99_999], 1.0)]);
         let picture = Picture::from_cells(cells, 0.05, 2).unwrap();
-        assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * PIXELS_MAX);
+        assert!(picture.size[0] as f64 * picture.size[1] as f64 <= 1.01 * CONFIG.pixels_max);
         assert!(picture.pixel > 0.05);
         assert!(Picture::from_cells(BTreeMap::new(), 0.05, 0).is_none());
     }

@@ -1,4 +1,4 @@
-//! Recordings as commands without a robot take them: which, from what sensors, read ahead, and with the ticks of their own clock.
+//! Recordings as inputs of offline commands: opened, read ahead on a thread, with ticks on their own clock.
 
 mod reader;
 mod sources;
@@ -16,7 +16,7 @@ use recorder::{Recording, TopicSelection};
 use sources::SourceName;
 use std::path::PathBuf;
 
-/// What to read, and how it is to be understood.
+/// Recordings to read, and how to interpret them.
 #[derive(Args, Debug)]
 pub struct InputArgs {
     /// Recordings or folders of scans, one after the other in time.
@@ -25,22 +25,22 @@ pub struct InputArgs {
     /// What odometry may use; LiDAR alone works.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
     sources: Vec<SourceName>,
-    /// Which topic serves which purpose, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
+    /// Topic of a role, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
     #[arg(long)]
     topic: Vec<String>,
-    /// Where sensors sit, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
+    /// Mounting of the sensors, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
     /// each with translation_m and quaternion_xyzw, and standing_height_m.
     #[arg(long)]
     calibration: Option<PathBuf>,
 }
 
 impl InputArgs {
-    /// Opens the recordings, their topics serving the purposes that were chosen for them.
+    /// Opens the recordings with the chosen roles of their topics.
     pub fn open(&self) -> Result<Vec<Recording>, Failure> {
         self.open_these(&self.inputs)
     }
 
-    /// Opens other recordings, understood as these are.
+    /// Opens other recordings with the same roles.
     pub fn open_these(&self, paths: &[PathBuf]) -> Result<Vec<Recording>, Failure> {
         let mut topics = TopicSelection::default();
         for choice in &self.topic {
@@ -49,7 +49,7 @@ impl InputArgs {
         paths.iter().map(|path| Recording::open(path, &topics).map_err(Failure::usage)).collect()
     }
 
-    /// What the stack is told first: sensors and where they sit, of the first recording.
+    /// The stack's first input: sensors of the first recording and their mounting.
     pub fn boot(&self, recordings: &[Recording]) -> Result<BootRecord, Failure> {
         let sources = sources::sources(&self.sources);
         let mut boot =
@@ -61,7 +61,7 @@ impl InputArgs {
     }
 }
 
-/// How long recordings are together, seconds.
+/// Total duration of recordings, seconds.
 pub fn duration(recordings: &[Recording]) -> f64 {
     recordings.iter().map(|recording| recording.info().duration).sum()
 }

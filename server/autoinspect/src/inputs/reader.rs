@@ -9,21 +9,21 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use vocab::Stamp;
 
-/// Messages read ahead: a second or so, and a few scans.
+/// Messages read ahead: about a second, with a few scans.
 const AHEAD_MAX: usize = 256;
 
-/// What comes out of a recording.
+/// A message of a recording, or why it could not be read.
 pub type Message = Result<(Stamp, Sensor), ReadError>;
 
 /// Messages of several recordings, one after the other.
 pub struct Reader {
     pub messages: Receiver<Message>,
-    thread: JoinHandle<Tally>,
+    thread: JoinHandle<ReadStatistics>,
 }
 
-/// What reading took.
+/// Statistics of reading.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct ReadStatistics {
     /// CPU time.
     pub time: Duration,
     /// Points without a return.
@@ -31,7 +31,7 @@ pub struct Tally {
 }
 
 impl Reader {
-    /// Begins to read.
+    /// Starts reading.
     pub fn start(recordings: Vec<Recording>) -> Result<Self, Failure> {
         let (sender, messages) = crossbeam_channel::bounded(AHEAD_MAX);
         let thread = thread::Builder::new()
@@ -41,15 +41,15 @@ impl Reader {
         Ok(Self { messages, thread })
     }
 
-    /// Once all messages have come.
-    pub fn finish(self) -> Tally {
+    /// Waits for the thread after the last message.
+    pub fn finish(self) -> ReadStatistics {
         drop(self.messages);
-        // A panic has been reported on standard error; the tally is then unknown.
+        // A panic has been reported on standard error; the statistics are then unknown.
         self.thread.join().unwrap_or_default()
     }
 }
 
-fn read(recordings: &[Recording], sender: &Sender<Message>) -> Tally {
+fn read(recordings: &[Recording], sender: &Sender<Message>) -> ReadStatistics {
     let mut dropped_points = 0;
     for recording in recordings {
         let mut inputs = recording.inputs();
@@ -60,5 +60,5 @@ fn read(recordings: &[Recording], sender: &Sender<Message>) -> Tally {
         }
         dropped_points += inputs.dropped_points();
     }
-    Tally { time: thread_cpu_time(), dropped_points }
+    ReadStatistics { time: thread_cpu_time(), dropped_points }
 }

@@ -1,9 +1,9 @@
-//! The clock of a recording: the ticks that a robot's stack would have had between its messages.
+//! Ticks on a recording's clock, as the stack gets them on a robot.
 
 use vocab::{Span, Stamp};
 
-/// As on the robot.
-const TICK: Span = Span::from_millis(50);
+/// Interval of ticks, as on the robot.
+const TICK_INTERVAL: Span = Span::from_millis(50);
 /// A longer gap between messages is not filled with ticks.
 const GAP_MAX: Span = Span::from_millis(2_000);
 
@@ -21,7 +21,7 @@ impl Ticks {
         if next > message {
             return None;
         }
-        self.next = Some(next + TICK);
+        self.next = Some(next + TICK_INTERVAL);
         Some(next)
     }
 }

@@ -1,4 +1,4 @@
-//! `autoinspect map`: a map from recordings, through the very stack that runs on the robot, as fast as it goes.
+//! `autoinspect map`: a map from recordings by the stack that runs on the robot, as fast as possible.
 
 mod offline_mapper;
 mod summary;
@@ -42,7 +42,7 @@ pub struct MapArgs {
     /// Folder for the results; what an earlier run left there is replaced.
     #[arg(long)]
     out: PathBuf,
-    /// Leave loops open: the map is what the odometry alone makes of it.
+    /// Close no loops: the map is built by odometry alone.
     #[arg(long)]
     no_loops: bool,
     /// Name of the map.
@@ -93,12 +93,12 @@ fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> 
     Ok(Box::new(McapJournal(writer)))
 }
 
-/// Whether both are there and one and the same.
+/// Whether both exist and are the same folder.
 pub(crate) fn is_same_folder(a: &Path, b: &Path) -> bool {
     fs::canonicalize(a).is_ok_and(|a| Some(a) == fs::canonicalize(b).ok())
 }
 
-/// Makes the folder for results and removes those of an earlier run, and nothing else.
+/// Creates the folder for the results and removes the results of an earlier run, and nothing else.
 pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     let cannot = |error: std::io::Error| Failure::failed(texts::cannot_write(out, &error));
     let foreign = out.is_dir()
@@ -109,7 +109,7 @@ pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     if foreign {
         return Err(Failure::usage(texts::folder_in_use(out)));
     }
-    // First what says that a map is complete.
+    // map.json is removed first, because it marks a map as complete.
     match fs::remove_file(out.join("map.json")) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(cannot(error)),
         _ => {}

@@ -1,4 +1,4 @@
-//! The stack without a robot: boot record, sensors, ticks on the recording's clock, and at the end the order to save.
+//! The stack without a robot: it is fed a boot record, sensor messages, ticks on the recording's clock, and at the end the command to save.
 
 use super::SESSION;
 use crate::failure::Failure;
@@ -19,32 +19,32 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Stamp};
 
-/// Complaints shown while running; all are counted.
+/// Number of warnings that are printed while running; all are counted.
 const WARNINGS_SHOWN_MAX: usize = 5;
 
-/// What came out.
+/// The result of a recording.
 pub struct MappingRun {
     pub finished: Arc<FinishedMap>,
     pub scans: u64,
     pub points: u64,
     pub dropped_points: u64,
     pub unreadable: u64,
-    /// CPU time of the stack from one corrected scan to the next, whatever the inputs between, seconds.
+    /// CPU time of the stack from one corrected scan to the next, all inputs between included, seconds.
     pub scan_seconds: Vec<f64>,
     pub read_time: Duration,
     pub step_time: Duration,
-    /// Looking whether keyframes saw the same place.
+    /// CPU time of loop verification.
     pub loop_time: Duration,
     pub cloud_time: Duration,
-    /// What the stack had to say, in order.
+    /// Warnings of the stack, in order.
     pub notices: Vec<String>,
-    /// Of all effects, if a journal was written.
+    /// Fingerprint of all effects, if a journal was written.
     pub fingerprint: Option<String>,
     pub first: Option<Stamp>,
     pub last: Option<Stamp>,
 }
 
-/// A stack being fed.
+/// Feeds recordings to a stack that maps.
 pub struct OfflineMapper {
     stack: Stack,
     clouds: PathBuf,
@@ -53,22 +53,22 @@ pub struct OfflineMapper {
     now: Option<Stamp>,
     ticks: Ticks,
     effects: Vec<StackEffect>,
-    /// Started and not done.
+    /// Jobs that were started and not run yet.
     jobs: VecDeque<u64>,
-    mapped: Tally,
+    mapped: MappingCounters,
 }
 
-/// Grows while running.
+/// Counters while running.
 #[derive(Default)]
-struct Tally {
+struct MappingCounters {
     finished: Option<Arc<FinishedMap>>,
     refused: Option<String>,
     scans: u64,
     points: u64,
     unreadable: u64,
     scan_seconds: Vec<f64>,
-    /// Time of steps since the last corrected scan. A scan is worked on when the samples that cover its sweep have come,
-    /// which is after it.
+    /// CPU time since the last corrected scan. A scan is processed when the samples that cover its sweep have arrived,
+    /// which is after the scan itself.
     since_scan: Duration,
     step_time: Duration,
     loop_time: Duration,
@@ -89,11 +89,11 @@ impl OfflineMapper {
             ticks: Ticks::default(),
             effects: Vec::new(),
             jobs: VecDeque::new(),
-            mapped: Tally::default(),
+            mapped: MappingCounters::default(),
         }
     }
 
-    /// Feeds everything and asks for the map. `duration` (seconds) is for the progress bar.
+    /// Feeds everything and requests the map. `duration` (seconds) is for the progress bar.
     pub fn run(
         mut self,
         boot: BootRecord,
@@ -120,7 +120,7 @@ impl OfflineMapper {
         bar.finish_and_clear();
         let read = reader.finish();
         self.finish(name)?;
-        let Tally { finished, refused, notices, .. } = &mut self.mapped;
+        let MappingCounters { finished, refused, notices, .. } = &mut self.mapped;
         let Some(finished) = finished.take() else {
             let reason = refused.take().or_else(|| notices.pop());
             let reason = reason.unwrap_or_else(|| texts::NO_USABLE_MESSAGE.to_owned());
@@ -169,7 +169,7 @@ impl OfflineMapper {
         self.feed(at, Input::Sensor(sensor))
     }
 
-    /// Takes control and asks for the map.
+    /// Takes control and requests the map.
     fn finish(&mut self, name: String) -> Result<(), Failure> {
         let Some(now) = self.now else {
             return Ok(());
@@ -186,8 +186,8 @@ impl OfflineMapper {
         Ok(())
     }
 
-    /// Steps, and then does the jobs that the stack has started: their results come before the next input, always in the same
-    /// place.
+    /// Steps, then runs the jobs that the stack has started. Their results come before the next input, always in the same
+    /// order.
     fn feed(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
         self.step(at, input)?;
         while let Some(job) = self.jobs.pop_front() {
@@ -199,7 +199,7 @@ impl OfflineMapper {
         Ok(())
     }
 
-    /// Journals, steps, and deals with the effects.
+    /// Journals an input, steps, and handles the effects.
     fn step(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
         // The clock never goes back, also where two recordings overlap.
         let at = self.now.map_or(at, |now| now.max(at));
@@ -232,7 +232,7 @@ impl OfflineMapper {
                     | Job::Relocalise(_)
                     | Job::PlanDisambiguation(_),
             } => self.jobs.push_back(job),
-            // Nobody orders it here.
+            // No command of this run causes it.
             StackEffect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
             StackEffect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             StackEffect::Publish(Publication::Scan(_)) => {

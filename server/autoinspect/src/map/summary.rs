@@ -1,4 +1,4 @@
-//! `summary.json`, and the same for people.
+//! `summary.json`, and the same as text for people.
 
 use super::MapArgs;
 use super::offline_mapper::MappingRun;
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 use store::MapFilesReport;
 
-/// What a run did and what it cost.
+/// Results and costs of a run.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     pub inputs: Vec<String>,
@@ -27,10 +27,10 @@ pub struct Summary {
     pub map_points: u64,
     pub loops: Loops,
     pub degenerate: Vec<Degenerate>,
-    /// What the stack complained about, in order.
+    /// Warnings of the stack, in order.
     pub notices: Vec<String>,
     pub stages: Vec<Stage>,
-    /// CPU time of the stack for one scan with all that came since the last, milliseconds.
+    /// CPU time of the stack for a scan and all inputs since the one before, milliseconds.
     pub scan_ms: Milliseconds,
     /// From start to end, wall clock.
     pub seconds: f64,
@@ -45,21 +45,21 @@ pub struct Summary {
 /// Loop closures.
 #[derive(Debug, Default, Serialize)]
 pub struct Loops {
-    /// Pairs of keyframes that something spoke for.
+    /// Pairs of keyframes that were proposed.
     pub proposed: u64,
     /// Edges of the graph.
     pub accepted: u64,
     pub rejected: u64,
-    /// They fit, but too few others agreed with them.
+    /// Verified, but too few others agreed with them.
     pub held: u64,
-    /// There was no time to look at them.
+    /// Not verified for lack of time.
     pub unverified: u64,
     /// Comparisons with old keyframes on known ground, and those that found the robot where it was expected, or nearly.
     pub visits_compared: u64,
     pub visits_confirmed: u64,
 }
 
-/// A stretch that the LiDAR alone could not tell.
+/// A segment in which LiDAR alone does not determine the motion.
 #[derive(Debug, Serialize)]
 pub struct Degenerate {
     /// Seconds from the start.
@@ -181,7 +181,7 @@ fn loops(finished: &FinishedMap) -> Loops {
     }
 }
 
-/// Zeros for nothing.
+/// Zeros for no values.
 fn milliseconds(seconds: &[f64]) -> Milliseconds {
     let mut sorted: Vec<f64> = seconds.iter().map(|seconds| seconds * 1e3).collect();
     sorted.sort_by(f64::total_cmp);

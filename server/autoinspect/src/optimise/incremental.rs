@@ -1,4 +1,4 @@
-//! The graph pose by pose, as a robot would meet it.
+//! Incremental optimisation: pose by pose, as on a robot.
 
 use super::Solved;
 use super::problem::Problem;
@@ -39,7 +39,7 @@ pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
     Ok(Solved { values, iterations: factors_of.len(), rejected: Vec::new(), step_ms })
 }
 
-/// Where a new pose is, seen from its predecessor or another earlier pose; the file's value for the first.
+/// Initial value of a new pose: from its predecessor or another earlier pose by their edge; the file's value for the first.
 fn predict(
     problem: &Problem,
     solver: &Incremental,

@@ -34,22 +34,22 @@ pub struct OptimiseArgs {
     /// The graph with the best poses; edges that --robust rejects are left out.
     #[arg(long)]
     out: PathBuf,
-    /// How to step.
+    /// Method of the solver.
     #[arg(long, value_enum, default_value_t = MethodName::LevenbergMarquardt)]
     method: MethodName,
-    /// Where to begin.
+    /// Initial values.
     #[arg(long, value_enum, default_value_t = Start::File)]
     start: Start,
     /// Take the poses one after the other in the order of their numbers, each with its edges to earlier ones.
     #[arg(long, conflicts_with_all = ["robust", "method", "start"])]
     incremental: bool,
-    /// Believe edges between poses whose numbers do not follow each other only where they agree with the rest.
+    /// Reject edges between poses with non-consecutive numbers that disagree with the rest.
     #[arg(long)]
     robust: bool,
-    /// What the rotational part of SE(3) information matrices is of, here and in OUT.
+    /// Parametrisation of the rotational part of SE(3) information matrices, here and in OUT.
     #[arg(long, value_enum, default_value_t = InformationOf::RotationVector)]
     information: InformationOf,
-    /// Do it this many times and report the median time.
+    /// Repeat this many times and report the median time.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     repeats: u32,
     /// Print one JSON object.
@@ -80,7 +80,7 @@ enum InformationOf {
     HalfAngle,
 }
 
-/// What is reported.
+/// The result, for people and programs.
 #[derive(Debug, Serialize)]
 struct Report {
     poses: usize,
@@ -91,7 +91,7 @@ struct Report {
     iterations: usize,
     /// Median over the repeats, CPU time of the solver alone.
     cpu_seconds: f64,
-    /// From and to of the edges not believed.
+    /// Vertices of the rejected edges.
     rejected: Vec<[u64; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     step_ms: Option<StepTimes>,
@@ -210,7 +210,7 @@ fn describe(report: &Report) -> String {
         );
     }
     for [from, to] in &report.rejected {
-        text += &format!("\nnot believed: {from} to {to}");
+        text += &format!("\nrejected: {from} to {to}");
     }
     text
 }

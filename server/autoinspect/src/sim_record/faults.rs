@@ -20,7 +20,7 @@ pub fn parse(text: &str) -> Result<Vec<FaultName>, Failure> {
     let mut faults: Vec<String> = Vec::new();
     for piece in text.split(',').map(str::trim).filter(|piece| !piece.is_empty()) {
         match faults.last_mut() {
-            // A number that follows belongs to the slip before it.
+            // A number after a comma belongs to the slip before it.
             Some(last) if !piece.contains('@') => last.push_str(&format!(",{piece}")),
             _ => faults.push(piece.to_owned()),
         }

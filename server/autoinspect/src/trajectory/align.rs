@@ -1,14 +1,14 @@
-//! What may be changed about an estimate before it is compared with the truth.
+//! Alignment of an estimate with the truth before they are compared.
 
-/// What may be changed about the estimate before it is compared.
+/// Alignment of the estimate with the truth before they are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Alignment {
-    /// Nothing.
+    /// None.
     None,
-    /// Moved and turned, to the least sum of squared distances.
+    /// Rotation and translation with the least sum of squared distances.
     Se3,
-    /// Moved, turned and scaled.
+    /// Rotation, translation and scale.
     Sim3,
-    /// Moved and turned so that the first poses coincide.
+    /// Rotation and translation that make the first poses coincide.
     First,
 }

@@ -1,4 +1,4 @@
-//! The command: reads, pairs, aligns, measures, prints.
+//! The command: reads two trajectories, pairs, aligns and compares them.
 
 use super::align::Alignment;
 use super::extrinsic::{Extrinsic, parse_frame};
@@ -27,10 +27,10 @@ pub struct CompareArgs {
     /// Seconds added to the estimate's stamps to get the truth's [default: the extrinsic file's, else 0].
     #[arg(long, allow_hyphen_values = true)]
     offset: Option<f64>,
-    /// What may be changed about the estimate before it is compared.
+    /// Alignment of the estimate with the truth before they are compared.
     #[arg(long, value_enum, default_value_t = Alignment::Se3)]
     align: Alignment,
-    /// How instants are matched.
+    /// Matching of instants.
     #[arg(long = "match", value_enum, default_value_t = Matching::Interpolate)]
     matching: Matching,
     /// Longest gap in the truth that is interpolated, or greatest difference of nearest stamps, seconds
@@ -48,7 +48,7 @@ pub struct CompareArgs {
     json: bool,
 }
 
-/// Root mean square and the like of a set of errors.
+/// Statistics of a set of errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Figures {
     pub rmse: f64,
@@ -57,7 +57,7 @@ pub struct Figures {
     pub max: f64,
 }
 
-/// All that comparing says.
+/// The result of a comparison.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
     /// Poses compared.

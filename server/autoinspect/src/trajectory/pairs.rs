@@ -1,10 +1,10 @@
-//! Which truth belongs to which estimate.
+//! Pairs of poses of the truth and the estimate at the same instant.
 
 use super::Track;
 use geometry::Isometry;
 use vocab::{Span, Stamp};
 
-/// How instants are matched.
+/// Matching of instants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Matching {
     /// The truth is interpolated at the instants of the estimate.

@@ -32,7 +32,7 @@ pub struct CoreArgs {
     robot: RobotArgs,
 }
 
-/// Runs the core until it is told to stop.
+/// Runs the core until it is asked to stop.
 pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals_or_end_of_input()?;
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);

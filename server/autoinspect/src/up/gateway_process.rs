@@ -26,7 +26,7 @@ pub struct GatewayArgs {
     listen: SocketAddr,
 }
 
-/// Runs the gateway until it is told to stop. Its first line on standard output is the address it listens on.
+/// Runs the gateway until it is asked to stop. Its first line on standard output is the address it listens on.
 pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals_or_end_of_input()?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -44,7 +44,7 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         on_ready: Some(on_ready),
     };
     let stopped = runtime.spawn_blocking(move || {
-        // Disconnected counts as well as told.
+        // A disconnected channel means stop too.
         let _ = stop.receiver().recv();
     });
     runtime.spawn(async move {

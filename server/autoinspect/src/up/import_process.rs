@@ -1,4 +1,4 @@
-//! Maps made of files in a process of their own: what is wrong with a file, or too much of it, cannot harm the core.
+//! Imports in a separate process, so that broken or very large files cannot harm the core.
 
 use api::ImportStage;
 use ports::MapImporter;
@@ -14,7 +14,7 @@ use vocab::Vec3;
 /// Runs `autoinspect import` and `autoinspect align`.
 pub struct ImportProcess;
 
-/// A line that it prints as it goes on.
+/// A line of progress that it prints.
 #[derive(Deserialize)]
 struct Line {
     stage: ImportStage,
@@ -62,7 +62,7 @@ impl MapImporter for ImportProcess {
     }
 }
 
-/// Runs this program with other arguments until it ends or is to end. Whoever complains of a path means what it is named here.
+/// Runs this program with other arguments until it ends or is cancelled. Paths in its errors are replaced by the names given here.
 fn run(
     arguments: &[OsString],
     named: &[(&Path, &str)],
@@ -75,11 +75,11 @@ fn run(
     let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
     let (lines, errors) = (child.stdout.take(), child.stderr.take());
     let (cancelled, complaint) = thread::scope(|scope| {
-        // Beside the progress, or a child with much to report would wait for a reader for ever.
+        // On another thread than progress, because a child whose standard error is full would wait for ever.
         let complaint = scope.spawn(|| complaint(errors));
         let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
         if cancelled {
-            // It may have ended by itself meanwhile.
+            // It may have ended by itself in the meantime.
             let _ = child.kill();
         }
         (cancelled, complaint.join().unwrap_or_default())
@@ -94,7 +94,7 @@ fn run(
     }
 }
 
-/// Until it ends or is to end.
+/// Reads progress until the child ends or is cancelled.
 fn follow(
     lines: impl BufRead,
     progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
@@ -107,7 +107,7 @@ fn follow(
     ControlFlow::Continue(())
 }
 
-/// The last thing that it said on standard error, as a sentence.
+/// The last line of standard error, as a sentence.
 fn complaint(errors: Option<ChildStderr>) -> String {
     let lines = errors.into_iter().flat_map(|errors| BufReader::new(errors).lines().map_while(Result::ok));
     let last = lines.filter_map(|line| line.strip_prefix("error: ").map(str::to_owned)).last();

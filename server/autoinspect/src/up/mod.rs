@@ -1,7 +1,7 @@
 //! `autoinspect up` and the two processes it runs.
 //!
-//! The core is the robot; the gateway is the door to browsers. They are processes of their own so that nothing a browser
-//! does can touch the robot's behaviour. `up` starts both, starts again whichever ends, and ends both in order.
+//! The core runs the robot, the gateway serves browsers. They are separate processes, so that no browser can affect the
+//! robot's behaviour. `up` starts both, restarts each when it ends, and stops both in order.
 
 mod core_process;
 mod gateway_process;
@@ -41,14 +41,14 @@ pub struct UpArgs {
     /// Folder of the browser client [default: found beside the program or here].
     #[arg(long = "static")]
     static_dir: Option<PathBuf>,
-    /// Do not record what the robot hears.
+    /// Do not record the inputs of the robot's stack.
     #[arg(long)]
     no_record: bool,
     #[command(flatten)]
     robot: RobotArgs,
 }
 
-/// Runs `autoinspect up` until it is told to stop.
+/// Runs `autoinspect up` until a signal stops it.
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
     std::fs::create_dir_all(&data)

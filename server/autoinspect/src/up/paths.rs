@@ -1,4 +1,4 @@
-//! Where things are when nobody says.
+//! Default locations of the data and the browser client.
 
 use crate::failure::Failure;
 use crate::texts;

@@ -1,4 +1,4 @@
-//! When to stop: a signal, or the end of standard input for a process that is supervised.
+//! Requests to stop: a signal, or the end of standard input for a supervised process.
 
 use crate::failure::Failure;
 use crossbeam_channel::{Receiver, Sender};
@@ -6,7 +6,7 @@ use std::io::Read;
 use std::thread;
 use std::time::Duration;
 
-/// Says once that it is time to stop.
+/// Receives the request to stop.
 #[derive(Clone)]
 pub struct Stop {
     receiver: Receiver<()>,
@@ -27,7 +27,7 @@ impl Stop {
         let read = move || {
             let mut buffer = [0; 64];
             while matches!(std::io::stdin().read(&mut buffer), Ok(1..)) {}
-            // Full means that stopping was asked for already.
+            // The channel is full if the request was sent before.
             let _ = sender.try_send(());
         };
         thread::Builder::new().name("stdin".to_owned()).spawn(read).map_err(Failure::failed)?;
@@ -39,7 +39,7 @@ impl Stop {
         &self.receiver
     }
 
-    /// Waits; true when it is time to stop.
+    /// Waits; true if stopping was requested.
     pub fn wait(&self, duration: Duration) -> bool {
         !matches!(self.receiver.recv_timeout(duration), Err(crossbeam_channel::RecvTimeoutError::Timeout))
     }

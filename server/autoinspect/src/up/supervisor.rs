@@ -1,11 +1,11 @@
 //! Keeps core and gateway running.
 //!
-//! A process that ends is started again at once; if it keeps ending, after a pause that doubles each time and is forgotten
-//! after a while of health. One that ends with exit code 2 was asked for something impossible (an address in use, a
-//! broken file): then all ends, since trying again would not help.
+//! A process that ends is started again at once. If it ends again, the restart waits for a pause that doubles each time, until the process
+//! stays healthy for a while. A process that ends with exit code 2 was asked for something impossible (an address in use, a broken file). The
+//! supervisor then ends too, because a restart would not help.
 //!
-//! Children read their standard input and stop when it ends. Closing it is how they are told to stop, and it closes
-//! by itself if this process dies: no orphan keeps walking a robot.
+//! Children read their standard input and stop when it ends. Closing it asks them to stop. The system closes it if this process dies, so that no
+//! orphaned core keeps driving a robot.
 
 use super::health::is_healthy;
 use super::stop::Stop;
@@ -19,16 +19,31 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time between looks at the children.
-const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// Longest time that a child may take to stop in order: a map may be being saved.
-const GRACE: Duration = Duration::from_secs(30);
-/// Longest time that the gateway waits for the core to listen for the first time.
-const CORE_START_MAX: Duration = Duration::from_secs(3);
-const PAUSE_FIRST: Duration = Duration::from_millis(250);
-const PAUSE_MAX: Duration = Duration::from_secs(10);
-/// A child that lived so long is healthy.
-const HEALTHY_AFTER: Duration = Duration::from_secs(30);
+/// Parameters of a [`Supervisor`].
+#[derive(Clone, Copy, Debug)]
+struct SupervisorConfig {
+    /// Time between checks of the children.
+    poll_interval: Duration,
+    /// Longest time that a child may take to stop in order. A map may be being saved.
+    stop_timeout: Duration,
+    /// Longest time that the gateway's first start waits for the core to listen.
+    core_start_timeout: Duration,
+    /// Pause before the second restart in a row; the first one has none.
+    first_pause: Duration,
+    /// Longest pause before a restart. Pauses double up to this.
+    pause_max: Duration,
+    /// A child that lived this long is healthy: its next restart has no pause.
+    healthy_after: Duration,
+}
+
+const CONFIG: SupervisorConfig = SupervisorConfig {
+    poll_interval: Duration::from_millis(50),
+    stop_timeout: Duration::from_secs(30),
+    core_start_timeout: Duration::from_secs(3),
+    first_pause: Duration::from_millis(250),
+    pause_max: Duration::from_secs(10),
+    healthy_after: Duration::from_secs(30),
+};
 
 /// The two processes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +52,7 @@ pub enum Role {
     Gateway,
 }
 
-/// One process, running or about to.
+/// One process, running or waiting for its start.
 struct Process {
     role: Role,
     arguments: Vec<String>,
@@ -51,61 +66,61 @@ struct Running {
     stdin: Option<ChildStdin>,
     since: Instant,
     /// First line of its standard output.
-    said: Receiver<String>,
+    first_line: Receiver<String>,
 }
 
-/// Both of them.
+/// Runs both processes.
 pub struct Supervisor {
     core: Process,
     gateway: Process,
     listen: SocketAddr,
     /// Where the core listens for the gateway.
     socket: PathBuf,
-    /// The gateway is not started before the core listens, or this has come: its errors would mean nothing.
+    /// The gateway starts when the core listens, at this instant at the latest: before, it would only report errors.
     gateway_at: Instant,
-    /// What the gateway really listens on, once known.
+    /// The address that the gateway listens on, once known.
     bound: Option<SocketAddr>,
     ready: bool,
 }
 
 impl Supervisor {
-    /// For these arguments; the gateway's `--listen` is added. The core will listen at `socket`.
+    /// Supervises processes with these arguments; the gateway's `--listen` is added. The core will listen at `socket`.
     pub fn new(core: Vec<String>, gateway: Vec<String>, listen: SocketAddr, socket: PathBuf) -> Self {
         Self {
             core: Process::new(Role::Core, core),
             gateway: Process::new(Role::Gateway, gateway),
             listen,
             socket,
-            gateway_at: Instant::now() + CORE_START_MAX,
+            gateway_at: Instant::now() + CONFIG.core_start_timeout,
             bound: None,
             ready: false,
         }
     }
 
-    /// Runs both until `stop`. Tells `on_ready` the address once, when a browser can use it.
+    /// Runs both until `stop`. Calls `on_ready` once with the address, when a browser can use it.
     pub fn run(&mut self, stop: &Stop, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
         let outcome = loop {
-            if let Err(failure) = self.look(&on_ready) {
+            if let Err(failure) = self.check_processes(&on_ready) {
                 break Err(failure);
             }
-            if stop.wait(POLL_INTERVAL) {
+            if stop.wait(CONFIG.poll_interval) {
                 break Ok(());
             }
         };
-        // The gateway first, so that browsers see the end of the connection and not of the robot.
+        // The gateway ends first, so that browsers see the end of the connection and not that of the robot.
         self.gateway.end();
         self.core.end();
         outcome
     }
 
-    fn look(&mut self, on_ready: &impl Fn(SocketAddr)) -> Result<(), Failure> {
-        // A gateway that comes back must be where browsers look for it.
+    fn check_processes(&mut self, on_ready: &impl Fn(SocketAddr)) -> Result<(), Failure> {
+        // A restarted gateway must listen on the address that browsers use.
         let listen = self.bound.unwrap_or(self.listen).to_string();
         self.core.keep_running(&[])?;
         if self.gateway.running.is_some() || self.socket.exists() || Instant::now() >= self.gateway_at {
             self.gateway.keep_running(&["--listen", &listen])?;
         }
-        if let Some(line) = self.gateway.heard()
+        if let Some(line) = self.gateway.first_line()
             && let Ok(address) = line.trim().parse()
         {
             self.bound = Some(address);
@@ -125,7 +140,7 @@ impl Process {
         Self { role, arguments, running: None, start_at: Instant::now(), pause: Duration::ZERO }
     }
 
-    /// Starts it if it is not running, and looks whether it has ended.
+    /// Starts the process if it is not running, and checks whether it has ended.
     fn keep_running(&mut self, more: &[&str]) -> Result<(), Failure> {
         let now = Instant::now();
         match &mut self.running {
@@ -152,7 +167,7 @@ impl Process {
             .spawn()
             .map_err(|error| Failure::failed(texts::cannot_start(self.role.name(), &error)))?;
         let stdin = child.stdin.take();
-        let (sender, said) = mpsc::channel();
+        let (sender, first_line) = mpsc::channel();
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || {
                 for line in BufReader::new(stdout).lines().map_while(Result::ok) {
@@ -161,14 +176,14 @@ impl Process {
                 }
             });
         }
-        Ok(Running { child, stdin, since: Instant::now(), said })
+        Ok(Running { child, stdin, since: Instant::now(), first_line })
     }
 
     fn plan_restart(&mut self, status: ExitStatus, lived: Duration) -> Result<(), Failure> {
         if status.code() == Some(2) {
             return Err(Failure::usage(texts::cannot_run_as_asked(self.role.name())));
         }
-        if lived >= HEALTHY_AFTER {
+        if lived >= CONFIG.healthy_after {
             self.pause = Duration::ZERO;
         }
         self.start_at = Instant::now() + self.pause;
@@ -181,25 +196,25 @@ impl Process {
                 format!(" in {:.1} s", self.pause.as_secs_f64())
             }
         ));
-        self.pause = (self.pause * 2).clamp(PAUSE_FIRST, PAUSE_MAX);
+        self.pause = (self.pause * 2).clamp(CONFIG.first_pause, CONFIG.pause_max);
         Ok(())
     }
 
-    fn heard(&self) -> Option<String> {
-        self.running.as_ref().and_then(|running| running.said.try_recv().ok())
+    fn first_line(&self) -> Option<String> {
+        self.running.as_ref().and_then(|running| running.first_line.try_recv().ok())
     }
 
-    /// Tells it to stop, and waits; kills it if it takes too long.
+    /// Asks the process to stop and waits; kills it after the timeout.
     fn end(&mut self) {
         let Some(Running { mut child, stdin, .. }) = self.running.take() else {
             return;
         };
         drop(stdin);
-        let deadline = Instant::now() + GRACE;
+        let deadline = Instant::now() + CONFIG.stop_timeout;
         while Instant::now() < deadline {
             match child.try_wait() {
-                Ok(None) => thread::sleep(POLL_INTERVAL),
-                // Ended, or cannot be asked any more.
+                Ok(None) => thread::sleep(CONFIG.poll_interval),
+                // It has ended, or its state is unknown to the system.
                 Ok(Some(_)) | Err(_) => return,
             }
         }
