@@ -148,7 +148,7 @@ fn a_map_holds_its_loops_and_its_points_where_the_keyframes_came_to_lie() {
 }
 
 #[test]
-fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
+fn an_extended_map_holds_the_clouds_trajectories_and_distances_of_both() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let store = Store::open(dir.path()).expect("opens");
     let first = session(&store, 1, 100);
@@ -156,7 +156,7 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     store.copy_map_clouds_to_session(first.map, SESSION).expect("read back");
     assert!(store.session(SESSION).join("000009.scan").exists(), "clients may ask for it");
     let mut nodes = first.graph.nodes.clone();
-    // The new part has moved the old one a metre aside.
+    // A loop closure with the new part moved the old one by a metre.
     for node in &mut nodes {
         node.map_from_keyframe.position.y = 1.0;
     }
@@ -165,7 +165,7 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     let cloud = Cloud { xyz: vec![[0.0, 0.0, 1.0]; 30], intensity: vec![1.0; 30] };
     store.write_session_cloud(&keyframe(KeyframeId(10), (stamp, map_from_keyframe), cloud)).expect("kept");
     nodes.push(GraphNode { id: KeyframeId(10), stamp, map_from_keyframe });
-    // One that could not be copied is fetched when the map is saved.
+    // A cloud that is missing in the session is copied when the map is saved.
     fs::remove_file(store.session(SESSION).join("000003.pcd")).expect("removed");
     let larger = FinishedMap {
         map: MapId(Uuid::from_u128(2)),
@@ -182,11 +182,66 @@ fn a_map_that_goes_on_from_another_holds_the_clouds_walks_and_metres_of_both() {
     assert_eq!(saved.graph().nodes, larger.graph.nodes);
     assert!(store.dir().map(larger.map).join("clouds/000003.pcd").exists());
     assert_eq!(store.maps().expect("listed").len(), 2, "the first one is kept");
-    // One that goes on from a map that is not there is not saved, and nothing is lost.
+    // A session that extends a map that does not exist is not saved, and nothing is lost.
     store.copy_map_clouds_to_session(first.map, SESSION).expect("read back");
     let (map, gone) = (MapId(Uuid::from_u128(3)), MapId(Uuid::from_u128(9)));
     assert!(store.save_map(&FinishedMap { map, extends: Some(gone), ..larger.clone() }).is_err());
     assert!(store.session(SESSION).join("000003.pcd").exists());
+}
+
+#[test]
+fn an_imported_map_can_be_extended_with_its_viewpoints_in_one_file() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let graph = |nodes| Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() });
+    let node = |id: u32| GraphNode {
+        id: KeyframeId(id),
+        stamp: Stamp::EPOCH,
+        map_from_keyframe: pose(f64::from(id)),
+    };
+    let imported = FinishedMap {
+        session: SessionId(Uuid::nil()),
+        graph: graph(vec![node(0), node(1)]),
+        trajectory: Vec::new(),
+        distance: 0.0,
+        degenerate: Vec::new(),
+        ..session(&store, 1, 100)
+    };
+    store.discard_session(SESSION).expect("discarded");
+    let cloud = MapPoints {
+        xyz: (0..50_u16).map(|i| [5.0, f32::from(i) * 0.1, 1.0]).collect(),
+        intensity: vec![2.0; 50],
+    };
+    let all: Vec<u32> = (0..50).collect();
+    let viewpoint = |x: f64| crate::Viewpoint {
+        cloud_from_base: Isometry::translation(x, 0.0, 0.0),
+        lidar: [0.0; 3],
+        visible: &all,
+    };
+    let options = MapFileOptions { ply: false, has_pose_graph: false };
+    let added = store.add_map(&imported, options, cloud.clone(), |folder| {
+        let viewpoints = [viewpoint(0.0), viewpoint(1.0)];
+        crate::write_viewpoint_clouds(&folder.join("clouds"), KeyframeId(0), &cloud, &viewpoints)
+    });
+    assert!(!added.expect("added").summary.has_pose_graph);
+
+    store.copy_map_clouds_to_session(imported.map, SESSION).expect("copied");
+    assert!(store.session(SESSION).join("000001.scan").exists(), "clients may ask for it");
+    let walked = Cloud { xyz: vec![[0.0, 0.0, 1.0]; 30], intensity: vec![1.0; 30] };
+    store.write_session_cloud(&keyframe(KeyframeId(2), (Stamp::EPOCH, pose(2.0)), walked)).expect("written");
+    let extended = FinishedMap {
+        map: MapId(Uuid::from_u128(2)),
+        session: SESSION,
+        extends: Some(imported.map),
+        graph: graph(vec![node(0), node(1), node(2)]),
+        ..imported
+    };
+    assert!(store.save_map(&extended).expect("saved").summary.has_pose_graph);
+    let folder = store.dir().map(extended.map);
+    let clouds = crate::map_clouds(&folder, crate::CloudSelection::ALL).expect("opened");
+    let sizes: Vec<usize> = clouds.map(|cloud| cloud.expect("read").xyz.len()).collect();
+    assert_eq!(sizes, [50, 50, 30]);
+    assert!(folder.join("clouds/viewpoints_000000.bin").exists());
 }
 
 #[test]
