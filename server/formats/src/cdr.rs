@@ -19,7 +19,7 @@ pub enum Encoding {
 pub struct Reader<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Where alignment counts from.
+    /// Offset from which alignment counts.
     origin: usize,
     big_endian: bool,
     /// 1 switches alignment off.
@@ -127,7 +127,7 @@ impl<'a> Reader<'a> {
         self.bytes.len() - self.at
     }
 
-    /// An error that says what is wrong at the current place.
+    /// An error at the current position.
     pub fn malformed(&self, problem: impl Into<String>) -> FormatError {
         FormatError::at_byte(self.what, self.at as u64, problem)
     }

@@ -1,7 +1,7 @@
 //! Pose graphs in g2o's text format, SE(3) and SE(2).
 //!
 //! Information matrices are in the platform's order, `[rotation; translation]`; g2o's files have translation
-//! first. What a file's SE(3) information is *of* is not written in it: see [`Information`].
+//! first. The parametrisation of a file's SE(3) information is not written in it: see [`Information`].
 
 use crate::FormatError;
 use std::io::{self, Write};
@@ -40,7 +40,7 @@ pub struct PlanarPose {
     pub yaw: f64,
 }
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Graph {
     /// SE(3) poses.
@@ -55,7 +55,7 @@ pub struct Graph {
     pub fixed: Vec<u64>,
 }
 
-/// What the rotational part of an SE(3) edge's information matrix refers to. A file does not say.
+/// Parametrisation of the rotational part of an SE(3) edge's information matrix. A file does not say which it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Information {
     /// The error's rotation vector, radians: GTSAM's reading, and that of most published optima.
@@ -78,7 +78,7 @@ impl Information {
 }
 
 const WHAT: &str = "g2o graph";
-/// Where the platform's `[rotation; translation]` lie in g2o's order.
+/// Indices of the platform's `[rotation; translation]` in g2o's order.
 const G2O_INDEX: [usize; 6] = [3, 4, 5, 0, 1, 2];
 
 /// Reads a graph whose information is of the rotation vector. Kinds of vertices and edges other than poses are refused.

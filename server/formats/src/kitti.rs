@@ -1,4 +1,4 @@
-//! KITTI's `.bin` scans: rows of x, y, z, intensity as little-endian f32, nothing else.
+//! KITTI's `.bin` scans: rows of x, y, z, intensity as little-endian f32, without a header.
 
 use crate::{FormatError, PointField, PointTable, ScalarType};
 

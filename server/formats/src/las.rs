@@ -1,4 +1,4 @@
-//! LAS and LAZ (ASPRS LAS 1.2, point format 0; LASzip compression): what surveyors' programs read.
+//! LAS and LAZ (ASPRS LAS 1.2, point format 0; LASzip compression), which survey programs read.
 //!
 //! Coordinates are kept as whole millimetres around the middle of the cloud. The intensity of sensors differs in range,
 //! so it is spread over the 16 bits as the standard asks.
@@ -9,7 +9,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 /// Step of the coordinates, metres.
 const STEP: f64 = 0.001;
 
-/// Writes points (metres) with their intensity (sensor units; what is missing is 0), compressed or not.
+/// Writes points (metres) with their intensity (sensor units; missing ones are 0), compressed or not.
 ///
 /// # Errors
 /// When `out` fails, or a coordinate is not finite or farther than 2,147 km from the middle.
@@ -36,7 +36,7 @@ pub fn write(
 /// its file when it is dropped, and panics if that fails.
 struct Lasting<W> {
     out: W,
-    /// Where the writer believes to be, and where it believes the end to be, bytes.
+    /// Position and end of the file as the writer believes them to be, bytes.
     position: u64,
     end: u64,
     /// The first failure.
@@ -114,7 +114,7 @@ fn middle(xyz: &[[f32; 3]], axis: usize) -> f64 {
     if middle.is_finite() { middle.round() } else { 0.0 }
 }
 
-/// What makes 16 bits of an intensity: sensors count to 1, to 255, or to 65,535.
+/// Factor that spreads an intensity over 16 bits: sensors count to 1, to 255, or to 65,535.
 fn intensity_scale(intensity: &[f32]) -> f32 {
     let most = intensity.iter().copied().fold(0.0, f32::max);
     let range = [1.0, 255.0].into_iter().find(|range| most <= *range).unwrap_or(65_535.0);

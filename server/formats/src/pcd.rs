@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 const WHAT: &str = "PCD file";
 
-/// Where the header of a PCD file ends and what it says.
+/// The header of a PCD file.
 struct Header {
     fields: Vec<PointField>,
     point_step: usize,
@@ -239,7 +239,7 @@ pub(crate) fn push_ascii(out: &mut Vec<u8>, scalar: ScalarType, word: &str) -> O
     Some(())
 }
 
-/// Where the sensor was that saw the points, in their frame, metres; none where the file does not say it.
+/// Position of the sensor in the frame of the points, metres; none if the file does not have it.
 pub fn viewpoint(bytes: &[u8]) -> Option<[f32; 3]> {
     let header = &bytes[..read_header(bytes).ok()?.end];
     let text = String::from_utf8_lossy(header);
@@ -248,7 +248,7 @@ pub fn viewpoint(bytes: &[u8]) -> Option<[f32; 3]> {
     Some([coordinate()?, coordinate()?, coordinate()?])
 }
 
-/// Writes points (metres) seen from `viewpoint` as binary PCD with `x y z` and, where given for every point, `intensity`.
+/// Writes points (metres) seen from `viewpoint` as binary PCD with `x y z` and, if given for every point, `intensity`.
 ///
 /// # Errors
 /// When `out` fails.

@@ -154,7 +154,7 @@ fn read_ascii(data: &[u8], vertex: &Element, skip: usize, header: usize) -> Resu
     Ok(rows)
 }
 
-/// Writes points (metres) as binary PLY with `x y z` and, where given for every point, `intensity`.
+/// Writes points (metres) as binary PLY with `x y z` and, if given for every point, `intensity`.
 ///
 /// # Errors
 /// When `out` fails.

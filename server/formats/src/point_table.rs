@@ -1,4 +1,4 @@
-//! Points as rows of named binary fields: what PointCloud2, PCD, PLY and KITTI files have in common.
+//! Points as rows of named binary fields, the common form of PointCloud2, PCD, PLY and KITTI files.
 //!
 //! [`PointTable::to_scan`] is the one place that knows which names mean intensity, channel and time, and in
 //! which units the makers of sensors write the time of a point.
@@ -82,7 +82,7 @@ impl Dropped {
     }
 }
 
-/// What happened while a table became a scan.
+/// Report of turning a table into a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ScanReport {
     /// Points left out.
@@ -259,7 +259,7 @@ impl<'a> PointTable<'a> {
             .map(|field| self.column(field)))
     }
 
-    /// Return strengths in sensor units; empty where there are none.
+    /// Intensities in sensor units; empty if there are none.
     pub fn intensity(&self) -> Vec<f32> {
         self.first_field(&INTENSITY_NAMES).map_or(Vec::new(), |field| self.column::<f32>(field))
     }
@@ -336,7 +336,7 @@ impl<'a> PointTable<'a> {
 enum PointTimes {
     /// After (or before) the scan's stamp.
     Offsets(Vec<i32>),
-    /// Since the Unix epoch or whatever the sensor's clock counts from.
+    /// Since the Unix epoch or another origin of the sensor's clock.
     Absolute(Vec<i64>),
 }
 
@@ -354,7 +354,7 @@ fn integer_times(values: Vec<i64>) -> PointTimes {
 }
 
 /// Floats are seconds (Velodyne `time`, Hesai `timestamp`), but milli-, micro- and nanoseconds are met too. A
-/// sweep lasts a fraction of a second and today's date is 1.7e9 s, so the magnitude tells the unit.
+/// sweep lasts a fraction of a second and today's date is 1.7e9 s, so the magnitude determines the unit.
 fn float_times(values: &[f64]) -> PointTimes {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let least = finite().filter(|value| *value != 0.0).fold(f64::INFINITY, f64::min);
@@ -389,7 +389,7 @@ fn saturate(nanos: i64) -> i32 {
     nanos.clamp(i32::MIN.into(), i32::MAX.into()) as i32
 }
 
-/// Which points are usable; `None` where all are, the common case.
+/// Which points are usable; `None` if all are, the common case.
 fn usable(xyz: &[[f32; 3]]) -> (Option<Vec<bool>>, Dropped) {
     let mut dropped = Dropped::default();
     for point in xyz {
@@ -411,7 +411,7 @@ fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
     values.retain(|_| flags.next().copied().unwrap_or(false));
 }
 
-/// What a column can be read as; floats round towards zero, integers saturate.
+/// Type as which a column can be read; floats round towards zero, integers saturate.
 pub(crate) trait FromNumber: Clone {
     fn from_i64(value: i64) -> Self;
     fn from_f64(value: f64) -> Self;

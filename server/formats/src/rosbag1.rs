@@ -26,7 +26,7 @@ pub struct Connection {
     pub type_name: String,
 }
 
-/// Where a chunk lies and what it holds.
+/// Position and content of a chunk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
     /// Byte offset of its record.
@@ -37,14 +37,14 @@ pub struct Chunk {
     pub counts: BTreeMap<u32, u64>,
 }
 
-/// What a bag holds, without its messages.
+/// The index of a bag: its content without messages.
 #[derive(Clone, Debug, Default)]
 pub struct BagIndex {
     /// Connections by number.
     pub connections: BTreeMap<u32, Connection>,
     /// Chunks in file order.
     pub chunks: Vec<Chunk>,
-    /// What is wrong with the file, one sentence each.
+    /// Damage of the file, one sentence each.
     pub warnings: Vec<String>,
 }
 
@@ -68,7 +68,7 @@ pub struct UnpackedChunk {
     pub messages: Vec<Message>,
     /// Connections declared among them.
     pub connections: BTreeMap<u32, Connection>,
-    /// What was lost, if not all could be unpacked.
+    /// The loss, if not all could be unpacked.
     pub warning: Option<String>,
 }
 
@@ -77,7 +77,7 @@ pub fn is_bag(start: &[u8]) -> bool {
     start.starts_with(b"#ROSBAG V")
 }
 
-/// Finds out what a bag holds.
+/// Reads the index of a bag.
 ///
 /// # Errors
 /// When the bytes are no bag of format 2.0 or cannot be read. A cut or damaged bag is no error: what it holds up to
@@ -117,7 +117,7 @@ fn check_magic(file: &mut (impl Read + Seek), size: u64) -> Result<(), FormatErr
     Err(FormatError::WrongKind { expected: "a ROS 1 bag of version 2.0", found })
 }
 
-/// What the first record says of the index.
+/// The first record: position and counts of the index.
 struct BagHeader {
     /// 0 in a bag that was not closed.
     index_position: u64,

@@ -129,7 +129,7 @@ fn every_compression_is_read() {
 }
 
 #[test]
-fn a_bag_cut_anywhere_gives_what_it_holds_and_a_complaint() {
+fn a_truncated_bag_gives_its_whole_messages_and_a_warning() {
     for compression in ["none", "bz2", "lz4"] {
         let bytes = Maker::bag(compression);
         let mut best = 0;

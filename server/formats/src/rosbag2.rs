@@ -127,7 +127,7 @@ impl Database {
     }
 }
 
-/// What a `metadata.yaml` says of the files beside it.
+/// The list of files in a `metadata.yaml`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BagMetadata {
     /// Names of the data files, in order.

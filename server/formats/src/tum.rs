@@ -29,7 +29,7 @@ fn read_line(line: &str, number: usize) -> Result<(Stamp, Pose), FormatError> {
     Ok((stamp, Pose { position: Vec3::new(x, y, z), orientation: Quat { w: qw, x: qx, y: qy, z: qz } }))
 }
 
-/// Seconds in decimal digits, exact to the nanosecond where the text is.
+/// Seconds in decimal digits, exact to the nanosecond if the text is.
 pub fn stamp(text: &str) -> Option<Stamp> {
     let plain = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
     let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));

@@ -27,7 +27,7 @@ fn read(path: &Path) -> Survey {
 }
 
 #[test]
-fn every_map_has_the_points_that_it_is_known_to_have() {
+fn every_survey_has_its_known_points() {
     let Some(folder) = folder() else { return };
     for (name, stations, points, unusable) in [
         ("hilti-uzh-prior-map.laz", 1, 2_782_624, 0),
@@ -66,7 +66,7 @@ fn every_map_has_the_points_that_it_is_known_to_have() {
 }
 
 #[test]
-fn what_cannot_be_read_is_refused_at_once_with_a_sentence() {
+fn unreadable_files_are_refused_at_once_with_a_sentence() {
     let Some(folder) = folder() else { return };
     for (name, words) in [
         ("malformed/corrupt_crc.e57", "E57"),

@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
-/// The sensor message in `raw`, with what was left out of a scan.
+/// The sensor message in `raw`, with a report of points that were left out of a scan.
 pub(crate) fn sensor(
     raw: &RawMessage,
     topic: &Topic,

@@ -9,7 +9,7 @@ impl fmt::Display for RecordingInfo {
         writeln!(f, "{}", self.path)?;
         let messages: u64 = self.topics.iter().map(|topic| topic.count).sum();
         write!(f, "{}, {}, {} messages", self.format, duration(self.duration), grouped(messages))?;
-        // Clocks that never were set begin at 1970: such a date says nothing.
+        // A clock that was never set starts at 1970; its date means nothing.
         match self.start.filter(|start| start.secs_f64() > 1e8) {
             Some(start) => writeln!(f, ", from {} UTC", date(start))?,
             None => writeln!(f)?,

@@ -1,4 +1,4 @@
-//! Why a recording could not be opened, read or written: one sentence each, with what to do.
+//! Errors of opening, reading and writing recordings: one sentence each that says what to do.
 
 use formats::FormatError;
 use std::path::PathBuf;
@@ -7,75 +7,75 @@ use vocab::Stamp;
 /// Why a recording could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Nothing there, or no right to read it.
+    /// The file does not exist or may not be read.
     #[error("{} could not be opened: {source}", path.display())]
     Io {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// Not a recording of a known kind.
     #[error("{} is not a recording: {problem}", path.display())]
     NotARecording {
-        /// Which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What it is instead, and what to do.
+        /// What it is instead, and the remedy.
         problem: String,
     },
     /// A recording of a known kind, but unreadable.
     #[error("{} could not be read: {source}", path.display())]
     Format {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// What is wrong.
         source: FormatError,
     },
-    /// A recording without anything to map from.
+    /// A recording without usable topics.
     #[error("{} holds nothing to work with: {problem}", path.display())]
     Nothing {
-        /// Which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What was looked for.
+        /// What was expected.
         problem: String,
     },
     /// The caller asked for a topic that is not there.
     #[error("topic '{topic}' is not in {}; the topics are: {present}", path.display())]
     NoSuchTopic {
-        /// Which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What was asked for.
+        /// The topic that was asked for.
         topic: String,
-        /// What there is.
+        /// The topics that exist.
         present: String,
     },
     /// The caller asked for a topic whose messages cannot serve that purpose.
     #[error("topic '{topic}' holds {type_name}, which cannot serve as {purpose}; choose another topic")]
     WrongTopicType {
-        /// What was asked for.
+        /// The topic that was asked for.
         topic: String,
-        /// What it holds.
+        /// Type of its messages.
         type_name: String,
-        /// What it was to be used for.
+        /// The role that it was chosen for.
         purpose: String,
     },
 }
 
-/// Something wrong within a recording. Reading goes on after it where it can.
+/// A problem within a recording. Reading continues after it if possible.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file could not be read.
     #[error("{} could not be read: {source}", path.display())]
     Io {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// A piece of the file is broken; what it held is lost.
     #[error("{} is damaged at byte {at}: {problem}", path.display())]
     Damaged {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// Where the piece begins.
         at: u64,
@@ -85,7 +85,7 @@ pub enum ReadError {
     /// A file of a scan folder or a bag that is broken.
     #[error("{} could not be read: {source}", path.display())]
     Format {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// What is wrong.
         source: FormatError,
@@ -111,10 +111,10 @@ pub enum ReadError {
         topic: String,
         /// When it was logged.
         at: Stamp,
-        /// How far back its own stamp goes, seconds.
+        /// By how much its own stamp is too early, seconds.
         by: f64,
     },
-    /// A scan of which nothing is left; it is left out.
+    /// A scan without a usable point; it is left out.
     #[error(
         "the scan on '{topic}' at {:.3} s has no usable point ({points} were not finite or had no return), so it is left \
          out; check that the LiDAR sees anything",
@@ -128,7 +128,7 @@ pub enum ReadError {
         /// Points it had.
         points: usize,
     },
-    /// Asked to replay a recording that does not hold what the stack was told.
+    /// The recording does not hold the inputs of a stack, so it cannot be replayed.
     #[error("this recording has no '{}' channel, so it can be mapped but not replayed", crate::topics::INPUT)]
     NotAJournal,
     /// The journal was written by another version of the platform.
@@ -148,15 +148,15 @@ pub enum WriteError {
     /// The file could not be made.
     #[error("{} could not be created: {source}", path.display())]
     Create {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The disk refused, most likely because it is full.
     #[error("the recording {} could not be written: {source}; check the space on the disk", path.display())]
     Mcap {
-        /// Which file.
+        /// The file.
         path: PathBuf,
         /// What went wrong.
         source: mcap::McapError,

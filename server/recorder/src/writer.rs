@@ -141,7 +141,7 @@ impl RecordingWriter {
         self.flush_if_due(at)
     }
 
-    /// Records where the robot really is (simulation only).
+    /// Records the ground truth (simulation only).
     ///
     /// # Errors
     /// When the disk refuses.
@@ -149,7 +149,7 @@ impl RecordingWriter {
         self.write_pose(self.channels.truth, at, "world", world_from_base)
     }
 
-    /// Records what the stack said, where that costs little: its estimates. The rest can be had by replaying.
+    /// Records the stack's estimates, which take little space. Other publications can be computed by replaying.
     ///
     /// # Errors
     /// When the disk refuses.
@@ -198,7 +198,7 @@ impl RecordingWriter {
         }
     }
 
-    /// Writes where the sensors sit, once, at the time of the first message: a recording then spans its data only.
+    /// Writes the mounting of the sensors once, at the time of the first message, so that the recording spans its data only.
     fn write_mounting_once(&mut self, at: Stamp) -> Result<(), WriteError> {
         let Some(mounting) = self.mounting_to_write.take() else { return Ok(()) };
         let sensors = [

@@ -190,7 +190,7 @@ proptest! {
 }
 
 #[test]
-fn a_recording_reads_as_any_other_too() {
+fn a_journal_reads_as_a_standard_recording_too() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     let written = write_recording(&path, 3);
@@ -273,7 +273,7 @@ fn other_recordings_and_other_versions_are_no_journals() {
 }
 
 #[test]
-fn the_messages_are_what_other_readers_expect() {
+fn messages_are_standard_ros() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     write(&path, &[(START, Input::Sensor(scan(START, 3)))]);

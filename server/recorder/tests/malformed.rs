@@ -240,7 +240,7 @@ fn folders_without_recordings_say_what_was_looked_for() {
 }
 
 #[test]
-fn split_bags_are_read_in_order_and_a_missing_part_is_told_of() {
+fn split_bags_are_read_in_order_and_a_missing_part_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     write_recording(&folder.path().join("a_0.mcap"), 1);
     fs::write(
@@ -294,7 +294,7 @@ fn a_recording_cut_at_any_byte_gives_what_it_holds() {
 }
 
 #[test]
-fn a_name_made_of_rubbish_is_shown_short_and_on_one_line() {
+fn a_name_of_random_bytes_is_shown_short_and_on_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = small_recording(folder.path());
     let mut bytes = fs::read(&path).unwrap();

@@ -193,7 +193,7 @@ fn a_real_message_with_absolute_times() {
 }
 
 #[test]
-fn what_is_no_recording_says_so() {
+fn other_files_are_reported_as_no_recording() {
     for name in [
         "map-import/simple.las",
         "map-import/indoor.laz",
@@ -218,7 +218,7 @@ fn what_is_no_recording_says_so() {
 }
 
 #[test]
-fn a_purpose_can_be_given_another_topic() {
+fn a_role_can_be_given_another_topic() {
     let Some(path) = real("hilti-uzh-run2/bag") else { return };
     let mut selection = TopicSelection::default();
     selection.choose("legs=/vo/odometry").unwrap();

@@ -1,4 +1,4 @@
-//! `autoinspect import`: a cloud of somebody else's as a map.
+//! `autoinspect import`: a point cloud from elsewhere as a map.
 
 use crate::program::{data, json, refused, text};
 use std::fmt::Write as _;
@@ -80,7 +80,7 @@ fn a_cloud_becomes_a_map_like_any_other() {
 }
 
 #[test]
-fn what_is_no_cloud_is_refused_in_one_sentence() {
+fn other_files_are_refused_in_one_sentence() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("m");
     let write = |name: &str, bytes: &[u8]| {

@@ -11,7 +11,7 @@ fn walk(out: &Path, site: &str, seed: &str, day: &[&str]) {
 }
 
 #[test]
-fn what_was_moved_in_a_hall_is_moved_in_its_map_and_the_robot_is_localised_better() {
+fn moved_furniture_is_moved_in_the_map_and_the_robot_is_localised_better() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     let [first, second, third, other] = ["1.mcap", "2.mcap", "3.mcap", "else.mcap"].map(path);

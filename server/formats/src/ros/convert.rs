@@ -64,7 +64,7 @@ impl Odometry {
 }
 
 impl From<&BatteryState> for messages::BatteryState {
-    /// A full battery takes nothing from its dock any more: it is there as long as it gives nothing away.
+    /// A full battery draws no current from its dock. It counts as docked while it is not discharged.
     fn from(battery: &BatteryState) -> Self {
         Self {
             stamp: battery.header.stamp,
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_full_battery_is_in_contact_with_its_dock_as_long_as_it_gives_nothing_away() {
+    fn a_full_battery_is_docked_while_it_is_not_discharged() {
         let charging = |power_supply_status, current| {
             let battery = BatteryState { power_supply_status, current, ..BatteryState::default() };
             messages::BatteryState::from(&battery).charging

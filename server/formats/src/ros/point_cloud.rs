@@ -46,7 +46,7 @@ fn read_field(reader: &mut Reader<'_>) -> Result<PointField, FormatError> {
     let Some(scalar) = scalar_type(datatype) else {
         return Err(reader.malformed(format!("field '{name}' has the unknown data type {datatype}")));
     };
-    // Some drivers write 0 where they mean 1.
+    // Some drivers write 0 instead of 1.
     Ok(PointField { name, offset, scalar, count: count.max(1) })
 }
 

@@ -28,7 +28,7 @@ impl Header {
         Ok(Self { stamp, frame_id: reader.string()? })
     }
 
-    /// Writes the header. Seconds that ROS cannot hold wrap; [`Header::can_hold`] tells beforehand.
+    /// Writes the header. Seconds that ROS cannot hold wrap; [`Header::can_hold`] checks for it.
     pub(super) fn write(stamp: Stamp, frame_id: &str, writer: &mut Writer<'_>) {
         let (seconds, nanos) = stamp.parts();
         if writer.encoding() == Encoding::Ros1 {

@@ -17,7 +17,7 @@ pub mod op {
 /// A header longer than this is nonsense.
 const HEADER_BYTES_MAX: u64 = 1 << 20;
 
-/// A record's header, and where its data lies.
+/// A record's header and the position of its data.
 pub struct Record {
     fields: BTreeMap<String, Vec<u8>>,
     /// Offset of the record, for errors.

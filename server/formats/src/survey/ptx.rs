@@ -186,7 +186,7 @@ mod tests {
     const QUARTER: &str = "2\n2\n5 6 7\n0 1 0\n-1 0 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n5 6 7 1\n";
 
     #[test]
-    fn scans_have_their_places_and_no_return_is_no_point() {
+    fn scans_have_their_poses_and_points_without_a_return_are_skipped() {
         let points = "1 2 3 0.5\n0 0 0 0.5\n4 5 6 0.25 1 2 3\n7 8 9 1\n";
         let survey = read_text(&[QUARTER, points, "\n", QUARTER, points, "\n"].concat()).unwrap();
         assert_eq!((survey.stations.len(), survey.points(), survey.unusable), (2, 6, 2));
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn points_of_a_made_up_scanner_keep_their_precision() {
+    fn points_far_from_their_scanner_keep_their_precision() {
         let plain = "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
         let survey =
             read_text(&[plain, "637012.241 849028.312 431.5 1\n637014.241 849028.312 432.5 1\n"].concat());
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_line() {
+    fn errors_name_their_line() {
         for (text, words) in [
             (QUARTER.to_owned(), "cut off"),
             (QUARTER.replace("0 1 0 0", "0 2 0 0"), "matrix"),

@@ -1,7 +1,7 @@
-//! MCAP files, finished or cut off: where their blocks lie, and the messages in them.
+//! MCAP files, finished or cut off: their blocks, and the messages in them.
 //!
-//! A finished file says in its summary where its chunks are. Any other is walked once from the start, as far as it
-//! can be understood. Either way messages are then read block by block. Source: mcap.dev/spec.
+//! A finished file has the positions of its chunks in its summary. Any other file is scanned once from its start, up to the first record that
+//! cannot be understood. In both cases messages are then read block by block. Source: mcap.dev/spec.
 
 mod blocks;
 mod scanner;
@@ -38,7 +38,7 @@ pub(crate) struct McapFile {
     metadata: BTreeMap<String, String>,
 }
 
-/// What is needed to read messages.
+/// Everything that is needed to read messages.
 struct Index {
     path: PathBuf,
     topics: Vec<Topic>,
@@ -117,7 +117,7 @@ impl Container for McapFile {
     }
 }
 
-/// Takes what the summary says, or `None` where the file has none or an unusable one.
+/// The index by the file's summary; `None` if it has none or an unusable one.
 fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
     let summary = read_summary(file, size)?;
     let statistics = summary.stats.as_ref()?;

@@ -48,7 +48,7 @@ pub(crate) struct RawMessage {
     pub topic: usize,
     /// Log time.
     pub at: Stamp,
-    /// The file that the message is, where it is one.
+    /// The file, if the message is a whole file.
     pub file: Option<PathBuf>,
     bytes: Arc<Vec<u8>>,
     range: Range<usize>,
@@ -73,7 +73,7 @@ impl RawMessage {
 /// The order in which messages are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
-    /// As they lie in the file: the order in which they were written.
+    /// The order in the file, in which they were written.
     File,
     /// By log time, those of the same time as they lie in the file.
     LogTime,
@@ -93,7 +93,7 @@ pub(crate) trait Container: Send + Sync {
     /// Damage of the file as a whole, one sentence each.
     fn warnings(&self) -> &[String];
 
-    /// Name and value of whatever else the file says of itself.
+    /// Value of a metadata entry.
     fn metadata(&self, _key: &str) -> Option<&str> {
         None
     }

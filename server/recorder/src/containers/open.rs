@@ -1,4 +1,4 @@
-//! Finds out what kind of recording a path is, by what it holds and not by its name.
+//! Finds the kind of a recording by its content, not by its name.
 
 use super::Container;
 use super::bag_file::BagFile;

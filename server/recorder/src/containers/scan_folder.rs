@@ -109,7 +109,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, OpenError> {
 
 type Scans = Option<(ScanFormat, Vec<PathBuf>)>;
 
-/// The scans of the format of which a folder has most.
+/// The scans of the most frequent format in a folder.
 fn list_scans(folder: &Path, warnings: &mut Vec<String>) -> Result<Scans, OpenError> {
     let files = entries(folder)?;
     let of = |format| files.iter().filter(move |path| ScanFormat::of_path(path) == Some(format));
