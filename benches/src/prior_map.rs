@@ -30,6 +30,6 @@ impl PriorMapBuilder {
         let nodes = finished.graph.nodes.iter();
         let keyframes = nodes.map(|node| self.keyframes.remove(&node.id).context("a keyframe has no cloud"));
         let places = keyframes.collect::<Result<_>>()?;
-        Ok(PriorMap { map: finished.map, graph: finished.graph.as_ref().clone(), places })
+        Ok(PriorMap { map: finished.map, graph: finished.graph.as_ref().clone(), keyframes: places })
     }
 }

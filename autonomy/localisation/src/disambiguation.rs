@@ -92,7 +92,7 @@ struct ReachableKeyframe {
 struct PathValue {
     /// Whether it rejects all other hypotheses.
     rejects_all: bool,
-    /// Number of rejected hypotheses for each metre of its cost.
+    /// Number of rejected hypotheses for each metre of its cost (equation 11).
     rejected_per_m: f64,
 }
 
@@ -142,7 +142,7 @@ impl Planner<'_> {
         let reachable = self.reachable_keyframes(start);
         // Positions of the views compared so far, with the fit differences there.
         let mut views: Vec<(Vector3, Vec<f64>)> = Vec::new();
-        // For each reachable keyframe and other hypothesis, how much of the margin the path there integrates (equation 9).
+        // For each reachable keyframe and other hypothesis, how much of the margin the path there integrates (equation 10).
         let mut rejected: Vec<Vec<f64>> = Vec::new();
         let mut best: Option<(PathValue, usize)> = None;
         for (number, end) in reachable.iter().enumerate() {

@@ -63,7 +63,7 @@ pub(crate) enum GlobalCheckResult {
 }
 
 /// Compares the tracked pose with all poses that were found for the same scan, the best first. A pose fits clearly better if the tracked one
-/// has less than `contradiction_ratio` of its quality (equation 10).
+/// has less than `contradiction_ratio` of its quality (equation 9).
 pub(crate) fn check_tracked_pose(
     config: &AcceptanceConfig,
     tracked: &Isometry,
@@ -120,6 +120,41 @@ mod tests {
     fn a_scan_that_fits_nowhere_well_is_inconclusive() {
         assert_eq!(check(&[at(20.0, 0.6), at(0.0, 0.4)]), GlobalCheckResult::Inconclusive);
         assert_eq!(check(&[]), GlobalCheckResult::Inconclusive);
+    }
+
+    /// Laws that hold for any list of poses.
+    #[test]
+    fn results_exclude_each_other_and_keep_the_tracked_pose_whatever_was_found() {
+        let (config, tracked) = (AcceptanceConfig::default(), Isometry::identity());
+        let mut counts = [0; 3];
+        for seed in 0..2_000 {
+            let mut rng = geometry::RngTree::new(seed).child("poses").rng();
+            let mut found: Vec<PoseHypothesis> = (0..seed % 5)
+                .map(|number| PoseHypothesis {
+                    violation_share: rng.range(0.0, 0.15),
+                    ..at(3.0 * number as f64, rng.range(0.3, 1.0))
+                })
+                .collect();
+            found.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
+            let own = found.iter().find(|one| one.map_from_base == tracked);
+            let is_confirmed =
+                own.zip(found.first()).is_some_and(|(own, best)| own.quality() >= 0.93 * best.quality());
+            let result = check_tracked_pose(&config, &tracked, &found);
+            assert_eq!(result == GlobalCheckResult::Confirmed, is_confirmed, "{found:?}");
+            match &result {
+                GlobalCheckResult::Confirmed => counts[0] += 1,
+                GlobalCheckResult::Inconclusive => counts[1] += 1,
+                GlobalCheckResult::Contradicted(poses) => {
+                    counts[2] += 1;
+                    assert!(own.is_none_or(|own| poses.contains(own)), "{found:?}");
+                    let better =
+                        |one: &PoseHypothesis| own.is_none_or(|own| own.quality() < 0.93 * one.quality());
+                    assert!(poses.iter().any(better), "{found:?}");
+                    assert!(poses.iter().all(|one| found.contains(one)), "{found:?}");
+                }
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
     }
 
     #[test]

@@ -154,6 +154,34 @@ mod tests {
         assert!(RelocalisationResult::LowConfidence(partial).into_accepted().is_empty());
     }
 
+    /// Laws that hold for any list of hypotheses.
+    #[test]
+    fn accepted_poses_come_from_the_list_in_its_order_and_are_of_similar_quality() {
+        let config = AcceptanceConfig::default();
+        let mut results = [0; 4];
+        for seed in 0..2_000 {
+            let mut rng = geometry::RngTree::new(seed).child("poses").rng();
+            let mut found: Vec<PoseHypothesis> = (0..seed % 6)
+                .map(|number| at(3.0 * number as f64, rng.range(0.3, 1.0), rng.range(0.0, 0.12)))
+                .collect();
+            found.sort_by(|a, b| b.quality().total_cmp(&a.quality()));
+            let result = config.classify(&found);
+            results[match &result {
+                RelocalisationResult::Unique(_) => 0,
+                RelocalisationResult::Ambiguous(_) => 1,
+                RelocalisationResult::LowConfidence(_) => 2,
+                RelocalisationResult::NotFound => 3,
+            }] += 1;
+            let accepted = result.into_accepted();
+            assert_eq!(accepted, found[..accepted.len()], "{found:?}");
+            let least = found.first().map_or(0.0, |best| config.ambiguity_ratio * best.quality());
+            assert!(accepted.iter().all(|one| one.quality() >= least), "{found:?}");
+            let rest = if accepted.is_empty() { &[] } else { &found[accepted.len()..] };
+            assert!(rest.iter().all(|one| one.quality() < least), "{found:?}");
+        }
+        assert!(results.iter().all(|count| *count > 20), "{results:?}");
+    }
+
     #[test]
     fn a_tolerance_bounds_distance_and_angle() {
         let tolerance = PoseTolerance { distance_m: 0.5, angle_rad: 0.15 };

@@ -193,7 +193,7 @@ impl PoseTracker {
             .compose(&UncertainPose { pose: motion, covariance: diagonal(rotation, translation) })
     }
 
-    /// Covariance of the map's own errors.
+    /// Covariance of the map's own errors (equation 3).
     fn map_covariance(&self) -> Matrix6 {
         let (rotation, translation) = (self.config.map_rotation_std_rad, self.config.map_translation_std_m);
         diagonal(rotation * rotation, translation * translation)

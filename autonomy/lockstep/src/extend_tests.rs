@@ -16,7 +16,7 @@ const LARGER: MapId = MapId(Uuid::from_u128(6));
 fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
     let (known, finished, origin) = first();
     let old = finished.graph.nodes.len();
-    assert_eq!(known.places.len(), old);
+    assert_eq!(known.keyframes.len(), old);
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
     day.lockstep.keep_map(Arc::clone(known));
@@ -76,7 +76,7 @@ fn a_map_that_cannot_be_read_leaves_no_session_behind() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
     let mut broken = first().0.as_ref().clone();
-    broken.places.pop();
+    broken.keyframes.pop();
     day.lockstep.keep_map(Arc::new(broken));
     for map in [FIRST, LARGER] {
         day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map });

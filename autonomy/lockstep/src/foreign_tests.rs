@@ -18,7 +18,7 @@ const STEP: f32 = 0.002;
 fn cloud() -> Vec<[f32; 3]> {
     let known = &first().0;
     let mut all = Vec::new();
-    for (node, place) in known.graph.nodes.iter().zip(&known.places) {
+    for (node, place) in known.graph.nodes.iter().zip(&known.keyframes) {
         let Some(pose) = isometry_from_pose(&node.map_from_keyframe) else { panic!("no pose") };
         all.extend(place.points.iter().map(|point| -> [f32; 3] {
             let point = Vector3::from(point.map(|c| f64::from(f32::from(c) * STEP)));
@@ -58,7 +58,7 @@ fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
         known.unwrap_or_else(|| panic!("no pose"))
     });
     let graph = PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() };
-    PriorMap { map: FOREIGN, graph, places: known.collect() }
+    PriorMap { map: FOREIGN, graph, keyframes: known.collect() }
 }
 
 #[test]

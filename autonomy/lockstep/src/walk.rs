@@ -32,7 +32,7 @@ pub struct Lockstep {
     working: Vec<(u32, JobDone)>,
     maps: BTreeMap<MapId, Arc<PriorMap>>,
     /// What the keyframes of the running session saw.
-    places: Vec<PriorKeyframe>,
+    keyframes: Vec<PriorKeyframe>,
     events: Vec<SimEvent>,
     effects: Vec<StackEffect>,
 }
@@ -53,7 +53,7 @@ impl Lockstep {
             pace: JobPace::default(),
             working: Vec::new(),
             maps: BTreeMap::new(),
-            places: Vec::new(),
+            keyframes: Vec::new(),
             events: Vec::new(),
             effects: Vec::new(),
         };
@@ -147,13 +147,13 @@ impl Lockstep {
                 StackEffect::Drive(drive) => self.simulator.command(drive),
                 StackEffect::StartJob { job, work: Job::SaveMap(finished) } => {
                     let (map, graph) = (finished.map, finished.graph.as_ref().clone());
-                    self.keep_map(Arc::new(PriorMap { map, graph, places: self.places.clone() }));
+                    self.keep_map(Arc::new(PriorMap { map, graph, keyframes: self.keyframes.clone() }));
                     let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
                 StackEffect::StartJob { job, work: Job::LoadMap { map, .. } } => {
                     if let Some(known) = self.maps.get(&map) {
-                        self.places.clone_from(&known.places);
+                        self.keyframes.clone_from(&known.keyframes);
                     }
                     self.read_map(job, map);
                 }
@@ -190,9 +190,9 @@ impl Lockstep {
 
     fn keep_place(&mut self, keyframe: &Keyframe) {
         if keyframe.id.0 == 0 {
-            self.places.clear();
+            self.keyframes.clear();
         }
         let (pose, xyz) = (&keyframe.map_from_keyframe, &keyframe.cloud.xyz);
-        self.places.extend(stack::encode_prior_keyframe(pose, xyz, keyframe.lidar));
+        self.keyframes.extend(stack::encode_prior_keyframe(pose, xyz, keyframe.lidar));
     }
 }

@@ -116,7 +116,7 @@ impl Running {
         let mut localisation = LocalisationPhase::default();
         if let Some(last) = record.last_place.filter(|_| record.start_mapping.is_none()) {
             localisation
-                .begin(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
+                .start(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }
         Self {
             odometry: OdometryAdapter::new(record),
@@ -152,7 +152,7 @@ impl Running {
             publish(effects, Publication::Battery(*battery));
         }
         let mut said = Vec::new();
-        self.odometry.hear(sensor, &mut said);
+        self.odometry.update(sensor, &mut said);
         self.handle_odometry_events(at, said, effects);
     }
 
@@ -187,10 +187,10 @@ impl Running {
             self.replace_map(at, effects);
         }
         let grown = self.mapping.add(&located);
-        let turn = self.localisation.add(&located, self.mapping.sensor(), &self.docks);
+        let turn = self.localisation.update(&located, self.mapping.sensor(), &self.docks);
         self.publish_transition(at, turn, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
-        if self.docks.update(at, self.localisation.sure_of().map(|map| (map, map_from_base))) {
+        if self.docks.update(at, self.localisation.localised_map().map(|map| (map, map_from_base))) {
             publish(effects, Publication::Docks(plain_docks(&self.docks)));
         }
         self.odometer.move_to(&located.odom_from_base.translation.vector);
@@ -269,7 +269,7 @@ impl Running {
         effects: &mut Vec<StackEffect>,
     ) {
         let (severity, text) = match turn {
-            Some(LocalisationTransition::PoseFound) if !self.localisation.knows() => {
+            Some(LocalisationTransition::PoseFound) if !self.localisation.is_localised() => {
                 let text =
                     "The robot has found a place in the map that fits, and looks whether others fit as well.";
                 (Severity::Info, text)
@@ -315,7 +315,7 @@ impl Running {
     }
 
     fn tick(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
-        self.localisation.tick(at, self.odometry.is_underway());
+        self.localisation.tick(at, self.odometry.is_tracking());
         let predicted = self.last.as_ref().map(|last| self.odometry.predict(at, last));
         let frames = self.frames(predicted.as_deref());
         self.executive.update(at, &self.situation(frames), effects);
@@ -337,7 +337,7 @@ impl Running {
         if let Some(state) = self.mapping.changed() {
             publish(effects, Publication::Mapping(state));
         }
-        if let Some(state) = self.localisation.changed() {
+        if let Some(state) = self.localisation.take_changed_state() {
             publish(effects, Publication::Localisation(state));
         }
         let frames = self.frames(self.last.as_deref());
@@ -357,8 +357,8 @@ impl Running {
         Situation {
             frames,
             is_in_saved_map: !self.localisation.is_idle(),
-            is_place_known: self.localisation.knows(),
-            is_place_sought: self.localisation.is_looking(),
+            is_place_known: self.localisation.is_localised(),
+            is_place_sought: self.localisation.is_unconfirmed(),
             exploration_hint: self.localisation.exploration_hint(),
         }
     }
@@ -407,12 +407,12 @@ impl Running {
             CommandKind::TakeControl { .. } | CommandKind::ReleaseControl => Ok(()),
             CommandKind::StartMapping(session) => {
                 self.mapping.start(*session)?;
-                self.localisation.leave();
+                self.localisation.stop();
                 Ok(())
             }
             CommandKind::ExtendMap { session, map } => {
                 self.mapping.extend(*session, *map)?;
-                self.localisation.leave();
+                self.localisation.stop();
                 self.start_jobs(effects);
                 Ok(())
             }
@@ -429,13 +429,13 @@ impl Running {
                         .and_then(|last| self.mapping.map_from_odom_of(*map, last))
                         .map(InitialPose::MapFromOdom)
                 };
-                self.localisation.begin(*map, place.map(InitialPose::MapFromBase).or_else(walked));
+                self.localisation.start(*map, place.map(InitialPose::MapFromBase).or_else(walked));
                 self.replace_map(at, effects);
                 self.start_jobs(effects);
                 Ok(())
             }
             CommandKind::LeaveMap => {
-                self.localisation.leave();
+                self.localisation.stop();
                 self.replace_map(at, effects);
                 Ok(())
             }
@@ -482,7 +482,7 @@ impl Running {
     }
 
     fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<StackEffect>) {
-        for refused in [self.mapping.loaded(job, read), self.localisation.loaded(job, read)] {
+        for refused in [self.mapping.loaded(job, read), self.localisation.finish_loading(job, read)] {
             if let Err(text) = refused {
                 effects.push(notice(at, Severity::Error, text));
             }
@@ -501,11 +501,11 @@ impl Running {
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<StackEffect>) {
         match done.result {
             JobResult::Relocalised(answer) => {
-                let turn = self.localisation.answered(done.job, Some(&answer));
+                let turn = self.localisation.finish_relocalisation(done.job, Some(&answer));
                 self.publish_transition(at, turn, effects);
             }
             JobResult::DisambiguationPlanned(told) => {
-                self.localisation.disambiguation_planned(done.job, Some(&told))
+                self.localisation.finish_disambiguation(done.job, Some(&told))
             }
             JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
                 let events = self.mapping.complete_job(&done);
@@ -530,8 +530,8 @@ impl Running {
             effects.push(notice(at, Severity::Error, text));
             return;
         }
-        self.localisation.answered(job, None);
-        self.localisation.disambiguation_planned(job, None);
+        self.localisation.finish_relocalisation(job, None);
+        self.localisation.finish_disambiguation(job, None);
         self.loaded(at, job, Err(&format!("The map cannot be used: {reason}.")), effects);
         let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
         let events = self.mapping.complete_job(&failed);

@@ -45,7 +45,7 @@ impl Default for LocalisationPhase {
 
 impl LocalisationPhase {
     /// Starts to localise in a map, once that has been read.
-    pub fn begin(&mut self, map: MapId, initial_pose: Option<InitialPose>) {
+    pub fn start(&mut self, map: MapId, initial_pose: Option<InitialPose>) {
         match self.phase {
             Phase::Running { map: current } if current == map => {
                 self.localiser.set_initial_pose(initial_pose)
@@ -58,7 +58,7 @@ impl LocalisationPhase {
     }
 
     /// No map is in use any more.
-    pub fn leave(&mut self) {
+    pub fn stop(&mut self) {
         self.localiser.stop();
         self.phase = Phase::Idle;
         self.map_from_odom = None;
@@ -70,17 +70,17 @@ impl LocalisationPhase {
     }
 
     /// Whether the pose in a saved map is wanted and is not known, or not confirmed.
-    pub fn is_looking(&self) -> bool {
+    pub fn is_unconfirmed(&self) -> bool {
         !self.is_idle() && !self.localiser.is_confirmed()
     }
 
     /// Whether the pose in a saved map is known and nothing speaks against it.
-    pub fn knows(&self) -> bool {
-        self.sure_of().is_some()
+    pub fn is_localised(&self) -> bool {
+        self.localised_map().is_some()
     }
 
     /// The map in which the pose is known with nothing speaking against it.
-    pub fn sure_of(&self) -> Option<MapId> {
+    pub fn localised_map(&self) -> Option<MapId> {
         match (&self.phase, self.localiser.state()) {
             (Phase::Running { map }, LocaliserState::Localised { degradation: None }) => Some(*map),
             _ => None,
@@ -106,7 +106,7 @@ impl LocalisationPhase {
     ///
     /// # Errors
     /// Why the robot is in no map then.
-    pub fn loaded(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
+    pub fn finish_loading(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
         let Phase::Loading { map, initial_pose, job: Some(waited) } = self.phase else { return Ok(()) };
         if waited != job {
             return Ok(());
@@ -122,7 +122,7 @@ impl LocalisationPhase {
     }
 
     /// Takes in a located scan, seen from `sensor` (base frame).
-    pub fn add(
+    pub fn update(
         &mut self,
         located: &LocatedScan,
         sensor: [f32; 3],
@@ -182,7 +182,7 @@ impl LocalisationPhase {
     }
 
     /// A relocalisation job has ended, with an answer or without one. Other jobs are ignored.
-    pub fn answered(
+    pub fn finish_relocalisation(
         &mut self,
         job: u64,
         answer: Option<&RelocalisationResponse>,
@@ -198,13 +198,13 @@ impl LocalisationPhase {
     }
 
     /// The planning of a path has ended, with a path or without one. Other jobs are ignored.
-    pub fn disambiguation_planned(&mut self, job: u64, plan: Option<&DisambiguationPlan>) {
+    pub fn finish_disambiguation(&mut self, job: u64, plan: Option<&DisambiguationPlan>) {
         let path = plan.map(|plan| plan.path.iter().map(|at| vec_from_plain(*at)).collect());
         self.localiser.finish_disambiguation(job, path);
     }
 
     /// The state, if it changed since it was published last.
-    pub fn changed(&mut self) -> Option<LocalisationState> {
+    pub fn take_changed_state(&mut self) -> Option<LocalisationState> {
         let state = match (&self.phase, self.localiser.state()) {
             (Phase::Loading { map, .. }, _) => LocalisationState::Loading { map: *map },
             (Phase::Running { map }, LocaliserState::Relocalising { hypotheses }) => {

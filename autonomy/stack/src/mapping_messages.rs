@@ -119,8 +119,8 @@ pub(crate) fn search_to_plain(found: Result<(MapAlignment, u64), AlignmentError>
         waypoint: first_waypoint + u64::from(link.to.0),
         keyframe_from_base: pose_from_isometry(&link.from_from_to),
         information: rows(&link.information),
-        places: alignment.support as u32,
-        elsewhere: alignment.runner_up_support as u32,
+        support: alignment.support as u32,
+        runner_up_support: alignment.runner_up_support as u32,
     }
 }
 

@@ -518,7 +518,7 @@ impl MappingPhase {
             scan_stamp: located.scan_stamp,
             odom_from_base_at_scan: located.odom_from_base_at_scan,
             covariance: located.covariance,
-            covariance_inflation: located.guessed,
+            covariance_inflation: located.covariance_inflation,
             is_degenerate: located.degenerate.iter().any(Option::is_some),
             is_dead_reckoned: located.is_dead_reckoned,
         })?;

@@ -1,4 +1,4 @@
-//! Odometry as the stack sees it: messages in, located scans and findings out.
+//! Odometry as the stack uses it: sensor messages in, located scans and findings out.
 
 use geometry::{Isometry, Matrix6, Vector3, isometry_from_pose, vec_from_plain, vec_to_plain};
 use messages::{BootRecord, Cloud, Finding, Sensor, Severity};
@@ -6,48 +6,54 @@ use odometry::{Mounting, Odometry, OdometryConfig, PoseEvent, ScanView, Sources}
 use std::sync::Arc;
 use vocab::{Stamp, Twist};
 
-/// A scan with its pose.
+/// A motion-corrected scan with its pose by odometry.
 #[derive(Clone, Debug)]
 pub(crate) struct LocatedScan {
     /// Instant of the pose: the end of the sweep.
     pub stamp: Stamp,
+    /// Pose of the base at that instant.
     pub odom_from_base: Isometry,
-    /// The scan's own stamp, usually the start of the sweep, and the pose then.
+    /// The scan's own stamp, usually the start of the sweep.
     pub scan_stamp: Stamp,
+    /// Pose of the base at the scan's own stamp.
     pub odom_from_base_at_scan: Isometry,
-    /// Velocity of the base in its own frame.
+    /// Velocity of the base in its own frame, m/s and rad/s.
     pub velocity: Twist,
-    /// Of `odom_from_base`.
+    /// Covariance of `odom_from_base`, `[rotation; translation]`.
     pub covariance: Matrix6,
-    /// What of it is a guess, see [`odometry::Estimate::covariance_inflation`].
-    pub guessed: Matrix6,
+    /// The part of the covariance that was added for unknown motion, see [`odometry::Estimate::covariance_inflation`].
+    pub covariance_inflation: Matrix6,
+    /// Directions that the LiDAR did not see, as unit vectors in the base frame.
     pub degenerate: [Option<Vector3>; 3],
+    /// Points that entered registration.
     pub points_used: u32,
     /// Whether the LiDAR saw nothing, or nothing that fits the scans before, so that other sensors carried the pose.
     pub is_dead_reckoned: bool,
-    /// Corrected points in the base frame.
+    /// Motion-corrected points, base frame, metres.
     pub cloud: Arc<Cloud>,
 }
 
-/// What odometry said.
+/// What comes out of odometry.
 pub(crate) enum OdometryEvent {
-    /// It begins, or begins anew in a frame that has nothing to do with what was seen before.
+    /// Odometry starts, or starts again, in a frame that has no relation to the one before.
     FrameReset,
+    /// A scan was located.
     Scan(Box<LocatedScan>),
+    /// Something is wrong with a sensor.
     Finding(Finding),
 }
 
-/// Feeds sensors to odometry and puts its answers together.
+/// Feeds sensor messages to odometry and joins its poses and scans.
 #[derive(Debug)]
 pub(crate) struct OdometryAdapter {
     odometry: Odometry,
-    /// The pose whose scan has not come yet: they come one after the other.
+    /// The pose whose scan has not come yet: a pose comes first, then its scan.
     pending: Option<Box<PoseEvent>>,
     events: Vec<odometry::OdometryEvent>,
 }
 
 impl OdometryAdapter {
-    /// For the robot of a boot record.
+    /// Odometry with the sensors and the mounting of a boot record.
     pub fn new(record: &BootRecord) -> Self {
         let mounting = &record.mounting;
         let config = OdometryConfig {
@@ -68,7 +74,7 @@ impl OdometryAdapter {
         Self { odometry: Odometry::new(config), pending: None, events: Vec::new() }
     }
 
-    /// What is missing or wrong in the mounting itself.
+    /// Findings about the mounting itself.
     pub fn mounting_findings(record: &BootRecord) -> Vec<Finding> {
         let mounting = &record.mounting;
         [("LiDAR", mounting.base_from_lidar), ("IMU", mounting.base_from_imu)]
@@ -82,8 +88,8 @@ impl OdometryAdapter {
             .collect()
     }
 
-    /// Passes a message on.
-    pub fn hear(&mut self, sensor: &Sensor, said: &mut Vec<OdometryEvent>) {
+    /// Takes in a sensor message and appends what comes of it.
+    pub fn update(&mut self, sensor: &Sensor, output: &mut Vec<OdometryEvent>) {
         let mut events = std::mem::take(&mut self.events);
         match sensor {
             Sensor::Imu(imu) => {
@@ -115,23 +121,23 @@ impl OdometryAdapter {
             Sensor::Battery(_) => {}
         }
         self.events = events;
-        self.collect(said);
+        self.collect(output);
     }
 
-    /// At the end of a recording: what still waits for other sensors is worked through without them.
-    pub fn flush(&mut self, said: &mut Vec<OdometryEvent>) {
+    /// Processes the messages that still wait for other sensors, as at the end of a recording.
+    pub fn flush(&mut self, output: &mut Vec<OdometryEvent>) {
         let mut events = std::mem::take(&mut self.events);
         self.odometry.flush(&mut events);
         self.events = events;
-        self.collect(said);
+        self.collect(output);
     }
 
-    /// Whether odometry follows the robot now: not before it has begun, nor while it begins anew.
-    pub fn is_underway(&self) -> bool {
+    /// Whether odometry tracks the robot: not before it has started, nor while it starts again.
+    pub fn is_tracking(&self) -> bool {
         self.odometry.is_tracking()
     }
 
-    /// The last located scan moved on to `at`.
+    /// The latest located scan with its pose, velocity and covariance predicted for `at`.
     pub fn predict(&self, at: Stamp, last: &LocatedScan) -> Box<LocatedScan> {
         let estimate = self.odometry.predict(at);
         Box::new(LocatedScan {
@@ -139,15 +145,15 @@ impl OdometryAdapter {
             odom_from_base: estimate.odom_from_base,
             velocity: twist(&estimate.velocity, &estimate.turn_rate),
             covariance: estimate.covariance,
-            guessed: estimate.covariance_inflation,
+            covariance_inflation: estimate.covariance_inflation,
             ..last.clone()
         })
     }
 
-    fn collect(&mut self, said: &mut Vec<OdometryEvent>) {
+    fn collect(&mut self, output: &mut Vec<OdometryEvent>) {
         for event in self.events.drain(..) {
             match event {
-                odometry::OdometryEvent::Started(_) => said.push(OdometryEvent::FrameReset),
+                odometry::OdometryEvent::Started(_) => output.push(OdometryEvent::FrameReset),
                 odometry::OdometryEvent::Pose(pose) => self.pending = Some(pose),
                 odometry::OdometryEvent::Scan(scan) => {
                     let Some(pose) = self.pending.take() else { continue };
@@ -155,21 +161,21 @@ impl OdometryAdapter {
                         xyz: Arc::unwrap_or_clone(scan.xyz),
                         intensity: Arc::unwrap_or_clone(scan.intensity),
                     };
-                    said.push(OdometryEvent::Scan(Box::new(LocatedScan {
+                    output.push(OdometryEvent::Scan(Box::new(LocatedScan {
                         stamp: pose.estimate.stamp,
                         odom_from_base: pose.estimate.odom_from_base,
                         scan_stamp: pose.scan_stamp,
                         odom_from_base_at_scan: pose.odom_from_base_at_scan,
                         velocity: twist(&pose.estimate.velocity, &pose.estimate.turn_rate),
                         covariance: pose.estimate.covariance,
-                        guessed: pose.estimate.covariance_inflation,
+                        covariance_inflation: pose.estimate.covariance_inflation,
                         degenerate: pose.degenerate_directions,
                         points_used: u32::try_from(pose.registration.points_used).unwrap_or(u32::MAX),
                         is_dead_reckoned: pose.is_dead_reckoned,
                         cloud: Arc::new(cloud),
                     })));
                 }
-                odometry::OdometryEvent::Finding(finding) => said.push(OdometryEvent::Finding(Finding {
+                odometry::OdometryEvent::Finding(finding) => output.push(OdometryEvent::Finding(Finding {
                     severity: match finding.severity {
                         odometry::Severity::Info => Severity::Info,
                         odometry::Severity::Warning => Severity::Warning,

@@ -29,7 +29,7 @@ pub fn print_header() {
 /// A map of `count` copies of a map on a square grid. The first copy is where the original is.
 fn tile_map(map: &PriorMap, count: usize) -> Result<PriorMap> {
     let side = (count as f64).sqrt().ceil() as usize;
-    let mut large = PriorMap { map: map.map, graph: map.graph.clone(), places: Vec::new() };
+    let mut large = PriorMap { map: map.map, graph: map.graph.clone(), keyframes: Vec::new() };
     large.graph.nodes.clear();
     large.graph.edges.clear();
     for copy in 0..count {
@@ -51,17 +51,17 @@ fn tile_map(map: &PriorMap, count: usize) -> Result<PriorMap> {
             (edge.from, edge.to) = (KeyframeId(first + edge.from.0), KeyframeId(first + edge.to.0));
             large.graph.edges.push(edge);
         }
-        large.places.extend_from_slice(&map.places);
+        large.keyframes.extend_from_slice(&map.keyframes);
     }
     Ok(large)
 }
 
 /// Walks in a map of at least `points` points.
 pub fn run(mapped: &MappedSite, arguments: &Arguments, points: u64) -> Result<()> {
-    let of_one: u64 = mapped.prior_map.places.iter().map(|place| place.points.len() as u64).sum();
+    let of_one: u64 = mapped.prior_map.keyframes.iter().map(|place| place.points.len() as u64).sum();
     let count = points.div_ceil(of_one.max(1)).max(1);
     let large = Arc::new(tile_map(&mapped.prior_map, count as usize)?);
-    let places = large.places.len();
+    let places = large.keyframes.len();
     let plan = WalkPlan {
         seed: 100 * arguments.seed + 55,
         columns: arguments.columns,

@@ -38,7 +38,7 @@ impl MappedSite {
         let (finished, truth) = walk.finish(&mut observer)?;
         let prior_map = builder.build(&finished)?;
         let (mut keyframes, mut positions) = (Vec::new(), Vec::new());
-        for (node, place) in prior_map.graph.nodes.iter().zip(&prior_map.places) {
+        for (node, place) in prior_map.graph.nodes.iter().zip(&prior_map.keyframes) {
             let map_from_keyframe =
                 isometry_from_pose(&node.map_from_keyframe).context("a keyframe has no pose")?;
             let site_from_keyframe = truth.interpolate(node.stamp).context("no ground truth was kept")?;

@@ -250,7 +250,7 @@ impl DiskWorker {
 pub fn known_map(path: &Path) -> Result<PriorMap, StoreError> {
     let saved = SavedMap::read(path)?;
     let places = keyframe_descriptors(&saved.path, saved.poses.len())?;
-    Ok(PriorMap { map: saved.summary.id, graph: saved.graph(), places })
+    Ok(PriorMap { map: saved.summary.id, graph: saved.graph(), keyframes: places })
 }
 
 #[cfg(test)]

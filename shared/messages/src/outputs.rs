@@ -240,39 +240,39 @@ pub enum LocalisationState {
     /// No saved map is in use.
     #[default]
     Idle,
-    /// It is being read.
+    /// The map is being read.
     Loading {
-        /// Which.
+        /// The map.
         map: MapId,
     },
-    /// The robot looks for its place in it.
+    /// The robot's pose in the map is not known.
     Relocalising {
-        /// Which.
+        /// The map.
         map: MapId,
-        /// Places where it may be, as far as it knows; 0 where it has to move to see more.
+        /// Number of poses at which the robot may be; 0 where it has to move to see more.
         hypotheses: u32,
     },
-    /// It knows its place.
+    /// The robot's pose in the map is known.
     Localised {
-        /// In which.
+        /// The map.
         map: MapId,
         /// What speaks against it, if anything does.
         degradation: Option<DegradationReason>,
     },
 }
 
-/// What speaks against the robot's place in a saved map.
+/// What speaks against the robot's pose in a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DegradationReason {
-    /// What it sees is not what the map shows there.
+    /// The scans are not what the map shows there.
     MapMismatch,
-    /// Nothing has told its place for too long.
+    /// The covariance of the pose is too large.
     PoseUncertain,
     /// The LiDAR sees nothing.
     LidarBlind,
-    /// The map shows nothing of what it sees.
+    /// The map shows nothing of what the LiDAR sees: the robot has left it.
     Unmapped,
-    /// A person showed it, and the rest of the map has not been searched yet for places that look alike.
+    /// The pose was given, and the rest of the map has not been searched yet for poses that look alike.
     Unconfirmed,
 }
 

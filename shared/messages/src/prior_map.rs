@@ -1,122 +1,123 @@
-//! A saved map as the stack takes it to go on from, and the search for the robot's place in it.
+//! Saved maps as the stack uses them, to localise in or to extend, and the jobs that search them for the robot's pose.
+//!
+//! What such a job needs besides its task stays with the stack until it is fetched with `Stack::take_compute_job`.
 
 use crate::PoseGraph;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Vec3};
 
-/// A saved map, but for its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
+/// A saved map without its full clouds: some 40 kB a keyframe. It is part of the log, so that a replay needs no other file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PriorMap {
-    /// Which version.
+    /// The map's version.
     pub map: MapId,
-    /// Its graph. Keyframes are numbered from 0.
+    /// Its pose graph. Keyframes are numbered from 0.
     pub graph: PoseGraph,
-    /// What each keyframe saw, in their order.
-    pub places: Vec<PriorKeyframe>,
+    /// What is kept of each keyframe's scan, in their order.
+    pub keyframes: Vec<PriorKeyframe>,
 }
 
-/// What a keyframe saw, small enough to keep in memory and large enough to be recognised by.
+/// What is kept of a keyframe's scan: small enough for memory and large enough to recognise the place by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PriorKeyframe {
-    /// Where the LiDAR was, keyframe's frame, metres.
+    /// Position of the LiDAR, keyframe's frame, metres.
     pub lidar: [f32; 3],
-    /// Its thinned cloud, keyframe's frame, in steps of 2 mm.
+    /// The thinned cloud, keyframe's frame, in steps of 2 mm.
     pub points: Arc<[[i16; 3]]>,
     /// Nearest range in each direction, centimetres; 0 where nothing returned.
     pub ranges: Arc<[u16]>,
-    /// As it looks from the base and from both sides: greatest heights and filled slices of polar bins.
+    /// Appearance descriptors from the base and from both sides: greatest heights and filled slices of polar bins.
     pub views: [[Vec<u8>; 2]; 3],
 }
 
-/// A question to a known map: where may this scan have been taken? What the work needs besides lies with the stack, see
-/// `Stack::take_compute_job`.
+/// A job: at which poses of a map may a scan have been taken?
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RelocalisationTask {
-    /// Where the robot is looked for.
+    /// The map.
     pub map: MapId,
-    /// Number of the question.
+    /// Number of the request.
     pub number: u64,
 }
 
-/// The answer.
+/// The result of a [`RelocalisationTask`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RelocalisationResponse {
-    /// What was asked.
+    /// The task.
     pub task: RelocalisationTask,
-    /// Places, the best first.
+    /// Poses, the best first.
     pub hypotheses: Vec<PoseHypothesis>,
 }
 
-/// A place where a scan may have been taken.
+/// A pose at which a scan may have been taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PoseHypothesis {
-    /// The base when the scan was taken.
+    /// Pose of the base in the map.
     pub map_from_base: Pose,
-    /// How well the scan fits the known surfaces there, 0 to 1.
+    /// How well the scan fits the map's surfaces there, 0 to 1.
     pub fit: f64,
-    /// Share of its points that stand where the map's keyframes saw through.
+    /// Share of the points inside the keyframes' view that lie where the keyframes saw free space.
     pub violation_share: f64,
 }
 
-/// A question to a known map: which way to walk so that places that look alike turn out to be different? As for [`RelocalisationTask`].
+/// A job: on which path can the robot tell apart the poses at which it may be?
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DisambiguationTask {
-    /// Where the robot is looked for.
+    /// The map.
     pub map: MapId,
-    /// Number of the question.
+    /// Number of the request.
     pub number: u64,
 }
 
-/// The answer.
+/// The result of a [`DisambiguationTask`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DisambiguationPlan {
-    /// What was asked.
+    /// The task.
     pub task: DisambiguationTask,
-    /// Odometry's frame, metres; empty where no way would tell.
+    /// Positions of the base, odometry's frame, metres; empty if there is no such path.
     pub path: Vec<Vec3>,
 }
 
-/// A search for the robot's place in a known map. What the work needs besides lies with the stack, see `Stack::take_compute_job`.
+/// A job: where in a map that a session extends has the robot walked?
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MapSearchTask {
     /// The mapping session.
     pub session: SessionId,
-    /// Where it is looked for.
+    /// The map.
     pub map: MapId,
     /// Number of the newest waypoint, counted along the walk.
     pub waypoint: u64,
 }
 
-/// What came of a search.
+/// The result of a [`MapSearchTask`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MapSearchResult {
-    /// What was asked.
+    /// The task.
     pub task: MapSearchTask,
     /// What was found.
     pub found: MapSearchOutcome,
 }
 
-/// What was found of the robot's place.
+/// What a search for the walk in a map has found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum MapSearchOutcome {
-    /// There.
+    /// One alignment.
     Found {
-        /// Keyframe of the known map.
+        /// A keyframe of the map.
         keyframe: KeyframeId,
-        /// Number of the waypoint that was found.
+        /// Number of the waypoint that was recognised there.
         waypoint: u64,
-        /// Base at that waypoint in the keyframe.
+        /// Pose of the base at that waypoint in the keyframe.
         keyframe_from_base: Pose,
         /// Information (inverse covariance) of that pose, `[rotation; translation]`.
         information: [[f64; 6]; 6],
-        /// Places recognised that agree on it.
-        places: u32,
-        /// Places that agree on the best other way.
-        elsewhere: u32,
+        /// Number of recognised places that agree on the alignment.
+        support: u32,
+        /// Number of recognised places that agree on the best other alignment.
+        runner_up_support: u32,
     },
-    /// Too few places were recognised that agree, or all in one spot; this many.
+    /// Too few recognised places agree, or all of them lie in one spot; their number.
     NotFound(u32),
-    /// It fits in two ways, with so many places each.
+    /// Two alignments fit; the number of recognised places that agree on each.
     Ambiguous(u32, u32),
 }
