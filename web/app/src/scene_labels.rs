@@ -97,7 +97,7 @@ fn picked_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     let (Some(align), Some(viewed)) = (model.alignment(), model.viewed_map()) else { return };
-    for (number, picked) in (1..).zip(align.picked_in(viewed)) {
+    for (number, picked) in (1..).zip(align.points_in(viewed)) {
         let Some((at, _)) = project(vector(picked)) else { continue };
         let (kind, name, tag) = (LabelKind::Picked, format!("Picked point {number}"), number.to_string());
         labels.push(SceneLabel { kind, name, tag, at, selected: false, small: false });

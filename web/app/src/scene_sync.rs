@@ -188,7 +188,7 @@ impl SceneSync {
         let (lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
         let picked = model.alignment().zip(model.viewed_map());
-        let picked = picked.map(|(align, viewed)| align.picked_in(viewed)).unwrap_or_default();
+        let picked = picked.map(|(align, viewed)| align.points_in(viewed)).unwrap_or_default();
         let picked = picked.into_iter().map(|at| picked_point_marker(vector(at), &colours));
         let markers = places
             .map(|place| survey_marker(place, &colours, marker_height))

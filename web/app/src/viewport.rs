@@ -401,7 +401,7 @@ impl Viewport {
             }
             return;
         }
-        if model.alignment().is_some_and(|align| align.onto.is_some()) {
+        if model.alignment().is_some_and(|align| align.reference.is_some()) {
             let projection = CameraProjection::new(view.camera, view.viewport_px);
             let point = scene.renderer.borrow().pick_point(
                 &view,

@@ -1,94 +1,96 @@
-//! What people ask for, as views emit it.
+//! What operators ask for, as views emit it.
 
 use crate::{CameraMove, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, ViewSettings};
 use api::SimulatedFault;
-use vocab::{MapId, Pose, Twist, Vec3};
+use vocab::{GoalId, MapId, Pose, Twist, Vec3};
 
-/// A wish of the person at the client. Views emit these; [`crate::Model::apply`] alone acts on them.
+/// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientCommand {
     /// Go to a screen.
     ShowScreen(Screen),
     /// Stop the robot now.
     StopMotion,
-    /// Let the robot move again.
+    /// Allow the robot to move again.
     AllowMotion,
     /// Take the control lease.
     TakeControl,
-    /// Give it back.
+    /// Give the control lease back.
     ReleaseControl,
-    /// Begin to map.
+    /// Start a mapping session.
     StartMapping,
-    /// Begin to map on from a saved map.
+    /// Start a mapping session that extends a saved map.
     ExtendMap(MapId),
-    /// Be localised in a saved map.
+    /// Localise in a saved map.
     UseMap(MapId),
-    /// Be in no map any more.
+    /// End localisation in the saved map.
     LeaveMap,
-    /// Walk about a little, to find the place in the map.
+    /// Explore nearby until the pose in the saved map is known.
     Relocalise,
-    /// The next drag on the ground says where the robot stands and where it looks; or no longer.
+    /// Let the next drag on the ground set the robot's pose, or no longer.
     PickPose(bool),
-    /// The robot stands there in the map on show or else in use: the base, map frame.
+    /// The robot's pose in the map on the screen, or else the one in use: base, map frame.
     SetPose(Pose),
-    /// Let a person choose a point cloud to make a map of, in the frame of a saved map or in its own.
+    /// Open the file dialogue for a point cloud to import.
     ImportMap {
-        /// The saved map.
+        /// The saved map whose frame the new map shall have; its own frame if `None`.
         frame: Option<MapId>,
     },
-    /// Begin to lay a saved map into the frame of another one, which may be chosen later.
-    AlignMap {
-        /// The map that is to be laid.
-        map: MapId,
-        /// The other one.
-        onto: Option<MapId>,
-    },
-    /// This point of the map on show is the next of those that both maps show, metres.
-    AddAlignmentPoint(Vec3),
-    /// Take the last one back.
-    RemoveAlignmentPoint,
-    /// Lay the map by the points picked; by what both maps look like if there are none.
-    StartAlignment,
-    /// Leave both maps as they are.
-    CancelAlignment,
-    /// Give up sending it, or making a map of it.
+    /// Cancel the upload, or the import on the server.
     CancelImport,
-    /// Let something go wrong with a simulated robot.
+    /// Begin to align a saved map to another one.
+    AlignMap {
+        /// The map that is moved.
+        map: MapId,
+        /// The map whose frame the result has; `None`: chosen later.
+        reference: Option<MapId>,
+    },
+    /// The next of the corresponding points: one of the map on the screen, metres.
+    AddAlignmentPoint(Vec3),
+    /// Take the last point back.
+    RemoveAlignmentPoint,
+    /// Align by the picked points; without any, by the appearance of both maps.
+    StartAlignment,
+    /// End the alignment without a result.
+    CancelAlignment,
+    /// Let a simulated robot have a fault.
     InjectFault(SimulatedFault),
-    /// End mapping and save under this name.
+    /// End mapping and save the map.
     FinishMapping {
         /// Name of the map; an empty one is replaced by the date.
         name: String,
     },
-    /// End mapping and keep nothing.
+    /// End mapping and save nothing.
     DiscardMapping,
-    /// Close a loop that was held or rejected.
+    /// Accept a loop that was held or rejected.
     AcceptLoop(LoopPair),
-    /// Open a closed loop again, or drop a held one.
+    /// Reject a loop that was accepted or held.
     RejectLoop(LoopPair),
-    /// Take back the last decision on a loop that was made here.
+    /// Undo the last decision on a loop that was made here.
     UndoLoop,
-    /// Begin to choose two keyframes for a loop, from the first; or stop that.
+    /// Begin to choose two keyframes for a loop, or stop.
     PickLoopKeyframes(bool),
-    /// Where the newer of the two chosen keyframes is guessed to be.
+    /// From where the comparison of the two chosen keyframes starts.
     SetLoopInitialGuess(LoopInitialGuess),
-    /// Look whether the two chosen keyframes saw the same place.
+    /// Propose the two chosen keyframes as a loop.
     ProposeLoop,
-    /// How the scans of the selected loop are laid over each other.
+    /// At which poses the scans of the selected loop are drawn.
     SetScanOverlay(ScanOverlay),
-    /// Velocity wanted by the hand on the stick or the keys; `None` when it lets go.
+    /// The velocity that stick or keys command; `None` on release.
     SetVelocity(Option<Twist>),
     /// Walk to this point of the map, metres.
     WalkTo(Vec3),
-    /// Give up the walk.
-    CancelWalk,
-    /// The next click on the ground says where to walk; or no longer.
+    /// Cancel a goal.
+    CancelGoal(GoalId),
+    /// Remove the outcome of a goal from the screen.
+    DismissGoal(GoalId),
+    /// Let the next click on the ground set the goal of a walk, or no longer.
     PickGoal(bool),
-    /// Look at a saved map; `None` goes back to the live one.
+    /// Look at a saved map; `None`: at the live one.
     ViewMap(Option<MapId>),
-    /// Change how things look. Neighbouring changes of one kind become one step of undo.
+    /// Change how things look. Edits in quick succession become one step of undo.
     EditView(ViewSettings),
-    /// Take back the last change of the view or decision on a loop, whichever came later.
+    /// Undo the last edit of the view or decision on a loop, whichever came later.
     Undo,
     /// Do it again.
     Redo,
@@ -96,8 +98,8 @@ pub enum ClientCommand {
     MoveCamera(CameraMove),
     /// Select something in the scene, or nothing. While keyframes are chosen for a loop, a keyframe is the next of them.
     Select(Option<Selection>),
-    /// Put a notice away.
+    /// Remove a notice from the screen.
     DismissNotice(NoticeId),
-    /// Connect now instead of waiting.
+    /// Connect now instead of at the next attempt.
     Reconnect,
 }

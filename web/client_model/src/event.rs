@@ -1,4 +1,4 @@
-//! What happens to the client, and what it wants done.
+//! What happens to the client, and what the shell shall do.
 
 use crate::{Bookmark, ClientCommand, LoopPair, ViewSettings, Viewpoint};
 use api::{ClientMessage, Command, Graph, ScanFrame, ServerMessage, StreamRequest, TileHash, TileList};
@@ -13,7 +13,7 @@ pub enum Socket {
     Stream,
 }
 
-/// Something that happened. Everything that can change the model is here.
+/// Something that happened. Nothing else changes the model.
 #[derive(Clone, Debug)]
 pub enum ClientEvent {
     /// A socket opened.
@@ -22,19 +22,19 @@ pub enum ClientEvent {
     SocketClosed {
         /// Which.
         socket: Socket,
-        /// Uniform in 0..1: spreads reconnections of many clients.
+        /// Random number, uniform in 0..1: many clients shall not reconnect at the same time.
         jitter: f64,
     },
-    /// The server spoke on the control socket.
+    /// A message came on the control socket.
     Server {
-        /// What it said.
+        /// The message.
         message: ServerMessage,
         /// Length on the wire.
         bytes: usize,
     },
-    /// A message that this client cannot read.
+    /// A message could not be decoded.
     DecodeFailed {
-        /// Where it came from.
+        /// On which socket.
         socket: Socket,
     },
     /// A live scan; its points are decoded by the shell.
@@ -44,18 +44,18 @@ pub enum ClientEvent {
         /// Length on the wire.
         bytes: usize,
     },
-    /// The tiles of a saved map were listed, or could not be.
+    /// The request for the tile list of a saved map ended.
     TilesListed {
         /// Which map.
         map: MapId,
-        /// Its tiles, or a sentence.
+        /// Its tiles, or a sentence that says why not.
         result: Result<TileList, String>,
     },
-    /// The pose graph of a saved map came, or did not.
+    /// The request for the pose graph of a saved map ended.
     GraphLoaded {
         /// Which map.
         map: MapId,
-        /// Its graph, or a sentence.
+        /// Its graph, or a sentence that says why not.
         result: Result<Graph, String>,
     },
     /// A tile was fetched and drawn.
@@ -70,100 +70,100 @@ pub enum ClientEvent {
         /// Which.
         hash: TileHash,
     },
-    /// The scan of a keyframe was fetched and decoded, or could not be.
+    /// The request for the scan of a keyframe ended; the shell keeps its points.
     CloudFetched {
-        /// Of which session.
+        /// The session of the keyframe.
         session: SessionId,
         /// Which.
         keyframe: KeyframeId,
-        /// A sentence when it could not.
+        /// A sentence that says why it failed, if it did.
         result: Result<(), String>,
     },
-    /// A person chose a point cloud to make a map of; it is being sent.
+    /// The operator chose a point cloud to import; its upload begins.
     UploadStarted {
-        /// Named by the shell.
+        /// Id, made by the shell.
         upload: UploadId,
         /// The file's name.
         file: String,
     },
-    /// So much of it has been sent, 0 to 1.
+    /// The upload went on.
     UploadProgress {
         /// Which.
         upload: UploadId,
-        /// Share of its bytes.
+        /// Share of its bytes that was sent, 0 to 1.
         share: f32,
     },
-    /// It is all there, or could not be sent.
+    /// The upload ended.
     UploadFinished {
         /// Which.
         upload: UploadId,
-        /// A sentence when it could not.
+        /// A sentence that says why it failed, if it did.
         result: Result<(), String>,
     },
     /// The camera moved.
     ViewpointChanged(Viewpoint),
-    /// A person wants something.
+    /// The operator asks for something.
     Command(ClientCommand),
-    /// Time passed; at least every 0.1 s while anything is due.
+    /// Time passed. Comes at least every 0.1 s while anything is due.
     Tick,
 }
 
-/// A movement of the camera; it always flies.
+/// A movement of the camera. The shell animates it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraMove {
-    /// So that everything is seen.
+    /// To a pose from which the whole map is visible.
     Fit,
-    /// Straight down.
+    /// To a view straight down.
     Top,
     /// To the robot.
     Robot,
-    /// To where the two keyframes of a loop are seen.
+    /// To a pose from which both keyframes of a loop are visible.
     Loop(LoopPair),
-    /// To a remembered view.
+    /// To a saved camera.
     Bookmark(Bookmark),
-    /// Remember the present view under this name.
+    /// Nowhere: save the present camera under this name.
     SaveBookmark(String),
 }
 
-/// Something the shell has to do after an event, in this order.
+/// Something that the shell shall do after an event, in the order given.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientEffect {
     /// Open a socket.
     OpenSocket(Socket),
     /// Close a socket, silently: no [`ClientEvent::SocketClosed`] is expected.
     CloseSocket(Socket),
-    /// Say something on the control socket.
+    /// Send a message on the control socket.
     Send(ClientMessage),
-    /// Say something on the stream socket.
+    /// Send a message on the stream socket.
     SendStream(StreamRequest),
-    /// Fetch tiles and graph of a saved map.
+    /// Fetch tile list and pose graph of a saved map.
     LoadMap(MapId),
     /// Fetch a tile.
     FetchTile(TileHash),
     /// Fetch the scan of a keyframe.
     FetchCloud {
-        /// Of which session.
+        /// The session of the keyframe.
         session: SessionId,
         /// Which.
         keyframe: KeyframeId,
     },
-    /// Let a person choose a file, and send it.
+    /// Open the file dialogue, and upload the chosen file.
     OpenFileDialog,
-    /// Give up sending it.
+    /// Cancel an upload.
     CancelUpload(UploadId),
-    /// Give up fetching a tile.
+    /// Cancel the fetch of a tile.
     CancelTile(TileHash),
-    /// Take a tile off the screen.
+    /// Remove a tile from the screen.
     RemoveTile(TileHash),
     /// Move the camera.
     MoveCamera(CameraMove),
-    /// Keep these settings for the next visit.
+    /// Store the settings for the next visit.
     SaveSettings(ViewSettings),
 }
 
 impl ClientEffect {
     /// A command to the server.
-    pub(crate) fn command(id: vocab::CommandId, order: Command) -> Self {
-        Self::Send(ClientMessage::Command { id, command: order })
+    pub(crate) fn command(id: vocab::CommandId, command: Command) -> Self {
+        Self::Send(ClientMessage::Command { id, command })
     }
 }

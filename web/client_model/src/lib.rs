@@ -1,49 +1,47 @@
 //! State of the operator's client as a reducer: events and commands in, effects out. No egui, no sockets, no clock.
 //!
-//! [`Model::apply`] is the only way in. Views read the model and emit [`ClientCommand`]s; the shell turns sockets, timers and
-//! finished downloads into [`ClientEvent`]s and carries out the [`ClientEffect`]s. Time comes in as [`ClientTime`], randomness as
-//! the seed of [`Ids`], so every behaviour of the client can be tested without a browser.
+//! [`Model::handle_event`] is the only way in. Views read the model and emit [`ClientCommand`]s. The shell turns sockets, timers and
+//! finished downloads into [`ClientEvent`]s and carries out the [`ClientEffect`]s. Time comes in as [`ClientTime`], randomness as the
+//! seed of [`Ids`], so every behaviour of the client can be tested without a browser.
+//!
+//! The model is composed of slices, one for each feature: see `features/mod.rs`, which says how to add one.
 
-mod align;
 mod command;
-mod compare;
-mod drive;
 mod event;
-mod history;
+mod features;
 mod ids;
-mod link;
-mod loops;
-mod map_view;
 mod model;
-mod notices;
-mod pending;
-mod robust_bounds;
-mod tiles;
+mod shared;
+mod texts;
 mod time;
-mod track;
-mod undo;
-mod upload;
-mod view;
 
 #[cfg(test)]
-mod tests;
+mod testing;
 
-pub use align::Align;
 pub use command::ClientCommand;
-pub use compare::{CloudState, ScanComparison, ScanOverlay, fitted, shift};
-pub use drive::{Drive, SPEED_MPS_MAX, TELEOPERATION_PERIOD_S, TURN_RADPS_MAX};
 pub use event::{CameraMove, ClientEffect, ClientEvent, Socket};
-pub use history::LoopEdit;
+pub use features::Model;
+pub use features::alignment::{AlignmentFeature, MapAlignment};
+pub use features::connection::{Connection, ServerClock, SocketLink, SocketState, Throughput};
+pub use features::control::ControlLease;
+pub use features::driving::{Driving, TeleoperationConfig};
+pub use features::goals::{GoalOutcome, Goals};
+pub use features::history::{EditResult, LoopEdit, UndoHistory};
+pub use features::imports::{Imports, Upload};
+pub use features::localisation::LocalisationFeature;
+pub use features::loops::{
+    CloudState, LoopCounts, LoopDecisions, LoopInitialGuess, LoopPair, LoopPick, LoopProposal, Loops,
+    ScanComparison, ScanOverlay, correction_of, is_registered,
+};
+pub use features::map_view::{Loading, MapView, TilePlanConfig, TileSet, TileState, Viewpoint};
+pub use features::mapping::MappingFeature;
+pub use features::maps::SavedMaps;
+pub use features::notices::{NoticeId, Notices, ShownNotice};
+pub use features::platform::PlatformFeature;
+pub use features::quality::QualityFeature;
+pub use features::robot::RobotTelemetry;
+pub use features::selection::{PointerMode, Selection};
+pub use features::trajectory::Trajectory;
+pub use features::view_settings::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewFeature, ViewSettings};
 pub use ids::Ids;
-pub use link::{Link, LinkState, Throughput};
-pub use loops::{LoopCounts, LoopInitialGuess, LoopPair, LoopPick, LoopProposal, Loops};
-pub use map_view::{Loading, MapView};
-pub use model::{Model, Robot, Selection};
-pub use notices::{NoticeId, Notices, ShownNotice};
-pub use pending::PendingCommand;
-pub use tiles::{TILE_POINTS_MAX, TILE_REQUESTS_MAX, TileSet, TileState, Viewpoint};
-pub use time::{Aged, ClientTime, ServerClock};
-pub use track::Trajectory;
-pub use undo::{Changed, Undo};
-pub use upload::Upload;
-pub use view::{Bookmark, CameraPose, ColourBy, Screen, Theme, ViewSettings};
+pub use time::{Aged, ClientTime};

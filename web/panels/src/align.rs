@@ -4,7 +4,7 @@ use crate::button::{Button, Kind};
 use crate::theme::Tokens;
 use crate::{icon, imports, widgets, words};
 use api::Import;
-use client_model::{Align, ClientCommand, Model};
+use client_model::{ClientCommand, MapAlignment, Model};
 use egui::Ui;
 use vocab::MapId;
 
@@ -13,13 +13,13 @@ const APART_MAX: f64 = 0.5;
 
 /// The button at the map that is looked at, where there is another one.
 pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
-    if model.maps.as_ref().is_none_or(|maps| maps.len() < 2) {
+    if model.maps().list().is_none_or(|maps| maps.len() < 2) {
         return;
     }
     let name = format!("Align {}", words::map_name(model, map));
     let button = Button::new(&name).text("Align to another map").icon(icon::ARROWS_DOWN_UP);
-    if button.enabled(model.link.connected()).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::AlignMap { map, onto: None });
+    if button.enabled(model.is_connected()).wide(ui).show(ui, tokens).clicked() {
+        out.push(ClientCommand::AlignMap { map, reference: None });
     }
     widgets::remark(
         ui,
@@ -29,13 +29,19 @@ pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out
 }
 
 /// The card while a map is being laid.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, out: &mut Vec<ClientCommand>) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    align: &MapAlignment,
+    out: &mut Vec<ClientCommand>,
+) {
     widgets::head(ui, tokens, &format!("Align {}", words::map_name(model, align.map)));
-    match align.onto {
+    match align.reference {
         None => choose(ui, model, tokens, align.map, out),
         Some(onto) => pick(ui, model, tokens, align, onto, out),
     }
-    if align.laying.is_none()
+    if align.job.is_none()
         && Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked()
     {
         out.push(ClientCommand::CancelAlignment);
@@ -45,10 +51,10 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, align: &Align, o
 /// Onto which map.
 fn choose(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
     widgets::remark(ui, tokens, "Into the frame of which map?");
-    for other in model.maps.iter().flatten().filter(|other| other.id != map) {
+    for other in model.maps().list().into_iter().flatten().filter(|other| other.id != map) {
         let name = format!("Onto {}", other.name);
         if Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD).wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::AlignMap { map, onto: Some(other.id) });
+            out.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
         }
     }
 }
@@ -58,13 +64,13 @@ fn pick(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    align: &Align,
+    align: &MapAlignment,
     onto: MapId,
     out: &mut Vec<ClientCommand>,
 ) {
     widgets::fact(ui, tokens, "Into the frame of", words::map_name(model, onto));
     widgets::fact(ui, tokens, "Points picked in both", &words::count(align.pairs.len() as u64));
-    let apart = align.apart();
+    let apart = align.rms_residual_m();
     if let Some(apart) = apart {
         widgets::fact(ui, tokens, "They agree to", &words::accuracy(apart.max(1e-3)));
     }
@@ -73,8 +79,8 @@ fn pick(
         let text = "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again.";
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, text));
     }
-    if align.laying.is_some() {
-        match &model.import {
+    if align.job.is_some() {
+        match model.imports.import() {
             Import::Running { .. } => imports::show(ui, model, tokens, out),
             _ => widgets::remark(ui, tokens, "The robot's computer is asked to."),
         }
@@ -88,12 +94,12 @@ fn pick(
     if Button::new(&look).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::ViewMap(Some(there)));
     }
-    let picked = !align.picked_in(here).is_empty() || !align.picked_in(there).is_empty();
+    let picked = !align.points_in(here).is_empty() || !align.points_in(there).is_empty();
     let back = Button::new("Take the last point back").text("Take back").icon(icon::ARROW_COUNTER_CLOCKWISE);
     if back.enabled(picked).hint("Ctrl Z").wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::RemoveAlignmentPoint);
     }
-    let busy = !model.link.connected();
+    let busy = !model.is_connected();
     if picked {
         let lay = format!("Align by {} pairs", align.pairs.len());
         let enabled = align.pairs.len() >= 2 && apart.is_some() && !contradict && !busy;
@@ -116,11 +122,11 @@ fn pick(
 }
 
 /// What to do next.
-pub(crate) fn step(model: &Model, align: &Align) -> String {
-    let Some(next) = align.picks_in() else { return "These are enough.".to_owned() };
+pub(crate) fn step(model: &Model, align: &MapAlignment) -> String {
+    let Some(next) = align.next_map() else { return "These are enough.".to_owned() };
     let name = words::map_name(model, next);
     let number = align.pairs.len() + 1;
-    match (model.viewed_map() == Some(next), align.first.is_some()) {
+    match (model.viewed_map() == Some(next), align.unpaired.is_some()) {
         (false, _) => format!("Look at {name} for the next point."),
         (true, true) => format!("Click the same point here, in {name}."),
         (true, false) => {

@@ -6,7 +6,7 @@ use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, Width, icon, notes, words};
-use client_model::{ClientCommand, LinkState, Loading, Model};
+use client_model::{ClientCommand, Loading, Model, SocketState};
 use egui::{Align2, Order, Ui};
 
 const WIDTH: f32 = 460.0;
@@ -45,19 +45,19 @@ pub(crate) fn show(
 }
 
 fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    let lost = model.link.lost_since().map(|since| model.now.since(since));
-    match (model.link.state(), lost) {
-        (LinkState::Connected { .. }, _) => {}
-        (LinkState::Refused { reason }, _) => line(ui, tokens, tokens.bad, icon::X_CIRCLE, reason, |_| {}),
-        (LinkState::Connecting { .. }, None) => {
+    let lost = model.connection().lost_since().map(|since| model.now().since(since));
+    match (model.connection().state(), lost) {
+        (SocketState::Connected { .. }, _) => {}
+        (SocketState::Refused { reason }, _) => line(ui, tokens, tokens.bad, icon::X_CIRCLE, reason, |_| {}),
+        (SocketState::Connecting { .. }, None) => {
             line(ui, tokens, tokens.accent, icon::PLUGS, "Connecting to the robot…", |_| {});
         }
-        (LinkState::Connecting { .. }, Some(lost)) => {
+        (SocketState::Connecting { .. }, Some(lost)) => {
             let text = format!("Link lost {} ago. Trying again now…", words::duration(lost));
             line(ui, tokens, tokens.bad, icon::WIFI_SLASH, &text, |_| {});
         }
-        (LinkState::Lost { retry_at, .. }, lost) => {
-            let wait = retry_at.since(model.now).ceil();
+        (SocketState::Lost { retry_at, .. }, lost) => {
+            let wait = retry_at.since(model.now()).ceil();
             let text = format!(
                 "Link lost {} ago. Next try in {wait:.0} s.",
                 words::duration(lost.unwrap_or_default())
@@ -72,9 +72,14 @@ fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand
 }
 
 fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    let Some((id, view)) = &model.saved else { return };
-    let name =
-        model.maps.iter().flatten().find(|map| map.id == *id).map_or("a saved map", |map| map.name.as_str());
+    let Some((id, view)) = model.saved_map() else { return };
+    let name = model
+        .maps()
+        .list()
+        .into_iter()
+        .flatten()
+        .find(|map| map.id == id)
+        .map_or("a saved map", |map| map.name.as_str());
     let (colour, text) = match &view.loading {
         Loading::Waiting => (tokens.accent, format!("Opening {name}…")),
         Loading::Failed(sentence) => (tokens.bad, sentence.clone()),
@@ -96,13 +101,13 @@ fn saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCo
 }
 
 fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    if model.walk_armed {
+    if model.is_picking_goal() {
         line(ui, tokens, tokens.accent, icon::MAP_PIN, "Click the floor where the robot shall walk.", |_| {});
     }
 }
 
 fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    if model.place_armed {
+    if model.is_picking_pose() {
         let text = "Press the floor where the robot stands and drag to where it looks.";
         line(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, text, |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
@@ -113,7 +118,7 @@ fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientC
 }
 
 fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    if let Some(align) = model.align.as_ref().filter(|align| align.onto.is_some() && align.laying.is_none()) {
+    if let Some(align) = model.alignment().filter(|align| align.reference.is_some() && align.job.is_none()) {
         line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &align::step(model, align), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::CancelAlignment);
@@ -123,7 +128,7 @@ fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientC
 }
 
 fn loop_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    if let Some(pick) = model.loop_pick {
+    if let Some(pick) = model.loop_pick() {
         line(ui, tokens, tokens.accent, icon::GRAPH, &words::loop_step(pick), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::PickLoopKeyframes(false));

@@ -5,7 +5,7 @@ use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
 use api::Motion;
-use client_model::{ClientCommand, Model, SPEED_MPS_MAX, TURN_RADPS_MAX};
+use client_model::{ClientCommand, Model, TeleoperationConfig};
 use egui::{Align2, Key, Sense, Stroke, Ui, Vec2, vec2};
 use vocab::{Twist, Vec3};
 
@@ -30,11 +30,11 @@ pub(crate) fn shortcuts(ctx: &egui::Context, model: &Model, out: &mut Vec<Client
     });
     // Escape stops whatever else it does: nobody shall have to think first.
     if ctx.input(|input| input.key_pressed(Key::Escape)) {
-        if model.place_armed {
+        if model.is_picking_pose() {
             out.push(ClientCommand::PickPose(false));
-        } else if model.loop_pick.is_some() {
+        } else if model.loop_pick().is_some() {
             out.push(ClientCommand::PickLoopKeyframes(false));
-        } else if model.selection.is_some() {
+        } else if model.selection().is_some() {
             out.push(ClientCommand::Select(None));
         }
     }
@@ -76,9 +76,10 @@ fn keyed_twist(input: &egui::InputState) -> Option<Twist> {
 
 /// Velocity from shares of the greatest: ahead, to the left, turning left.
 fn twist(ahead: f64, left: f64, turn: f64) -> Twist {
+    let limits = TeleoperationConfig::default();
     Twist {
-        linear: Vec3::new(ahead * SPEED_MPS_MAX, left * SPEED_MPS_MAX * SIDEWAYS_FACTOR, 0.0),
-        angular: Vec3::new(0.0, 0.0, turn * TURN_RADPS_MAX),
+        linear: Vec3::new(ahead * limits.speed_max_mps, left * limits.speed_max_mps * SIDEWAYS_FACTOR, 0.0),
+        angular: Vec3::new(0.0, 0.0, turn * limits.turn_max_radps),
     }
 }
 
@@ -166,9 +167,9 @@ fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut 
     };
     widgets::remark(ui, tokens, &detail);
     if model.is_controlled_by_other() {
-        widgets::remark(ui, tokens, &format!("{} controls the robot.", model.control.name));
+        widgets::remark(ui, tokens, &format!("{} controls the robot.", model.control().holder_name()));
         if layout.width == Width::Narrow
-            && Button::new("Take control").wide(ui).enabled(model.link.connected()).show(ui, tokens).clicked()
+            && Button::new("Take control").wide(ui).enabled(model.is_connected()).show(ui, tokens).clicked()
         {
             out.push(ClientCommand::TakeControl);
         }
@@ -176,13 +177,14 @@ fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut 
     }
     if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Looking { .. }) {
         if Button::new("Cancel walk").icon(icon::X).wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::CancelWalk);
+            out.extend(model.goals.active().map(|goal| ClientCommand::CancelGoal(goal.id)));
         }
         return;
     }
-    let walk = Button::new("Walk to a point").icon(icon::MAP_PIN).on(model.walk_armed).kind(Kind::Plain);
-    let enabled = !model.is_stopped() && model.link.connected();
+    let walk =
+        Button::new("Walk to a point").icon(icon::MAP_PIN).on(model.is_picking_goal()).kind(Kind::Plain);
+    let enabled = !model.is_stopped() && model.is_connected();
     if walk.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::PickGoal(!model.walk_armed));
+        out.push(ClientCommand::PickGoal(!model.is_picking_goal()));
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn show(
         egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
             head(ui, tokens, pair, out);
-            match model.loops.get(pair) {
+            match model.loops.decisions().get(pair) {
                 Some(decision) => {
                     verdict(ui, tokens, decision);
                     decide(ui, model, tokens, decision, out);
@@ -79,10 +79,13 @@ fn verdict(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
 
 /// Why nobody here may decide now, and what to do about it.
 pub(crate) fn locked(model: &Model) -> Option<String> {
-    if !model.link.connected() {
+    if !model.is_connected() {
         Some("The link to the robot is lost. It comes back by itself.".to_owned())
     } else if model.is_controlled_by_other() {
-        Some(format!("{} controls the robot. Take control to decide on loops.", model.control.name))
+        Some(format!(
+            "{} controls the robot. Take control to decide on loops.",
+            model.control().holder_name()
+        ))
     } else {
         None
     }
@@ -96,7 +99,7 @@ fn decide(
     decision: &LoopDecision,
     out: &mut Vec<ClientCommand>,
 ) {
-    let pair = LoopPair::decided(decision);
+    let pair = LoopPair::of_decision(decision);
     let locked = locked(model);
     let waiting = model.is_pending(|order| match order {
         api::Command::AcceptLoop { from, to } | api::Command::RejectLoop { from, to } => {
@@ -133,7 +136,7 @@ fn choices(decision: &LoopDecision) -> (bool, bool, &'static str) {
             true,
             "Accept joins the two places, and the map moves to fit. Reject stops waiting for others.",
         ),
-        LoopVerdict::Rejected | LoopVerdict::Dropped if client_model::fitted(decision) => {
+        LoopVerdict::Rejected | LoopVerdict::Dropped if client_model::is_registered(decision) => {
             (true, false, "Accept joins the two places as they were found, and the map moves to fit.")
         }
         LoopVerdict::Rejected | LoopVerdict::Dropped => {
@@ -147,14 +150,14 @@ fn overlay(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mu
     ui.add_space(2.0);
     widgets::head(ui, tokens, "Both scans");
     let choices = [
-        ("As found", ScanOverlay::Found),
+        ("As found", ScanOverlay::Registered),
         ("In the graph", ScanOverlay::Graph),
         ("Map only", ScanOverlay::Off),
     ];
-    widgets::choice(ui, tokens, &choices, model.overlay, |overlay| {
+    widgets::choice(ui, tokens, &choices, model.loops.overlay(), |overlay| {
         out.push(ClientCommand::SetScanOverlay(overlay))
     });
-    if model.overlay != ScanOverlay::Off {
+    if model.loops.overlay() != ScanOverlay::Off {
         legend(ui, model, tokens, pair);
     }
 }
@@ -186,8 +189,8 @@ pub(crate) fn legend(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair
 fn figures(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
     widgets::rule(ui, tokens);
     ui.spacing_mut().item_spacing.y = 2.0;
-    let (metres, radians) = client_model::shift(decision);
-    let fitted = client_model::fitted(decision);
+    let (metres, radians) = client_model::correction_of(decision);
+    let fitted = client_model::is_registered(decision);
     let or_none = |text: String| if fitted { text } else { "nothing to measure".to_owned() };
     let facts = [
         (

@@ -11,19 +11,19 @@ use egui::{CornerRadius, Sense, Ui, vec2};
 const BAR: f32 = 6.0;
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    if let Some(upload) = &model.upload {
+    if let Some(upload) = model.imports.upload() {
         let doing = format!("Sending {}", upload.file);
         under_way(ui, tokens, &doing, upload.share, out);
-    } else if let Import::Running { name, stage, share, .. } = &model.import {
+    } else if let Import::Running { name, stage, share, .. } = model.imports.import() {
         under_way(ui, tokens, &format!("{} {name}", words::import_stage(*stage)), *share, out);
     } else {
-        let button = Button::new("Import a map").icon(icon::PLUS).enabled(model.link.connected()).wide(ui);
+        let button = Button::new("Import a map").icon(icon::PLUS).enabled(model.is_connected()).wide(ui);
         if button.show(ui, tokens).clicked() {
             out.push(ClientCommand::ImportMap { frame: None });
         }
         widgets::remark(ui, tokens, "Of a survey or another program's: PCD, PLY, LAS, LAZ, E57 or PTX.");
         if let Some(map) = of_the_site(model) {
-            let button = Button::new("Import and align").enabled(model.link.connected()).wide(ui);
+            let button = Button::new("Import and align").enabled(model.is_connected()).wide(ui);
             if button.show(ui, tokens).clicked() {
                 out.push(ClientCommand::ImportMap { frame: Some(map.id) });
             }
@@ -36,8 +36,8 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
 
 /// The saved map that is looked at, or else the one in use.
 fn of_the_site(model: &Model) -> Option<&MapSummary> {
-    let map = model.viewed_map().or(model.localisation.map())?;
-    model.maps.as_ref()?.iter().find(|one| one.id == map)
+    let map = model.viewed_map().or(model.localisation().map())?;
+    model.maps().list()?.iter().find(|one| one.id == map)
 }
 
 /// A name, a bar, and a way out.

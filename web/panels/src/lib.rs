@@ -114,11 +114,11 @@ fn right_card(
     state: &mut PanelState,
     out: &mut Vec<ClientCommand>,
 ) {
-    let name = match model.screen {
+    let name = match model.view.screen() {
         Screen::Live => "Robot panel",
         Screen::Map => "Map panel",
     };
-    layout::card(ctx, tokens, name, layout.card, |ui| match model.screen {
+    layout::card(ctx, tokens, name, layout.card, |ui| match model.view.screen() {
         Screen::Live => live::show(ui, model, tokens, state, out),
         Screen::Map => map_panel(ui, model, tokens, state, out),
     });
@@ -126,11 +126,11 @@ fn right_card(
 
 /// A loop that gets selected, or two keyframes that get chosen for one, bring the panel forth that is about them.
 fn follow_selection(model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
-    let before = std::mem::replace(&mut state.selection, model.selection);
-    if model.selection != before && matches!(model.selection, Some(Selection::Loop(_))) {
+    let before = std::mem::replace(&mut state.selection, model.selection());
+    if model.selection() != before && matches!(model.selection(), Some(Selection::Loop(_))) {
         state.map_part = MapPart::Loops;
         state.drawer_open = true;
-        if model.screen != Screen::Map {
+        if model.view.screen() != Screen::Map {
             out.push(ClientCommand::ShowScreen(Screen::Map));
         }
     }

@@ -29,13 +29,13 @@ pub(crate) fn show(
         ui.add_space(4.0);
         widgets::head(ui, tokens, "Sensors");
         sensors::list(ui, model, tokens);
-        if let Some(platform) = &model.platform {
+        if let Some(platform) = model.platform.report() {
             ui.add_space(8.0);
             widgets::rule(ui, tokens);
             ui.add_space(4.0);
             widgets::head(ui, tokens, "Robot computer");
-            computer(ui, model, &platform.value, tokens);
-            if platform.value.site.is_some() {
+            computer(ui, model, platform, tokens);
+            if platform.site.is_some() {
                 ui.add_space(8.0);
                 widgets::rule(ui, tokens);
                 ui.add_space(4.0);
@@ -47,7 +47,7 @@ pub(crate) fn show(
 
 /// What the robot knows of its place in the map: beside its name if that is short, else a sentence below.
 fn localisation(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let known = words::localisation(&model.localisation);
+    let known = words::localisation(&model.localisation());
     if known.chars().count() <= LINE_CHARS {
         fact(ui, tokens, "Localisation", &known);
         return;
@@ -64,8 +64,8 @@ fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     if let api::Motion::Blocked { reason, .. } = model.motion() {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, reason));
     }
-    if let Some(map) = model.localisation.map() {
-        let known = model.maps.iter().flatten().find(|known| known.id == map);
+    if let Some(map) = model.localisation().map() {
+        let known = model.maps().list().into_iter().flatten().find(|known| known.id == map);
         fact(ui, tokens, "Map", known.map_or("One that was deleted", |known| known.name.as_str()));
         localisation(ui, model, tokens);
     }
@@ -95,7 +95,7 @@ fn computer(ui: &mut Ui, model: &Model, platform: &api::Platform, tokens: &Token
     fact(ui, tokens, "Memory", &words::bytes(platform.memory_bytes));
     fact(ui, tokens, "Free disk", &words::bytes(platform.disk_free_bytes));
     fact(ui, tokens, "Clients", &platform.clients.to_string());
-    if !model.program.is_empty() {
-        fact(ui, tokens, "Version", &model.program);
+    if !model.connection().program().is_empty() {
+        fact(ui, tokens, "Version", model.connection().program());
     }
 }

@@ -27,15 +27,15 @@ pub(crate) fn show(
         return;
     }
     counts(ui, model, tokens);
-    match model.loop_pick {
+    match model.loop_pick() {
         Some(pick) => return picking(ui, model, tokens, pick, out),
         None => actions(ui, model, tokens, out),
     }
-    if let Some(proposed) = model.proposed {
+    if let Some(proposed) = model.loops.proposal() {
         let text = format!("Comparing keyframes {}…", words::pair(proposed.pair));
         widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &text));
     }
-    let selected = match model.selection {
+    let selected = match model.selection() {
         Some(Selection::Loop(pair)) => Some(pair),
         _ => None,
     };
@@ -63,7 +63,7 @@ fn saved(ui: &mut Ui, model: &Model, tokens: &Tokens) {
 
 /// Three figures side by side.
 fn counts(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let counts = model.loops.counts();
+    let counts = model.loops.decisions().counts();
     let width = (ui.available_width() - 16.0) / 3.0;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -98,11 +98,11 @@ fn actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientComm
         ui.spacing_mut().item_spacing.x = 8.0;
         let width = (ui.available_width() - 8.0) * 0.5;
         let add = Button::new("Add a loop").icon(icon::PLUS).size(width, theme::TOUCH);
-        let enough = model.live.graph.nodes.len() > 2;
+        let enough = model.live_map().graph.nodes.len() > 2;
         if add.enabled(locked.is_none() && enough).show(ui, tokens).clicked() {
             out.push(ClientCommand::PickLoopKeyframes(true));
         }
-        let last = model.last_loop_step();
+        let last = model.last_loop_edit();
         let hint = last.map_or_else(
             || "Nothing was decided here yet.".to_owned(),
             |step| {
@@ -131,7 +131,7 @@ fn list(
     selected: Option<LoopPair>,
     out: &mut Vec<ClientCommand>,
 ) {
-    if model.loops.is_empty() {
+    if model.loops.decisions().is_empty() {
         let text = "No loops yet. Where the robot comes back to a place it has seen, the two are compared here by \
                     themselves.";
         widgets::remark(ui, tokens, text);
@@ -142,13 +142,13 @@ fn list(
     // What gets selected comes into sight.
     if selected != state.listed_loop {
         state.listed_loop = selected;
-        let row = model.loops.latest().position(|decision| Some(LoopPair::decided(decision)) == selected);
+        let row = model.loops.latest().position(|decision| Some(LoopPair::of_decision(decision)) == selected);
         if let Some(row) = row {
             area = area.vertical_scroll_offset((row as f32 - 0.5).max(0.0) * (ROW + 4.0));
         }
     }
-    area.show_rows(ui, ROW, model.loops.len(), |ui, rows| {
-        for decision in rows.filter_map(|n| model.loops.nth_latest(n)) {
+    area.show_rows(ui, ROW, model.loops.decisions().len(), |ui, rows| {
+        for decision in rows.filter_map(|n| model.loops.decisions().nth_latest(n)) {
             row(ui, tokens, decision, selected, out);
         }
     });
@@ -161,7 +161,7 @@ fn row(
     selected: Option<LoopPair>,
     out: &mut Vec<ClientCommand>,
 ) {
-    let pair = LoopPair::decided(decision);
+    let pair = LoopPair::of_decision(decision);
     let on = selected == Some(pair);
     let (rect, response) = ui
         .push_id(pair.from.0, |ui| {
@@ -195,7 +195,7 @@ fn paint_row(ui: &Ui, tokens: &Tokens, decision: &LoopDecision, rect: Rect, (on,
     let (left, right) = (rect.left() + 40.0, rect.right() - 10.0);
     let painter = ui.painter();
     let (name, small) = (font(theme::BODY, Weight::Medium), font(theme::SMALL, Weight::Regular));
-    let pair = words::pair(LoopPair::decided(decision));
+    let pair = words::pair(LoopPair::of_decision(decision));
     painter.text(pos2(left, rect.top() + 14.0), egui::Align2::LEFT_CENTER, pair, name, tokens.text);
     let by = if decision.by_hand { "by hand · " } else { "" };
     let verdict = format!("{by}{}", words::verdict(decision.verdict).to_lowercase());
@@ -231,14 +231,15 @@ fn picking(ui: &mut Ui, model: &Model, tokens: &Tokens, pick: LoopPick, out: &mu
 }
 
 fn propose(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
-    let apart = model.guess(pair, LoopInitialGuess::Graph).map_or(0.0, |from_from_to| {
+    let apart = model.loop_initial_guess(pair, LoopInitialGuess::Graph).map_or(0.0, |from_from_to| {
         let p = from_from_to.position;
         p.x.hypot(p.y).hypot(p.z)
     });
     widgets::fact(ui, tokens, "Apart in the graph", &words::distance(apart));
     widgets::remark(ui, tokens, "From where shall the comparison start? A metre or two off is near enough.");
-    let choices = [("From the graph", LoopInitialGuess::Graph), ("Same place", LoopInitialGuess::SamePlace)];
-    widgets::choice(ui, tokens, &choices, model.loop_guess, |guess| {
+    let choices =
+        [("From the graph", LoopInitialGuess::Graph), ("Same place", LoopInitialGuess::SamePosition)];
+    widgets::choice(ui, tokens, &choices, model.loops.initial_guess(), |guess| {
         out.push(ClientCommand::SetLoopInitialGuess(guess))
     });
     evidence::legend(ui, model, tokens, pair);

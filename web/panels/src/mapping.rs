@@ -20,15 +20,15 @@ pub(crate) fn show(
     state: &mut PanelState,
     out: &mut Vec<ClientCommand>,
 ) {
-    if !matches!(model.mapping, Mapping::Running { .. }) {
+    if !matches!(*model.mapping(), Mapping::Running { .. }) {
         state.confirm_discard = false;
     }
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 8.0;
-        if let (Mapping::Idle, Some(align)) = (&model.mapping, &model.align) {
+        if let (Mapping::Idle, Some(align)) = (model.mapping(), model.alignment()) {
             return align::show(ui, model, tokens, align, out);
         }
-        match &model.mapping {
+        match model.mapping() {
             Mapping::Idle => idle(ui, model, tokens, out),
             Mapping::Starting { .. } => starting(ui, tokens, out),
             Mapping::Loading { map, .. } => loading(ui, model, tokens, *map, out),
@@ -46,7 +46,7 @@ pub(crate) fn show(
             }
             Mapping::Saving { .. } => saving(ui, tokens),
         }
-        if let (Some(health), false) = (&model.robot.health, matches!(model.mapping, Mapping::Idle)) {
+        if let (Some(health), false) = (&model.robot.health, matches!(*model.mapping(), Mapping::Idle)) {
             sensors::findings(ui, &health.value, tokens);
             ui.add_space(4.0);
             widgets::rule(ui, tokens);
@@ -61,7 +61,7 @@ pub(crate) fn show(
 
 fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, "Make a map");
-    let first = model.maps.as_ref().is_some_and(Vec::is_empty);
+    let first = model.maps().list().is_some_and(<[_]>::is_empty);
     let sentence = if first {
         "No map yet. Put the robot where it can stand still for a moment, start mapping, then drive it through every \
          room. Finish where you began: that makes the map most exact."
@@ -71,7 +71,7 @@ fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand
     widgets::remark(ui, tokens, sentence);
     let waiting = model.is_pending(|order| matches!(order, Command::StartMapping(_)));
     let name = if waiting { "Starting…" } else { "Start mapping" };
-    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
+    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
     if start.show(ui, tokens).clicked() {
         out.push(ClientCommand::StartMapping);
@@ -80,7 +80,7 @@ fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand
         widgets::remark(
             ui,
             tokens,
-            &format!("{} controls the robot. Take control to map.", model.control.name),
+            &format!("{} controls the robot. Take control to map.", model.control().holder_name()),
         );
     }
 }
@@ -156,7 +156,7 @@ fn running(
     tokens: &Tokens,
     (since, distance, keyframes, ground): (Stamp, f64, u32, &str),
 ) {
-    let elapsed = model.clock.age_of(since, model.now).unwrap_or(0.0);
+    let elapsed = model.connection().clock().age_of(since, model.now()).unwrap_or(0.0);
     ui.horizontal(|ui| {
         let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
         ui.painter().circle_filled(dot.center(), 5.0, tokens.good);
@@ -167,20 +167,20 @@ fn running(
     fact(ui, tokens, "Distance", &words::distance(distance));
     fact(ui, tokens, "Keyframes", &words::count(u64::from(keyframes)));
     fact(ui, tokens, "Ground", ground);
-    fact(ui, tokens, "Points in map", &words::points(model.live.tiles.points()));
+    fact(ui, tokens, "Points in map", &words::points(model.live_map().tiles.points()));
 }
 
 fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
     ui.spacing_mut().item_spacing.y = 8.0;
     ui.add_space(4.0);
-    let enabled = model.link.connected() && !model.is_controlled_by_other();
+    let enabled = model.is_connected() && !model.is_controlled_by_other();
     if state.confirm_discard {
         confirm_discard(ui, tokens, enabled, state, out);
         return;
     }
-    let hint = match &model.mapping {
+    let hint = match model.mapping() {
         Mapping::Running { extends: Some(map), .. } => words::map_name(model, *map).to_owned(),
-        _ => format!("Map {}", model.maps.as_ref().map_or(0, Vec::len) + 1),
+        _ => format!("Map {}", model.maps().len() + 1),
     };
     let name = "Map name";
     ui.label(egui::RichText::new(name).size(theme::SMALL).color(tokens.dim));
@@ -197,7 +197,8 @@ fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, o
         state.confirm_discard = true;
     }
     if model.is_controlled_by_other() {
-        let sentence = format!("{} controls the robot. Take control to finish.", model.control.name);
+        let sentence =
+            format!("{} controls the robot. Take control to finish.", model.control().holder_name());
         widgets::remark(ui, tokens, &sentence);
     }
 }

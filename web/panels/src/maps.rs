@@ -15,13 +15,13 @@ pub(crate) fn show(
     state: &PanelState,
     out: &mut Vec<ClientCommand>,
 ) {
-    if let Some(align) = &model.align {
+    if let Some(align) = model.alignment() {
         return align::show(ui, model, tokens, align, out);
     }
     widgets::head(ui, tokens, "Saved maps");
-    match &model.maps {
+    match model.maps().list() {
         None => widgets::remark(ui, tokens, "Waiting for the robot to list them."),
-        Some(maps) if maps.is_empty() => widgets::remark(ui, tokens, "None yet."),
+        Some([]) => widgets::remark(ui, tokens, "None yet."),
         Some(maps) => {
             for map in maps {
                 ui.push_id(map.id.0, |ui| entry(ui, model, tokens, state, map, out));
@@ -82,7 +82,7 @@ fn entry(
             });
         });
     });
-    if viewed && model.mapping == Mapping::Idle {
+    if viewed && *model.mapping() == Mapping::Idle {
         use_or_leave(ui, model, tokens, map, out);
         extend(ui, model, tokens, map, out);
         align::offer(ui, model, tokens, map.id, out);
@@ -96,14 +96,14 @@ fn entry(
 /// The robot walks by the map that is looked at, or no longer.
 fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
     let waiting = model.is_pending(|order| matches!(order, Command::Localise { .. } | Command::LeaveMap));
-    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
-    if model.localisation.map() == Some(map.id) {
+    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
+    if model.localisation().map() == Some(map.id) {
         let name = format!("Leave {}", map.name);
         let button = Button::new(&name).text("Leave this map").icon(icon::X).enabled(enabled).wide(ui);
         if button.show(ui, tokens).clicked() {
             out.push(ClientCommand::LeaveMap);
         }
-        widgets::remark(ui, tokens, &words::localisation(&model.localisation));
+        widgets::remark(ui, tokens, &words::localisation(&model.localisation()));
         look_about(ui, model, tokens, enabled, out);
         place(ui, model, tokens, enabled, out);
         return;
@@ -120,15 +120,15 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
 
 /// A person who knows where the robot stands shows it on the map that is looked at.
 fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
-    let button = Button::new("Show where it stands").icon(icon::NAVIGATION_ARROW).on(model.place_armed);
+    let button = Button::new("Show where it stands").icon(icon::NAVIGATION_ARROW).on(model.is_picking_pose());
     if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::PickPose(!model.place_armed));
+        out.push(ClientCommand::PickPose(!model.is_picking_pose()));
     }
 }
 
 /// A robot that does not find itself where it stands has to move.
 fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
-    let lost = matches!(model.localisation, Localisation::Relocalising { .. });
+    let lost = matches!(model.localisation(), Localisation::Relocalising { .. });
     if !lost || matches!(model.motion(), Motion::Looking { .. }) {
         return;
     }
@@ -143,7 +143,7 @@ fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &
 /// The map that is looked at grows.
 fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
     let waiting = model.is_pending(|order| matches!(order, Command::ExtendMap { .. }));
-    let enabled = model.link.connected() && !waiting && !model.is_controlled_by_other();
+    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
     let name = format!("Extend {}", map.name);
     let button = Button::new(&name).text("Extend this map").icon(icon::PLUS).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {

@@ -31,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
     );
     for (text, mishap) in ALL {
         let waiting = model.is_pending(|order| *order == api::Command::InjectFault(mishap));
-        let button = Button::new(text).text(text).enabled(model.link.connected() && !waiting).wide(ui);
+        let button = Button::new(text).text(text).enabled(model.is_connected() && !waiting).wide(ui);
         if button.show(ui, tokens).clicked() {
             out.push(ClientCommand::InjectFault(mishap));
         }

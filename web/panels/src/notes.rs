@@ -9,7 +9,7 @@ use client_model::{ClientCommand, Model, ShownNotice};
 use egui::Ui;
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    for note in model.notices.visible() {
+    for note in model.notices().visible() {
         ui.push_id(note.id, |ui| entry(ui, model, tokens, note, out));
     }
 }
@@ -41,7 +41,7 @@ fn entry(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &ShownNotice, out: &
 fn text(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &ShownNotice) -> egui::Response {
     ui.spacing_mut().item_spacing.y = 2.0;
     let response = ui.add(egui::Label::new(egui::RichText::new(&note.text).color(tokens.text)).wrap());
-    let age = model.now.since(note.since);
+    let age = model.now().since(note.since);
     let times = (note.times > 1).then(|| format!("{} times", note.times));
     let old = (age > 10.0).then(|| words::age(age));
     let remarks: Vec<String> = times.into_iter().chain(old).collect();

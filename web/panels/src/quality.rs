@@ -12,7 +12,7 @@ use egui::{Align, Layout, Ui, vec2};
 const LISTED: usize = 4;
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    let quality = &model.quality;
+    let quality = model.quality();
     fact(ui, tokens, "Floor covered", &words::area(quality.covered));
     let worst = quality.deviations.iter().copied().fold(0.0, f32::max);
     if worst.is_finite() && !quality.deviations.is_empty() {
@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, "Worth a walk");
-    let enabled = model.link.connected() && !model.is_controlled_by_other() && !model.is_stopped();
+    let enabled = model.is_connected() && !model.is_controlled_by_other() && !model.is_stopped();
     for (number, place) in quality.places.iter().take(LISTED).enumerate() {
         row(ui, tokens, (number + 1, place), enabled, out);
     }

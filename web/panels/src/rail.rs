@@ -48,7 +48,7 @@ fn entry(
     state: &mut PanelState,
     out: &mut Vec<ClientCommand>,
 ) {
-    let on = model.screen == screen;
+    let on = model.view.screen() == screen;
     let button = Button::new(name).icon(sign).kind(Kind::Quiet).on(on).stacked();
     if button.size(width, if narrow { 46.0 } else { 56.0 }).show(ui, tokens).clicked() {
         // On a phone a second touch on the same entry puts its sheet away.

@@ -14,7 +14,7 @@ pub(crate) fn list(ui: &mut Ui, model: &Model, tokens: &Tokens) {
         widgets::remark(ui, tokens, "No sensor has reported yet.");
         return;
     };
-    let since = health.age(model.now);
+    let since = health.age(model.now());
     for sensor in &health.value.sensors {
         let age = sensor.age.secs_f64() + if since > FRESH_S * 2.0 { since } else { 0.0 };
         let silent = sensor.rate_hz < 0.05 || age > FRESH_S;

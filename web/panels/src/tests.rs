@@ -491,12 +491,12 @@ fn the_map_that_is_looked_at_can_be_laid_onto_another_by_points() {
     let mut harness = desk(&[ClientCommand::ViewMap(Some(hall))]);
     harness.get_by_label("Align Hall").click();
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::AlignMap { map: hall, onto: None }));
-    let mut harness = desk(&[ClientCommand::AlignMap { map: hall, onto: None }]);
+    assert!(harness.state().asked.contains(&ClientCommand::AlignMap { map: hall, reference: None }));
+    let mut harness = desk(&[ClientCommand::AlignMap { map: hall, reference: None }]);
     assert!(harness.query_by_label("Onto Hall").is_none(), "onto itself");
     harness.get_by_label("Onto Cellar").click();
     harness.run_steps(2);
-    let onto = ClientCommand::AlignMap { map: hall, onto: Some(cellar) };
+    let onto = ClientCommand::AlignMap { map: hall, reference: Some(cellar) };
     assert!(harness.state().asked.contains(&onto));
     desk(std::slice::from_ref(&onto)).get_by_label("Align by what both look like");
 

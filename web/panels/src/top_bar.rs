@@ -5,7 +5,7 @@ use crate::theme::{self, Tokens, Weight};
 use crate::widgets::status_line;
 use crate::{Layout, PanelState, Width, icon, words};
 use api::Localisation;
-use client_model::{ClientCommand, LinkState, Model};
+use client_model::{ClientCommand, Model, SocketState};
 use egui::{Color32, Ui};
 
 pub(crate) fn show(
@@ -76,7 +76,7 @@ fn buttons(
 }
 
 fn control_button(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    let connected = model.link.connected();
+    let connected = model.is_connected();
     if model.has_control() {
         let release = Button::new("Release control").text("Release").kind(Kind::Quiet).enabled(connected);
         if release.hint("Let somebody else control the robot").size(0.0, 40.0).show(ui, tokens).clicked() {
@@ -117,10 +117,10 @@ fn statuses(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
 }
 
 fn robot(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let Some(platform) = &model.platform else { return };
-    let name = match &platform.value.site {
-        Some(site) => format!("{} · {}", platform.value.robot, site),
-        None => platform.value.robot.clone(),
+    let Some(platform) = model.platform.report() else { return };
+    let name = match &platform.site {
+        Some(site) => format!("{} · {}", platform.robot, site),
+        None => platform.robot.clone(),
     };
     status_line(ui, "Robot", &name, &[(&name, theme::BODY, Weight::Regular, tokens.text)]);
 }
@@ -134,15 +134,15 @@ fn position(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
         Some(estimate) => {
             let sigma = words::position_sigma_m(&estimate.value);
             let figure = words::accuracy(sigma);
-            if !model.link.connected() {
-                (icon::GPS_SLASH, tokens.bad, "Last position", words::age(estimate.age(model.now)))
+            if !model.is_connected() {
+                (icon::GPS_SLASH, tokens.bad, "Last position", words::age(estimate.age(model.now())))
             } else if matches!(
-                model.localisation,
+                model.localisation(),
                 Localisation::Loading { .. } | Localisation::Relocalising { .. }
             ) {
                 (icon::GPS_SLASH, tokens.warn, "Looking for itself", String::new())
             } else if sigma > UNSURE_M
-                || matches!(model.localisation, Localisation::Localised { doubt: Some(_), .. })
+                || matches!(model.localisation(), Localisation::Localised { doubt: Some(_), .. })
             {
                 (icon::WARNING, tokens.warn, "Position unsure", figure)
             } else if estimate.value.degenerate > 0 {
@@ -193,20 +193,24 @@ pub(crate) const FRESH_S: f64 = 1.0;
 
 fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
     let age = model.data_age_s();
-    let (sign, colour, word): (&str, Color32, String) = match model.link.state() {
-        LinkState::Connected { .. } => match age {
+    let (sign, colour, word): (&str, Color32, String) = match model.connection().state() {
+        SocketState::Connected { .. } => match age {
             Some(age) if age > FRESH_S => (icon::CLOCK_COUNTDOWN, tokens.warn, words::age(age)),
-            _ => (icon::ARROWS_DOWN_UP, tokens.good, words::bit_rate(model.throughput.bits_per_s())),
+            _ => (
+                icon::ARROWS_DOWN_UP,
+                tokens.good,
+                words::bit_rate(model.connection().throughput().bits_per_s()),
+            ),
         },
-        LinkState::Connecting { .. } if model.link.lost_since().is_none() => {
+        SocketState::Connecting { .. } if model.connection().lost_since().is_none() => {
             (icon::PLUGS, tokens.warn, "Connecting".to_owned())
         }
-        LinkState::Connecting { .. } | LinkState::Lost { .. } => {
+        SocketState::Connecting { .. } | SocketState::Lost { .. } => {
             (icon::WIFI_SLASH, tokens.bad, "Link lost".to_owned())
         }
-        LinkState::Refused { .. } => (icon::X_CIRCLE, tokens.bad, "Refused".to_owned()),
+        SocketState::Refused { .. } => (icon::X_CIRCLE, tokens.bad, "Refused".to_owned()),
     };
-    let fresh = match (model.link.connected(), age) {
+    let fresh = match (model.is_connected(), age) {
         (true, Some(age)) if age <= FRESH_S && layout.width == Width::Wide => words::age(age),
         _ => String::new(),
     };
@@ -220,17 +224,18 @@ fn link(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
     ];
     let response = status_line(ui, "Link", value.trim(), &parts);
     let delay = model
-        .clock
+        .connection()
+        .clock()
         .round_trip_s()
         .map_or_else(String::new, |s| format!(" Answer after {:.0} ms.", s * 1000.0));
     response.on_hover_text(format!("Data coming in, and how old the robot's position is.{delay}"));
 }
 
 fn control(ui: &mut Ui, model: &Model, tokens: &Tokens, wide: bool) {
-    let holder = match model.control.owner {
+    let holder = match model.control().owner() {
         None => "nobody",
         Some(_) if model.has_control() => "You",
-        Some(_) => model.control.name.as_str(),
+        Some(_) => model.control().holder_name(),
     };
     let colour = if model.has_control() { tokens.accent } else { tokens.text };
     let label = if wide { "Control" } else { "" };

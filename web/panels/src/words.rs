@@ -184,7 +184,7 @@ pub fn localisation(localisation: &Localisation) -> String {
 
 /// Name of a saved map.
 pub fn map_name(model: &Model, map: MapId) -> &str {
-    let known = model.maps.iter().flatten().find(|summary| summary.id == map);
+    let known = model.maps().list().into_iter().flatten().find(|summary| summary.id == map);
     known.map_or("the map", |summary| &summary.name)
 }
 

@@ -181,7 +181,7 @@ fn adding_a_loop_says_which_step_it_is_and_ends_in_a_proposal() {
         .command(ClientCommand::PickLoopKeyframes(true))
         .command(keyframe(150))
         .command(keyframe(5));
-    assert_eq!(both.model.loop_pick, Some(LoopPick::Both(pair(5, 150))));
+    assert_eq!(both.model.loop_pick(), Some(LoopPick::Both(pair(5, 150))));
     let mut harness = both.shown(1440.0, 900.0);
     assert_eq!(value(&harness, "Message"), "Step 3 of 3: propose keyframes 5 → 150 as a loop.");
     assert_eq!(value(&harness, "Apart in the graph"), "145.0 m");

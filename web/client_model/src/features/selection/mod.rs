@@ -1,0 +1,51 @@
+//! What is selected in the scene, and what the next click there does.
+
+use crate::LoopPair;
+use vocab::KeyframeId;
+
+/// Something selected in the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Selection {
+    /// The robot.
+    Robot,
+    /// A keyframe of the map on the screen.
+    Keyframe(KeyframeId),
+    /// A loop of the map under construction.
+    Loop(LoopPair),
+}
+
+/// What the next click or drag on the ground does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PointerMode {
+    /// It selects, or goes to whatever feature waits for a click.
+    #[default]
+    Select,
+    /// A click sets the goal of a walk.
+    PickGoal,
+    /// A drag sets the pose of the robot: position, then heading.
+    PickPose,
+}
+
+/// Selection and pointer mode.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Selected {
+    pub(crate) selection: Option<Selection>,
+    mode: PointerMode,
+}
+
+impl Selected {
+    pub(crate) fn mode(&self) -> PointerMode {
+        self.mode
+    }
+
+    pub(crate) fn enter(&mut self, mode: PointerMode) {
+        self.mode = mode;
+    }
+
+    /// Goes back to selecting if this mode is on.
+    pub(crate) fn leave(&mut self, mode: PointerMode) {
+        if self.mode == mode {
+            self.mode = PointerMode::Select;
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The path that the robot travelled: keyframes, which loop closures may move, then the estimates since the last keyframe.
+
+use super::Feature;
+use crate::shared::{Change, Context};
+use api::{Estimate, Graph, GraphNode};
+use vocab::{Stamp, Vec3};
+
+/// How densely estimates are kept.
+#[derive(Clone, Copy, Debug)]
+struct TrajectoryConfig {
+    /// Distance between two kept positions, metres.
+    spacing_m: f64,
+    /// Positions kept since the last keyframe: at 0.1 m apart, 500 m of walking.
+    positions_max: usize,
+}
+
+impl Default for TrajectoryConfig {
+    fn default() -> Self {
+        Self { spacing_m: 0.1, positions_max: 5_000 }
+    }
+}
+
+/// Positions of the base since the last keyframe, oldest first, map frame.
+#[derive(Clone, Debug, Default)]
+pub struct Trajectory {
+    tail: Vec<(Stamp, Vec3)>,
+    revision: u64,
+    config: TrajectoryConfig,
+}
+
+impl Trajectory {
+    /// Grows with every change.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// The keyframes, then the positions since the last of them. Map frame, metres.
+    pub(crate) fn positions<'a>(
+        &'a self,
+        keyframes: &'a [GraphNode],
+    ) -> impl Iterator<Item = Vec3> + use<'a> {
+        keyframes
+            .iter()
+            .map(|node| node.map_from_keyframe.position)
+            .chain(self.tail.iter().map(|&(_, position)| position))
+    }
+
+    fn extend(&mut self, estimate: &Estimate) {
+        let position = estimate.map_from_base.position;
+        if !position.is_finite() {
+            return;
+        }
+        if let Some(&(stamp, last)) = self.tail.last() {
+            let moved_m = (position.x - last.x).hypot(position.y - last.y).hypot(position.z - last.z);
+            if moved_m < self.config.spacing_m || estimate.stamp < stamp {
+                return;
+            }
+        }
+        if self.tail.len() >= self.config.positions_max {
+            self.tail.drain(..self.config.positions_max / 10);
+        }
+        self.tail.push((estimate.stamp, position));
+        self.revision += 1;
+    }
+
+    /// Removes positions that keyframes cover: those of the keyframes are corrected by loop closures.
+    fn anchor(&mut self, graph: &Graph) {
+        if let Some(last) = graph.nodes.last() {
+            self.tail.retain(|&(stamp, _)| stamp > last.stamp);
+        }
+        self.revision += 1;
+    }
+
+    fn clear(&mut self) {
+        self.tail.clear();
+        self.revision += 1;
+    }
+}
+
+impl Feature for Trajectory {
+    fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
+        match event {
+            api::Event::Estimate(estimate) => self.extend(estimate),
+            api::Event::Graph(graph) => self.anchor(graph),
+            _ => {}
+        }
+    }
+
+    fn on_change(&mut self, change: &Change, _cx: &mut Context<'_>) {
+        if matches!(change, Change::SessionChanged | Change::FrameChanged) {
+            self.clear();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,74 @@
+//! Sentences of the model that operators read, by key. English; a translation replaces this file.
+
+use api::{Command, GoalKind};
+
+/// Shown when the stop command could not be sent.
+pub(crate) const STOP_NOT_SENT: &str = "Not connected: the stop has not reached the robot yet. It is sent as soon as the link is back. Use the stop button on the robot.";
+
+/// Shown when a message could not be decoded.
+pub(crate) const MESSAGE_UNREADABLE: &str = "The server sent something this page cannot read. Reload the page; if that does not help, server and page are of different versions.";
+
+/// Name of a map that is not listed.
+pub(crate) const UNNAMED_MAP: &str = "Map";
+
+/// Name of this client for other operators. `number` is part of its id.
+pub(crate) fn operator_name(number: u16) -> String {
+    format!("Operator {number:04x}")
+}
+
+/// Reason for which this page refuses a server.
+pub(crate) fn version_mismatch(server: u16, page: u16) -> String {
+    format!("The server speaks version {server} and this page version {page}. Reload the page.")
+}
+
+/// A command that may be lost. `name` as in [`command_name`].
+pub(crate) fn command_expired(name: &str) -> String {
+    format!("{name} may not have reached the robot: the link was lost. Try again.")
+}
+
+/// Shown when loops cannot be decided on because `holder` controls the robot.
+pub(crate) fn loops_need_control(holder: &str) -> String {
+    format!("{holder} controls the robot. Take control to decide on loops.")
+}
+
+/// Shown when a proposed loop was not answered.
+pub(crate) fn proposal_expired(from: u32, to: u32) -> String {
+    format!("No result of the comparison of keyframes {from} and {to}. Propose them again.")
+}
+
+/// Name of a map that is `map` in the frame of `reference`.
+pub(crate) fn aligned_map_name(map: &str, reference: &str) -> String {
+    format!("{map} on {reference}")
+}
+
+/// Shown when a file could not be uploaded. `reason` is a sentence.
+pub(crate) fn upload_failed(file: &str, reason: &str) -> String {
+    format!("{file} was not sent: {reason}")
+}
+
+/// What a command does, as the subject of a sentence.
+pub(crate) fn command_name(command: &Command) -> &'static str {
+    match command {
+        Command::TakeControl { .. } => "Taking control",
+        Command::ReleaseControl => "Giving control back",
+        Command::StartMapping(_) => "Starting the mapping",
+        Command::ExtendMap { .. } => "Extending the map",
+        Command::FinishMapping { .. } => "Saving the map",
+        Command::DiscardMapping => "Discarding the map",
+        Command::Teleoperate(_) => "Driving",
+        Command::StartGoal { kind: GoalKind::WalkTo(_), .. } => "Walking there",
+        Command::StartGoal { kind: GoalKind::Relocalise, .. } => "Relocalising",
+        Command::CancelGoal(_) => "Cancelling the goal",
+        Command::StopMotion => "Stop motion",
+        Command::AllowMotion => "Allowing motion",
+        Command::AcceptLoop { .. } => "Accepting the loop",
+        Command::RejectLoop { .. } => "Rejecting the loop",
+        Command::ProposeLoop { .. } => "Proposing the loop",
+        Command::Localise { .. } => "Using the map",
+        Command::ImportMap { .. } => "Importing the map",
+        Command::AlignMap { .. } => "Aligning the map",
+        Command::CancelImport(_) => "Cancelling the import",
+        Command::InjectFault(_) => "The simulated fault",
+        Command::LeaveMap => "Leaving the map",
+    }
+}
