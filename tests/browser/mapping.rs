@@ -130,7 +130,7 @@ fn localise(page: &mut Page, map: &str) {
     page.click("button", &format!("Use {map}"));
     page.click("button", "Live");
     wait_for("the robot to find itself", WALK_LIMIT, || {
-        (page.status("Localisation")? == "Knows its place").then_some(())
+        (page.status("Localisation")? == "Localised").then_some(())
     });
     wait_for_drawn_map(page);
     page.screenshot().save("localised-1440x900");
@@ -156,7 +156,7 @@ fn set_pose(page: &mut Page, map: &str) {
         // The camera flies there.
         (last.replace(now) == Some(now)).then_some(now)
     });
-    page.click("button", "Show where it stands");
+    page.click("button", "Set the pose");
     wait_for("the hint", DRAW_LIMIT, || page.find("button", "Cancel"));
     page.press(newest);
     let ahead = At { x: 4.0 * newest.x - 3.0 * before.x, y: 4.0 * newest.y - 3.0 * before.y };
@@ -164,9 +164,7 @@ fn set_pose(page: &mut Page, map: &str) {
     page.screenshot().save("showing-where-it-stands-1440x900");
     page.release(ahead);
     page.click("button", "Live");
-    wait_for("the place to snap", WALK_LIMIT, || {
-        (page.status("Localisation")? == "Knows its place").then_some(())
-    });
+    wait_for("the place to snap", WALK_LIMIT, || (page.status("Localisation")? == "Localised").then_some(()));
 }
 
 /// Covers the LiDAR of the simulated robot, and waits until the robot reports that and recovers.
@@ -174,11 +172,11 @@ fn set_pose(page: &mut Page, map: &str) {
 fn cover_the_lidar(page: &mut Page) {
     page.click("button", "Cover the LiDAR for 20 s");
     wait_for("the robot to report that its LiDAR sees nothing", WALK_LIMIT, || {
-        (page.status("Localisation")? == "Unsure: the LiDAR sees nothing").then_some(())
+        (page.status("Localisation")? == "Uncertain: the LiDAR sees nothing").then_some(())
     });
     page.screenshot().save("lidar-covered-1440x900");
     wait_for("the robot to know its place again", WALK_LIMIT, || {
-        (page.status("Localisation")? == "Knows its place").then_some(())
+        (page.status("Localisation")? == "Localised").then_some(())
     });
 }
 

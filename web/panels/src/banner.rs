@@ -108,7 +108,7 @@ fn walk_hint(ui: &mut Ui, model: &Model, tokens: &Tokens) {
 
 fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if model.is_picking_pose() {
-        let text = "Press the floor where the robot stands and drag to where it looks.";
+        let text = "Press the floor where the robot stands and drag in the direction it faces.";
         line(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, text, |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::PickPose(false));

@@ -1,6 +1,7 @@
 //! Driving: the stick, the keys, walking to a point, and what the robot does with it.
 
 use crate::button::{Button, Kind};
+use crate::features::goals;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
 use crate::{Layout, PanelState, Width, icon, words};
@@ -153,7 +154,7 @@ fn stick_twist(at: Vec2) -> Twist {
 }
 
 fn side(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout, out: &mut Vec<ClientCommand>) {
-    let motion = words::motion(model.robot.motion.as_ref().map(|motion| &motion.value));
+    let motion = goals::heading(model);
     let speed = model.robot.estimate.as_ref().map_or(0.0, |estimate| {
         let v = estimate.value.velocity.linear;
         v.x.hypot(v.y)

@@ -39,6 +39,8 @@
 //! | status | `Robot`, `Position`, `Battery`, `Link`, `Control` | top bar |
 //! | status | `Mapping`, `Elapsed`, `Distance`, `Keyframes`, `Points in map` | Map, while mapping |
 //! | status | `Motion`, `Speed`, sensors by their names | Live, and Map while mapping |
+//! | status | `Executive`, `Doing`, `To go`, `Waiting`, `Outcome` | Live, for the robot's goals |
+//! | button | `Cancel goal`, `Dismiss the outcome` | Live, while there is a goal or an outcome |
 //! | alert | the sentence itself | notices and findings |
 
 pub mod icon;
@@ -51,6 +53,7 @@ mod banner;
 mod button;
 mod drive;
 mod evidence;
+mod features;
 mod help;
 mod label_placement;
 mod labels;

@@ -1,5 +1,6 @@
 //! The right card of Live: the robot now.
 
+use crate::features::goals;
 use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
@@ -24,6 +25,7 @@ pub(crate) fn show(
         if let Some(health) = &model.robot.health {
             sensors::findings(ui, &health.value, tokens);
         }
+        goals::show(ui, model, tokens, out);
         ui.add_space(8.0);
         widgets::rule(ui, tokens);
         ui.add_space(4.0);

@@ -116,13 +116,13 @@ fn finding(
     (map, distance, ambiguous): (MapId, f64, bool),
     out: &mut Vec<ClientCommand>,
 ) {
-    status_head(ui, tokens, "Finding itself in the map");
+    status_head(ui, tokens, "Localising in the map");
     let name = words::map_name(model, map);
     let sentence = if ambiguous {
-        format!("What was seen so far fits {name} in two places. Drive to a part that exists once only.")
+        format!("The scans so far fit {name} in two places. Drive to a part that exists only once.")
     } else {
         format!(
-            "Drive the robot some {FIND_M:.0} m through a part that {name} shows. It then sees by itself where it is."
+            "Drive the robot some {FIND_M:.0} m through a part that {name} shows. It is then localised by itself."
         )
     };
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &sentence));

@@ -114,13 +114,13 @@ fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, o
         out.push(ClientCommand::UseMap(map.id));
         out.push(ClientCommand::ViewMap(None));
     }
-    widgets::remark(ui, tokens, "The robot finds itself in it and walks by it.");
+    widgets::remark(ui, tokens, "The robot localises itself in it and walks by it.");
     place(ui, model, tokens, enabled, out);
 }
 
 /// A person who knows where the robot stands shows it on the map that is looked at.
 fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
-    let button = Button::new("Show where it stands").icon(icon::NAVIGATION_ARROW).on(model.is_picking_pose());
+    let button = Button::new("Set the pose").icon(icon::NAVIGATION_ARROW).on(model.is_picking_pose());
     if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::PickPose(!model.is_picking_pose()));
     }
@@ -133,11 +133,15 @@ fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &
         return;
     }
     let enabled = enabled && !model.is_stopped();
-    let button = Button::new("Look about").icon(icon::ARROWS_OUT).enabled(enabled).wide(ui);
+    let button = Button::new("Relocalise").icon(icon::ARROWS_OUT).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
         out.push(ClientCommand::Relocalise);
     }
-    widgets::remark(ui, tokens, "Walks a few metres at a time, over free floor, until it knows its place.");
+    widgets::remark(
+        ui,
+        tokens,
+        "Walks a few metres at a time, over free floor, until the robot is localised.",
+    );
 }
 
 /// The map that is looked at grows.

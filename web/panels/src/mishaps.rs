@@ -19,16 +19,12 @@ const ALL: [(&str, SimulatedFault); 6] = [
     ("Cut off the IMU for 20 s", SimulatedFault::SilenceImu(DARK)),
     ("Let the feet slip for 5 s", SimulatedFault::SlipFeet(SLIP)),
     ("Carry the robot away", SimulatedFault::CarryAway),
-    ("End all troubles", SimulatedFault::End),
+    ("End all faults", SimulatedFault::End),
 ];
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    widgets::head(ui, tokens, "Simulated troubles");
-    widgets::remark(
-        ui,
-        tokens,
-        "This robot is a simulated one. Let something go wrong and see what it makes of it.",
-    );
+    widgets::head(ui, tokens, "Simulated faults");
+    widgets::remark(ui, tokens, "This robot is simulated. Inject a fault and watch how it recovers.");
     for (text, mishap) in ALL {
         let waiting = model.is_pending(|order| *order == api::Command::InjectFault(mishap));
         let button = Button::new(text).text(text).enabled(model.is_connected() && !waiting).wide(ui);

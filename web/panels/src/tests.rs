@@ -1,5 +1,6 @@
 //! The panels by the names of their controls, and the words they use.
 
+mod goals;
 mod loops;
 mod text_input;
 
@@ -224,7 +225,7 @@ fn the_map_that_is_looked_at_can_be_extended() {
     harness.get_by_label("Cancel mapping").click();
     harness.run_steps(2);
     assert!(harness.state().asked.contains(&ClientCommand::DiscardMapping));
-    finding(31.0, true).get_by_label_contains("fits Cellar in two places");
+    finding(31.0, true).get_by_label_contains("fit Cellar in two places");
 
     let Mapping::Running { session, since, distance, keyframes, .. } = running() else {
         panic!("`running` is a running session")
@@ -424,9 +425,9 @@ fn a_robot_that_does_not_find_itself_can_be_sent_to_look_about_or_be_shown_where
         &mut Vec::new(),
     );
     let mut harness = desk.shown(1440.0, 900.0);
-    harness.get_by_label("Look about").click();
+    harness.get_by_label("Relocalise").click();
     harness.run_steps(2);
-    harness.get_by_label("Show where it stands").click();
+    harness.get_by_label("Set the pose").click();
     harness.run_steps(2);
     let asked = &harness.state().asked;
     assert!(

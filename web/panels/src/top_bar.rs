@@ -140,11 +140,11 @@ fn position(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
                 model.localisation(),
                 Localisation::Loading { .. } | Localisation::Relocalising { .. }
             ) {
-                (icon::GPS_SLASH, tokens.warn, "Looking for itself", String::new())
+                (icon::GPS_SLASH, tokens.warn, "Relocalising", String::new())
             } else if sigma > UNSURE_M
                 || matches!(model.localisation(), Localisation::Localised { doubt: Some(_), .. })
             {
-                (icon::WARNING, tokens.warn, "Position unsure", figure)
+                (icon::WARNING, tokens.warn, "Position uncertain", figure)
             } else if estimate.value.degenerate > 0 {
                 (icon::WARNING, tokens.warn, "Few landmarks", figure)
             } else {
@@ -154,7 +154,7 @@ fn position(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
     };
     let shown_figure = if layout.width == Width::Narrow { "" } else { &figure };
     let value = format!("{word} {figure}");
-    let word = if layout.width == Width::Narrow && word == "Position unsure" { "Unsure" } else { word };
+    let word = if layout.width == Width::Narrow && word == "Position uncertain" { "Uncertain" } else { word };
     let parts = [
         (sign, theme::ICON, Weight::Regular, colour),
         (word, theme::BODY, Weight::Regular, tokens.text),

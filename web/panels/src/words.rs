@@ -149,14 +149,14 @@ pub fn position_sigma_m(estimate: &Estimate) -> f64 {
 
 /// What the robot does; `None` before it spoke.
 pub fn motion(motion: Option<&Motion>) -> &'static str {
-    let Some(motion) = motion else { return "No news yet" };
+    let Some(motion) = motion else { return "No report yet" };
     match motion {
         Motion::Idle => "Standing",
         Motion::Stopped { .. } => "Motion stopped",
         Motion::Teleoperated => "Driven by hand",
         Motion::Walking { .. } => "Walking",
         Motion::Waiting { .. } => "Waiting to see",
-        Motion::Looking { .. } => "Looking about",
+        Motion::Looking { .. } => "Relocalising",
         Motion::Blocked { .. } => "Path blocked",
     }
 }
@@ -165,19 +165,19 @@ pub fn motion(motion: Option<&Motion>) -> &'static str {
 pub fn localisation(localisation: &Localisation) -> String {
     match localisation {
         Localisation::Idle => "In no map".to_owned(),
-        Localisation::Loading { .. } => "Reading the map".to_owned(),
-        Localisation::Relocalising { places: 0, .. } => "Looking for itself".to_owned(),
-        Localisation::Relocalising { places: 1, .. } => "Looking whether it is there".to_owned(),
+        Localisation::Loading { .. } => "Loading the map".to_owned(),
+        Localisation::Relocalising { places: 0, .. } => "Relocalising".to_owned(),
+        Localisation::Relocalising { places: 1, .. } => "Relocalising: checking one place".to_owned(),
         Localisation::Relocalising { places, .. } => {
-            format!("In one of {places} places: it has to move to tell which")
+            format!("Relocalising: {places} places are possible, the robot has to move")
         }
-        Localisation::Localised { doubt: None, .. } => "Knows its place".to_owned(),
+        Localisation::Localised { doubt: None, .. } => "Localised".to_owned(),
         Localisation::Localised { doubt: Some(doubt), .. } => match doubt {
-            Doubt::Contradicted => "Unsure: what it sees is not what the map shows".to_owned(),
-            Doubt::Vague => "Unsure: nothing has told its place for a while".to_owned(),
-            Doubt::Dark => "Unsure: the LiDAR sees nothing".to_owned(),
-            Doubt::Unmapped => "Outside what the map shows".to_owned(),
-            Doubt::Unconfirmed => "Looking whether other places look like this one".to_owned(),
+            Doubt::Contradicted => "Uncertain: the scans contradict the map".to_owned(),
+            Doubt::Vague => "Uncertain: nothing has confirmed the pose for a while".to_owned(),
+            Doubt::Dark => "Uncertain: the LiDAR sees nothing".to_owned(),
+            Doubt::Unmapped => "Outside the mapped area".to_owned(),
+            Doubt::Unconfirmed => "Checking for places that look alike".to_owned(),
         },
     }
 }
@@ -194,7 +194,7 @@ pub fn mapping(mapping: &Mapping) -> &'static str {
         Mapping::Idle => "Not mapping",
         Mapping::Starting { .. } => "Finding gravity",
         Mapping::Loading { .. } => "Reading the map",
-        Mapping::Finding { .. } => "Finding itself in the map",
+        Mapping::Finding { .. } => "Localising in the map",
         Mapping::Running { extends: Some(_), .. } => "Extending a map",
         Mapping::Running { .. } => "Mapping",
         Mapping::Saving { .. } => "Saving the map",
@@ -205,7 +205,7 @@ pub fn mapping(mapping: &Mapping) -> &'static str {
 pub fn import_stage(stage: ImportStage) -> &'static str {
     match stage {
         ImportStage::Reading => "Reading",
-        ImportStage::Looking => "Looking about in",
+        ImportStage::Looking => "Computing viewpoints of",
         ImportStage::Writing => "Writing",
     }
 }

@@ -1,0 +1,145 @@
+//! Goals: what the robot is doing, how far it is, what it waits for, and what came of it.
+
+mod texts;
+
+use crate::button::{Button, Kind};
+use crate::theme::{self, Tokens, Weight, font};
+use crate::widgets::{self, fact};
+use crate::{icon, words};
+use api::{ExecutiveState, Goal, GoalStatus};
+use client_model::{ClientCommand, GoalOutcome, Model};
+use egui::{Color32, CornerRadius, Role, Sense, Ui, vec2};
+
+/// Age of an outcome from which it is shown, seconds.
+const SHOWN_AGE_S: f64 = 1.0;
+/// Height of the progress bar, points.
+const BAR_HEIGHT: f32 = 6.0;
+
+/// What the robot does, in a few words: the state of the executive; while it executes a goal or stands, the state of motion, which says more.
+pub(crate) fn heading(model: &Model) -> &'static str {
+    match model.goals.executive() {
+        Some(executive) if !matches!(executive.state, ExecutiveState::Executing | ExecutiveState::Idle) => {
+            texts::state(executive.state)
+        }
+        _ => words::motion(model.robot.motion.as_ref().map(|motion| &motion.value)),
+    }
+}
+
+/// The section of the card of Live.
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+    let Some(executive) = model.goals.executive() else { return };
+    ui.add_space(8.0);
+    widgets::rule(ui, tokens);
+    ui.add_space(4.0);
+    widgets::head(ui, tokens, texts::HEAD);
+    show_state_chip(ui, tokens, executive.state);
+    if let Some(goal) = model.goals.active() {
+        show_active(ui, model, tokens, goal, out);
+    }
+    if let Some(outcome) = model.goals.outcome() {
+        show_outcome(ui, model, tokens, outcome, out);
+    }
+}
+
+/// Icon, colour and word of the executive's state.
+fn show_state_chip(ui: &mut Ui, tokens: &Tokens, state: ExecutiveState) {
+    let (sign, colour) = match state {
+        ExecutiveState::Stopped => (icon::STOP, tokens.bad),
+        ExecutiveState::ManualDriving => (icon::USER, tokens.accent),
+        ExecutiveState::Recovering => (icon::GPS_SLASH, tokens.warn),
+        ExecutiveState::Executing => (icon::NAVIGATION_ARROW, tokens.accent),
+        ExecutiveState::Idle => (icon::CHECK_CIRCLE, tokens.good),
+    };
+    let word = texts::state(state);
+    let parts =
+        [(sign, theme::ICON, Weight::Regular, colour), (word, theme::BODY, Weight::SemiBold, tokens.text)];
+    widgets::status_line(ui, texts::STATE, word, &parts);
+}
+
+fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &mut Vec<ClientCommand>) {
+    fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind));
+    if let GoalStatus::Running(progress) = &goal.status {
+        if let Some(remaining_m) = progress.remaining_m {
+            fact(ui, tokens, texts::REMAINING, &words::distance(remaining_m));
+        }
+        if let Some(share) = model.goals.progress(goal) {
+            show_bar(ui, tokens, share);
+        }
+        if let Some(reason) = progress.waits_for {
+            widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+                let sentence = texts::wait(reason);
+                let text = egui::RichText::new(sentence).size(theme::BODY).color(tokens.text);
+                let response = ui.add(egui::Label::new(text).wrap());
+                widgets::status_node(&response, texts::WAITS, sentence);
+            });
+        }
+    }
+    let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
+    let enabled = model.is_connected() && !model.is_controlled_by_other();
+    if cancel.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
+        out.push(ClientCommand::CancelGoal(goal.id));
+    }
+}
+
+/// A bar that is filled to `share`, 0 to 1.
+fn show_bar(ui: &mut Ui, tokens: &Tokens, share: f32) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAR_HEIGHT), Sense::hover());
+    let radius = CornerRadius::same(3);
+    ui.painter().rect_filled(rect, radius, tokens.line);
+    let mut done = rect;
+    done.set_width(rect.width() * share);
+    ui.painter().rect_filled(done, radius, tokens.accent);
+    ui.ctx().accesskit_node_builder(response.id, |node| {
+        node.set_role(Role::ProgressIndicator);
+        node.set_label(texts::PROGRESS);
+        node.set_value(words::share(share));
+    });
+}
+
+fn show_outcome(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    outcome: GoalOutcome<'_>,
+    out: &mut Vec<ClientCommand>,
+) {
+    let goal = outcome.goal;
+    let (sign, colour) = sign_of(&goal.status, tokens);
+    let sentence = texts::outcome(goal);
+    let tried = texts::tried(&goal.status);
+    let age_s = model.now().since(outcome.ended);
+    let age = (age_s > SHOWN_AGE_S).then(|| texts::ago(&words::duration(age_s)));
+    let response = widgets::tinted_box(ui, tokens, colour, |ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        ui.horizontal(|ui| {
+            ui.label(egui::RichText::new(sign).size(theme::ICON).color(colour));
+            let word = egui::RichText::new(texts::outcome_word(&goal.status));
+            ui.label(word.font(font(theme::BODY, Weight::SemiBold)).color(tokens.text));
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
+                if dismiss.size(36.0, 36.0).show(ui, tokens).clicked() {
+                    out.push(ClientCommand::DismissGoal(goal.id));
+                }
+            });
+        });
+        let text = egui::RichText::new(&sentence).size(theme::BODY).color(tokens.text);
+        let response = ui.add(egui::Label::new(text).wrap());
+        for remark in tried.as_deref().into_iter().chain(age.as_deref()) {
+            widgets::remark(ui, tokens, remark);
+        }
+        response
+    });
+    let parts = [Some(sentence.as_str()), tried.as_deref(), age.as_deref()];
+    let value: Vec<&str> = parts.into_iter().flatten().collect();
+    widgets::status_node(&response, texts::OUTCOME, &value.join(" "));
+}
+
+fn sign_of(status: &GoalStatus, tokens: &Tokens) -> (&'static str, Color32) {
+    match status {
+        GoalStatus::Succeeded { .. } => (icon::CHECK_CIRCLE, tokens.good),
+        GoalStatus::Failed { .. } => (icon::X_CIRCLE, tokens.bad),
+        GoalStatus::Cancelled { .. } | GoalStatus::Accepted | GoalStatus::Running(_) => {
+            (icon::INFO, tokens.dim)
+        }
+    }
+}

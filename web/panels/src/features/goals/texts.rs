@@ -1,0 +1,105 @@
+//! Texts of goals, by key.
+
+use crate::words;
+use api::{CancelCause, ExecutiveState, Goal, GoalAttempt, GoalFailure, GoalKind, GoalStatus, WaitReason};
+
+pub(super) const HEAD: &str = "Goal";
+pub(super) const STATE: &str = "Executive";
+pub(super) const GOAL: &str = "Doing";
+pub(super) const REMAINING: &str = "To go";
+pub(super) const WAITS: &str = "Waiting";
+pub(super) const PROGRESS: &str = "Progress";
+pub(super) const CANCEL: &str = "Cancel goal";
+pub(super) const CANCEL_SHORT: &str = "Cancel";
+pub(super) const OUTCOME: &str = "Outcome";
+pub(super) const DISMISS: &str = "Dismiss the outcome";
+
+/// What moves the robot.
+pub(super) fn state(state: ExecutiveState) -> &'static str {
+    match state {
+        ExecutiveState::Stopped => "Motion stopped",
+        ExecutiveState::ManualDriving => "Driven by hand",
+        ExecutiveState::Recovering => "Relocalising",
+        ExecutiveState::Executing => "Executing a goal",
+        ExecutiveState::Idle => "Idle",
+    }
+}
+
+pub(super) fn goal(kind: GoalKind) -> String {
+    match kind {
+        GoalKind::WalkTo(point) => format!("Walking to {}", words::place(&point)),
+        GoalKind::Relocalise => "Relocalising".to_owned(),
+    }
+}
+
+pub(super) fn wait(reason: WaitReason) -> &'static str {
+    match reason {
+        WaitReason::Sight => "Waiting: the LiDAR sees nothing. The robot goes on when it sees again.",
+        WaitReason::FreePath => "Waiting: the path is blocked. The robot goes on when it is free.",
+        WaitReason::Place => "Waiting: the robot has to relocalise first.",
+    }
+}
+
+pub(super) fn outcome_word(status: &GoalStatus) -> &'static str {
+    match status {
+        GoalStatus::Succeeded { .. } => "Succeeded",
+        GoalStatus::Failed { .. } => "Failed",
+        GoalStatus::Cancelled { .. } => "Cancelled",
+        GoalStatus::Accepted | GoalStatus::Running(_) => "Running",
+    }
+}
+
+/// What became of a goal, and what to do next.
+pub(super) fn outcome(goal: &Goal) -> String {
+    match &goal.status {
+        GoalStatus::Succeeded { took, .. } => {
+            let took = words::duration(took.secs_f64());
+            match goal.kind {
+                GoalKind::WalkTo(_) => format!("The robot reached its goal in {took}."),
+                GoalKind::Relocalise => format!("The robot is localised after {took}."),
+            }
+        }
+        GoalStatus::Failed { reason, .. } => match reason {
+            GoalFailure::PathBlocked => "The path stayed blocked. Clear it or choose another goal.",
+            GoalFailure::PlaceNotFound => {
+                "The robot was not localised in time. Drive it to a part that the map shows, or set its pose."
+            }
+            GoalFailure::MapReplaced => "The map changed meanwhile. Choose the goal again.",
+        }
+        .to_owned(),
+        GoalStatus::Cancelled { cause, .. } => match cause {
+            CancelCause::Requested => "An operator cancelled it.",
+            CancelCause::MotionStopped => "Motion was stopped.",
+            CancelCause::DrivenByHand => "The robot was driven by hand.",
+            CancelCause::Replaced(_) => "Another goal took its place.",
+        }
+        .to_owned(),
+        GoalStatus::Accepted | GoalStatus::Running(_) => String::new(),
+    }
+}
+
+/// What was tried before a goal failed; `None` if nothing is known.
+pub(super) fn tried(status: &GoalStatus) -> Option<String> {
+    let GoalStatus::Failed { tried, .. } = status else { return None };
+    let tried: Vec<String> = tried.iter().map(attempt).collect();
+    (!tried.is_empty()).then(|| format!("Tried: {}.", tried.join(", ")))
+}
+
+fn attempt(attempt: &GoalAttempt) -> String {
+    match attempt {
+        GoalAttempt::PlannedPaths(1) => "1 path planned".to_owned(),
+        GoalAttempt::PlannedPaths(paths) => format!("{paths} paths planned"),
+        GoalAttempt::WaitedForPath(span) => {
+            format!("waited {} for a free path", words::duration(span.secs_f64()))
+        }
+        GoalAttempt::SearchedForPlace(span) => {
+            format!("searched the map for {}", words::duration(span.secs_f64()))
+        }
+        GoalAttempt::ExploredPaths(1) => "1 path explored".to_owned(),
+        GoalAttempt::ExploredPaths(paths) => format!("{paths} paths explored"),
+    }
+}
+
+pub(super) fn ago(duration: &str) -> String {
+    format!("{duration} ago.")
+}
