@@ -3,7 +3,7 @@
 use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
 use messages::{GoalAttempt, GoalFailure, GoalProgress};
-use navigation::Terrain;
+use navigation::ElevationMap;
 use std::fmt::Debug;
 use std::task::Poll;
 use vocab::{Stamp, Twist};
@@ -40,7 +40,7 @@ pub struct BehaviourContext<'a> {
     /// Where the robot is.
     pub frames: Frames,
     /// Where it can walk, odometry's frame.
-    pub terrain: &'a Terrain,
+    pub terrain: &'a ElevationMap,
     /// Whether the ground was seen lately. A behaviour that walks by itself stands while it was not.
     pub sees_ground: bool,
     /// Whether the place in the saved map in use is known and nothing speaks against it.

@@ -10,7 +10,7 @@ use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
 use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
 use navigation::{
-    ExplorationConfig, PathFollower, PathFollowerConfig, PlannerConfig, Terrain, explore, plan,
+    ElevationMap, ExplorationConfig, PathFollower, PathFollowerConfig, PlannerConfig, explore, plan,
 };
 use std::sync::Arc;
 use std::task::Poll;
@@ -176,7 +176,7 @@ impl RelocalisationBehaviour {
     fn next_walk(
         &self,
         stood: Span,
-        terrain: &Terrain,
+        terrain: &ElevationMap,
         here: &Vector3,
         hint: &ExplorationHint,
     ) -> Option<Piece> {
@@ -191,13 +191,13 @@ impl RelocalisationBehaviour {
     }
 
     /// A path to where it has not been.
-    fn explore(&self, terrain: &Terrain, here: &Vector3) -> Option<Piece> {
+    fn explore(&self, terrain: &ElevationMap, here: &Vector3) -> Option<Piece> {
         let RelocalisationConfig { exploration, planner, .. } = &self.config;
         explore(exploration, planner, terrain, here, &self.visited).map(|path| (None, path))
     }
 
     /// A path on along the hint's path, from where that passes by to its farthest point to which a short path over seen ground leads.
-    fn follow_hint(&self, terrain: &Terrain, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
+    fn follow_hint(&self, terrain: &ElevationMap, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
         let way = hint.path.as_ref().filter(|way| {
             hint.hypotheses > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
         })?;
@@ -226,7 +226,7 @@ impl RelocalisationBehaviour {
 
     /// The path to the end of another one as the terrain is seen now. None where it is longer than the whole other path, and much longer than the
     /// straight line.
-    fn replan(&self, terrain: &Terrain, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
+    fn replan(&self, terrain: &ElevationMap, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
         let end = path.last()?;
         let straight_m = (end - here).norm() + self.config.replan_detour_max_m;
         let planned = plan(&self.config.planner, terrain, here, end).ok()?;

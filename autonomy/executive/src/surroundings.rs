@@ -2,7 +2,7 @@
 
 use geometry::Isometry;
 use messages::RobotProfile;
-use navigation::{RobotShape, Terrain};
+use navigation::{ElevationMap, RobotShape};
 use vocab::{Span, Stamp};
 
 /// Parameters of [`Surroundings`].
@@ -22,11 +22,11 @@ impl Default for SurroundingsConfig {
     }
 }
 
-/// Terrain in odometry's frame, in which nothing jumps unless odometry begins anew.
+/// ElevationMap in odometry's frame, in which nothing jumps unless odometry begins anew.
 #[derive(Debug)]
 pub struct Surroundings {
     config: SurroundingsConfig,
-    terrain: Terrain,
+    terrain: ElevationMap,
     /// When the ground was seen last.
     seen: Option<Stamp>,
 }
@@ -40,7 +40,7 @@ impl Surroundings {
             clearance: profile.clearance_height_m,
             step: profile.step_height_m,
         };
-        Self { config, terrain: Terrain::new(config.cell_size_m, shape), seen: None }
+        Self { config, terrain: ElevationMap::new(config.cell_size_m, shape), seen: None }
     }
 
     /// Inserts a scan. `points` and the `sensor` that saw them in the base frame, metres.
@@ -57,12 +57,12 @@ impl Surroundings {
 
     /// Forgets everything: the frame is another one from now on.
     pub fn clear(&mut self) {
-        self.terrain = Terrain::new(self.terrain.cell_size(), *self.terrain.shape());
+        self.terrain = ElevationMap::new(self.terrain.cell_size(), *self.terrain.shape());
         self.seen = None;
     }
 
     /// Where the robot can walk, odometry's frame.
-    pub fn terrain(&self) -> &Terrain {
+    pub fn terrain(&self) -> &ElevationMap {
         &self.terrain
     }
 

@@ -6,7 +6,7 @@
 use crate::{Behaviour, BehaviourContext, Frames, Outcome};
 use geometry::{Isometry, Vector3};
 use messages::{GoalAttempt, GoalFailure, GoalProgress, WaitReason};
-use navigation::{PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Terrain, Velocity, plan};
+use navigation::{ElevationMap, PathFollower, PathFollowerConfig, PlanError, PlannerConfig, Velocity, plan};
 use std::task::Poll;
 use vocab::{Span, Stamp, Twist, Vec3};
 
@@ -65,7 +65,7 @@ impl WalkBehaviour {
     pub fn begin(
         config: WalkConfig,
         at: Stamp,
-        terrain: &Terrain,
+        terrain: &ElevationMap,
         frames: &Frames,
         goal: Vector3,
     ) -> Result<Self, PlanError> {
@@ -75,7 +75,13 @@ impl WalkBehaviour {
     }
 
     /// The same for a robot that was on its way already: where there is no path now, it waits for one.
-    pub fn resume(config: WalkConfig, at: Stamp, terrain: &Terrain, frames: &Frames, goal: Vector3) -> Self {
+    pub fn resume(
+        config: WalkConfig,
+        at: Stamp,
+        terrain: &ElevationMap,
+        frames: &Frames,
+        goal: Vector3,
+    ) -> Self {
         Self::begin(config, at, terrain, frames, goal).unwrap_or_else(|_| {
             let here = vec![frames.odom_from_base.translation.vector];
             Self::on(config, at, goal, frames.to_odom(&goal), here, Some(at))
@@ -104,7 +110,7 @@ impl WalkBehaviour {
     }
 
     /// Plans to where the walk's goal is now in odometry's frame.
-    fn replan(&mut self, at: Stamp, terrain: &Terrain, odom_from_base: &Isometry, goal: Vector3) {
+    fn replan(&mut self, at: Stamp, terrain: &ElevationMap, odom_from_base: &Isometry, goal: Vector3) {
         (self.planned_at, self.planned_to) = (at, goal);
         self.plans += 1;
         match plan(&self.config.planner, terrain, &odom_from_base.translation.vector, &goal) {

@@ -1,7 +1,7 @@
 //! Where to walk when the robot does not know where it is: a short path over ground that has been seen, to where it has not been.
 
 use crate::planner::{GridSearch, PlannerConfig, trace};
-use crate::{CellIndex, Terrain};
+use crate::{CellIndex, ElevationMap};
 use geometry::Vector3;
 use std::cmp::Reverse;
 
@@ -20,7 +20,7 @@ impl Default for ExplorationConfig {
     }
 }
 
-/// Path from `from` to the cell that is farthest from all of `visited` (all in the terrain's frame, metres); `None` where there is none. The goal lies within
+/// Path from `from` to the cell that is farthest from all of `visited` (all in the map's frame, metres); `None` where there is none. The goal lies within
 /// [`ExplorationConfig::radius_m`], on ground that was seen and away from obstacles. The path may cross ground that was never seen where there is no
 /// other: beside itself a robot may have seen nothing.
 ///
@@ -28,7 +28,7 @@ impl Default for ExplorationConfig {
 pub fn explore(
     config: &ExplorationConfig,
     planner: &PlannerConfig,
-    terrain: &Terrain,
+    terrain: &ElevationMap,
     from: &Vector3,
     visited: &[Vector3],
 ) -> Option<Vec<Vector3>> {
@@ -74,7 +74,7 @@ mod tests {
 
     fn explore_within(
         radius_m: f64,
-        terrain: &Terrain,
+        terrain: &ElevationMap,
         from: &Vector3,
         visited: &[Vector3],
     ) -> Option<Vec<Vector3>> {

@@ -3,7 +3,7 @@
 //! Source: Hart, Nilsson, Raphael, *A Formal Basis for the Heuristic Determination of Minimum Cost Paths*, 1968; the searches are those of the
 //! crate `pathfinding`.
 
-use crate::{CellIndex, Terrain};
+use crate::{CellIndex, ElevationMap};
 use geometry::Vector3;
 use ordered_float::OrderedFloat;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra_reach};
@@ -75,7 +75,7 @@ impl std::error::Error for PlanError {}
 /// When the start or the goal is blocked, or no path was found.
 pub fn plan(
     config: &PlannerConfig,
-    terrain: &Terrain,
+    terrain: &ElevationMap,
     from: &Vector3,
     to: &Vector3,
 ) -> Result<Vec<Vector3>, PlanError> {
@@ -104,13 +104,13 @@ pub(crate) type Parents = BTreeMap<CellIndex, CellIndex>;
 
 pub(crate) struct GridSearch<'a> {
     config: PlannerConfig,
-    terrain: &'a Terrain,
+    terrain: &'a ElevationMap,
     /// Cost factors computed so far; `None` where the robot cannot stand.
     factors: BTreeMap<CellIndex, Option<f64>>,
 }
 
 impl<'a> GridSearch<'a> {
-    pub(crate) fn new(config: PlannerConfig, terrain: &'a Terrain) -> Self {
+    pub(crate) fn new(config: PlannerConfig, terrain: &'a ElevationMap) -> Self {
         Self { config, terrain, factors: BTreeMap::new() }
     }
 

@@ -10,9 +10,9 @@ const SIZE: f64 = 0.25;
 const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Inserts the points that a LiDAR would see in the drawing.
-pub(crate) fn terrain(picture: &str) -> (Terrain, Vector3, Vector3) {
+pub(crate) fn terrain(picture: &str) -> (ElevationMap, Vector3, Vector3) {
     let shape = RobotShape { radius: 0.2, standing_height: 0.5, clearance: 0.9, step: 0.22 };
-    let mut terrain = Terrain::new(SIZE, shape);
+    let mut terrain = ElevationMap::new(SIZE, shape);
     let (mut points, mut from, mut to) = (Vec::new(), Vector3::zeros(), Vector3::zeros());
     for (row, line) in picture.lines().enumerate() {
         for (column, letter) in line.chars().enumerate() {
@@ -137,7 +137,7 @@ fn the_path_avoids_a_step_that_is_too_high() {
 
 #[test]
 fn people_who_leave_free_the_path() {
-    let mut terrain = Terrain::new(SIZE, RobotShape::default());
+    let mut terrain = ElevationMap::new(SIZE, RobotShape::default());
     let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
     let floor = [[2.0, 0.0, -0.55]];
     let cell = terrain.index(2.0, 0.0);

@@ -51,7 +51,7 @@ fn scan(columns: usize, objects: &[Cylinder]) -> Vec<[f32; 3]> {
     points
 }
 
-fn insert_scans(terrain: &mut Terrain, scan: &[[f32; 3]], times: usize) {
+fn insert_scans(terrain: &mut ElevationMap, scan: &[[f32; 3]], times: usize) {
     for _ in 0..times {
         terrain.insert_scan(&Isometry::identity(), SENSOR, scan, 12.0);
     }
@@ -59,7 +59,7 @@ fn insert_scans(terrain: &mut Terrain, scan: &[[f32; 3]], times: usize) {
 
 #[test]
 fn people_who_leave_are_cleared_where_the_robot_sees_no_ground() {
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     insert_scans(&mut terrain, &scan(500, &[PERSON]), 20);
     let edge = terrain.index(1.8, 0.3);
     assert!(!terrain.is_free(edge));
@@ -91,7 +91,7 @@ fn objects_that_rays_miss_stay() {
     // Between two beams of the LiDAR.
     let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
     for objects in [&[low][..], &[table], &bars, &[rope]] {
-        let mut terrain = Terrain::new(0.1, RobotShape::default());
+        let mut terrain = ElevationMap::new(0.1, RobotShape::default());
         let cell = terrain.index(objects[0].centre[0], objects[0].centre[1]);
         let seen: Vec<[f32; 3]> = objects.iter().flat_map(points_of).collect();
         for _ in 0..4 {
@@ -105,7 +105,7 @@ fn objects_that_rays_miss_stay() {
 #[test]
 fn a_pole_that_every_third_scan_meets_stays() {
     let pole = Cylinder { centre: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let cell = terrain.index(pole.centre[0], pole.centre[1]);
     let (met, missed) = (scan(720, &[pole]), scan(720, &[]));
     insert_scans(&mut terrain, &met, 4);
@@ -123,7 +123,7 @@ fn of_two_objects_above_each_other_the_one_that_left_is_cleared() {
     // A sign above a box. From close by no ray meets the sign.
     let [carton, sign] =
         [(0.0, 0.45), (0.9, 1.2)].map(|heights| Cylinder { centre: [0.95, 0.05], radius: 0.1, heights });
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let cell = terrain.index(carton.centre[0], carton.centre[1]);
     let seen: Vec<[f32; 3]> = [carton, sign].iter().flat_map(points_of).collect();
     for _ in 0..4 {
@@ -135,7 +135,7 @@ fn of_two_objects_above_each_other_the_one_that_left_is_cleared() {
 
 #[test]
 fn an_object_whose_foot_is_out_of_sight_is_not_ground() {
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let near = Cylinder { centre: [1.3, 0.3], ..PERSON };
     insert_scans(&mut terrain, &scan(500, &[near]), 20);
     let edge = terrain.index(1.06, 0.3);
@@ -158,14 +158,14 @@ fn stairs_are_ground_and_an_arm_is_not() {
             );
         }
     }
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     insert_scans(&mut terrain, &points, 30);
     let top = terrain.cell(terrain.index(4.85, 0.0)).ground();
     assert!(top.is_some_and(|top| (top - FLOOR - 7.0 * 0.17).abs() < 0.02), "{top:?}");
     assert!((0..20_u8).all(|tenth| terrain.is_free(terrain.index(3.0 + 0.1 * f64::from(tenth), 0.0))));
     // An arm beside the robot, above the lowest beam.
     let arm = Cylinder { centre: [1.2, 0.3], radius: 0.05, heights: (0.85, 1.4) };
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let mut with_arm = scan(500, &[]);
     with_arm.extend(points_of(&arm).into_iter().filter(|point| point[2] > FLOOR as f32 + 0.1));
     insert_scans(&mut terrain, &with_arm, 20);
@@ -179,7 +179,7 @@ fn stairs_are_ground_and_an_arm_is_not() {
 #[test]
 fn an_object_above_the_robot_is_no_obstacle() {
     for (heights, is_free) in [((1.2, 1.4), true), ((0.7, 1.4), false), ((0.25, 0.3), false)] {
-        let mut terrain = Terrain::new(0.1, RobotShape::default());
+        let mut terrain = ElevationMap::new(0.1, RobotShape::default());
         let mut points = scan(500, &[]);
         points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));
         insert_scans(&mut terrain, &points, 5);
@@ -189,7 +189,7 @@ fn an_object_above_the_robot_is_no_obstacle() {
 
 #[test]
 fn an_object_on_the_floor_below_a_hanging_one_is_an_obstacle() {
-    let mut terrain = Terrain::new(0.1, RobotShape::default());
+    let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let mut points = scan(500, &[]);
     for heights in [(0.0, 0.3), (1.4, 1.6)] {
         points.extend(points_of(&Cylinder { centre: [3.0, 0.3], radius: 0.1, heights }));

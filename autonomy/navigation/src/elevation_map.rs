@@ -16,9 +16,9 @@ const BLOCK_CELLS: i32 = 64;
 /// Height slices that a [`Cell`] keeps, one bit each.
 const SLICES_MAX: i64 = 16;
 
-/// Parameters of [`Terrain`]. The values were tuned on the simulated sites with people walking about.
+/// Parameters of [`ElevationMap`]. The values were tuned on the simulated sites with people walking about.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TerrainConfig {
+pub struct ElevationMapConfig {
     /// Obstacle confidence from which on a cell counts as an obstacle.
     pub obstacle_min: i8,
     /// Highest obstacle confidence that a cell keeps, so that people who leave are forgotten within seconds.
@@ -55,7 +55,7 @@ pub struct TerrainConfig {
     pub self_margin_m: f64,
 }
 
-impl Default for TerrainConfig {
+impl Default for ElevationMapConfig {
     fn default() -> Self {
         Self {
             obstacle_min: 2,
@@ -79,7 +79,7 @@ impl Default for TerrainConfig {
     }
 }
 
-impl TerrainConfig {
+impl ElevationMapConfig {
     /// The slice that holds a height, counted from height zero.
     fn slice(&self, height: f32) -> i64 {
         (f64::from(height) / self.slice_height_m).floor() as i64
@@ -151,7 +151,7 @@ impl Cell {
     /// foot may be out of sight.
     fn slices_seen_through(
         &self,
-        config: &TerrainConfig,
+        config: &ElevationMapConfig,
         seen: &SeenScan,
         centre: [f64; 2],
         distance: f64,
@@ -258,8 +258,8 @@ fn runs(mut bits: u16) -> impl Iterator<Item = (u32, u32)> {
 
 /// The elevation map.
 #[derive(Clone, Debug)]
-pub struct Terrain {
-    config: TerrainConfig,
+pub struct ElevationMap {
+    config: ElevationMapConfig,
     cell_size: f64,
     shape: RobotShape,
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
@@ -279,18 +279,18 @@ struct SeenScan {
 struct CellHits {
     lowest: f32,
     highest: f32,
-    /// Slices with points, counted from [`TerrainConfig::slices_below_feet`] under the feet.
+    /// Slices with points, counted from [`ElevationMapConfig::slices_below_feet`] under the feet.
     slices: u64,
 }
 
-impl Terrain {
+impl ElevationMap {
     /// An empty map of square cells with a side of `cell_size` metres.
     pub fn new(cell_size: f64, shape: RobotShape) -> Self {
-        Self::with_config(TerrainConfig::default(), cell_size, shape)
+        Self::with_config(ElevationMapConfig::default(), cell_size, shape)
     }
 
     /// As [`Self::new`], with other parameters.
-    pub fn with_config(config: TerrainConfig, cell_size: f64, shape: RobotShape) -> Self {
+    pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
         Self { config, cell_size, shape, blocks: BTreeMap::new(), touched: BTreeMap::new() }
     }
 
@@ -549,7 +549,7 @@ impl Terrain {
 
 /// The slices above `ground`, metres, in which a scan saw something that a robot would walk into.
 fn slices_in_the_way(
-    config: &TerrainConfig,
+    config: &ElevationMapConfig,
     hits: &CellHits,
     ground: f32,
     foot: f32,
@@ -590,5 +590,5 @@ fn locate(index: CellIndex) -> ((i32, i32), usize) {
 }
 
 #[cfg(test)]
-#[path = "terrain_tests.rs"]
+#[path = "elevation_map_tests.rs"]
 mod tests;
