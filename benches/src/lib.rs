@@ -37,10 +37,10 @@ pub fn thread_ms() -> f64 {
     time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
-/// The quantile of values in ascending order: `share` 0 is the least, 0.5 the median, 1 the greatest. NaN without values.
+/// The quantile of values in ascending order by nearest rank: `share` 0 is the least, 0.5 the median, 1 the greatest. NaN without values.
 pub fn quantile(ascending: &[f64], share: f64) -> f64 {
-    let index = (share * (ascending.len().max(1) - 1) as f64) as usize;
-    ascending.get(index).copied().unwrap_or(f64::NAN)
+    let rank = (share * ascending.len() as f64).ceil() as usize;
+    ascending.get(rank.saturating_sub(1)).copied().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

@@ -8,67 +8,17 @@
 //! make a keyframe, and steps that take the result of a job, are listed separately too; the jobs themselves are not counted. Memory is that
 //! of the whole process, including the simulated site and, while the robot maps, the keyframes that are kept for the second phase.
 
+mod arguments;
 mod measure;
 mod plot;
 mod step_times;
 mod walk;
 
 use anyhow::{Result, ensure};
-use clap::{Parser, ValueEnum};
+use arguments::{Arguments, Phase};
+use clap::Parser;
 use measure::Minute;
-use std::path::PathBuf;
 use step_times::StepTimes;
-
-/// Cost per scan and memory over a long walk; fails if the steps that take a scan miss their bar.
-///
-/// Examples: cargo xtask bench endurance --site b1 --minutes 60
-///           cargo xtask bench endurance --site b1 --phases mapping --minutes 60 --svg hour.svg
-///           cargo xtask bench endurance --site b1 --phases mapping --route short --minutes 90 --columns 250 --svg hundred-rounds.svg
-#[derive(Parser)]
-struct Arguments {
-    /// Site: b1, torus, plant or twins.
-    #[arg(long, default_value = "b1")]
-    site: sim::SiteName,
-    /// Route: round or short.
-    #[arg(long, default_value = "round")]
-    route: String,
-    /// Phases, separated by commas. The second one needs the first one's map.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "mapping,localised")]
-    phases: Vec<Phase>,
-    /// Minutes of walking in each phase; the route is walked again and again.
-    #[arg(long, default_value_t = 60)]
-    minutes: u32,
-    /// Seed of the simulation.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// LiDAR columns per sweep; 2000 is full resolution, 64,000 points.
-    #[arg(long, default_value_t = sim::FULL_COLUMNS)]
-    columns: u32,
-    /// Number of people who walk on the site.
-    #[arg(long, default_value_t = 4)]
-    people: u32,
-    /// Where to draw the plot of the mapping phase.
-    #[arg(long)]
-    svg: Option<PathBuf>,
-}
-
-/// What the robot does while it walks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Phase {
-    /// It makes a map.
-    Mapping,
-    /// It is localised in the map of the mapping phase.
-    Localised,
-}
-
-impl Phase {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Mapping => "mapping",
-            Self::Localised => "localised",
-        }
-    }
-}
 
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 fn main() -> Result<()> {

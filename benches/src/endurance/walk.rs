@@ -1,6 +1,6 @@
 //! The walks of the two phases, cut into minutes.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::measure::{Measurement, Minute};
 use anyhow::Result;
 use benches::prior_map::PriorMapBuilder;

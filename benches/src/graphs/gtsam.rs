@@ -1,6 +1,7 @@
 //! GTSAM, in a Python environment of its own if none is given.
 
-use crate::{Arguments, table};
+use crate::arguments::Arguments;
+use crate::table;
 use anyhow::{Context, Result};
 use benches::{json, succeed};
 use serde_json::Value;

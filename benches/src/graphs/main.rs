@@ -3,15 +3,17 @@
 //! Both programs run on one core, one after the other, graph by graph; times are medians of CPU time. The chi-squared of GTSAM's result is computed
 //! by the script and not by GTSAM, with the residual that separates rotation and translation, like ours.
 
+mod arguments;
 mod gtsam;
 mod table;
 
 use anyhow::{Context, Result};
+use arguments::Arguments;
 use benches::json;
 use clap::Parser;
 use gtsam::Gtsam;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use table::Row;
 
@@ -22,37 +24,6 @@ const OPTIMA: [(&str, f64); 4] = [
     ("intel", 45.004233),
     ("smallGrid3D", 1035.8507),
 ];
-
-/// Speed and accuracy of pose-graph optimisation.
-///
-/// Example: cargo xtask bench graphs --graphs sphere2500,intel --repeats 3
-#[derive(Parser)]
-struct Arguments {
-    /// Published graphs, separated by commas.
-    #[arg(long, value_delimiter = ',', default_value = "sphere2500,parking-garage,intel")]
-    graphs: Vec<String>,
-    /// Folder of the published graphs.
-    #[arg(long, default_value = "../shared/data/pose-graphs")]
-    data: PathBuf,
-    /// Number of poses of the patrol; 0 leaves it out.
-    #[arg(long, default_value_t = 30_000)]
-    patrol: u32,
-    /// Runs of each program.
-    #[arg(long, default_value_t = 5)]
-    repeats: u32,
-    /// Python with GTSAM, NumPy and SciPy; without it, one is made in the work folder.
-    #[arg(long)]
-    python: Option<PathBuf>,
-    /// Folder of the scripts that run GTSAM and make the patrol.
-    #[arg(long, default_value = "../shared/peers")]
-    scripts: PathBuf,
-    /// Folder for results.
-    #[arg(long, default_value = "target/bench-graphs")]
-    work: PathBuf,
-    /// The program to measure.
-    #[arg(long, default_value = "target/release/autoinspect")]
-    program: PathBuf,
-}
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();

@@ -1,7 +1,7 @@
 //! Recovery of a localised robot after faults: its LiDAR is covered while it walks, and it is carried away. After it was carried, it
 //! relocalises as it does on its way to a goal.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
 use benches::quantile;

@@ -1,6 +1,6 @@
 //! The cost of a scan in larger maps, which consist of copies of the map of a site side by side.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
 use benches::quantile;

@@ -1,6 +1,6 @@
 //! A simulated site and the map that the stack makes of it.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use anyhow::{Context, Result};
 use benches::prior_map::PriorMapBuilder;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};

@@ -1,6 +1,6 @@
 //! Localisation in a prior map on another day: furniture was moved, doors stand at other angles, other people walk on the site.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
 use benches::quantile;

@@ -1,6 +1,6 @@
 //! Global localisation of a standing robot from one scan, at random places of the site.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
 use anyhow::{Context, Result};
 use benches::{quantile, thread_ms};

@@ -1,6 +1,6 @@
 //! Runs the `autoinspect` program and reads its JSON.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::table::Row;
 use anyhow::Result;
 use benches::json;

@@ -1,6 +1,6 @@
 //! Runs one peer over a sequence and reads its line of JSON.
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 use crate::table::Row;
 use serde::Deserialize;
 use std::path::Path;
