@@ -111,7 +111,17 @@ const HOMES: &[(&str, &[&str])] = &[
 ];
 
 /// What the core may use of others' crates: mathematics and bytes, nothing that knows a file, a thread or a clock.
-const AUTONOMY_MAY_USE: &[&str] = &["blake3", "nalgebra", "postcard", "rand_core", "rand_pcg", "thiserror"];
+const AUTONOMY_MAY_USE: &[&str] = &[
+    "blake3",
+    "nalgebra",
+    "ordered-float",
+    // `astar` and `dijkstra_reach` hash without a random seed, so that they give the same path in every process.
+    "pathfinding",
+    "postcard",
+    "rand_core",
+    "rand_pcg",
+    "thiserror",
+];
 
 /// What the core never says, with what it says instead.
 const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[
@@ -119,6 +129,9 @@ const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[
     ("SystemTime", "the only clock is the `at` of `Stack::step`"),
     ("HashMap", "its order differs between processes; use BTreeMap or points' hashed maps"),
     ("HashSet", "its order differs between processes; use BTreeSet or points' hashed maps"),
+    ("dijkstra_all", "its order differs between processes; use dijkstra_reach"),
+    ("dijkstra_partial", "its order differs between processes; use dijkstra_reach"),
+    ("astar_bag", "its order differs between processes; use astar"),
     ("std::fs", "the core does no IO"),
     ("std::net", "the core does no IO"),
     ("std::env", "configuration arrives in the boot record"),
