@@ -1,10 +1,10 @@
-//! Who may command, and each command once.
+//! The control lease, and the answers to commands: a command that is sent again is answered again, but done once.
 
 use messages::{Command, CommandKind, ControlState, Role};
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
-/// Answers remembered for clients that send a command again. At 10 Hz of driving, the last 25 s of ten clients.
+/// Number of answers that are remembered. Ten clients that drive at 10 Hz fill it in 25 s.
 const REMEMBERED: usize = 2_500;
 
 /// The lease and the answered commands.
@@ -14,13 +14,13 @@ pub(crate) struct Control {
     answered: VecDeque<(CommandId, Option<String>)>,
 }
 
-/// Whether a command may be carried out.
+/// Whether a command is carried out.
 pub(crate) enum Admission {
-    /// Yes; `changed` when the lease was given by it.
+    /// Yes. `changed`: the lease has another owner now.
     Granted { changed: bool },
-    /// It was answered before, with this.
+    /// It was answered before, with this refusal or none.
     Repeated(Option<String>),
-    /// Somebody else is in control; the sentence says what to do.
+    /// No. The sentence says why and what to do.
     Refused(String),
 }
 
@@ -41,7 +41,7 @@ impl Control {
         match &command.kind {
             CommandKind::StopMotion => Admission::Granted { changed: false },
             CommandKind::TakeControl { name } => {
-                let changed = self.take(command.by.client, name);
+                let changed = self.grant(command.by.client, name);
                 Admission::Granted { changed }
             }
             CommandKind::ReleaseControl => {
@@ -57,7 +57,7 @@ impl Control {
                     "{} is in control. Take control first; the change of hands is recorded.",
                     self.state.name
                 )),
-                None => Admission::Granted { changed: self.take(command.by.client, "Operator") },
+                None => Admission::Granted { changed: self.grant(command.by.client, "Operator") },
             },
         }
     }
@@ -70,11 +70,56 @@ impl Control {
         self.answered.push_back((id, refused));
     }
 
-    fn take(&mut self, by: ClientId, name: &str) -> bool {
+    fn grant(&mut self, by: ClientId, name: &str) -> bool {
         let name = if name.trim().is_empty() { "Operator" } else { name.trim() };
         let next = ControlState { owner: Some(by), name: name.chars().take(60).collect() };
         let changed = next != self.state;
         self.state = next;
         changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::Principal;
+    use uuid::Uuid;
+
+    fn command(id: u128, client: u128, role: Role, kind: CommandKind) -> Command {
+        let by = Principal { role, ..Principal::operator(ClientId(Uuid::from_u128(client))) };
+        Command { id: CommandId(Uuid::from_u128(id)), by, kind }
+    }
+
+    #[test]
+    fn the_lease_goes_to_the_first_who_commands_and_the_others_are_refused_all_but_a_stop() {
+        let mut control = Control::default();
+        let first = command(1, 1, Role::Operator, CommandKind::AllowMotion);
+        assert!(matches!(control.admit(&first), Admission::Granted { changed: true }));
+        let second = command(2, 2, Role::Operator, CommandKind::AllowMotion);
+        assert!(matches!(control.admit(&second), Admission::Refused(_)));
+        let stop = command(3, 2, Role::Operator, CommandKind::StopMotion);
+        assert!(matches!(control.admit(&stop), Admission::Granted { changed: false }));
+        let take = command(4, 2, Role::Operator, CommandKind::TakeControl { name: "Ada".to_owned() });
+        assert!(matches!(control.admit(&take), Admission::Granted { changed: true }));
+        assert_eq!(control.state().owner, Some(ClientId(Uuid::from_u128(2))));
+    }
+
+    #[test]
+    fn who_may_only_watch_may_stop_motion() {
+        let mut control = Control::default();
+        let take = command(1, 1, Role::Viewer, CommandKind::TakeControl { name: "Ada".to_owned() });
+        assert!(matches!(control.admit(&take), Admission::Refused(_)));
+        assert_eq!(control.state().owner, None);
+        let stop = command(2, 1, Role::Viewer, CommandKind::StopMotion);
+        assert!(matches!(control.admit(&stop), Admission::Granted { changed: false }));
+    }
+
+    #[test]
+    fn a_command_that_is_sent_again_is_answered_as_before() {
+        let mut control = Control::default();
+        let once = command(1, 1, Role::Operator, CommandKind::AllowMotion);
+        assert!(matches!(control.admit(&once), Admission::Granted { .. }));
+        control.answered(once.id, Some("no".to_owned()));
+        assert!(matches!(control.admit(&once), Admission::Repeated(Some(answer)) if answer == "no"));
     }
 }

@@ -1,0 +1,83 @@
+//! The bytes of today's journal entries. When this test fails, the layout has changed: give the schema its next number, and freeze copies of what has
+//! changed in `src/legacy.rs`. Then `UPDATE_EXPECT=1` writes the new bytes.
+
+#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+
+use expect_test::expect_file;
+use messages::{
+    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobResult, PlaceInMap,
+    Principal, RobotProfile,
+};
+use std::fmt::Write;
+use uuid::Uuid;
+use vocab::{
+    Aabb, ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3,
+};
+
+fn id(number: u128) -> Uuid {
+    Uuid::from_u128(number)
+}
+
+/// Every input of a journal but sensors, which have channels of their own, and what jobs find.
+fn inputs() -> Vec<Input> {
+    let map = MapId(id(1));
+    let profile = RobotProfile {
+        name: "Rex".to_owned(),
+        self_filter: Some(Aabb { min: [-0.5; 3], max: [0.5; 3] }),
+        ..RobotProfile::default()
+    };
+    let place = PlaceInMap { map, map_from_base: Pose::IDENTITY };
+    let docks = vec![place].into();
+    let boot = BootRecord { profile, last_place: Some(place), docks, ..BootRecord::default() };
+    let (from, to) = (KeyframeId(3), KeyframeId(300));
+    let kinds = [
+        CommandKind::TakeControl { name: "Ada".to_owned() },
+        CommandKind::ReleaseControl,
+        CommandKind::StartMapping(SessionId(id(2))),
+        CommandKind::FinishMapping { map, name: "Hall".to_owned() },
+        CommandKind::DiscardMapping,
+        CommandKind::Teleoperate(Twist { linear: Vec3::new(0.5, 0.0, 0.0), ..Twist::default() }),
+        CommandKind::StartGoal { goal: GoalId(id(4)), kind: GoalKind::WalkTo(Vec3::new(1.0, 2.0, 0.0)) },
+        CommandKind::StartGoal { goal: GoalId(id(5)), kind: GoalKind::Relocalise },
+        CommandKind::CancelGoal(GoalId(id(4))),
+        CommandKind::StopMotion,
+        CommandKind::AllowMotion,
+        CommandKind::AcceptLoop { from, to },
+        CommandKind::RejectLoop { from, to },
+        CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY },
+        CommandKind::ExtendMap { session: SessionId(id(2)), map },
+        CommandKind::Localise { map, at: None },
+        CommandKind::LeaveMap,
+    ];
+    let command = |kind| {
+        let by = Principal { account: Some("ada".to_owned()), ..Principal::operator(ClientId(id(7))) };
+        Input::Command(Command { id: CommandId(id(6)), by, kind })
+    };
+    let call = ActionCallId(id(8));
+    let failed = ActionOutcome::Failed { reason: "no".to_owned() };
+    let others = [
+        Input::JobDone(JobDone { job: 300, result: JobResult::MapSaved { map, bytes: 1_000 } }),
+        Input::JobDone(JobDone { job: 301, result: JobResult::Failed { reason: "why".to_owned() } }),
+        Input::WallClock { utc_ns: 1_700_000_000_000_000_000, synchronised: true },
+        Input::Committed { seq: 9 },
+        Input::ActionFeedback { call, progress: Some(0.5), text: "half".to_owned() },
+        Input::ActionDone { call, outcome: ActionOutcome::Succeeded { result: "{}".to_owned() } },
+        Input::ActionDone { call, outcome: failed },
+        Input::ActionDone { call, outcome: ActionOutcome::Cancelled },
+    ];
+    [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
+}
+
+#[test]
+fn the_bytes_of_journal_entries_are_as_they_were() {
+    let mut text = format!("{}\n", recorder::topics::INPUT_SCHEMA);
+    for input in inputs() {
+        let bytes = postcard::to_stdvec(&input).unwrap();
+        assert_eq!(postcard::from_bytes::<Input>(&bytes).unwrap(), input);
+        for byte in bytes {
+            let _ = write!(text, "{byte:02x}");
+        }
+        text.push('\n');
+    }
+    expect_file!["journal_layout.txt"].assert_eq(&text);
+}
