@@ -39,7 +39,7 @@ impl Day {
         Self::among(0, start, seed, session)
     }
 
-    /// With so many people about.
+    /// With this number of people walking about.
     pub(crate) fn among(people: u32, start: Start, seed: u64, session: Option<SessionId>) -> Self {
         Self::on(SiteName::B1, people, start, seed, session)
     }

@@ -18,7 +18,7 @@ fn at([x, y]: [f64; 2], yaw: f64) -> Start {
     Start { position: Vec3::new(x, y, 0.0), yaw }
 }
 
-/// For so many tenths of a second, in contact with a dock that the site does not have.
+/// For this number of tenths of a second, in contact with a dock that the site does not have.
 fn charged(day: &mut Day, tenths: u32) {
     for _ in 0..tenths {
         let stamp = day.lockstep.now();

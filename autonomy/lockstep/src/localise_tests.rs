@@ -210,7 +210,7 @@ fn carried_along_a_corridor_that_looks_alike_everywhere_it_says_that_it_does_not
     }
 }
 
-/// Runs until the robot has come to the end of a walk, or for so long.
+/// Runs until the robot has come to the end of a walk, or for this time, seconds.
 fn until_it_stands(day: &mut Day, seconds: u32) {
     for _ in 0..seconds * 10 {
         day.run(0.1);
@@ -310,7 +310,7 @@ fn a_map_that_does_not_exist_is_said_and_left() {
     assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
 }
 
-/// Drives by hand at a speed (m/s), turning (rad/s), for so many tenths of a second.
+/// Drives by hand at a speed (m/s), turning (rad/s), for this number of tenths of a second.
 fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
     let [linear, angular] = [Vec3::new(forward, 0.0, 0.0), Vec3::new(0.0, 0.0, turn)];
     for _ in 0..tenths {

@@ -1,6 +1,6 @@
 //! The control loop: everything that can happen becomes one ordered stream of inputs, each recorded and then stepped.
 //!
-//! Order is order of arrival here. Ticks lie on a 20 Hz grid of the robot's own clock, so that they too follow from
+//! Inputs are ordered by arrival. Ticks lie on a 20 Hz grid of the robot's own clock, so that they too follow from
 //! what arrives. The loop reads the computer's clock only when the link has been silent for [`SILENCE`], to go on
 //! ticking: a robot whose sensors have died must still be told to stop.
 
@@ -21,9 +21,9 @@ use vocab::{ClientId, CommandId, Span, Stamp};
 
 /// Time between ticks on the robot's clock.
 const TICK: Span = Span::from_millis(50);
-/// Longest gap in the robot's clock that is filled with ticks; a longer one is a step of the clock.
+/// Longest gap in the robot's clock that is filled with ticks. A longer gap means that the clock was set.
 const GAP_MAX: Span = Span::from_millis(2_000);
-/// After so long without an arrival, on this computer's clock, the loop ticks by itself.
+/// After this time without an arrival, on this computer's clock, the loop ticks by itself.
 const SILENCE: Duration = Duration::from_millis(250);
 /// Time between two readings of the calendar time, on this computer's clock.
 const WALL_CLOCK_PERIOD: Duration = Duration::from_secs(1);

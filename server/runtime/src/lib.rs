@@ -1,4 +1,4 @@
-//! The robot's core as a process: orders inputs, journals them, steps the stack, obeys it, and tells the gateway.
+//! The robot's core as a process. It orders inputs, records them, steps the stack, executes its effects, and publishes state to the gateway.
 //!
 //! | thread | does | waits for |
 //! | --- | --- | --- |
@@ -11,8 +11,7 @@
 //! | `imports` | maps of files that clients sent, in a process of their own | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
-//! Nothing here makes the control loop wait for a disk, a client or a network. What may be lost, and how it is said,
-//! is written at each queue.
+//! Nothing here makes the control loop wait for a disk, a client or a network. Each queue says what may be lost and how that is reported.
 
 mod clock;
 mod control_loop;

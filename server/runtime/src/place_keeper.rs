@@ -1,4 +1,4 @@
-//! Keeps on disk where the robot is in the map in use, and where docks are, so that it finds itself there when it is switched on again.
+//! Writes the robot's place in the map in use and the docks to disk. When the robot is switched on again, it is localised there.
 
 use messages::{Estimate, LocalisationState, PlaceInMap};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use store::Store;
 use vocab::MapId;
 
-/// Time between writes: a robot walks two metres in it.
+/// Time between writes. A robot walks two metres in it.
 const EVERY: Duration = Duration::from_secs(2);
 
 /// Follows what is published, and writes.

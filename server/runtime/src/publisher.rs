@@ -1,4 +1,4 @@
-//! What the stack says, made into what clients hear. Runs on its own thread, so that encoding never delays the robot.
+//! Publications of the stack, converted to events for clients. Runs on its own thread, so that encoding never delays the robot.
 
 use crate::clock::RobotClock;
 use crate::convert;
@@ -34,7 +34,7 @@ pub struct PublisherWorker {
     pub place: PlaceKeeper,
     /// The newest goals, the newest first.
     pub goals: Vec<Goal>,
-    /// As they were told last; the first time, as they are on the disk.
+    /// The docks as published last; none before the first time, when they are as on the disk.
     pub docks: Option<Arc<[PlaceInMap]>>,
 }
 
@@ -137,7 +137,7 @@ impl PublisherWorker {
         self.show(shown);
     }
 
-    /// Tells clients of a saved map.
+    /// Publishes a saved map.
     fn show(&mut self, shown: Result<Vec<Event>, StoreError>) {
         match shown {
             Ok(events) => events.into_iter().for_each(|event| self.state_publisher.publish(event)),

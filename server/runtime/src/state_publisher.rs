@@ -1,4 +1,4 @@
-//! The latest state for clients, and what still has to go to the gateway.
+//! The latest state for clients, and the queue of messages to the gateway.
 //!
 //! The queue to the gateway is bounded by what it holds, not by how fast the gateway is: of every kind of event that
 //! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices, loops and tiles

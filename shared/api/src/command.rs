@@ -79,7 +79,7 @@ pub enum Command {
     },
     /// Be in no map any more.
     LeaveMap,
-    /// Let something go wrong with a simulated robot. Needs no lease.
+    /// Inject a fault into a simulated robot. Needs no lease.
     InjectFault(SimulatedFault),
     /// Make a map of a point cloud that was uploaded. Needs no lease.
     ImportMap {
@@ -110,20 +110,20 @@ pub enum Command {
 /// Pairs of points of [`Command::AlignMap`] at most.
 pub const MAX_PAIRS: usize = 32;
 
-/// What can go wrong with a simulated robot, to see what it makes of it.
+/// A fault that can be injected into a simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SimulatedFault {
-    /// The LiDAR is covered for so long, and sees nothing.
+    /// The LiDAR is covered for this time and sees nothing.
     CoverLidar(Span),
-    /// The LiDAR says nothing for so long.
+    /// The LiDAR sends nothing for this time.
     SilenceLidar(Span),
-    /// The IMU says nothing for so long.
+    /// The IMU sends nothing for this time.
     SilenceImu(Span),
-    /// The feet slip for so long.
+    /// The feet slip for this time.
     SlipFeet(Span),
-    /// Somebody carries the robot away, with its LiDAR covered, and puts it down elsewhere.
+    /// Somebody carries the robot away with its LiDAR covered, and puts it down elsewhere.
     CarryAway,
-    /// All is well again.
+    /// All faults end.
     End,
 }
 

@@ -266,7 +266,7 @@ pub enum Localisation {
     Relocalising {
         /// Which.
         map: MapId,
-        /// Places where it may be, as far as it knows; 0 where it has to move to see more.
+        /// Number of places where it may be. 0: it has to move to see more.
         places: u32,
     },
     /// It knows its place.

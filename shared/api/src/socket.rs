@@ -69,7 +69,7 @@ pub enum StreamRequest {
     Open {
         /// [`crate::VERSION`] of the client.
         version: u16,
-        /// At most so many scans per second; 0 pauses.
+        /// Greatest number of scans per second; 0 pauses.
         max_hz: f32,
     },
     /// The frame of this number has been drawn or dropped; all before it too.

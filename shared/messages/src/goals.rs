@@ -105,13 +105,13 @@ pub enum GoalFailure {
 /// Something that was tried for a goal that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GoalAttempt {
-    /// Paths were planned so often.
+    /// Number of paths that were planned.
     PlannedPaths(u32),
     /// The robot stood for this time before a blocked path.
     WaitedForPath(Span),
     /// The robot looked for its place for this time.
     SearchedForPlace(Span),
-    /// The robot walked so many pieces of path to see more.
+    /// Number of paths that the robot walked to see more.
     ExploredPaths(u32),
 }
 

@@ -1,4 +1,4 @@
-//! What sensors say to the stack and what the stack answers: the schema of the log.
+//! Inputs and effects of the stack: the schema of the log.
 //!
 //! Everything that may influence the stack is an [`Input`]; everything it does is an [`StackEffect`]. Both are plain
 //! data, so a log of inputs replays the stack bit for bit. Metres, radians, seconds and SI throughout.
