@@ -187,6 +187,7 @@ impl eframe::App for ClientApp {
         let mut runtime = runtime.borrow_mut();
         self.mark_startup();
         runtime.begin_frame();
+        self.scene.update_ground(&runtime.model);
         // Tiles are removed before others are inserted: it may be the same tile, fetched again.
         runtime.execute_scene_effects(&self.scene, &mut self.viewport);
         self.scene.switch_map(&runtime.model);

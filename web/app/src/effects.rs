@@ -79,7 +79,7 @@ impl ClientRuntime {
             match effect {
                 SceneEffect::RemoveTile(hash) => scene.remove_tile(hash),
                 SceneEffect::MoveCamera(to) => {
-                    if let Some(settings) = viewport.move_camera(&to, &self.model) {
+                    if let Some(settings) = viewport.move_camera(&to, &self.model, scene) {
                         self.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
                     }
                 }

@@ -221,7 +221,6 @@ impl SceneSync {
         }
         drop(renderer);
         self.update_comparison(model);
-        self.update_ground(model);
     }
 
     /// Passes the scans that are compared to the renderer.
@@ -249,7 +248,13 @@ impl SceneSync {
         self.renderer.borrow_mut().set_compared(scans);
     }
 
-    fn update_ground(&mut self, model: &Model) {
+    /// The height at which the ceiling is cut off, m, map frame; the largest number if it is not.
+    pub(crate) fn ceiling(&self, settings: &ViewSettings) -> f32 {
+        if settings.cut_ceiling { self.ground as f32 + settings.ceiling_m } else { f32::MAX }
+    }
+
+    /// Follows the height of the ground.
+    pub(crate) fn update_ground(&mut self, model: &Model) {
         let base = match (&model.robot.estimate, model.viewed_map()) {
             (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
             _ => model.displayed_map().graph.nodes.first().map(|node| node.map_from_keyframe.position.z),
@@ -283,11 +288,7 @@ impl SceneSync {
                 colour_by: colour_by(settings.colour),
                 height_range: self.config.colour_heights_m.map(|height| (self.ground + height) as f32),
                 age_range,
-                ceiling: if settings.cut_ceiling {
-                    self.ground as f32 + settings.ceiling_m
-                } else {
-                    f32::MAX
-                },
+                ceiling: self.ceiling(settings),
                 point_size: settings.point_size,
                 point_budget: self.config.point_budget,
                 // The two scans that are compared take the map's place.

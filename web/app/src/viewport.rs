@@ -182,7 +182,12 @@ impl Viewport {
     }
 
     /// Moves the camera. Returns the view settings if they changed by it.
-    pub(crate) fn move_camera(&mut self, to: &CameraMove, model: &Model) -> Option<ViewSettings> {
+    pub(crate) fn move_camera(
+        &mut self,
+        to: &CameraMove,
+        model: &Model,
+        scene: &SceneSync,
+    ) -> Option<ViewSettings> {
         let pose = self.camera.pose();
         match to {
             CameraMove::Fit => {
@@ -191,12 +196,12 @@ impl Viewport {
                 let last_pose = model.viewed_map().and_then(|map| self.last_poses.remove(&map));
                 if let Some(pose) = last_pose.filter(|_| model.alignment().is_some()) {
                     self.camera.jump_to(pose);
-                } else if let Some(fit) = self.pose_fitting_map(model) {
+                } else if let Some(fit) = self.pose_fitting_map(model, scene) {
                     self.camera.fly_to(fit);
                 }
             }
             CameraMove::Top => {
-                let fit = self.pose_fitting_map(model).unwrap_or(pose);
+                let fit = self.pose_fitting_map(model, scene).unwrap_or(pose);
                 let pitch = 0.5 * std::f64::consts::PI;
                 self.camera.fly_to(CameraPose { pitch, yaw: 0.5 * std::f64::consts::PI, ..fit });
             }
@@ -239,11 +244,14 @@ impl Viewport {
         None
     }
 
-    /// The pose that shows the whole displayed map in the free area; of all its tiles, loaded or not.
-    fn pose_fitting_map(&self, model: &Model) -> Option<CameraPose> {
+    /// The pose that shows the whole displayed map in the free area, up to the height at which the ceiling is cut off; with all its tiles,
+    /// loaded or not.
+    fn pose_fitting_map(&self, model: &Model, scene: &SceneSync) -> Option<CameraPose> {
         let view = self.view?;
         let bounds = model.displayed_map().robust_bounds()?;
         let [min, max] = [bounds.min, bounds.max].map(|corner| Vec3::from_array(corner).as_dvec3());
+        let ceiling = f64::from(scene.ceiling(model.view_settings()));
+        let max = max.with_z(max.z.min(ceiling).max(min.z));
         Some(self.camera.pose_fitting(
             min,
             max,

@@ -2,8 +2,9 @@
 
 use crate::loops::{LoopEdge, push_loops};
 use crate::overlay_instances::{ALWAYS_VISIBLE, LineInstance, MarkerInstance, Stroke, circle, push_polyline};
+use crate::projection::CameraProjection;
 use crate::robot::RobotState;
-use crate::view::{Colour, Palette};
+use crate::view::{Colour, Palette, View};
 use glam::DVec3;
 
 /// Parameters of the overlay.
@@ -28,6 +29,21 @@ impl Default for OverlayConfig {
             min_robot_px: 48.0,
             robot_marker_radius_px: 18.0,
         }
+    }
+}
+
+impl OverlayConfig {
+    /// Whether the robot's mesh is large enough on the screen; else its marker is drawn.
+    pub(crate) fn is_mesh_visible(
+        &self,
+        robot: &RobotState,
+        view: &View,
+        projection: &CameraProjection,
+    ) -> bool {
+        let depth = projection.depth(robot.position);
+        let length_px = self.robot_length_m * projection.focal_px() / depth;
+        // The marker's shader decides by the same ratio.
+        depth <= 0.0 || length_px >= self.min_robot_px * f64::from(view.pixels_per_point)
     }
 }
 

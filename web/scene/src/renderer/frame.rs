@@ -86,27 +86,29 @@ impl Renderer {
             let (tile, map_from_scan) = compared.as_ref()?;
             Some(tile.draw_call(sizes, map_from_scan, scan_spacing, unit_range(colour), view, projection))
         });
-        let robot =
-            self.overlay.robot.filter(|robot| self.overlay_pipelines.is_some() && robot.is_finite()).map(
-                |robot| {
-                    let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
-                    let relative = DAffine3::from_rotation_translation(
-                        robot.orientation,
-                        robot.position - projection.camera_position(),
-                    );
-                    DrawCall {
-                        uniforms: DrawUniforms {
-                            relative_from_local: glam::Mat4::from(relative.as_affine3a()),
-                            kind: Vec4::ZERO,
-                            tint: unit_range(colour),
-                        },
-                        vertices: &self.robot_mesh,
-                        count: self.robot_mesh_vertices,
-                        is_mesh: true,
-                        max_radius_px: 0.0,
-                    }
-                },
+        let robot = self.overlay.robot.filter(|robot| {
+            self.overlay_pipelines.is_some()
+                && robot.is_finite()
+                && self.config.overlay.is_mesh_visible(robot, view, projection)
+        });
+        let robot = robot.map(|robot| {
+            let colour = if robot.ok { view.palette.robot } else { view.palette.bad };
+            let relative = DAffine3::from_rotation_translation(
+                robot.orientation,
+                robot.position - projection.camera_position(),
             );
+            DrawCall {
+                uniforms: DrawUniforms {
+                    relative_from_local: glam::Mat4::from(relative.as_affine3a()),
+                    kind: Vec4::ZERO,
+                    tint: unit_range(colour),
+                },
+                vertices: &self.robot_mesh,
+                count: self.robot_mesh_vertices,
+                is_mesh: true,
+                max_radius_px: 0.0,
+            }
+        });
         tiles.chain(live).chain(compared).chain(robot).collect()
     }
 

@@ -435,6 +435,8 @@ fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
             let view = at_distance(distance);
             let filled = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 6);
             assert!(filled > 160, "{} at {distance} m: {filled} of 169", gpu.name);
+            let all = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 60);
+            assert!(all < 650, "{} at {distance} m: mesh and ring beside the marker: {all}", gpu.name);
         }
         let dense = View { pixels_per_point: 2.0, ..at_distance(300.0) };
         let filled = robot_pixels(&gpu.render(&mut renderer, &dense, "robot-far-dense"), &dense, 12);
