@@ -104,6 +104,9 @@ impl Day {
         lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
             StackEffect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
+            StackEffect::Publish(Publication::GraphDelta(delta)) => {
+                assert!(Arc::make_mut(graph).apply(delta), "changes of another graph");
+            }
             StackEffect::Publish(Publication::Mapping(now)) => {
                 *mapping = now.clone();
                 states.push(now.clone());

@@ -151,6 +151,9 @@ impl Told {
                 }
                 StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 StackEffect::Publish(Publication::Graph(graph)) => self.graph = graph,
+                StackEffect::Publish(Publication::GraphDelta(delta)) => {
+                    assert!(Arc::make_mut(&mut self.graph).apply(&delta), "changes of another graph");
+                }
                 StackEffect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
                 StackEffect::Answer { refused, .. } => self.answers.push(refused),
                 _ => {}

@@ -13,6 +13,7 @@ pub mod consistency;
 pub mod covariance_graph;
 pub mod dynamic_points;
 mod graph_optimiser;
+mod graph_publisher;
 mod ground_surface;
 mod keyframe_descriptor;
 mod last_map;
@@ -40,6 +41,7 @@ pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
 pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig};
+pub use graph_publisher::{GraphChanges, GraphPublisher, GraphPublisherConfig};
 pub use keyframe_descriptor::{
     KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts, VIEW_ORIGINS,
 };

@@ -214,7 +214,7 @@ impl Running {
         match grown {
             Some(MapUpdate::Keyframe { keyframe, graph, events }) => {
                 publish(effects, Publication::Keyframe(keyframe));
-                publish(effects, Publication::Graph(graph));
+                effects.extend(graph.map(StackEffect::Publish));
                 let events = MappingEvents { is_graph_changed: false, ..events };
                 self.publish_mapping(at, events, effects);
             }
@@ -247,8 +247,8 @@ impl Running {
         if let Some(reanchored) = events.reanchored {
             publish(effects, Publication::Reanchored(reanchored));
         }
-        if let Some(graph) = self.mapping.graph().filter(|_| events.is_graph_changed) {
-            publish(effects, Publication::Graph(graph));
+        if events.is_graph_changed {
+            effects.extend(self.mapping.graph_changes().map(StackEffect::Publish));
         }
         if let Some(text) = events.warning {
             effects.push(notice(at, Severity::Warning, text));

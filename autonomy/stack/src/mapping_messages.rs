@@ -3,13 +3,14 @@
 use crate::loop_texts;
 use geometry::{Matrix6, isometry_from_pose, pose_from_isometry, vec_to_plain};
 use mapping::{
-    AlignmentError, CandidateSource, ComparisonResult, Edge, Evidence, LoopOutcome, LoopRecord, MapAlignment,
-    MapSearchFix, QueuedComparison, RejectionReason, Session, UncertainPose, Verdict, VerificationConfig,
+    AlignmentError, CandidateSource, ComparisonResult, Edge, Evidence, GraphChanges, LoopOutcome, LoopRecord,
+    MapAlignment, MapSearchFix, QueuedComparison, RejectionReason, Session, UncertainPose, Verdict,
+    VerificationConfig,
 };
 use messages::{
-    ComparedRevisit, EdgeKind, GraphEdge, GraphNode, Job, LoopDecision, LoopEvidence, LoopRejection,
-    LoopSource, LoopTask, LoopVerdict, MapQuality, MapSearchOutcome, PoseGraph, RevisitTask, SurveyReason,
-    SurveyTarget, VerifiedLoop,
+    ComparedRevisit, EdgeKind, GraphDelta, GraphEdge, GraphNode, Job, LoopDecision, LoopEvidence,
+    LoopRejection, LoopSource, LoopTask, LoopVerdict, MapQuality, MapSearchOutcome, PoseGraph, RevisitTask,
+    SurveyReason, SurveyTarget, VerifiedLoop,
 };
 use vocab::SessionId;
 
@@ -137,14 +138,9 @@ pub(crate) fn fix_from_plain(found: &MapSearchOutcome) -> Option<MapSearchFix> {
 /// The pose graph of a session.
 pub(crate) fn graph_to_plain(session: &Session) -> PoseGraph {
     let graph = session.graph();
-    let node = |node: &mapping::Node| GraphNode {
-        id: node.id,
-        stamp: node.stamp,
-        map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
-    };
     PoseGraph {
         revision: graph.revision(),
-        nodes: graph.nodes().iter().map(node).collect(),
+        nodes: graph.nodes().iter().map(node_to_plain).collect(),
         edges: edges_to_plain(graph.edges(), EdgeKind::Odometry)
             .chain(edges_to_plain(graph.loops(), EdgeKind::Loop))
             .collect(),
@@ -159,6 +155,27 @@ fn edges_to_plain(edges: &[Edge], kind: EdgeKind) -> impl Iterator<Item = GraphE
         from_from_to: pose_from_isometry(&edge.from_from_to),
         information: rows(&edge.information),
     })
+}
+
+/// Changes of the pose graph of a session.
+pub(crate) fn changes_to_plain(changes: &GraphChanges) -> GraphDelta {
+    GraphDelta {
+        base_revision: changes.base_revision,
+        revision: changes.revision,
+        nodes: changes.nodes.iter().map(node_to_plain).collect(),
+        removed_loops: changes.removed_loops.clone(),
+        edges: edges_to_plain(&changes.edges, EdgeKind::Odometry)
+            .chain(edges_to_plain(&changes.loops, EdgeKind::Loop))
+            .collect(),
+    }
+}
+
+fn node_to_plain(node: &mapping::Node) -> GraphNode {
+    GraphNode {
+        id: node.id,
+        stamp: node.stamp,
+        map_from_keyframe: pose_from_isometry(&node.map_from_keyframe),
+    }
 }
 
 /// The quality of a map.

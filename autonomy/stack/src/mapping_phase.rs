@@ -8,14 +8,14 @@ use crate::prior_map::DecodedPriorMap;
 use crate::work::ComputeJob;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use mapping::{
-    AddedWaypoint, KeyframePolicy, LastSavedMap, LastSavedMapConfig, LoopClosing, LoopClosingConfig,
-    LoopEvents, MapSearch, MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session,
-    SessionConfig,
+    AddedWaypoint, GraphPublisher, KeyframePolicy, LastSavedMap, LastSavedMapConfig, LoopClosing,
+    LoopClosingConfig, LoopEvents, MapSearch, MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph,
+    ScanPose, Session, SessionConfig,
 };
 use messages::{
     BootRecord, Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobDone, JobResult, Keyframe,
-    LoopDecision, MapQuality, MapSearchOutcome, MapSearchTask, MappingState, PriorMap, Reanchored,
-    RevisitCounts, StackEffect,
+    LoopDecision, MapQuality, MapSearchOutcome, MapSearchTask, MappingState, PriorMap, Publication,
+    Reanchored, RevisitCounts, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
@@ -109,6 +109,8 @@ struct Running {
     loops: Option<Box<LoopClosing>>,
     /// While the robot is not localised in the map that the session extends.
     search: Option<(MapId, Box<MapSearch>)>,
+    /// What was published of the graph.
+    graph_publisher: GraphPublisher,
     /// When the quality was computed last, and the revision of the graph then.
     last_quality: Option<(Stamp, u64)>,
 }
@@ -116,7 +118,7 @@ struct Running {
 /// What a scan changed in the map.
 pub(crate) enum MapUpdate {
     /// It became a keyframe.
-    Keyframe { keyframe: Keyframe, graph: Arc<messages::PoseGraph>, events: MappingEvents },
+    Keyframe { keyframe: Keyframe, graph: Option<Publication>, events: MappingEvents },
     /// The robot was localised in the map that the session extends.
     Localised,
 }
@@ -473,13 +475,10 @@ impl MappingPhase {
         Some(plain::quality_to_plain(loops.quality(session)))
     }
 
-    /// The graph of the running session.
-    pub fn graph(&self) -> Option<Arc<messages::PoseGraph>> {
-        match &self.phase {
-            Phase::Running(Running { session, .. })
-            | Phase::Closing { running: Running { session, .. }, .. } => {
-                Some(Arc::new(plain::graph_to_plain(session)))
-            }
+    /// What changed in the graph of the running session since it was published last.
+    pub fn graph_changes(&mut self) -> Option<Publication> {
+        match &mut self.phase {
+            Phase::Running(running) | Phase::Closing { running, .. } => running.graph_changes(),
             _ => None,
         }
     }
@@ -557,12 +556,30 @@ impl MappingPhase {
             let session = Box::new(Session::begin(pose, config, graph));
             let closing = || Box::new(LoopClosing::new(LoopClosingConfig::default(), self.sensor));
             let loops = (!self.leave_loops_open).then(closing);
-            return Running { id, extends: None, since, session, loops, search: None, last_quality: None };
+            return Running {
+                id,
+                extends: None,
+                since,
+                session,
+                loops,
+                search: None,
+                graph_publisher: GraphPublisher::default(),
+                last_quality: None,
+            };
         };
         let BaseMap { map, graph, loops, search } = *base;
         let session = Box::new(Session::begin(pose, config, graph));
         let (loops, search) = (Some(loops), Some((map, search)));
-        Running { id, extends: Some(map), since, session, loops, search, last_quality: None }
+        Running {
+            id,
+            extends: Some(map),
+            since,
+            session,
+            loops,
+            search,
+            graph_publisher: GraphPublisher::default(),
+            last_quality: None,
+        }
     }
 
     /// Pose of the odometry's frame in a saved map, if the robot has just made that map and has not walked far since.
@@ -612,8 +629,23 @@ impl Running {
         is_localised
     }
 
+    /// What changed in the graph since it was published last; at first all of it.
+    fn graph_changes(&mut self) -> Option<Publication> {
+        let changes = self.graph_publisher.update(self.session.graph())?;
+        Some(match changes.base_revision {
+            0 => Publication::Graph(Arc::new(plain::graph_to_plain(&self.session))),
+            _ => Publication::GraphDelta(Arc::new(plain::changes_to_plain(&changes))),
+        })
+    }
+
     /// A new keyframe, as it is published.
-    fn keyframe(&self, id: KeyframeId, cloud: Cloud, lidar: [f32; 3], events: MappingEvents) -> MapUpdate {
+    fn keyframe(
+        &mut self,
+        id: KeyframeId,
+        cloud: Cloud,
+        lidar: [f32; 3],
+        events: MappingEvents,
+    ) -> MapUpdate {
         let node = self.session.graph().nodes().last();
         let keyframe = Keyframe {
             session: self.id,
@@ -624,7 +656,7 @@ impl Running {
             cloud: Arc::new(cloud),
             lidar,
         };
-        MapUpdate::Keyframe { keyframe, graph: Arc::new(plain::graph_to_plain(&self.session)), events }
+        MapUpdate::Keyframe { keyframe, graph: self.graph_changes(), events }
     }
 }
 

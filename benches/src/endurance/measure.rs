@@ -75,6 +75,10 @@ impl Measurement {
                 StackEffect::Publish(Publication::Graph(graph)) => {
                     self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
                 }
+                StackEffect::Publish(Publication::GraphDelta(delta)) => {
+                    let added = delta.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
+                    self.loops = (self.loops + added).saturating_sub(delta.removed_loops.len());
+                }
                 StackEffect::Publish(Publication::Estimate(estimate)) => {
                     self.map_from_base = isometry_from_pose(&estimate.map_from_base);
                 }

@@ -48,6 +48,8 @@ pub(crate) const MAX_PENDING: usize = 256;
 pub(crate) const COMMAND_QUEUE: usize = 256;
 /// Places in that queue that are kept for Stop motion.
 pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
+/// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
+pub(crate) const MAX_GRAPH_CHANGES: usize = 256;
 /// Notices kept for clients that connect later.
 pub(crate) const MAX_NOTICES: usize = 50;
 /// Tiles in one event: some 50 kB, so that a pose does not wait behind a large map.

@@ -3,8 +3,11 @@
 //! Nothing is queued per client. A [`Cursor`] remembers which revision of each kind its client was sent; whatever is
 //! newer is owed. A client that reads slowly is owed fewer, newer values, in the memory of one cursor.
 
-use crate::limits::{MAX_LOOPS_PER_EVENT, MAX_NOTICES, MAX_TILES_PER_EVENT};
-use api::{Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry, TilesChanged};
+use crate::limits::{MAX_GRAPH_CHANGES, MAX_LOOPS_PER_EVENT, MAX_NOTICES, MAX_TILES_PER_EVENT};
+use api::{
+    Event, Graph, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry,
+    TilesChanged,
+};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -19,6 +22,9 @@ pub(crate) struct Snapshot {
     /// Counts changes; a kind's revision is that of its last change.
     revision: u64,
     latest: [Option<(u64, Arc<Event>)>; LATEST_KINDS],
+    /// The last changes of the graph, each with its revision. They apply to the graph of `graph_changes_from` and later.
+    graph_changes: VecDeque<(u64, Arc<Event>)>,
+    graph_changes_from: u64,
     tiles: Tiles,
     loops: Loops,
     notices: VecDeque<(u64, Notice)>,
@@ -65,6 +71,8 @@ impl Snapshot {
         let mut snapshot = Self {
             revision: 0,
             latest: Default::default(),
+            graph_changes: VecDeque::new(),
+            graph_changes_from: 0,
             tiles: Tiles::default(),
             loops: Loops::default(),
             notices: VecDeque::new(),
@@ -77,6 +85,8 @@ impl Snapshot {
     /// Takes in an event for all. [`Event::CommandDone`] is no state and changes nothing.
     pub(crate) fn apply(&mut self, event: Event) {
         match event {
+            Event::Graph(graph) => self.set_graph(graph),
+            Event::GraphChanged(changed) => self.change_graph(changed),
             Event::Tiles(change) => self.change_tiles(change),
             Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
@@ -127,6 +137,11 @@ impl Snapshot {
             TILES => Some(self.next_tiles(cursor)),
             LOOPS => Some(self.next_loops(cursor)),
             NOTICES => self.next_notice(cursor),
+            GRAPH => {
+                let (revision, event) = self.next_graph(cursor.seen[GRAPH])?;
+                cursor.seen[GRAPH] = revision;
+                Some(event)
+            }
             kind => {
                 let (revision, event) = self.latest[kind].as_ref()?;
                 cursor.seen[kind] = *revision;
@@ -152,6 +167,39 @@ impl Snapshot {
             kind => {
                 self.latest[kind].as_ref().map(|(revision, _)| *revision).filter(|r| *r > cursor.seen[kind])
             }
+        }
+    }
+
+    /// The next change of the graph after a revision, or the whole graph if that revision is too old.
+    fn next_graph(&self, seen: u64) -> Option<(u64, Arc<Event>)> {
+        if seen >= self.graph_changes_from {
+            let next = self.graph_changes.iter().find(|(revision, _)| *revision > seen);
+            return next.cloned();
+        }
+        self.latest[GRAPH].clone()
+    }
+
+    fn set_graph(&mut self, graph: Graph) {
+        self.revision += 1;
+        self.graph_changes.clear();
+        self.graph_changes_from = self.revision;
+        self.latest[GRAPH] = Some((self.revision, Arc::new(Event::Graph(graph))));
+    }
+
+    /// Applies changes to the whole graph, and keeps them for clients that know the graph before them. Changes without a graph are ignored.
+    fn change_graph(&mut self, changed: GraphChanged) {
+        let Some((revision, event)) = &mut self.latest[GRAPH] else { return };
+        let Event::Graph(graph) = Arc::make_mut(event) else { return };
+        if !graph.apply(&changed) {
+            return;
+        }
+        self.revision += 1;
+        *revision = self.revision;
+        self.graph_changes.push_back((self.revision, Arc::new(Event::GraphChanged(changed))));
+        if self.graph_changes.len() > MAX_GRAPH_CHANGES
+            && let Some((dropped, _)) = self.graph_changes.pop_front()
+        {
+            self.graph_changes_from = dropped;
         }
     }
 
@@ -221,6 +269,7 @@ impl Snapshot {
     }
 }
 
+const GRAPH: usize = 1;
 const MAPS: usize = 7;
 /// The last of them.
 /// The last of them.
@@ -230,7 +279,7 @@ const GOALS: usize = 14;
 fn latest_kind(event: &Event) -> Option<usize> {
     match event {
         Event::Estimate(_) => Some(0),
-        Event::Graph(_) => Some(1),
+        Event::Graph(_) => Some(GRAPH),
         Event::Mapping(_) => Some(2),
         Event::Motion(_) => Some(3),
         Event::Control(_) => Some(4),
@@ -244,7 +293,11 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Docks(_) => Some(12),
         Event::Executive(_) => Some(13),
         Event::Goals(_) => Some(GOALS),
-        Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. } => None,
+        Event::GraphChanged(_)
+        | Event::Tiles(_)
+        | Event::Loops(_)
+        | Event::Notice(_)
+        | Event::CommandDone { .. } => None,
     }
 }
 

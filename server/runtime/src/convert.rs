@@ -129,21 +129,35 @@ pub fn localisation(state: &LocalisationState) -> api::Localisation {
 
 /// The pose graph of a session.
 pub fn graph(graph: &messages::PoseGraph, session: Option<vocab::SessionId>) -> api::Graph {
-    let node = |node: &messages::GraphNode| api::GraphNode {
-        id: node.id,
-        stamp: node.stamp,
-        map_from_keyframe: node.map_from_keyframe,
-    };
     let of_kind = |kind| {
         let edges = graph.edges.iter().filter(move |edge| edge.kind == kind);
         edges.map(|edge| (edge.from, edge.to)).collect()
     };
     api::Graph {
         session,
-        nodes: graph.nodes.iter().map(node).collect(),
+        nodes: graph.nodes.iter().map(graph_node).collect(),
         edges: of_kind(EdgeKind::Odometry),
         loops: of_kind(EdgeKind::Loop),
     }
+}
+
+/// Changes of the pose graph of a session.
+pub fn graph_changed(delta: &messages::GraphDelta, session: Option<vocab::SessionId>) -> api::GraphChanged {
+    let of_kind = |kind| {
+        let edges = delta.edges.iter().filter(move |edge| edge.kind == kind);
+        edges.map(|edge| (edge.from, edge.to)).collect()
+    };
+    api::GraphChanged {
+        session,
+        nodes: delta.nodes.iter().map(graph_node).collect(),
+        edges: of_kind(EdgeKind::Odometry),
+        removed_loops: delta.removed_loops.clone(),
+        loops: of_kind(EdgeKind::Loop),
+    }
+}
+
+fn graph_node(node: &messages::GraphNode) -> api::GraphNode {
+    api::GraphNode { id: node.id, stamp: node.stamp, map_from_keyframe: node.map_from_keyframe }
 }
 
 /// A decision on a pair of keyframes.
@@ -195,6 +209,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         | Publication::Scan(_)
         | Publication::Keyframe(_)
         | Publication::Graph(_)
+        | Publication::GraphDelta(_)
         | Publication::Reanchored(_)
         | Publication::Mapping(_)
         | Publication::Localisation(_)

@@ -81,6 +81,10 @@ impl PublisherWorker {
             Publication::Graph(graph) => {
                 self.state_publisher.publish(Event::Graph(convert::graph(&graph, self.live_map.session())));
             }
+            Publication::GraphDelta(delta) => {
+                let changed = convert::graph_changed(&delta, self.live_map.session());
+                self.state_publisher.publish(Event::GraphChanged(changed));
+            }
             Publication::Mapping(state) => {
                 self.follow(&state);
                 self.state_publisher.publish(Event::Mapping(convert::mapping(&state)));

@@ -126,12 +126,51 @@ impl StatePublisher {
 
 impl State {
     fn enqueue(&mut self, message: CoreMessage) {
+        let Some(message) = self.merge_graph(message) else { return };
         let waiting = replaced_kind(&message)
             .and_then(|kind| self.queue.iter_mut().find(|waiting| replaced_kind(waiting) == Some(kind)));
         match waiting {
             Some(waiting) => *waiting = message,
             None => self.queue.push_back(message),
         }
+        self.limit_queue();
+    }
+
+    /// Merges changes of the graph with what waits of it, so that one message at most does. A whole graph makes waiting changes needless.
+    fn merge_graph(&mut self, message: CoreMessage) -> Option<CoreMessage> {
+        let changed = match message {
+            CoreMessage::Event { to: None, event: Event::GraphChanged(changed) } => changed,
+            CoreMessage::Event { to: None, event: Event::Graph(_) } => {
+                let is_graph = |waiting: &CoreMessage| {
+                    matches!(
+                        waiting,
+                        CoreMessage::Event { event: Event::Graph(_) | Event::GraphChanged(_), .. }
+                    )
+                };
+                self.queue.retain(|waiting| !is_graph(waiting));
+                return Some(message);
+            }
+            other => return Some(other),
+        };
+        for waiting in &mut self.queue {
+            match waiting {
+                CoreMessage::Event { event: Event::Graph(graph), .. } => {
+                    graph.apply(&changed);
+                    return None;
+                }
+                CoreMessage::Event { event: Event::GraphChanged(before), .. }
+                    if before.session == changed.session =>
+                {
+                    before.append(changed);
+                    return None;
+                }
+                _ => {}
+            }
+        }
+        Some(CoreMessage::Event { to: None, event: Event::GraphChanged(changed) })
+    }
+
+    fn limit_queue(&mut self) {
         if self.queue.len() > QUEUE_MAX {
             tracing::warn!("the gateway does not read; its connection is dropped");
             self.connection = None;
@@ -156,7 +195,14 @@ fn replaced_kind(message: &CoreMessage) -> Option<Kind> {
 }
 
 fn replaces(event: &Event) -> bool {
-    !matches!(event, Event::Tiles(_) | Event::Loops(_) | Event::Notice(_) | Event::CommandDone { .. })
+    !matches!(
+        event,
+        Event::GraphChanged(_)
+            | Event::Tiles(_)
+            | Event::Loops(_)
+            | Event::Notice(_)
+            | Event::CommandDone { .. }
+    )
 }
 
 impl Snapshot {
@@ -168,6 +214,13 @@ impl Snapshot {
                     self.notices.pop_front();
                 }
                 self.notices.push_back(event.clone());
+            }
+            Event::GraphChanged(changed) => {
+                for kept in &mut self.latest {
+                    if let Event::Graph(graph) = kept {
+                        graph.apply(changed);
+                    }
+                }
             }
             Event::Tiles(changed) => {
                 if changed.reset {

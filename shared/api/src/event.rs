@@ -1,6 +1,6 @@
 //! What the server tells clients. Every event replaces the last of its kind unless it says otherwise.
 
-use crate::{CommandOutcome, Executive, Goal, LoopsChanged, MapSummary, TileEntry};
+use crate::{CommandOutcome, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
 use vocab::{
     ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
@@ -11,7 +11,7 @@ use vocab::{
 pub enum Event {
     /// Where the robot is.
     Estimate(Estimate),
-    /// Poses and edges of the current mapping session; empty without one.
+    /// Poses and edges of the current mapping session; empty without one. It changes by [`Self::GraphChanged`].
     Graph(Graph),
     /// Tiles of the current mapping session: adds to what was sent, unless `reset`.
     Tiles(TilesChanged),
@@ -52,6 +52,8 @@ pub enum Event {
     Import(Import),
     /// Docks of saved maps, as the robot learnt them by being charged there.
     Docks(Vec<Dock>),
+    /// Changes of the graph of the current mapping session; adds to [`Self::Graph`].
+    GraphChanged(GraphChanged),
 }
 
 /// A dock of a saved map.

@@ -16,6 +16,7 @@ mod command;
 mod core_link;
 mod event;
 mod goal;
+mod graph;
 mod loops;
 mod map;
 pub mod paths;
@@ -26,10 +27,11 @@ pub use command::{Command, CommandOutcome, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;
 pub use goal::*;
+pub use graph::GraphChanged;
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
 pub use map::{Anchor, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 9;
+pub const VERSION: u16 = 10;

@@ -4,6 +4,7 @@
 //! data, so a log of inputs replays the stack bit for bit. Metres, radians, seconds and SI throughout.
 
 mod goals;
+mod graph;
 mod inputs;
 mod loops;
 mod outputs;
@@ -12,6 +13,7 @@ mod profile;
 mod sensors;
 
 pub use goals::*;
+pub use graph::GraphDelta;
 pub use inputs::*;
 pub use loops::*;
 pub use outputs::*;

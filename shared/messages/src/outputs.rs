@@ -1,8 +1,8 @@
 //! What leaves the stack.
 
 use crate::{
-    BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, LoopDecision, LoopTask, MapSearchTask,
-    PlaceInMap, Reanchored, RelocalisationTask, RevisitTask,
+    BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, GraphDelta, LoopDecision, LoopTask,
+    MapSearchTask, PlaceInMap, Reanchored, RelocalisationTask, RevisitTask,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -113,7 +113,7 @@ pub enum Publication {
     Scan(CorrectedScan),
     /// A new keyframe of the map under construction. The shell keeps its cloud until the session is saved or discarded.
     Keyframe(Keyframe),
-    /// The pose graph changed: poses moved or edges were added.
+    /// The whole pose graph: at the beginning, and whenever changes alone do not say it. Afterwards it changes by [`Self::GraphDelta`].
     Graph(Arc<PoseGraph>),
     /// A pair of keyframes was decided on.
     LoopDecided(LoopDecision),
@@ -141,6 +141,8 @@ pub enum Publication {
     Battery(BatteryState),
     /// Something people should read.
     Notice(Notice),
+    /// The pose graph changed: keyframes and edges were added or removed, or poses moved.
+    GraphDelta(Arc<GraphDelta>),
 }
 
 /// Where the robot is and how sure.

@@ -89,6 +89,7 @@ pub(crate) fn on_event(event: &api::Event, cx: &mut Context<'_>) {
                 cx.changes.push(Change::SessionChanged);
             }
         }
+        api::Event::GraphChanged(changed) => views.live.change_graph(changed),
         api::Event::Tiles(changed) => {
             if changed.reset {
                 views.live.tiles.unload(true, cx.effects);

@@ -2,7 +2,7 @@
 
 use super::{TileSet, Viewpoint};
 use crate::{ClientEffect, ClientTime};
-use api::{Anchor, Graph, TileList};
+use api::{Anchor, Graph, GraphChanged, TileList};
 use std::collections::BTreeMap;
 use vocab::{Aabb, KeyframeId, Pose};
 
@@ -61,6 +61,15 @@ impl MapView {
         self.graph = graph;
         self.graph_revision += 1;
         self.tiles.mark_dirty();
+    }
+
+    /// Applies changes of the graph; those of another session are ignored.
+    pub(crate) fn change_graph(&mut self, changed: &GraphChanged) {
+        if self.graph.apply(changed) {
+            self.poses.extend(changed.nodes.iter().map(|node| (node.id, node.map_from_keyframe)));
+            self.graph_revision += 1;
+            self.tiles.mark_dirty();
+        }
     }
 
     pub(crate) fn plan(&mut self, viewpoint: &Viewpoint, now: ClientTime, effects: &mut Vec<ClientEffect>) {

@@ -2,7 +2,7 @@
 
 use super::Feature;
 use crate::shared::{Change, Context};
-use api::{Estimate, Graph, GraphNode};
+use api::{Estimate, GraphNode};
 use vocab::{Stamp, Vec3};
 
 /// How densely estimates are kept.
@@ -64,8 +64,8 @@ impl Trajectory {
     }
 
     /// Removes positions that keyframes cover: those of the keyframes are corrected by loop closures.
-    fn anchor(&mut self, graph: &Graph) {
-        if let Some(last) = graph.nodes.last() {
+    fn anchor(&mut self, nodes: &[GraphNode]) {
+        if let Some(last) = nodes.last() {
             self.tail.retain(|&(stamp, _)| stamp > last.stamp);
         }
         self.revision += 1;
@@ -81,7 +81,8 @@ impl Feature for Trajectory {
     fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
         match event {
             api::Event::Estimate(estimate) => self.extend(estimate),
-            api::Event::Graph(graph) => self.anchor(graph),
+            api::Event::Graph(graph) => self.anchor(&graph.nodes),
+            api::Event::GraphChanged(changed) => self.anchor(&changed.nodes),
             _ => {}
         }
     }

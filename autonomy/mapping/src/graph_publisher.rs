@@ -1,0 +1,155 @@
+//! What of a pose graph has to be published: only what changed since the last time, so that the bytes follow the walk and not its square.
+
+use crate::graph_optimiser::KeyframePair;
+use crate::pose_graph::{Edge, Node, PoseGraph, index};
+use geometry::{Isometry, so3};
+use std::collections::BTreeSet;
+
+/// Parameters of [`GraphPublisher`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GraphPublisherConfig {
+    /// A keyframe's pose is published again once it is this far from the published one, metres.
+    pub min_translation_m: f64,
+    /// The same for its rotation, radians: 5 mm at a distance of 5 m.
+    pub min_rotation_rad: f64,
+}
+
+impl Default for GraphPublisherConfig {
+    fn default() -> Self {
+        Self { min_translation_m: 0.005, min_rotation_rad: 0.001 }
+    }
+}
+
+/// Remembers what was published of a graph.
+#[derive(Clone, Debug, Default)]
+pub struct GraphPublisher {
+    config: GraphPublisherConfig,
+    revision: u64,
+    poses: Vec<Isometry>,
+    edges: usize,
+    loops: Vec<KeyframePair>,
+}
+
+/// What changed in a graph since a revision.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GraphChanges {
+    /// Revision that the changes apply to; 0 for an empty graph.
+    pub base_revision: u64,
+    /// Revision after them.
+    pub revision: u64,
+    /// New keyframes, and those that moved noticeably, in the order of their numbers.
+    pub nodes: Vec<Node>,
+    /// New odometry edges.
+    pub edges: Vec<Edge>,
+    /// Loops that are gone.
+    pub removed_loops: Vec<KeyframePair>,
+    /// New loops.
+    pub loops: Vec<Edge>,
+}
+
+impl GraphPublisher {
+    /// Nothing was published yet.
+    pub fn new(config: GraphPublisherConfig) -> Self {
+        Self { config, ..Self::default() }
+    }
+
+    /// The changes since the last call, or all of the graph at first. `None` if nothing changed. Linear in the graph, some nanoseconds a keyframe.
+    pub fn update(&mut self, graph: &PoseGraph) -> Option<GraphChanges> {
+        if self.revision == graph.revision() {
+            return None;
+        }
+        let nodes: Vec<Node> = graph.nodes().iter().filter(|node| self.is_due(node)).copied().collect();
+        for node in &nodes {
+            match self.poses.get_mut(index(node.id)) {
+                Some(pose) => *pose = node.map_from_keyframe,
+                None => self.poses.push(node.map_from_keyframe),
+            }
+        }
+        let pair = |edge: &Edge| (edge.from, edge.to);
+        let same =
+            self.loops.iter().zip(graph.loops()).take_while(|(known, edge)| **known == pair(edge)).count();
+        let known: BTreeSet<KeyframePair> = self.loops[same..].iter().copied().collect();
+        let now: BTreeSet<KeyframePair> = graph.loops()[same..].iter().map(pair).collect();
+        let changes = GraphChanges {
+            base_revision: self.revision,
+            revision: graph.revision(),
+            nodes,
+            edges: graph.edges().get(self.edges..).unwrap_or_default().to_vec(),
+            removed_loops: known.difference(&now).copied().collect(),
+            loops: graph.loops()[same..]
+                .iter()
+                .filter(|edge| !known.contains(&pair(edge)))
+                .copied()
+                .collect(),
+        };
+        self.revision = graph.revision();
+        self.edges = graph.edges().len();
+        self.loops = graph.loops().iter().map(pair).collect();
+        Some(changes)
+    }
+
+    /// Whether a keyframe is new or has moved noticeably since it was published.
+    fn is_due(&self, node: &Node) -> bool {
+        self.poses.get(index(node.id)).is_none_or(|published| {
+            let moved = published.inverse() * node.map_from_keyframe;
+            moved.translation.vector.norm() >= self.config.min_translation_m
+                || so3::log(&moved.rotation).norm() >= self.config.min_rotation_rad
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at, edge};
+    use vocab::{KeyframeId, Stamp};
+
+    fn walked(count: u32) -> PoseGraph {
+        let mut graph = PoseGraph::default();
+        for number in 0..count {
+            let step = number.checked_sub(1).map(|last| edge(last, number, at(1.0, 0.0, 0.0), (1e-3, 0.01)));
+            graph.add_keyframe(Stamp::EPOCH, &at(f64::from(number), 0.0, 0.0), step.as_ref());
+        }
+        graph
+    }
+
+    #[test]
+    fn only_what_changed_is_published() {
+        let (mut graph, mut publisher) = (walked(100), GraphPublisher::default());
+        let first = publisher.update(&graph);
+        assert!(
+            first.is_some_and(|all| (all.base_revision, all.nodes.len(), all.edges.len()) == (0, 100, 99))
+        );
+        assert_eq!(publisher.update(&graph), None);
+
+        let step = edge(99, 100, at(1.0, 0.0, 0.0), (1e-3, 0.01));
+        graph.add_keyframe(Stamp::EPOCH, &at(100.0, 0.0, 0.0), Some(&step));
+        let closed = edge(3, 90, at(0.0, 0.0, 0.0), (1e-3, 0.01));
+        assert!(graph.add_loop(&closed));
+        let Some(next) = publisher.update(&graph) else { panic!("nothing published") };
+        assert_eq!((next.base_revision, next.revision), (100, graph.revision()));
+        assert_eq!((next.nodes.len(), next.edges, next.loops), (1, vec![step], vec![closed]));
+
+        assert!(graph.remove_loop(KeyframeId(3), KeyframeId(90)));
+        let Some(next) = publisher.update(&graph) else { panic!("nothing published") };
+        assert_eq!(next.removed_loops, [(KeyframeId(3), KeyframeId(90))]);
+        assert!(next.nodes.is_empty() && next.edges.is_empty() && next.loops.is_empty());
+    }
+
+    #[test]
+    fn small_moves_add_up_until_they_are_noticeable() {
+        let (mut graph, mut publisher) = (walked(10), GraphPublisher::default());
+        publisher.update(&graph);
+        let mut published = 0;
+        for step in 1..=10 {
+            let poses: Vec<Isometry> = (0..10)
+                .map(|number| {
+                    at(f64::from(number), if number < 5 { 0.0 } else { 0.001 * f64::from(step) }, 0.0)
+                })
+                .collect();
+            graph.move_keyframes(&poses);
+            published += publisher.update(&graph).map_or(0, |changes| changes.nodes.len());
+        }
+        assert_eq!(published, 2 * 5, "every five millimetres, and only those that move");
+    }
+}
