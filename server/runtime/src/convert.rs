@@ -109,11 +109,11 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
 /// State of localisation in a saved map.
 pub fn localisation(state: &LocalisationState) -> api::Localisation {
     let plain = |reason: DegradationReason| match reason {
-        DegradationReason::MapMismatch => api::Doubt::Contradicted,
-        DegradationReason::PoseUncertain => api::Doubt::Vague,
-        DegradationReason::LidarBlind => api::Doubt::Dark,
-        DegradationReason::Unmapped => api::Doubt::Unmapped,
-        DegradationReason::Unconfirmed => api::Doubt::Unconfirmed,
+        DegradationReason::MapMismatch => api::DegradationReason::Contradicted,
+        DegradationReason::PoseUncertain => api::DegradationReason::Vague,
+        DegradationReason::LidarBlind => api::DegradationReason::Dark,
+        DegradationReason::Unmapped => api::DegradationReason::Unmapped,
+        DegradationReason::Unconfirmed => api::DegradationReason::Unconfirmed,
     };
     match *state {
         LocalisationState::Idle => api::Localisation::Idle,

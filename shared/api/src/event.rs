@@ -276,7 +276,7 @@ pub enum Localisation {
         /// In which.
         map: MapId,
         /// What speaks against it, if anything does.
-        doubt: Option<Doubt>,
+        doubt: Option<DegradationReason>,
     },
 }
 
@@ -292,18 +292,18 @@ impl Localisation {
     }
 }
 
-/// What speaks against the robot's place in a saved map.
+/// What speaks against the robot's pose in a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Doubt {
-    /// What it sees is not what the map shows there.
+pub enum DegradationReason {
+    /// The scans are not what the map shows there.
     Contradicted,
-    /// Nothing has told its place for too long.
+    /// The covariance of the pose is too large.
     Vague,
     /// The LiDAR sees nothing.
     Dark,
-    /// The map shows nothing of what it sees.
+    /// The map shows nothing of what the LiDAR sees: the robot has left it.
     Unmapped,
-    /// A person showed it, and the rest of the map has not been searched yet for places that look alike.
+    /// The pose was given, and the rest of the map has not been searched yet for poses that look alike.
     Unconfirmed,
 }
 

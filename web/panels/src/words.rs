@@ -1,8 +1,8 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
 use api::{
-    Battery, Doubt, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping, Motion, Severity,
-    SurveyReason,
+    Battery, DegradationReason, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping,
+    Motion, Severity, SurveyReason,
 };
 use client_model::{ColourBy, LoopPair, LoopPick, Model, Theme};
 use vocab::{MapId, Stamp, Vec3};
@@ -173,11 +173,11 @@ pub fn localisation(localisation: &Localisation) -> String {
         }
         Localisation::Localised { doubt: None, .. } => "Localised".to_owned(),
         Localisation::Localised { doubt: Some(doubt), .. } => match doubt {
-            Doubt::Contradicted => "Uncertain: the scans contradict the map".to_owned(),
-            Doubt::Vague => "Uncertain: nothing has confirmed the pose for a while".to_owned(),
-            Doubt::Dark => "Uncertain: the LiDAR sees nothing".to_owned(),
-            Doubt::Unmapped => "Outside the mapped area".to_owned(),
-            Doubt::Unconfirmed => "Checking for places that look alike".to_owned(),
+            DegradationReason::Contradicted => "Uncertain: the scans contradict the map".to_owned(),
+            DegradationReason::Vague => "Uncertain: nothing has confirmed the pose for a while".to_owned(),
+            DegradationReason::Dark => "Uncertain: the LiDAR sees nothing".to_owned(),
+            DegradationReason::Unmapped => "Outside the mapped area".to_owned(),
+            DegradationReason::Unconfirmed => "Checking for places that look alike".to_owned(),
         },
     }
 }

@@ -22,7 +22,7 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
     let walked = way(&client);
-    let doubt = Some(api::Doubt::Dark);
+    let doubt = Some(api::DegradationReason::Dark);
     client.event(api::Event::Localisation(api::Localisation::Localised { map, doubt }));
     assert!(walked > 2 && way(&client) == walked, "a doubt forgets nothing");
     client.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 0 }));
