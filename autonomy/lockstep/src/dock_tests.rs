@@ -1,4 +1,4 @@
-//! Docks: learnt where the robot is charged while it knows its place, and telling its place where the LiDAR alone cannot.
+//! Docks: learnt where the robot is charged while it is localised; they resolve its place where the LiDAR alone cannot.
 
 use crate::day::{Day, FIRST, first};
 use crate::replay;

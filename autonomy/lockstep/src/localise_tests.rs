@@ -1,4 +1,4 @@
-//! Being localised in a saved map: found standing still, told by a person, kept while walking among people, lost and found again.
+//! Localisation in a saved map: found while standing, set by a person, kept while walking among people, lost and found again.
 
 use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
@@ -64,7 +64,7 @@ fn a_person_tells_the_place_roughly_and_it_snaps() {
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
 }
 
-/// In the torus, whose eighths look alike: a place on the outer ring, so many degrees from x.
+/// In the torus, whose eighths look alike: a place on the outer ring at this angle from the x axis, degrees.
 fn on_the_ring(degrees: f64) -> [f64; 2] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     [16.1 * cos, 16.1 * sin]

@@ -1,4 +1,4 @@
-//! Loop closure of the whole stack: a walk that comes home with an odometry that was led astray.
+//! Loop closure of the whole stack: a walk that returns to its start with an odometry that drifted.
 
 use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
@@ -16,7 +16,7 @@ use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Span, Stamp
 const SESSION: SessionId = SessionId(Uuid::from_u128(1));
 const ME: ClientId = ClientId(Uuid::from_u128(1));
 
-/// What the stack was told on a walk, but for the results of jobs, and where the robot really was.
+/// The inputs of a walk without the results of jobs, and the ground truth.
 struct Walk {
     inputs: Vec<(Stamp, Input)>,
     truths: Vec<GroundTruth>,
@@ -64,8 +64,8 @@ fn walk() -> &'static Walk {
     })
 }
 
-/// A stack on that walk, and what it has said.
-struct Told {
+/// A stack that has stepped through that walk, with its effects.
+struct StackRun {
     stack: Stack,
     log: Vec<(Stamp, Input)>,
     digest: Digest,
@@ -73,14 +73,14 @@ struct Told {
     graph: Arc<PoseGraph>,
     decisions: Vec<LoopDecision>,
     answers: Vec<Option<String>>,
-    /// What it wanted to have saved.
+    /// The map that it asked to save.
     finished: Option<Arc<FinishedMap>>,
-    /// Results of jobs that have not been handed in.
+    /// Results of jobs that have not been returned to it.
     done: VecDeque<JobDone>,
     commands: u128,
 }
 
-impl Told {
+impl StackRun {
     fn nothing() -> Self {
         Self {
             stack: Stack::new(),
@@ -96,29 +96,29 @@ impl Told {
         }
     }
 
-    /// Tells it the whole walk. `hand_in` decides, before each tick, which of the waiting results come now.
-    fn walking(leave_open: bool, mut hand_in: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
-        let mut told = Self::nothing();
+    /// Steps it through the whole walk. `deliver` decides before each tick which of the waiting results arrive.
+    fn walking(leave_open: bool, mut deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+        let mut run = Self::nothing();
         for (at, input) in &walk().inputs {
             let mut input = input.clone();
             if let Input::Boot(boot) = &mut input {
                 boot.leave_loops_open = leave_open;
             }
             if input == Input::Tick {
-                for done in hand_in(&mut told.done) {
-                    told.step(*at, Input::JobDone(done));
+                for done in deliver(&mut run.done) {
+                    run.step(*at, Input::JobDone(done));
                 }
             }
-            told.step(*at, input);
+            run.step(*at, input);
         }
-        told
+        run
     }
 
     /// The same, and all results are handed in at the end.
-    fn walked(leave_open: bool, hand_in: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
-        let mut told = Self::walking(leave_open, hand_in);
-        told.finish_jobs();
-        told
+    fn walked(leave_open: bool, deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+        let mut run = Self::walking(leave_open, deliver);
+        run.finish_jobs();
+        run
     }
 
     fn finish_jobs(&mut self) {
@@ -212,22 +212,22 @@ fn promptly(done: &mut VecDeque<JobDone>) -> Vec<JobDone> {
     done.drain(..).collect()
 }
 
-fn prompt() -> &'static Told {
-    static TOLD: OnceLock<Told> = OnceLock::new();
-    TOLD.get_or_init(|| Told::walked(false, promptly))
+fn prompt() -> &'static StackRun {
+    static RUN: OnceLock<StackRun> = OnceLock::new();
+    RUN.get_or_init(|| StackRun::walked(false, promptly))
 }
 
 /// By odometry alone.
-fn open() -> &'static Told {
-    static TOLD: OnceLock<Told> = OnceLock::new();
-    TOLD.get_or_init(|| Told::walked(true, promptly))
+fn open() -> &'static StackRun {
+    static RUN: OnceLock<StackRun> = OnceLock::new();
+    RUN.get_or_init(|| StackRun::walked(true, promptly))
 }
 
 #[test]
 fn coming_home_closes_loops_and_the_map_is_better() {
     let (open, closed) = (open(), prompt());
     assert!(open.decisions.is_empty() && open.loops().is_empty());
-    assert!(open.error() > 0.05, "the odometry should be led astray: {} m", open.error());
+    assert!(open.error() > 0.05, "the odometry should drift: {} m", open.error());
     assert!(!closed.loops().is_empty(), "{:?}", closed.decisions);
     assert!(closed.error() < 0.4 * open.error(), "{} m, and {} m without", closed.error(), open.error());
     for (from, to) in closed.loops() {
@@ -240,18 +240,18 @@ fn coming_home_closes_loops_and_the_map_is_better() {
 
 #[test]
 fn a_log_with_loops_repeats_bit_for_bit_without_their_work() {
-    let told = prompt();
-    let again = replay(told.log.iter().cloned(), &mut Stack::new());
-    assert_eq!(again.hex(), told.digest.hex());
+    let run = prompt();
+    let again = replay(run.log.iter().cloned(), &mut Stack::new());
+    assert_eq!(again.hex(), run.digest.hex());
     // Another result of a job is another run.
-    let mut changed = told.log.clone();
+    let mut changed = run.log.clone();
     let result = changed.iter_mut().rev().find_map(|(_, input)| match input {
         Input::JobDone(JobDone { result: JobResult::LoopVerified(found), .. }) => Some(found),
         _ => None,
     });
     let Some(result) = result else { panic!("no loop was looked at") };
     result.evidence.residual += 1e-15;
-    assert_ne!(replay(changed, &mut Stack::new()).hex(), told.digest.hex());
+    assert_ne!(replay(changed, &mut Stack::new()).hex(), run.digest.hex());
 }
 
 mod nightly {
@@ -260,28 +260,28 @@ mod nightly {
     #[test]
     fn late_results_in_another_order_close_the_walk_all_the_same() {
         let mut ticks = 0;
-        let told = Told::walked(false, |done| {
+        let run = StackRun::walked(false, |done| {
             // Two seconds late or more, the newest first.
             ticks += 1;
             if ticks % 40 == 0 { done.drain(..).rev().collect() } else { Vec::new() }
         });
-        assert!(told.error() < 0.4 * open().error(), "{} m, and {} m without", told.error(), open().error());
-        assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+        assert!(run.error() < 0.4 * open().error(), "{} m, and {} m without", run.error(), open().error());
+        assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
     }
 }
 
 #[test]
 fn results_of_a_session_that_has_ended_are_ignored() {
-    let mut told = Told::walking(false, |_| Vec::new());
-    let late: Vec<JobDone> = told.done.drain(..).collect();
+    let mut run = StackRun::walking(false, |_| Vec::new());
+    let late: Vec<JobDone> = run.done.drain(..).collect();
     assert!((1..=4).contains(&late.len()), "{} jobs at a time", late.len());
-    assert_eq!(told.order(CommandKind::DiscardMapping), None);
-    assert_eq!(told.order(CommandKind::StartMapping(SessionId(Uuid::from_u128(2)))), None);
+    assert_eq!(run.order(CommandKind::DiscardMapping), None);
+    assert_eq!(run.order(CommandKind::StartMapping(SessionId(Uuid::from_u128(2)))), None);
     for done in late {
-        told.step(told.at, Input::JobDone(done));
+        run.step(run.at, Input::JobDone(done));
     }
-    assert!(told.decisions.is_empty() && told.done.is_empty(), "neither decided nor followed by others");
-    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+    assert!(run.decisions.is_empty() && run.done.is_empty(), "neither decided nor followed by others");
+    assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 }
 
 fn finish() -> CommandKind {
@@ -290,68 +290,68 @@ fn finish() -> CommandKind {
 
 #[test]
 fn a_finished_map_waits_for_its_last_loops() {
-    let mut told = Told::walking(false, |_| Vec::new());
-    assert!(!told.done.is_empty());
-    assert_eq!(told.order(finish()), None);
-    assert!(told.finished.is_none(), "pairs are still being looked at");
+    let mut run = StackRun::walking(false, |_| Vec::new());
+    assert!(!run.done.is_empty());
+    assert_eq!(run.order(finish()), None);
+    assert!(run.finished.is_none(), "pairs are still being verified");
     for order in [finish(), CommandKind::DiscardMapping, CommandKind::StartMapping(SESSION)] {
-        assert!(told.order(order.clone()).is_some(), "{order:?}");
+        assert!(run.order(order.clone()).is_some(), "{order:?}");
     }
-    let nodes = told.graph.nodes.len();
-    told.finish_jobs();
-    let Some(map) = told.finished.clone() else { panic!("the map is not saved") };
+    let nodes = run.graph.nodes.len();
+    run.finish_jobs();
+    let Some(map) = run.finished.clone() else { panic!("the map is not saved") };
     assert_eq!((map.name.as_str(), map.graph.nodes.len()), ("Hall", nodes));
     assert!(map.graph.edges.iter().any(|edge| edge.kind == EdgeKind::Loop) && !map.decisions.is_empty());
-    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+    assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 
     // Whoever looks at pairs may have died; the map is saved all the same.
-    let mut told = Told::walking(false, |_| Vec::new());
-    assert_eq!(told.order(finish()), None);
-    let asked = told.at;
-    while told.at - asked < Span::from_millis(10_000) {
-        assert!(told.finished.is_none());
-        told.step(told.at + Span::from_millis(50), Input::Tick);
+    let mut run = StackRun::walking(false, |_| Vec::new());
+    assert_eq!(run.order(finish()), None);
+    let asked = run.at;
+    while run.at - asked < Span::from_millis(10_000) {
+        assert!(run.finished.is_none());
+        run.step(run.at + Span::from_millis(50), Input::Tick);
     }
-    assert!(told.finished.is_some_and(|map| map.at == asked));
+    assert!(run.finished.is_some_and(|map| map.at == asked));
 }
 
 #[test]
 fn a_person_takes_loops_back_and_closes_them_again() {
-    let mut told = Told::walked(false, promptly);
-    let loops = told.loops();
-    let (closed, by_odometry) = (told.graph.clone(), open().graph.clone());
+    let mut run = StackRun::walked(false, promptly);
+    let loops = run.loops();
+    let (closed, by_odometry) = (run.graph.clone(), open().graph.clone());
     for &(from, to) in &loops {
         // Which is named first does not matter.
-        assert_eq!(told.order(CommandKind::RejectLoop { from: to, to: from }), None);
-        let Some(last) = told.decisions.last() else { panic!("not said") };
+        assert_eq!(run.order(CommandKind::RejectLoop { from: to, to: from }), None);
+        let Some(last) = run.decisions.last() else { panic!("not said") };
         assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
     }
-    assert!(told.loops().is_empty());
+    assert!(run.loops().is_empty());
     // Over metres that were a guess, relinearisation leaves millimetres.
-    assert!(told.apart(&by_odometry) < 5e-3, "{} m from the odometry", told.apart(&by_odometry));
+    assert!(run.apart(&by_odometry) < 5e-3, "{} m from the odometry", run.apart(&by_odometry));
     for &(from, to) in &loops {
-        assert_eq!(told.order(CommandKind::AcceptLoop { from, to }), None);
+        assert_eq!(run.order(CommandKind::AcceptLoop { from, to }), None);
     }
-    assert_eq!(told.loops(), loops);
-    assert!(told.apart(&closed) < 5e-3, "{} m from before", told.apart(&closed));
-    assert_eq!(replay(told.log.iter().cloned(), &mut Stack::new()).hex(), told.digest.hex());
+    assert_eq!(run.loops(), loops);
+    assert!(run.apart(&closed) < 5e-3, "{} m from before", run.apart(&closed));
+    assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 }
 
 #[test]
 fn a_pair_that_a_person_proposes_is_looked_at() {
-    let mut told = Told::walked(false, promptly);
-    let Some(&(from, to)) = told.loops().last() else { panic!("no loop") };
-    let refused = told.order(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
+    let mut run = StackRun::walked(false, promptly);
+    let Some(&(from, to)) = run.loops().last() else { panic!("no loop") };
+    let refused = run.order(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
     assert!(refused.is_some_and(|reason| reason.contains("already")));
-    assert_eq!(told.order(CommandKind::RejectLoop { from, to }), None);
-    let edge = told.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
+    assert_eq!(run.order(CommandKind::RejectLoop { from, to }), None);
+    let edge = run.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
     let Some(pose) = edge.and_then(|d| isometry_from_pose(&d.from_from_to)) else { panic!("no edge") };
     // Half a metre off, and seen from the newer one.
     let mut guess = geometry::pose_from_isometry(&pose.inverse());
     guess.position.x += 0.5;
-    assert_eq!(told.order(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
-    told.finish_jobs();
-    let Some(last) = told.decisions.last() else { panic!("not decided") };
+    assert_eq!(run.order(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
+    run.finish_jobs();
+    let Some(last) = run.decisions.last() else { panic!("not decided") };
     assert_eq!((last.task.from, last.task.to, last.task.source), (from, to, LoopSource::Person));
     assert_ne!(last.verdict, LoopVerdict::Rejected, "{}", last.reason);
     let found =
@@ -361,14 +361,14 @@ fn a_pair_that_a_person_proposes_is_looked_at() {
 
 #[test]
 fn orders_about_loops_that_cannot_be_done_are_refused_with_a_reason() {
-    let mut told = Told::nothing();
+    let mut run = StackRun::nothing();
     let (id, no) = (KeyframeId, Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..Pose::IDENTITY });
-    told.step(Stamp::EPOCH, walk().inputs[0].1.clone());
-    told.order(CommandKind::DiscardMapping);
-    let refused = told.order(CommandKind::AcceptLoop { from: id(0), to: id(9) });
+    run.step(Stamp::EPOCH, walk().inputs[0].1.clone());
+    run.order(CommandKind::DiscardMapping);
+    let refused = run.order(CommandKind::AcceptLoop { from: id(0), to: id(9) });
     assert!(refused.is_some_and(|reason| reason.contains("Start mapping")));
 
-    let mut told = Told::walked(false, promptly);
+    let mut run = StackRun::walked(false, promptly);
     for (order, reason) in [
         (CommandKind::AcceptLoop { from: id(0), to: id(5) }, "Propose them"),
         (CommandKind::RejectLoop { from: id(0), to: id(5) }, "nothing to reject"),
@@ -379,7 +379,7 @@ fn orders_about_loops_that_cannot_be_done_are_refused_with_a_reason() {
         ),
         (CommandKind::ProposeLoop { from: id(0), to: id(9), guess: no }, "not a pose"),
     ] {
-        let refused = told.order(order.clone());
+        let refused = run.order(order.clone());
         assert!(refused.as_ref().is_some_and(|said| said.contains(reason)), "{order:?}: {refused:?}");
     }
 }

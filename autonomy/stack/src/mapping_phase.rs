@@ -32,7 +32,7 @@ struct MappingConfig {
     max_closing_time: Span,
     /// Time between two computations of the quality of a map that changes.
     quality_period: Span,
-    /// The period grows by itself for every so many keyframes, because the cost grows with them.
+    /// The period grows by itself each time the graph has grown by this number of keyframes, because the cost grows with them.
     quality_keyframes: usize,
 }
 

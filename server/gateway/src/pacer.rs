@@ -56,7 +56,7 @@ impl Pacer {
         }
     }
 
-    /// At most so many frames per second; zero, negative or NaN pauses.
+    /// Frames per second at most; zero, negative or NaN pauses.
     pub(crate) fn set_rate(&mut self, max_hz: f32) {
         // The least rate keeps the interval representable.
         self.interval = (max_hz > 0.0).then(|| Duration::from_secs_f32(1.0 / max_hz.clamp(1e-3, MAX_HZ)));

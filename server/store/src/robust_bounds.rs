@@ -27,7 +27,7 @@ impl Default for RobustBoundsConfig {
             cell_m: 1.0,
             cell_points_min: 10,
             dense_share_min: 0.9,
-            outlier_share: 0.001,
+            outlier_share: 0.005,
             tolerance_share: 0.1,
         }
     }

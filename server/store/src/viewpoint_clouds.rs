@@ -245,7 +245,7 @@ fn parse(bytes: &[u8]) -> Option<(MapPoints, Vec<PackedViewpoint>)> {
     (cursor.at == bytes.len()).then_some((cloud, viewpoints))
 }
 
-/// None unless exactly so many bytes come out.
+/// None unless exactly the expected number of bytes comes out.
 fn unpack(packed: &[u8], length: usize) -> Option<Vec<u8>> {
     zstd::bulk::decompress(packed, length).ok().filter(|bytes| bytes.len() == length)
 }

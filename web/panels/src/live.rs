@@ -4,7 +4,7 @@ use crate::features::goals;
 use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
-use crate::{PanelState, mishaps, sensors, words};
+use crate::{PanelState, sensors, simulated_faults, words};
 use client_model::{ClientCommand, Model};
 use egui::Ui;
 
@@ -41,7 +41,7 @@ pub(crate) fn show(
                 ui.add_space(8.0);
                 widgets::rule(ui, tokens);
                 ui.add_space(4.0);
-                mishaps::show(ui, model, tokens, out);
+                simulated_faults::show(ui, model, tokens, out);
             }
         }
     });

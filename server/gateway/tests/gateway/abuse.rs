@@ -44,8 +44,9 @@ async fn clients_that_never_read_cost_little_and_are_closed() {
     let offer = async {
         // Until all that do not read are gone; 300 kB of graph and 200 kB of scan each round, to nine and eight clients.
         for round in 0.. {
-            core.tell(graph(4000)).await;
-            core.tell(Event::Battery(api::Battery { charge: round as f32, ..api::Battery::default() })).await;
+            core.publish(graph(4000)).await;
+            core.publish(Event::Battery(api::Battery { charge: round as f32, ..api::Battery::default() }))
+                .await;
             let scan = CoreMessage::Scan {
                 stamp: Stamp::from_nanos(round),
                 map_from_base: Pose::IDENTITY,
@@ -93,7 +94,7 @@ async fn a_flood_of_pings_that_is_not_read_is_refused() {
     // Fills the way to the client, so that pongs pile up behind it.
     let fill = async {
         loop {
-            core.tell(graph(20_000)).await;
+            core.publish(graph(20_000)).await;
             tokio::task::yield_now().await;
         }
     };
@@ -186,7 +187,7 @@ fn a_core_that_raves_harms_nobody() {
     result.expect("no case fails");
     runtime.block_on(async {
         let mut core = gateway.core().await;
-        core.tell(graph(3)).await;
+        core.publish(graph(3)).await;
         let mut client = gateway.client(client_id(1)).await;
         client.find(|event| (*event == graph(3)).then_some(())).await;
     });
@@ -219,7 +220,7 @@ fn random_bytes_harm_nobody() {
     });
     result.expect("no case fails");
     runtime.block_on(async {
-        core.tell(graph(1)).await;
+        core.publish(graph(1)).await;
         let mut client = gateway.client(client_id(2)).await;
         client.find(|event| matches!(event, Event::Graph(_)).then_some(())).await;
         let mut stream = gateway.socket(api::STREAM_PATH).await;

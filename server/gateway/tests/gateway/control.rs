@@ -33,8 +33,8 @@ async fn answer(socket: &mut Socket) -> (CommandId, CommandOutcome) {
 async fn a_client_is_welcomed_and_told_everything_once_without_gaps() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
-    core.tell(battery(0.25)).await;
-    core.tell(Event::Mapping(api::Mapping::Idle)).await;
+    core.publish(battery(0.25)).await;
+    core.publish(Event::Mapping(api::Mapping::Idle)).await;
     let mut first = gateway.client(client_id(1)).await;
     first.find(|event| (*event == Event::Mapping(api::Mapping::Idle)).then_some(())).await;
 
@@ -47,7 +47,7 @@ async fn a_client_is_welcomed_and_told_everything_once_without_gaps() {
     }
     kinds.dedup();
     assert_eq!(kinds.len(), 3, "battery, mapping and platform, each once");
-    core.tell(battery(0.5)).await;
+    core.publish(battery(0.5)).await;
     let (sequence, event) = second.event().await;
     assert_eq!((sequence, event), (4, battery(0.5)));
     gateway.stop().await;
@@ -67,7 +67,7 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
         for round in 0..ROUNDS {
             let id = vocab::KeyframeId(round);
             let nodes = vec![api::GraphNode { id, ..api::GraphNode::default() }; 4000];
-            core.tell(Event::Graph(api::Graph { nodes, ..api::Graph::default() })).await;
+            core.publish(Event::Graph(api::Graph { nodes, ..api::Graph::default() })).await;
             let tile = api::TileEntry {
                 hash: api::TileHash([0; 32]),
                 anchor: api::Anchor::Map,
@@ -77,7 +77,7 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
                 points: round,
                 bytes: 1,
             };
-            core.tell(Event::Tiles(api::TilesChanged { reset: round == 0, added: vec![tile] })).await;
+            core.publish(Event::Tiles(api::TilesChanged { reset: round == 0, added: vec![tile] })).await;
         }
     };
     let last = |event: &Event| match event {
@@ -146,7 +146,7 @@ async fn commands_carry_their_maker_and_answers_go_to_it_alone() {
     let done = Event::CommandDone { id: command_id(7), outcome: CommandOutcome::Accepted };
     core.send(&CoreMessage::Event { to: Some(client_id(1)), event: done }).await;
     assert_eq!(answer(&mut maker).await, (command_id(7), CommandOutcome::Accepted));
-    core.tell(battery(0.75)).await;
+    core.publish(battery(0.75)).await;
     let mark = |event: &Event| {
         assert!(!matches!(event, Event::CommandDone { .. }), "not for the other");
         (*event == battery(0.75)).then_some(())
@@ -160,7 +160,7 @@ async fn pings_come_back_with_the_robots_clock() {
     let mut core = gateway.core().await;
     let now = Stamp::from_parts(1000, 0);
     let said = api::Platform { robot: "r".into(), now, ..api::Platform::default() };
-    core.tell(Event::Platform(said)).await;
+    core.publish(Event::Platform(said)).await;
     let mut socket = gateway.client(client_id(1)).await;
     socket.find(|event| matches!(event, Event::Platform(p) if p.robot == "r").then_some(())).await;
     for token in [u64::MAX, 3, 3] {

@@ -31,9 +31,9 @@ async fn core_is(socket: &mut Socket, connected: bool) {
 }
 
 async fn send_state(core: &mut Core) {
-    core.tell(tiles(true, 0..2)).await;
-    core.tell(notice(1)).await;
-    core.tell(notice(2)).await;
+    core.publish(tiles(true, 0..2)).await;
+    core.publish(notice(1)).await;
+    core.publish(notice(2)).await;
 }
 
 /// What a client knows.
@@ -49,7 +49,7 @@ impl Picture {
         self.read_until(socket, |picture, _| picture.tiles == tiles && picture.notices == notices).await;
         // What waited longest goes first, so after two rounds of marks nothing older can be owed.
         for mark in [0.25, 0.75] {
-            core.tell(Event::Battery(api::Battery { charge: mark, ..api::Battery::default() })).await;
+            core.publish(Event::Battery(api::Battery { charge: mark, ..api::Battery::default() })).await;
             let marked =
                 |_: &Self, event: &Event| matches!(event, Event::Battery(battery) if battery.charge == mark);
             self.read_until(socket, marked).await;
@@ -89,9 +89,9 @@ async fn a_core_that_comes_back_and_repeats_itself_confuses_nobody() {
     core_is(&mut client, false).await;
     let mut core = gateway.core().await;
     // This core does not say `reset`: the gateway knows by itself that everything starts anew.
-    core.tell(tiles(false, 0..3)).await;
-    core.tell(notice(2)).await;
-    core.tell(notice(3)).await;
+    core.publish(tiles(false, 0..3)).await;
+    core.publish(notice(2)).await;
+    core.publish(notice(3)).await;
     picture.read(&mut client, &mut core, &[0, 1, 2], &[1, 2, 3]).await;
     let mut newcomer = gateway.client(client_id(2)).await;
     Picture::default().read(&mut newcomer, &mut core, &[0, 1, 2], &[1, 2, 3]).await;

@@ -26,7 +26,7 @@ async fn maps_are_those_of_the_last_event() {
         bytes: 5,
         has_pose_graph: false,
     };
-    core.tell(Event::Maps(vec![map.clone()])).await;
+    core.publish(Event::Maps(vec![map.clone()])).await;
     let mut client = gateway.client(client_id(1)).await;
     client.find(|event| matches!(event, Event::Maps(_)).then_some(())).await;
     let reply = gateway.get(MAPS_PATH, &[]).await;

@@ -61,7 +61,7 @@ async fn feed(core: &mut Core, start: Instant) {
     for number in 0_u32.. {
         tick.tick().await;
         let stamp = Stamp::from_nanos(nanos_since(start));
-        core.tell(Event::Estimate(api::Estimate { stamp, ..api::Estimate::default() })).await;
+        core.publish(Event::Estimate(api::Estimate { stamp, ..api::Estimate::default() })).await;
         if number % 10 == 0 {
             let points = vec![number as u8; SCAN_BYTES];
             core.send(&CoreMessage::Scan { stamp, map_from_base: Pose::IDENTITY, points }).await;

@@ -203,8 +203,8 @@ impl Core {
         soon("the gateway to read", self.stream.write_all(bytes)).await.expect("written");
     }
 
-    /// Tells all clients.
-    pub async fn tell(&mut self, event: Event) {
+    /// Publishes an event to all clients.
+    pub async fn publish(&mut self, event: Event) {
         self.send(&CoreMessage::Event { to: None, event }).await;
     }
 

@@ -1,4 +1,4 @@
-//! What can be made to go wrong with a simulated robot, to see what it makes of it.
+//! Faults that can be injected into a simulated robot, to see how it recovers.
 
 use crate::button::Button;
 use crate::theme::Tokens;
@@ -8,15 +8,15 @@ use client_model::{ClientCommand, Model};
 use egui::Ui;
 use vocab::Span;
 
-/// Long enough to be carried some way by the other sensors.
-const DARK: Span = Span::from_millis(20_000);
+/// Time without LiDAR: long enough for the other sensors to carry the odometry over several metres.
+const WITHOUT_SENSOR: Span = Span::from_millis(20_000);
 const SLIP: Span = Span::from_millis(5_000);
 
-/// What the buttons say.
+/// The buttons' texts and what they inject.
 const ALL: [(&str, SimulatedFault); 6] = [
-    ("Cover the LiDAR for 20 s", SimulatedFault::CoverLidar(DARK)),
-    ("Cut off the LiDAR for 20 s", SimulatedFault::SilenceLidar(DARK)),
-    ("Cut off the IMU for 20 s", SimulatedFault::SilenceImu(DARK)),
+    ("Cover the LiDAR for 20 s", SimulatedFault::CoverLidar(WITHOUT_SENSOR)),
+    ("Cut off the LiDAR for 20 s", SimulatedFault::SilenceLidar(WITHOUT_SENSOR)),
+    ("Cut off the IMU for 20 s", SimulatedFault::SilenceImu(WITHOUT_SENSOR)),
     ("Let the feet slip for 5 s", SimulatedFault::SlipFeet(SLIP)),
     ("Carry the robot away", SimulatedFault::CarryAway),
     ("End all faults", SimulatedFault::End),
@@ -25,11 +25,11 @@ const ALL: [(&str, SimulatedFault); 6] = [
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, "Simulated faults");
     widgets::remark(ui, tokens, "This robot is simulated. Inject a fault and watch how it recovers.");
-    for (text, mishap) in ALL {
-        let waiting = model.is_pending(|order| *order == api::Command::InjectFault(mishap));
+    for (text, fault) in ALL {
+        let waiting = model.is_pending(|command| *command == api::Command::InjectFault(fault));
         let button = Button::new(text).text(text).enabled(model.is_connected() && !waiting).wide(ui);
         if button.show(ui, tokens).clicked() {
-            out.push(ClientCommand::InjectFault(mishap));
+            out.push(ClientCommand::InjectFault(fault));
         }
     }
 }
