@@ -32,22 +32,23 @@ pub(crate) fn show(
         widgets::head(ui, tokens, "Sensors");
         sensors::list(ui, model, tokens);
         if let Some(platform) = model.platform.report() {
-            ui.add_space(8.0);
-            widgets::rule(ui, tokens);
-            ui.add_space(4.0);
-            widgets::head(ui, tokens, "Robot computer");
-            computer(ui, model, platform, tokens);
+            // Above what is rarely read, so that the buttons can be reached without scrolling.
             if platform.site.is_some() {
                 ui.add_space(8.0);
                 widgets::rule(ui, tokens);
                 ui.add_space(4.0);
                 simulated_faults::show(ui, model, tokens, out);
             }
+            ui.add_space(8.0);
+            widgets::rule(ui, tokens);
+            ui.add_space(4.0);
+            widgets::head(ui, tokens, "Robot computer");
+            computer(ui, model, platform, tokens);
         }
     });
 }
 
-/// What the robot knows of its place in the map: beside its name if that is short, else a sentence below.
+/// State of localisation: on the line of its name if it is short, else a sentence below.
 fn localisation(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     let known = words::localisation(&model.localisation());
     if known.chars().count() <= LINE_CHARS {
