@@ -1,6 +1,7 @@
 //! Applies the state table: commands and events in, drive commands and published states out.
 
 use crate::table::{Action, Guard, TABLE};
+use crate::texts;
 use crate::{
     Behaviour, BehaviourContext, Frames, ManualDriving, RelocalisationBehaviour, RelocalisationConfig,
     StandStill, Surroundings, SurroundingsConfig, WalkBehaviour, WalkConfig,
@@ -181,7 +182,7 @@ impl Executive {
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
         if !velocity.linear.is_finite() || !velocity.angular.is_finite() {
-            return Err("That velocity is not a number. Reload the page and try again.".to_owned());
+            return Err(texts::VELOCITY_NOT_FINITE.to_owned());
         }
         let trigger = Trigger { by: Some(by), velocity: Some(velocity), ..Trigger::default() };
         self.apply(at, ExecutiveEvent::VelocityCommanded, trigger, situation, effects)
@@ -282,9 +283,10 @@ impl Executive {
                 remaining: behaviour.progress(&frames.odom_from_base).remaining_m.unwrap_or_default(),
             },
             (ExecutiveState::Idle | ExecutiveState::Executing, ..) => match &self.blocked {
-                Some((goal, reason)) => {
-                    MotionState::Blocked { goal: vec_to_plain(goal), reason: describe(*reason).to_owned() }
-                }
+                Some((goal, reason)) => MotionState::Blocked {
+                    goal: vec_to_plain(goal),
+                    reason: texts::failure(*reason).to_owned(),
+                },
                 None => MotionState::Idle,
             },
         }
@@ -293,20 +295,17 @@ impl Executive {
     /// The behaviour of a new goal.
     fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
         match kind {
-            GoalKind::WalkTo(_) if situation.is_place_sought => Err(
-                "The robot does not know yet where it is in the map. Wait until it does, or drive it by hand.".to_owned(),
-            ),
-            GoalKind::WalkTo(point) if !point.is_finite() => {
-                Err("That point is not on the map. Choose another.".to_owned())
-            }
+            GoalKind::WalkTo(_) if situation.is_place_sought => Err(texts::NOT_LOCALISED.to_owned()),
+            GoalKind::WalkTo(point) if !point.is_finite() => Err(texts::POINT_NOT_FINITE.to_owned()),
             GoalKind::WalkTo(point) => {
                 let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
                 let walk = WalkBehaviour::begin(self.config.walk, at, terrain, frames, vec_from_plain(point));
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
             }
-            GoalKind::Relocalise if !situation.is_place_sought => Err(
-                "The robot looks for its place in no map. Choose \"Use this map\" on a saved one first.".to_owned(),
-            ),
+            GoalKind::Relocalise if !situation.is_place_sought => {
+                Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first."
+                    .to_owned())
+            }
             GoalKind::Relocalise => Ok(self.search(at)),
         }
     }
@@ -523,17 +522,4 @@ fn add(known: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
         _ => return None,
     }
     Some(())
-}
-
-/// A failure for people, with what to do.
-fn describe(reason: GoalFailure) -> &'static str {
-    match reason {
-        GoalFailure::PathBlocked => {
-            "The way has stayed blocked. Choose another point or drive round by hand."
-        }
-        GoalFailure::PlaceNotFound => {
-            "The robot looked about and did not find its place in the map. Set its place on the map, or drive it to where the map is right."
-        }
-        GoalFailure::MapReplaced => "The map was replaced. Choose a point of the new one.",
-    }
 }

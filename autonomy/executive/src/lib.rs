@@ -12,6 +12,7 @@ mod surroundings;
 mod table;
 #[cfg(test)]
 mod tests;
+mod texts;
 #[cfg(test)]
 mod transcript_tests;
 mod walk;

@@ -27,7 +27,7 @@ fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
     day.order(CommandKind::FinishMapping { map: LARGER, name: "Early".to_owned() });
     day.run(0.2);
     assert_eq!(day.refusals.len(), 1, "nothing was added yet");
-    assert!(day.refusals.drain(..).all(|reason| reason.contains("not found itself")));
+    assert!(day.refusals.drain(..).all(|reason| reason.contains("not localised in that map")));
 
     // Through what the map shows, and on into the corridor.
     let known_part = [[29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.2, 23.5]];

@@ -36,7 +36,7 @@ impl Control {
             return Admission::Repeated(answer.clone());
         }
         if command.by.role == Role::Viewer && command.kind != CommandKind::StopMotion {
-            return Admission::Refused("This account may only watch, and stop motion.".to_owned());
+            return Admission::Refused(crate::texts::VIEWER_REFUSED.to_owned());
         }
         match &command.kind {
             CommandKind::StopMotion => Admission::Granted { changed: false },

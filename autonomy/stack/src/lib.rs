@@ -12,6 +12,7 @@ mod mapping_phase;
 mod odometry_adapter;
 mod prior_map;
 mod sensor_monitor;
+mod texts;
 mod work;
 
 pub use prior_map::encode_prior_keyframe;
@@ -82,9 +83,7 @@ impl Stack {
             (Some(running), Input::JobDone(done)) => running.job_done(at, done, effects),
             (None, _) if !self.has_warned => {
                 self.has_warned = true;
-                let text =
-                    "The log does not begin with a boot record, so nothing in it can be used.".to_owned();
-                effects.push(notice(at, Severity::Error, text));
+                effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));
             }
             // Nothing in the stack depends on these yet; they are part of the log's schema.
             (
@@ -238,8 +237,7 @@ impl Running {
     fn publish_mapping(&mut self, at: Stamp, events: MappingEvents, effects: &mut Vec<StackEffect>) {
         if events.is_localised {
             self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
-            let text = "The robot has found itself in the map; what is new is added to it.".to_owned();
-            effects.push(notice(at, Severity::Info, text));
+            effects.push(notice(at, Severity::Info, texts::LOCALISED_IN_EXTENDED_MAP.to_owned()));
         }
         for decision in events.decisions {
             publish(effects, Publication::LoopDecided(decision));
@@ -261,35 +259,31 @@ impl Running {
         self.localisation.start_jobs(&mut self.jobs, effects);
     }
 
-    /// Says that the place in a saved map is known, or not any more.
+    /// Publishes that the pose in a saved map was found or lost.
     fn publish_transition(
         &mut self,
         at: Stamp,
-        turn: Option<LocalisationTransition>,
+        transition: Option<LocalisationTransition>,
         effects: &mut Vec<StackEffect>,
     ) {
-        let (severity, text) = match turn {
+        let (severity, text) = match transition {
             Some(LocalisationTransition::PoseFound) if !self.localisation.is_localised() => {
-                let text =
-                    "The robot has found a place in the map that fits, and looks whether others fit as well.";
-                (Severity::Info, text)
+                (Severity::Info, texts::POSE_CANDIDATE_FOUND)
             }
             Some(LocalisationTransition::PoseFound) => {
                 let has_waited = self.executive.is_recovering();
                 self.notify_executive(at, ExecutiveEvent::PlaceFound, effects);
                 let text = match has_waited {
-                    true => "The robot knows where it is in the map, and goes on.",
-                    false => "The robot knows where it is in the map.",
+                    true => texts::LOCALISED_GOAL_GOES_ON,
+                    false => texts::LOCALISED,
                 };
                 (Severity::Info, text)
             }
             Some(LocalisationTransition::PoseLost) => {
                 self.notify_executive(at, ExecutiveEvent::PlaceLost, effects);
                 let text = match self.executive.is_recovering() {
-                    true => {
-                        "The robot has lost its place in the map. It has stopped, looks about, and goes on once it knows."
-                    }
-                    false => "The robot has lost its place in the map, and looks for itself.",
+                    true => texts::LOCALISATION_LOST_UNDER_GOAL,
+                    false => texts::LOCALISATION_LOST,
                 };
                 (Severity::Warning, text)
             }
@@ -418,9 +412,9 @@ impl Running {
             }
             CommandKind::Localise { map, at: place } => {
                 if !self.mapping.is_idle() {
-                    return Err("A map is being made. Finish or discard it first.".to_owned());
+                    return Err(texts::MAPPING_RUNS.to_owned());
                 }
-                let unsound = || "That place is no pose: its numbers are not finite.".to_owned();
+                let unsound = || texts::POSE_NOT_FINITE.to_owned();
                 let place =
                     place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
                 let walked = || {
@@ -515,7 +509,7 @@ impl Running {
             JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);
-                effects.push(notice(at, Severity::Info, "The map is saved.".to_owned()));
+                effects.push(notice(at, Severity::Info, texts::MAP_SAVED.to_owned()));
             }
             JobResult::Failed { reason } => self.job_failed(at, done.job, &reason, effects),
         }
@@ -526,13 +520,12 @@ impl Running {
     fn job_failed(&mut self, at: Stamp, job: u64, reason: &str, effects: &mut Vec<StackEffect>) {
         if let Some((_, map)) = self.saving.take_if(|(saving, _)| *saving == job) {
             self.mapping.saved(map, false);
-            let text = format!("The map was not saved: {reason}. The session goes on; try again.");
-            effects.push(notice(at, Severity::Error, text));
+            effects.push(notice(at, Severity::Error, texts::map_not_saved(reason)));
             return;
         }
         self.localisation.finish_relocalisation(job, None);
         self.localisation.finish_disambiguation(job, None);
-        self.loaded(at, job, Err(&format!("The map cannot be used: {reason}.")), effects);
+        self.loaded(at, job, Err(&texts::map_not_usable(reason)), effects);
         let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
         let events = self.mapping.complete_job(&failed);
         self.publish_mapping(at, events, effects);

@@ -5,6 +5,7 @@ use crate::loop_texts;
 use crate::mapping_messages as plain;
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::DecodedPriorMap;
+use crate::texts;
 use crate::work::ComputeJob;
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use mapping::{
@@ -186,9 +187,7 @@ impl MappingPhase {
     /// Begins a session that goes on from a saved map, once that has been read.
     pub fn extend(&mut self, session: SessionId, map: MapId) -> Result<(), String> {
         if self.leave_loops_open {
-            return Err(
-                "A map cannot be extended while loops are left open. Start without that option.".to_owned()
-            );
+            return Err(texts::EXTENDING_NEEDS_LOOPS.to_owned());
         }
         self.begin(session, Phase::Loading { session, map, job: None })
     }
@@ -207,11 +206,9 @@ impl MappingPhase {
                 Ok(())
             }
             Phase::Loading { .. } | Phase::Starting(..) | Phase::Running(_) => {
-                Err("A map is being made already. Finish or discard it first.".to_owned())
+                Err(texts::MAPPING_RUNS.to_owned())
             }
-            Phase::Closing { .. } | Phase::Saving { .. } => {
-                Err("The last map is still being saved. Try again in a moment.".to_owned())
-            }
+            Phase::Closing { .. } | Phase::Saving { .. } => Err(texts::MAP_STILL_SAVING.to_owned()),
         }
     }
 
@@ -229,11 +226,7 @@ impl MappingPhase {
         let search = MapSearch::new(MapSearchConfig::default(), prior.matcher());
         let DecodedPriorMap { map, nodes, keyframes, edges, loops } = prior;
         let graph = PoseGraph::resume(nodes, edges, loops, OptimiserConfig::default());
-        let mut graph = graph.map_err(|error| {
-            format!(
-                "That map cannot be extended, because its graph cannot be solved: {error}. Begin another."
-            )
-        })?;
+        let mut graph = graph.map_err(|error| texts::map_not_extendable(&error))?;
         let loops = LoopClosing::resume(LoopClosingConfig::default(), self.sensor, &keyframes, &mut graph);
         let (loops, search) = (Box::new(loops), Box::new(search));
         self.phase = Phase::Starting(session, Some(Box::new(BaseMap { map, graph, loops, search })));
@@ -247,28 +240,25 @@ impl MappingPhase {
                 self.end();
                 Ok(())
             }
-            Phase::Closing { .. } | Phase::Saving { .. } => {
-                Err("The map is being saved; it can be deleted afterwards.".to_owned())
-            }
-            Phase::Idle => Err("No map is being made.".to_owned()),
+            Phase::Closing { .. } | Phase::Saving { .. } => Err(texts::MAP_SAVING_CANNOT_DISCARD.to_owned()),
+            Phase::Idle => Err(texts::NO_MAPPING.to_owned()),
         }
     }
 
     /// Ends the session; [`Self::closed`] hands its map over.
     pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<(), String> {
         let Phase::Running(Running { session, search, .. }) = &self.phase else {
-            return Err("No map is being made. Start mapping first.".to_owned());
+            return Err(texts::NO_MAPPING.to_owned());
         };
         if search.is_some() {
-            let text = "The robot has not found itself in that map yet, so nothing was added to it. Walk on through the known part, or discard.";
-            return Err(text.to_owned());
+            return Err(texts::NOT_LOCALISED_IN_EXTENDED_MAP.to_owned());
         }
         if session.graph().nodes().is_empty() {
-            return Err("The map is still empty. Wait for the first scan.".to_owned());
+            return Err(texts::MAP_EMPTY.to_owned());
         }
         let name = name.trim();
         if name.is_empty() {
-            return Err("The map needs a name.".to_owned());
+            return Err(texts::MAP_NEEDS_NAME.to_owned());
         }
         let name = name.chars().take(120).collect();
         if let Phase::Running(running) = std::mem::take(&mut self.phase) {
@@ -440,14 +430,14 @@ impl MappingPhase {
     /// Carries out a person's command about loops.
     pub fn handle_loop_command(&mut self, command: &CommandKind) -> Result<MappingEvents, String> {
         let Some((id, session, loops)) = self.loop_closing() else {
-            return Err("No map with loops is being made. Start mapping first.".to_owned());
+            return Err(texts::NO_MAPPING_WITH_LOOPS.to_owned());
         };
         let events = match command {
             CommandKind::AcceptLoop { from, to } => loops.accept(*from, *to, session),
             CommandKind::RejectLoop { from, to } => loops.reject(*from, *to, session),
             CommandKind::ProposeLoop { from, to, guess } => {
                 let Some(guess) = isometry_from_pose(guess) else {
-                    return Err("That guess is not a pose. Place the keyframe again.".to_owned());
+                    return Err(texts::LOOP_GUESS_NOT_FINITE.to_owned());
                 };
                 let proposed = loops.propose(*from, *to, &guess, session);
                 proposed.map_err(|error| loop_texts::proposal_refusal(&error))?;

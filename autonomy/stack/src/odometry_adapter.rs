@@ -1,5 +1,6 @@
 //! Odometry as the stack uses it: sensor messages in, located scans and findings out.
 
+use crate::texts;
 use geometry::{Isometry, Matrix6, Vector3, isometry_from_pose, vec_from_plain, vec_to_plain};
 use messages::{BootRecord, Cloud, Finding, Sensor, Severity};
 use odometry::{Mounting, Odometry, OdometryConfig, PoseEvent, ScanView, Sources};
@@ -82,13 +83,13 @@ impl OdometryAdapter {
             .filter(|(_, pose)| pose.is_some_and(|pose| isometry_from_pose(&pose).is_none()))
             .map(|(name, _)| Finding {
                 severity: Severity::Error,
-                what: format!("The mounting of the {name} is not a pose, so it is taken to be at the base."),
-                remedy: "Correct its position and orientation in the robot's description.".to_owned(),
+                what: texts::mounting_not_finite(name),
+                remedy: texts::MOUNTING_REMEDY.to_owned(),
             })
             .collect()
     }
 
-    /// Takes in a sensor message and appends what comes of it.
+    /// Handles a sensor message and appends the odometry's events.
     pub fn update(&mut self, sensor: &Sensor, output: &mut Vec<OdometryEvent>) {
         let mut events = std::mem::take(&mut self.events);
         match sensor {

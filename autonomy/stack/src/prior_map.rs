@@ -39,9 +39,7 @@ impl DecodedPriorMap {
     /// # Errors
     /// A sentence for people, if its parts do not belong together.
     pub fn decode(plain: &PriorMap) -> Result<Self, String> {
-        Self::convert(plain).ok_or_else(|| {
-            "That map cannot be used, because its keyframes, edges and clouds do not belong together. Make it again.".to_owned()
-        })
+        Self::convert(plain).ok_or_else(|| crate::texts::PRIOR_MAP_INCONSISTENT.to_owned())
     }
 
     fn convert(plain: &PriorMap) -> Option<Self> {

@@ -1,5 +1,6 @@
 //! Which sensors speak, how often, and what is wrong.
 
+use crate::texts;
 use messages::{Finding, Health, Sensor, SensorHealth, Severity};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
@@ -86,9 +87,8 @@ impl SensorMonitor {
                 let age = at - self.last[kind]?;
                 (age > SILENT).then(|| Finding {
                     severity: Severity::Error,
-                    what: format!("The {} has been silent for {:.0} s.", NAMES[kind], age.secs_f64()),
-                    remedy: "Check its cable, power and driver; mapping goes on with the other sensors."
-                        .to_owned(),
+                    what: texts::sensor_silent(NAMES[kind], age.secs_f64()),
+                    remedy: texts::SILENT_SENSOR_REMEDY.to_owned(),
                 })
             })
             .collect()

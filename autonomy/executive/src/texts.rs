@@ -1,0 +1,19 @@
+//! Sentences for people, by key: refusals of the executive and descriptions of failed goals.
+
+use messages::GoalFailure;
+
+pub(crate) const VELOCITY_NOT_FINITE: &str = "That velocity is not a number. Reload the page and try again.";
+pub(crate) const NOT_LOCALISED: &str =
+    "The robot is not localised in the map yet. Wait until it is, or drive it by hand.";
+pub(crate) const POINT_NOT_FINITE: &str = "That point is not on the map. Choose another.";
+
+/// Why a goal failed, with what to do.
+pub(crate) fn failure(reason: GoalFailure) -> &'static str {
+    match reason {
+        GoalFailure::PathBlocked => "The path stayed blocked. Choose another point or drive round by hand.",
+        GoalFailure::PlaceNotFound => {
+            "The robot searched for its pose in the map and did not find it. Set the pose on the map, or drive the robot to a part where the map is right."
+        }
+        GoalFailure::MapReplaced => "The map was replaced. Choose a point of the new one.",
+    }
+}

@@ -1,0 +1,61 @@
+//! Sentences for people, by key: notices and refusals of the stack. Those about loops are in `loop_texts`.
+
+pub(crate) const NO_BOOT_RECORD: &str =
+    "The log does not begin with a boot record, so nothing in it can be used.";
+pub(crate) const VIEWER_REFUSED: &str = "This account may only watch, and stop motion.";
+
+pub(crate) const POSE_CANDIDATE_FOUND: &str =
+    "The robot has found a pose in the map that fits, and checks whether another one fits as well.";
+pub(crate) const LOCALISED: &str = "The robot is localised in the map.";
+pub(crate) const LOCALISED_GOAL_GOES_ON: &str = "The robot is localised in the map, and goes on to its goal.";
+pub(crate) const LOCALISATION_LOST: &str = "The robot has lost its pose in the map, and relocalises.";
+pub(crate) const LOCALISATION_LOST_UNDER_GOAL: &str =
+    "The robot has lost its pose in the map. It has stopped, relocalises, and then goes on to its goal.";
+pub(crate) const POSE_NOT_FINITE: &str =
+    "That pose cannot be used: its numbers are not finite. Set it again.";
+pub(crate) const PRIOR_MAP_INCONSISTENT: &str =
+    "That map cannot be used, because its keyframes, edges and clouds do not belong together. Make it again.";
+
+pub(crate) const LOCALISED_IN_EXTENDED_MAP: &str =
+    "The robot is localised in the map that it extends; new parts are added from now on.";
+pub(crate) const NOT_LOCALISED_IN_EXTENDED_MAP: &str = "The robot is not localised in that map yet, so nothing was added to it. Walk on through the known part, or discard.";
+pub(crate) const EXTENDING_NEEDS_LOOPS: &str =
+    "A map cannot be extended while loops are left open. Start without that option.";
+pub(crate) const MAPPING_RUNS: &str = "A map is being made. Finish or discard it first.";
+pub(crate) const MAP_STILL_SAVING: &str = "The last map is still being saved. Try again in a moment.";
+pub(crate) const MAP_SAVING_CANNOT_DISCARD: &str = "The map is being saved; it can be deleted afterwards.";
+pub(crate) const NO_MAPPING: &str = "No map is being made. Start mapping first.";
+pub(crate) const NO_MAPPING_WITH_LOOPS: &str = "No map with loops is being made. Start mapping first.";
+pub(crate) const MAP_EMPTY: &str = "The map is still empty. Wait for the first scan.";
+pub(crate) const MAP_NEEDS_NAME: &str = "The map needs a name.";
+pub(crate) const LOOP_GUESS_NOT_FINITE: &str = "That guess is not a pose. Place the keyframe again.";
+pub(crate) const MAP_SAVED: &str = "The map is saved.";
+
+pub(crate) const MOUNTING_REMEDY: &str = "Correct its position and orientation in the robot's description.";
+pub(crate) const SILENT_SENSOR_REMEDY: &str =
+    "Check its cable, power and driver; mapping goes on with the other sensors.";
+
+/// Saving failed for `reason`, a clause.
+pub(crate) fn map_not_saved(reason: &str) -> String {
+    format!("The map was not saved: {reason}. The session goes on; try again.")
+}
+
+/// Reading a saved map failed for `reason`, a clause.
+pub(crate) fn map_not_usable(reason: &str) -> String {
+    format!("The map cannot be used: {reason}.")
+}
+
+/// The pose graph of a saved map cannot be solved.
+pub(crate) fn map_not_extendable(error: &dyn std::fmt::Display) -> String {
+    format!("That map cannot be extended, because its graph cannot be solved: {error}. Begin another.")
+}
+
+/// The boot record's pose of a sensor is not finite.
+pub(crate) fn mounting_not_finite(sensor: &str) -> String {
+    format!("The mounting of the {sensor} is not a pose, so it is taken to be at the base.")
+}
+
+/// A sensor has sent nothing for this time, seconds.
+pub(crate) fn sensor_silent(sensor: &str, seconds: f64) -> String {
+    format!("The {sensor} has been silent for {seconds:.0} s.")
+}
