@@ -8,7 +8,8 @@
 
 use crate::UncertainPose;
 use crate::clique::{bits, largest_clique};
-use crate::pose_graph::{Edge, PoseGraph, index};
+use crate::graph_element::{Edge, index};
+use crate::pose_graph::PoseGraph;
 use crate::uncertain_pose::CHI_SQUARED_6_999;
 use crate::verification::{Evidence, RejectionReason, VerifiedPair};
 use geometry::{Isometry, Vector3};

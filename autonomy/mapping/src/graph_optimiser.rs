@@ -1,6 +1,6 @@
 //! Incremental optimisation of a pose graph while keyframes and loops are added and loops are removed (docs/maths/factors.md).
 
-use crate::pose_graph::{Edge, Node, renormalised};
+use crate::graph_element::{Edge, Node, renormalised};
 use factors::{
     Between, FactorError, FactorId, Incremental, IncrementalOptions, Key, Prior, SolveError, Value,
 };

@@ -1,7 +1,8 @@
 //! What of a pose graph has to be published: only what changed since the last time, so that the bytes follow the walk and not its square.
 
+use crate::graph_element::{Edge, Node, index};
 use crate::graph_optimiser::KeyframePair;
-use crate::pose_graph::{Edge, Node, PoseGraph, index};
+use crate::pose_graph::PoseGraph;
 use geometry::{Isometry, so3};
 use std::collections::BTreeSet;
 

@@ -12,6 +12,7 @@ pub mod clique;
 pub mod consistency;
 pub mod covariance_graph;
 pub mod dynamic_points;
+mod graph_element;
 mod graph_optimiser;
 mod graph_publisher;
 mod ground_surface;
@@ -40,6 +41,7 @@ mod verification_queue;
 pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+pub use graph_element::{Edge, Node, renormalised};
 pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig};
 pub use graph_publisher::{GraphChanges, GraphPublisher, GraphPublisherConfig};
 pub use keyframe_descriptor::{
@@ -55,7 +57,7 @@ pub use map_matcher::{AlignmentError, MapAlignment, MapMatcher, MapMatcherConfig
 pub use map_search::{MapSearch, MapSearchConfig, MapSearchData, MapSearchFix};
 pub use odometer::{Odometer, OdometerConfig};
 pub use points::range_image;
-pub use pose_graph::{Edge, Node, PoseGraph, renormalised};
+pub use pose_graph::PoseGraph;
 pub use quality::{MapQuality, MapQualityConfig, SurveyReason, SurveyTarget};
 pub use revisits::{Novelty, Reanchoring, Revisit, RevisitConfig, RevisitResult};
 pub use session::{

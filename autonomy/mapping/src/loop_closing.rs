@@ -3,10 +3,10 @@
 //! Comparisons run in jobs. Results are taken in the order in which they arrive, which the log records, so that a replay repeats them.
 
 use crate::Verdict;
+use crate::graph_element::Edge;
 use crate::graph_optimiser::{GraphError, KeyframePair};
 use crate::loop_finder::{LoopConfig, LoopFinder, MapKeyframe};
 use crate::map_search::MapSearchFix;
-use crate::pose_graph::Edge;
 use crate::quality::MapQuality;
 use crate::revisits::{Novelty, RevisitResult};
 use crate::session::{Session, Waypoint};

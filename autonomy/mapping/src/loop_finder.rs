@@ -6,8 +6,9 @@
 
 use crate::candidates::{self, CandidateConfig, LoopCandidate};
 use crate::consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+use crate::graph_element::{Edge, keyframe_id};
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
-use crate::pose_graph::{Edge, PoseGraph};
+use crate::pose_graph::PoseGraph;
 use crate::quality::Coverage;
 use crate::recent_scans::RecentScans;
 use crate::revisits::{RevisitConfig, Revisits};
@@ -371,11 +372,6 @@ fn add_nearest(
     let missing = config.min_keyframes.saturating_sub(members.len());
     members.extend(near.into_iter().take(missing).map(|(_, k, pose)| (k, pose)));
     members.sort_by_key(|(k, _)| *k);
-}
-
-/// The number of a keyframe.
-pub(crate) fn keyframe_id(index: usize) -> KeyframeId {
-    KeyframeId(u32::try_from(index).unwrap_or(u32::MAX))
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //! no comparison has succeeded for some metres, waypoints become keyframes. Source of the idea: Johannsson et al., *Temporally scalable visual
 //! SLAM using a reduced pose graph*, ICRA 2013.
 
-use crate::loop_finder::keyframe_id;
-use crate::pose_graph::{Edge, PoseGraph};
+use crate::graph_element::{Edge, keyframe_id};
+use crate::pose_graph::PoseGraph;
 use crate::scan_context::level_from_base;
 use crate::session::{OdometryStep, Waypoint};
 use crate::submap::KeyframeCloud;

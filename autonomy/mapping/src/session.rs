@@ -1,8 +1,9 @@
 //! One mapping session: its pose graph, the trajectory of the robot in the map, and the pose of the odometry's frame.
 
 use crate::Odometer;
+use crate::graph_element::{Edge, Node, renormalised};
 use crate::graph_optimiser::OptimiserConfig;
-use crate::pose_graph::{Edge, Node, PoseGraph, renormalised};
+use crate::pose_graph::PoseGraph;
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use vocab::{KeyframeId, Span, Stamp};
 
