@@ -1,11 +1,11 @@
 //! What everybody must see at once, at the top of the scene: the link, which map this is, notices.
 
-use crate::align;
 use crate::button::Button;
+use crate::features::{alignment, notices};
 use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
-use crate::{Layout, Width, icon, notes, words};
+use crate::{Layout, Width, icon, words};
 use client_model::{ClientCommand, Loading, Model, SocketState};
 use egui::{Align2, Order, Ui};
 
@@ -39,7 +39,7 @@ pub(crate) fn show(
             place_hint(ui, model, tokens, out);
             loop_hint(ui, model, tokens, out);
             align_hint(ui, model, tokens, out);
-            notes::show(ui, model, tokens, out);
+            notices::show(ui, model, tokens, out);
         },
     );
 }
@@ -119,7 +119,7 @@ fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientC
 
 fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(align) = model.alignment().filter(|align| align.reference.is_some() && align.job.is_none()) {
-        line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &align::step(model, align), |ui| {
+        line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &alignment::step(model, align), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::CancelAlignment);
             }

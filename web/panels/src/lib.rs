@@ -44,39 +44,30 @@
 //! | alert | the sentence itself | notices and findings |
 
 pub mod icon;
-mod imports;
 pub mod theme;
 pub mod words;
 
-mod align;
 mod banner;
 mod button;
 mod drive;
-mod evidence;
 mod features;
 mod help;
-mod label_placement;
-mod labels;
 mod layout;
 mod live;
-mod loops;
-mod mapping;
-mod maps;
-mod notes;
-mod quality;
 mod rail;
 mod sensors;
 mod simulated_faults;
 mod state;
 mod text_input;
-mod tools;
 mod top_bar;
 mod widgets;
 
 #[cfg(test)]
+mod test_support;
+#[cfg(test)]
 mod tests;
 
-pub use labels::{LabelKind, SceneLabel, show_labels};
+pub use features::scene_labels::{LabelKind, SceneLabel, show_labels};
 pub use layout::{Layout, Width};
 pub use state::PanelState;
 pub use text_input::{
@@ -84,6 +75,7 @@ pub use text_input::{
 };
 
 use client_model::{ClientCommand, Model, Screen, Selection};
+use features::{loops, mapping, view_settings};
 use state::MapPart;
 use theme::Tokens;
 
@@ -97,7 +89,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
 
     top_bar::show(ctx, model, &tokens, &layout, state, out);
     rail::show(ctx, model, &tokens, &layout, state, out);
-    tools::show(ctx, model, &tokens, &layout, state, out);
+    view_settings::show(ctx, model, &tokens, &layout, state, out);
     drive::show(ctx, model, &tokens, &layout, state, out);
     drive::steer(ctx, model, state, out);
     if layout.width == Width::Wide || state.drawer_open {

@@ -1,5 +1,7 @@
 //! Goals: what the robot is doing, how far it is, what it waits for, and what came of it.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};

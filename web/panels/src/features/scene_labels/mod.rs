@@ -1,9 +1,11 @@
 //! Things in the 3D scene as accessible elements and tags: robot, goal, docks, points, keyframes.
 
-use crate::label_placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
+mod placement;
+
 use crate::theme::{self, Tokens, Weight, font};
 use client_model::{ClientCommand, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
+use placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
 
 /// Side of the click target of one of many, points.
 const SMALL_TARGET: f32 = 20.0;

@@ -1,10 +1,14 @@
 //! The right card of Map: making a map, and the maps that were made.
 
+#[cfg(test)]
+mod tests;
+
 use crate::TextInput;
 use crate::button::{Button, Kind};
+use crate::features::{alignment, maps, quality};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{PanelState, align, icon, maps, quality, sensors, words};
+use crate::{PanelState, icon, sensors, words};
 use api::{Command, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{Ui, vec2};
@@ -26,7 +30,7 @@ pub(crate) fn show(
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 8.0;
         if let (Mapping::Idle, Some(align)) = (model.mapping(), model.alignment()) {
-            return align::show(ui, model, tokens, align, out);
+            return alignment::show(ui, model, tokens, align, out);
         }
         match model.mapping() {
             Mapping::Idle => idle(ui, model, tokens, out),

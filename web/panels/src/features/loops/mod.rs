@@ -1,8 +1,12 @@
 //! The loops of the map being made: how many there are, the list of them, adding one by hand.
 
+mod evidence;
+#[cfg(test)]
+mod tests;
+
 use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{PanelState, evidence, icon, widgets, words};
+use crate::{PanelState, icon, widgets, words};
 use api::{LoopDecision, LoopVerdict};
 use client_model::{CameraMove, ClientCommand, LoopInitialGuess, LoopPair, LoopPick, Model, Selection};
 use egui::{Color32, CornerRadius, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};

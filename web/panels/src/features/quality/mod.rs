@@ -1,5 +1,8 @@
 //! How good the map being made is: what of the floor it covers, how well it is known, and where to walk next.
 
+#[cfg(test)]
+mod tests;
+
 use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};

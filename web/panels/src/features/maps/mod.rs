@@ -1,9 +1,13 @@
 //! The list of saved maps.
 
+#[cfg(test)]
+mod tests;
+
 use crate::button::Button;
+use crate::features::{alignment, imports};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
-use crate::{PanelState, align, icon, imports, words};
+use crate::{PanelState, icon, words};
 use api::{Command, Localisation, MapSummary, Mapping, Motion};
 use client_model::{ClientCommand, Model};
 use egui::{CornerRadius, Ui};
@@ -16,7 +20,7 @@ pub(crate) fn show(
     out: &mut Vec<ClientCommand>,
 ) {
     if let Some(align) = model.alignment() {
-        return align::show(ui, model, tokens, align, out);
+        return alignment::show(ui, model, tokens, align, out);
     }
     widgets::head(ui, tokens, "Saved maps");
     match model.maps().list() {
@@ -85,7 +89,7 @@ fn entry(
     if viewed && *model.mapping() == Mapping::Idle {
         use_or_leave(ui, model, tokens, map, out);
         extend(ui, model, tokens, map, out);
-        align::offer(ui, model, tokens, map.id, out);
+        alignment::offer(ui, model, tokens, map.id, out);
     }
     let name = format!("Saved map {}", map.name);
     let value =

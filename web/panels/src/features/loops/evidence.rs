@@ -1,7 +1,7 @@
 //! What is known of one loop, both scans laid over each other, and deciding on it.
 
+use super::sign_of;
 use crate::button::{Button, Kind};
-use crate::loops::sign_of;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{icon, widgets, words};
 use api::{LoopDecision, LoopVerdict};

@@ -1,5 +1,8 @@
 //! Notices: what happened and what comes next.
 
+#[cfg(test)]
+mod tests;
+
 use crate::button::{Button, Kind};
 use crate::sensors::{severity_colour, severity_icon};
 use crate::theme::Tokens;

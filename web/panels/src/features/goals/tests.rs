@@ -1,14 +1,17 @@
 //! Goals on the screen: state, progress, what it waits for, cancelling, outcome.
 
-use super::*;
+use crate::test_support::{ME, TestClient, click, value};
 use api::{
     Executive, ExecutiveState, Goal, GoalAttempt, GoalFailure, GoalKind, GoalProgress, GoalStatus, WaitReason,
 };
-use vocab::{GoalId, Span};
+use client_model::{ClientCommand, ClientEvent, ClientTime};
+use egui_kittest::kittest::Queryable;
+use uuid::Uuid;
+use vocab::{GoalId, Span, Stamp, Vec3};
 
 const GOAL: GoalId = GoalId(Uuid::from_u128(4));
 
-fn report(desk: Desk, state: ExecutiveState, status: GoalStatus) -> Desk {
+fn report(client: TestClient, state: ExecutiveState, status: GoalStatus) -> TestClient {
     let goal = Goal {
         id: GOAL,
         kind: GoalKind::WalkTo(Vec3::new(4.0, 2.0, 0.0)),
@@ -17,7 +20,7 @@ fn report(desk: Desk, state: ExecutiveState, status: GoalStatus) -> Desk {
         status,
     };
     let executive = Executive { state, ..Executive::default() };
-    desk.event(api::Event::Executive(executive)).event(api::Event::Goals(vec![goal]))
+    client.event(api::Event::Executive(executive)).event(api::Event::Goals(vec![goal]))
 }
 
 fn running(remaining_m: f64, waits_for: Option<WaitReason>) -> GoalStatus {
@@ -26,38 +29,33 @@ fn running(remaining_m: f64, waits_for: Option<WaitReason>) -> GoalStatus {
 
 #[test]
 fn a_running_goal_shows_where_to_how_far_and_what_it_waits_for() {
-    let desk = report(Desk::connected(), ExecutiveState::Executing, running(20.0, None));
+    let client = report(TestClient::connected(), ExecutiveState::Executing, running(20.0, None));
     let waiting = running(6.4, Some(WaitReason::FreePath));
-    let mut harness = report(desk, ExecutiveState::Executing, waiting).shown(1440.0, 900.0);
-    let value = |label: &str| harness.get_by_label(label).value().unwrap_or_default();
-    assert_eq!(value("Executive"), "Executing a goal");
-    assert_eq!(value("Doing"), "Walking to 4.0, 2.0, 0.0 m");
-    assert_eq!(value("To go"), "6.4 m");
-    assert!(value("Waiting").contains("path is blocked"));
-    assert_eq!(harness.get_by_label("Progress").value().as_deref(), Some("68 %"));
-    harness.get_by_label("Cancel goal").click();
-    harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::CancelGoal(GOAL)));
+    let mut harness = report(client, ExecutiveState::Executing, waiting).shown(1440.0, 900.0);
+    assert_eq!(value(&harness, "Executive"), "Executing a goal");
+    assert_eq!(value(&harness, "Doing"), "Walking to 4.0, 2.0, 0.0 m");
+    assert_eq!(value(&harness, "To go"), "6.4 m");
+    assert!(value(&harness, "Waiting").contains("path is blocked"));
+    assert_eq!(value(&harness, "Progress"), "68 %");
+    click(&mut harness, "Cancel goal");
+    assert!(harness.state().emitted(&ClientCommand::CancelGoal(GOAL)));
 }
 
 #[test]
 fn an_outcome_shows_its_reason_what_was_tried_and_its_age_until_it_is_dismissed() {
-    let desk = report(Desk::connected(), ExecutiveState::Executing, running(20.0, None));
+    let client = report(TestClient::connected(), ExecutiveState::Executing, running(20.0, None));
     let tried = vec![GoalAttempt::PlannedPaths(3), GoalAttempt::WaitedForPath(Span::from_secs_f64(30.0))];
     let failed = GoalStatus::Failed { reason: GoalFailure::PathBlocked, tried };
-    let desk = report(desk, ExecutiveState::Idle, failed);
-    let mut desk = desk;
-    desk.model.handle_event(ClientTime(121.0), ClientEvent::Tick, &mut Vec::new());
-    let mut harness = desk.shown(1440.0, 900.0);
-    let outcome = harness.get_by_label("Outcome").value().unwrap_or_default();
+    let mut client = report(client, ExecutiveState::Idle, failed);
+    client.model.handle_event(ClientTime(121.0), ClientEvent::Tick, &mut Vec::new());
+    let mut harness = client.shown(1440.0, 900.0);
     assert_eq!(
-        outcome,
+        value(&harness, "Outcome"),
         "The path stayed blocked. Clear it or choose another goal. Tried: 3 paths planned, waited 30 s for a free path. 2 min ago."
     );
     assert!(harness.query_by_label("Cancel goal").is_none());
-    harness.get_by_label("Dismiss the outcome").click();
-    harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::DismissGoal(GOAL)));
+    click(&mut harness, "Dismiss the outcome");
+    assert!(harness.state().emitted(&ClientCommand::DismissGoal(GOAL)));
 }
 
 #[test]
@@ -70,8 +68,8 @@ fn every_state_of_the_executive_has_a_word() {
         (ExecutiveState::Idle, "Idle"),
     ] {
         let executive = Executive { state, ..Executive::default() };
-        let desk = Desk::connected().event(api::Event::Executive(executive));
-        let harness = desk.shown(1440.0, 900.0);
-        assert_eq!(harness.get_by_label("Executive").value().as_deref(), Some(word));
+        let client = TestClient::connected().event(api::Event::Executive(executive));
+        let harness = client.shown(1440.0, 900.0);
+        assert_eq!(value(&harness, "Executive"), word);
     }
 }

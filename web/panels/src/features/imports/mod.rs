@@ -1,5 +1,8 @@
 //! Making maps of other people's point clouds.
 
+#[cfg(test)]
+mod tests;
+
 use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::{icon, widgets, words};

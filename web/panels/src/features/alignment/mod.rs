@@ -1,8 +1,12 @@
 //! Laying one saved map into the frame of another: onto which, by which points, and how well those agree.
 
+#[cfg(test)]
+mod tests;
+
 use crate::button::{Button, Kind};
+use crate::features::imports;
 use crate::theme::Tokens;
-use crate::{icon, imports, widgets, words};
+use crate::{icon, widgets, words};
 use api::Import;
 use client_model::{ClientCommand, MapAlignment, Model};
 use egui::Ui;

@@ -1,10 +1,17 @@
 //! The loops of a map: list, evidence, deciding, adding by hand.
 
-use super::*;
+use crate::state::MapPart;
+use crate::test_support::{OTHER, TestClient, click, contrast, running, value};
+use crate::theme::Tokens;
 use api::LoopVerdict::{Accepted, Held, Rejected};
-use api::{Graph, GraphNode, LoopDecision, LoopSource, LoopVerdict, LoopsChanged};
-use client_model::{CameraMove, LoopPair, LoopPick, ScanOverlay, Selection};
-use vocab::{KeyframeId, Pose, Vec3};
+use api::{Control, Event, Graph, GraphNode, LoopDecision, LoopSource, LoopVerdict, LoopsChanged};
+use client_model::{
+    CameraMove, ClientCommand, ClientEvent, ClientTime, LoopPair, LoopPick, ScanOverlay, Screen, Selection,
+    Theme,
+};
+use egui_kittest::kittest::Queryable;
+use uuid::Uuid;
+use vocab::{KeyframeId, Pose, SessionId, Vec3};
 
 fn pair(from: u32, to: u32) -> LoopPair {
     LoopPair::of(KeyframeId(from), KeyframeId(to))
@@ -27,7 +34,7 @@ fn decided(from: u32, to: u32, verdict: LoopVerdict) -> LoopDecision {
     }
 }
 
-fn loops(decisions: Vec<LoopDecision>) -> Desk {
+fn loops(decisions: Vec<LoopDecision>) -> TestClient {
     let node = |id: u32| GraphNode {
         id: KeyframeId(id),
         map_from_keyframe: Pose { position: Vec3::new(f64::from(id), 0.0, 0.0), ..Pose::IDENTITY },
@@ -38,24 +45,13 @@ fn loops(decisions: Vec<LoopDecision>) -> Desk {
         nodes: (0..200).map(node).collect(),
         ..Graph::default()
     };
-    let mut desk = Desk::connected()
-        .event(api::Event::Mapping(running()))
-        .event(api::Event::Graph(graph))
-        .event(api::Event::Loops(LoopsChanged { reset: true, added: decisions }))
+    let mut client = TestClient::connected()
+        .event(Event::Mapping(running()))
+        .event(Event::Graph(graph))
+        .event(Event::Loops(LoopsChanged { reset: true, added: decisions }))
         .on(Screen::Map);
-    desk.state.map_part = crate::state::MapPart::Loops;
-    desk
-}
-
-impl Desk {
-    fn command(mut self, command: ClientCommand) -> Self {
-        self.model.handle_event(ClientTime(1.0), ClientEvent::Command(command), &mut Vec::new());
-        self
-    }
-}
-
-fn value(harness: &Harness<'_, Desk>, status: &str) -> String {
-    harness.get_by_label(status).value().unwrap_or_default()
+    client.panels.map_part = MapPart::Loops;
+    client
 }
 
 #[test]
@@ -82,9 +78,9 @@ fn choosing_a_row_selects_the_loop_and_moves_the_camera_there() {
     let mut harness = loops(vec![decided(5, 150, Held)]).shown(1440.0, 900.0);
     harness.get_by_label_contains("Loop 5 → 150").click();
     harness.run_steps(2);
-    let asked = &harness.state().asked;
-    assert!(asked.contains(&ClientCommand::Select(Some(Selection::Loop(pair(5, 150))))), "{asked:?}");
-    assert!(asked.contains(&ClientCommand::MoveCamera(CameraMove::Loop(pair(5, 150)))), "{asked:?}");
+    let commands = &harness.state().commands;
+    assert!(commands.contains(&ClientCommand::Select(Some(Selection::Loop(pair(5, 150))))), "{commands:?}");
+    assert!(commands.contains(&ClientCommand::MoveCamera(CameraMove::Loop(pair(5, 150)))), "{commands:?}");
 }
 
 #[test]
@@ -109,16 +105,16 @@ fn the_evidence_has_a_unit_for_every_number() {
 
 #[test]
 fn a_loop_selected_in_the_scene_brings_its_evidence_forth() {
-    let mut desk = loops(vec![decided(5, 150, Held)]).on(Screen::Live);
-    desk.state.map_part = crate::state::MapPart::Session;
-    let mut harness = desk.shown(1024.0, 768.0);
+    let mut client = loops(vec![decided(5, 150, Held)]).on(Screen::Live);
+    client.panels.map_part = MapPart::Session;
+    let mut harness = client.shown(1024.0, 768.0);
     assert!(harness.query_by_label("Verdict").is_none());
     let selected = ClientEvent::Command(ClientCommand::Select(Some(Selection::Loop(pair(5, 150)))));
     harness.state_mut().model.handle_event(ClientTime(1.0), selected, &mut Vec::new());
     harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::ShowScreen(Screen::Map)));
-    let desk = harness.state_mut();
-    desk.model.handle_event(
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(Screen::Map)));
+    let client = harness.state_mut();
+    client.model.handle_event(
         ClientTime(1.0),
         ClientEvent::Command(ClientCommand::ShowScreen(Screen::Map)),
         &mut Vec::new(),
@@ -138,13 +134,11 @@ fn a_loop_can_be_decided_on_as_its_verdict_allows() {
     ] {
         let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
         let mut harness = loops(vec![decision]).command(selected).shown(1440.0, 900.0);
-        harness.get_by_label("Accept loop").click();
-        harness.run_steps(2);
-        harness.get_by_label("Reject loop").click();
-        harness.run_steps(2);
-        let asked = &harness.state().asked;
-        assert_eq!(asked.contains(&ClientCommand::AcceptLoop(pair(1, 90))), accept, "{asked:?}");
-        assert_eq!(asked.contains(&ClientCommand::RejectLoop(pair(1, 90))), reject, "{asked:?}");
+        click(&mut harness, "Accept loop");
+        click(&mut harness, "Reject loop");
+        let client = harness.state();
+        assert_eq!(client.emitted(&ClientCommand::AcceptLoop(pair(1, 90))), accept, "{:?}", client.commands);
+        assert_eq!(client.emitted(&ClientCommand::RejectLoop(pair(1, 90))), reject, "{:?}", client.commands);
     }
 }
 
@@ -152,11 +146,10 @@ fn a_loop_can_be_decided_on_as_its_verdict_allows() {
 fn who_does_not_control_is_told_why_nothing_can_be_decided() {
     let control = Control { owner: Some(OTHER), name: "Anna".into() };
     let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
-    let desk = loops(vec![decided(1, 90, Held)]).event(api::Event::Control(control)).command(selected);
-    let mut harness = desk.shown(1440.0, 900.0);
+    let client = loops(vec![decided(1, 90, Held)]).event(Event::Control(control)).command(selected);
+    let mut harness = client.shown(1440.0, 900.0);
     for button in ["Accept loop", "Reject loop", "Add a loop"] {
-        harness.get_by_label(button).click();
-        harness.run_steps(2);
+        click(&mut harness, button);
     }
     let forbidden = |command: &ClientCommand| {
         matches!(
@@ -164,7 +157,7 @@ fn who_does_not_control_is_told_why_nothing_can_be_decided() {
             ClientCommand::AcceptLoop(_) | ClientCommand::RejectLoop(_) | ClientCommand::PickLoopKeyframes(_)
         )
     };
-    assert!(!harness.state().asked.iter().any(forbidden), "{:?}", harness.state().asked);
+    assert!(!harness.state().commands.iter().any(forbidden), "{:?}", harness.state().commands);
     let told = harness.get_all_by_value("Anna controls the robot. Take control to decide on loops.");
     assert!(told.count() >= 1);
 }
@@ -173,9 +166,8 @@ fn who_does_not_control_is_told_why_nothing_can_be_decided() {
 fn adding_a_loop_says_which_step_it_is_and_ends_in_a_proposal() {
     let keyframe = |id| ClientCommand::Select(Some(Selection::Keyframe(KeyframeId(id))));
     let mut harness = loops(Vec::new()).shown(1440.0, 900.0);
-    harness.get_by_label("Add a loop").click();
-    harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::PickLoopKeyframes(true)));
+    click(&mut harness, "Add a loop");
+    assert!(harness.state().emitted(&ClientCommand::PickLoopKeyframes(true)));
 
     let both = loops(Vec::new())
         .command(ClientCommand::PickLoopKeyframes(true))
@@ -185,18 +177,16 @@ fn adding_a_loop_says_which_step_it_is_and_ends_in_a_proposal() {
     let mut harness = both.shown(1440.0, 900.0);
     assert_eq!(value(&harness, "Message"), "Step 3 of 3: propose keyframes 5 → 150 as a loop.");
     assert_eq!(value(&harness, "Apart in the graph"), "145.0 m");
-    harness.get_by_label("Propose").click();
-    harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::ProposeLoop));
+    click(&mut harness, "Propose");
+    assert!(harness.state().emitted(&ClientCommand::ProposeLoop));
 
     let adjacent = loops(Vec::new())
         .command(ClientCommand::PickLoopKeyframes(true))
         .command(keyframe(8))
         .command(keyframe(9));
     let mut harness = adjacent.shown(1440.0, 900.0);
-    harness.get_by_label("Propose").click();
-    harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&ClientCommand::ProposeLoop), "they are joined already");
+    click(&mut harness, "Propose");
+    assert!(!harness.state().emitted(&ClientCommand::ProposeLoop), "they are joined already");
 }
 
 #[test]
@@ -209,22 +199,23 @@ fn escape_stops_and_puts_away_what_is_selected_or_begun() {
         let mut harness = loops(vec![decided(1, 90, Held)]).command(before).shown(1440.0, 900.0);
         harness.key_press(egui::Key::Escape);
         harness.run_steps(2);
-        let asked = &harness.state().asked;
-        assert!(asked.contains(&expected) && asked.contains(&ClientCommand::StopMotion), "{asked:?}");
+        let commands = &harness.state().commands;
+        assert!(
+            commands.contains(&expected) && commands.contains(&ClientCommand::StopMotion),
+            "{commands:?}"
+        );
     }
 }
 
 #[test]
 fn the_last_decision_can_be_undone_with_a_button() {
     let mut harness = loops(vec![decided(1, 90, Held)]).shown(1440.0, 900.0);
-    harness.get_by_label("Undo the decision").click();
-    harness.run_steps(2);
-    assert!(!harness.state().asked.contains(&ClientCommand::UndoLoop), "nothing to undo");
-    let desk = loops(vec![decided(1, 90, Held)]).command(ClientCommand::AcceptLoop(pair(1, 90)));
-    let mut harness = desk.shown(1440.0, 900.0);
-    harness.get_by_label("Undo the decision").click();
-    harness.run_steps(2);
-    assert!(harness.state().asked.contains(&ClientCommand::UndoLoop));
+    click(&mut harness, "Undo the decision");
+    assert!(!harness.state().emitted(&ClientCommand::UndoLoop), "nothing to undo");
+    let client = loops(vec![decided(1, 90, Held)]).command(ClientCommand::AcceptLoop(pair(1, 90)));
+    let mut harness = client.shown(1440.0, 900.0);
+    click(&mut harness, "Undo the decision");
+    assert!(harness.state().emitted(&ClientCommand::UndoLoop));
 }
 
 #[test]
@@ -232,16 +223,15 @@ fn the_overlay_can_be_chosen() {
     let selected = ClientCommand::Select(Some(Selection::Loop(pair(1, 90))));
     let mut harness = loops(vec![decided(1, 90, Held)]).command(selected).shown(1440.0, 900.0);
     for (button, overlay) in [("In the graph", ScanOverlay::Graph), ("Map only", ScanOverlay::Off)] {
-        harness.get_by_label(button).click();
-        harness.run_steps(2);
-        assert!(harness.state().asked.contains(&ClientCommand::SetScanOverlay(overlay)));
+        click(&mut harness, button);
+        assert!(harness.state().emitted(&ClientCommand::SetScanOverlay(overlay)));
     }
 }
 
 #[test]
 fn colours_of_loops_stand_out_in_every_theme() {
     for name in Theme::ALL {
-        let tokens = theme::Tokens::of(name);
+        let tokens = Tokens::of(name);
         let least = if name == Theme::Sunlight { 10.0 } else { 4.5 };
         for colour in [tokens.closed, tokens.older, tokens.newer] {
             let card = tokens.card.to_opaque();

@@ -1,0 +1,39 @@
+//! Importing maps, with and without alignment to a saved map.
+
+use crate::test_support::{TestClient, click, map, value};
+use api::{Event, Import, ImportStage};
+use client_model::{ClientCommand, Screen};
+use egui_kittest::kittest::Queryable;
+use uuid::Uuid;
+use vocab::UploadId;
+
+#[test]
+fn an_imported_cloud_can_be_aligned_to_the_viewed_map() {
+    let hall = map(1, "Hall");
+    let id = hall.id;
+    let client = || TestClient::connected().on(Screen::Map).event(Event::Maps(vec![hall.clone()]));
+    assert!(client().shown(1440.0, 900.0).query_by_label("Import and align").is_none());
+    let mut harness = client().command(ClientCommand::ViewMap(Some(id))).shown(1440.0, 900.0);
+    click(&mut harness, "Import and align");
+    assert!(harness.state().emitted(&ClientCommand::ImportMap { frame: Some(id) }));
+}
+
+#[test]
+fn an_import_can_be_started_and_cancelled() {
+    let client = || TestClient::connected().on(Screen::Map);
+    let mut harness = client().event(Event::Maps(Vec::new())).shown(1440.0, 900.0);
+    click(&mut harness, "Import a map");
+    assert!(harness.state().emitted(&ClientCommand::ImportMap { frame: None }));
+
+    let running = Import::Running {
+        upload: UploadId(Uuid::from_u128(1)),
+        name: "North wing".into(),
+        stage: ImportStage::Looking,
+        share: 0.42,
+    };
+    let mut harness = client().event(Event::Import(running)).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Import a map").is_none());
+    assert_eq!(value(&harness, "Import"), "Computing viewpoints of North wing, 42 %");
+    click(&mut harness, "Cancel import");
+    assert!(harness.state().emitted(&ClientCommand::CancelImport));
+}
