@@ -4,7 +4,7 @@ use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
     Command, CommandKind, FinishedMap, GoalKind, Input, Job, LocalisationState, MappingState, MotionState,
-    PlaceInMap, PoseGraph, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
+    PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
 use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -26,7 +26,7 @@ pub(crate) struct Day {
     pub(crate) localisation: LocalisationState,
     /// Every state of localisation.
     pub(crate) localisations: Vec<LocalisationState>,
-    pub(crate) docks: Arc<[PlaceInMap]>,
+    pub(crate) docks: Arc<[PoseInMap]>,
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     /// The newest question to a known map, with its job.

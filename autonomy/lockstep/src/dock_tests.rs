@@ -4,7 +4,7 @@ use crate::day::{Day, FIRST, first};
 use crate::replay;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    BatteryState, BootRecord, CommandKind, GoalKind, Input, LocalisationState, MotionState, PlaceInMap,
+    BatteryState, BootRecord, CommandKind, GoalKind, Input, LocalisationState, MotionState, PoseInMap,
     PriorMap, Sensor,
 };
 use sim::{SiteName, Start};
@@ -76,7 +76,7 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
 #[test]
 fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     let (known, origin) = twins();
-    let another_day = |docks: Arc<[PlaceInMap]>| {
+    let another_day = |docks: Arc<[PoseInMap]>| {
         let mut day = Day::on(SiteName::Twins, 0, at([47.0, 3.5], 0.0), 42, None);
         day.lockstep.keep_map(Arc::clone(known));
         let boot = BootRecord { docks, ..day.lockstep.simulator().boot() };
@@ -92,7 +92,7 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     };
     // A little off, as docks are that somebody has bumped into.
     let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
-    let dock = PlaceInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
+    let dock = PoseInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
     let mut day = another_day(Arc::from([dock]));
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);

@@ -5,7 +5,7 @@ use crate::{JobPace, replay};
 use geometry::Vector3;
 use messages::{
     BootRecord, CommandKind, DegradationReason, GoalKind, Input, JobDone, JobResult, LocalisationState,
-    MotionState, PlaceInMap, PoseHypothesis, RelocalisationResponse,
+    MotionState, PoseHypothesis, PoseInMap, RelocalisationResponse,
 };
 use sim::{ScheduledFault, SiteName, Start};
 use stack::Stack;
@@ -280,8 +280,8 @@ fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_s
         let mut day = another_day(at(is, -1.5), 20);
         let position = Vec3::new(was[0] - origin.x, was[1] - origin.y, 0.0);
         let orientation = Quat { x: 0.0, y: 0.0, z: (-0.75_f64).sin(), w: 0.75_f64.cos() };
-        let last_place = Some(PlaceInMap { map: FIRST, map_from_base: Pose { position, orientation } });
-        let boot = BootRecord { last_place, ..day.lockstep.simulator().boot() };
+        let last_pose = Some(PoseInMap { map: FIRST, map_from_base: Pose { position, orientation } });
+        let boot = BootRecord { last_pose, ..day.lockstep.simulator().boot() };
         day.lockstep.give(Input::Boot(Box::new(boot)));
         day.run(8.0);
         assert_eq!(day.localisation, LOCALISED);

@@ -223,7 +223,7 @@ impl Simulator {
             sources: Sources::default(),
             start_mapping: None,
             leave_loops_open: false,
-            last_place: None,
+            last_pose: None,
             docks: Arc::default(),
         }
     }

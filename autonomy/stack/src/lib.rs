@@ -113,7 +113,7 @@ impl Running {
             let _ = mapping.start(session);
         }
         let mut localisation = LocalisationPhase::default();
-        if let Some(last) = record.last_place.filter(|_| record.start_mapping.is_none()) {
+        if let Some(last) = record.last_pose.filter(|_| record.start_mapping.is_none()) {
             localisation
                 .start(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }

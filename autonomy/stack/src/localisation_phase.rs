@@ -10,7 +10,7 @@ use localisation::{
     LocalisationTransition, LocalisationWork, Localiser, LocaliserConfig, LocaliserState, OdometryScan,
 };
 use messages::{
-    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobResult, LocalisationState, PlaceInMap,
+    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobResult, LocalisationState, PoseInMap,
     PriorMap, RelocalisationResponse, RelocalisationTask, StackEffect,
 };
 use std::sync::Arc;
@@ -241,14 +241,14 @@ pub(crate) fn run_work(map: MapId, work: &LocalisationWork) -> JobResult {
 }
 
 /// A registry of the docks that the boot record lists.
-pub(crate) fn dock_registry(docks: &[PlaceInMap]) -> DockRegistry {
-    let dock = |dock: &PlaceInMap| Dock { map: dock.map, map_from_base: dock.map_from_base };
+pub(crate) fn dock_registry(docks: &[PoseInMap]) -> DockRegistry {
+    let dock = |dock: &PoseInMap| Dock { map: dock.map, map_from_base: dock.map_from_base };
     DockRegistry::new(DockRegistryConfig::default(), docks.iter().map(dock).collect())
 }
 
 /// All docks, for publication.
-pub(crate) fn plain_docks(docks: &DockRegistry) -> Arc<[PlaceInMap]> {
-    let plain = |dock: &Dock| PlaceInMap { map: dock.map, map_from_base: dock.map_from_base };
+pub(crate) fn plain_docks(docks: &DockRegistry) -> Arc<[PoseInMap]> {
+    let plain = |dock: &Dock| PoseInMap { map: dock.map, map_from_base: dock.map_from_base };
     docks.docks().iter().map(plain).collect()
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn comparison_job(session: SessionId, queued: &QueuedComparison) -> J
         }
         QueuedComparison::Revisit { waypoint, stamp, keyframe, guess } => {
             let guess = pose_from_isometry(&guess);
-            Job::CompareRevisit(RevisitTask { session, visit: waypoint, stamp, keyframe, guess })
+            Job::CompareRevisit(RevisitTask { session, waypoint, stamp, keyframe, guess })
         }
     }
 }
@@ -184,14 +184,14 @@ pub(crate) fn quality_to_plain(quality: mapping::MapQuality) -> MapQuality {
         at: vec_to_plain(&target.position),
         why: match target.reason {
             mapping::SurveyReason::FromAfar(area_m2) => SurveyReason::FromAfar(area_m2),
-            mapping::SurveyReason::Uncertain(std_m) => SurveyReason::Unsure(std_m),
+            mapping::SurveyReason::Uncertain(std_m) => SurveyReason::Uncertain(std_m),
         },
     };
     MapQuality {
-        covered: quality.covered_m2,
-        from_afar: quality.from_afar_m2,
-        deviations: quality.deviations_m,
-        places: quality.targets.iter().map(target).collect(),
+        covered_m2: quality.covered_m2,
+        from_afar_m2: quality.from_afar_m2,
+        deviations_m: quality.deviations_m,
+        targets: quality.targets.iter().map(target).collect(),
     }
 }
 

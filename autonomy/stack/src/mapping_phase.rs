@@ -298,7 +298,7 @@ impl MappingPhase {
                 .collect(),
             decisions: loops.as_ref().map_or_else(Vec::new, |loops| decisions_to_plain(*id, loops)),
             unverified: loops.as_ref().map_or(0, |loops| loops.skipped()),
-            visits: loops.as_ref().map_or_else(RevisitCounts::default, |loops| {
+            revisits: loops.as_ref().map_or_else(RevisitCounts::default, |loops| {
                 let mapping::RevisitCounts { compared, confirmed } = loops.revisits();
                 RevisitCounts { compared, confirmed }
             }),
@@ -402,7 +402,7 @@ impl MappingPhase {
             },
             JobResult::RevisitCompared(found) => match plain::compared_from_plain(found) {
                 Some(result) => {
-                    let revisit = (found.task.visit, found.task.keyframe);
+                    let revisit = (found.task.waypoint, found.task.keyframe);
                     let events = loops.complete_revisit(done.job, revisit, &result, session);
                     reanchored = events.reanchored.map(|event| Reanchored {
                         session: id,

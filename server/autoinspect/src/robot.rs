@@ -112,7 +112,7 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
         sources,
         start_mapping: None,
         leave_loops_open: false,
-        last_place: None,
+        last_pose: None,
         docks: Arc::default(),
     }
 }

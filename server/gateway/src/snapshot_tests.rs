@@ -35,8 +35,8 @@ fn loops(reset: bool, numbers: std::ops::Range<u32>) -> Event {
         reason: String::new(),
         overlap: [0.5; 2],
         residual: 0.01,
-        through: [0.0; 2],
-        rival: 0.0,
+        free_space_violation: [0.0; 2],
+        runner_up_ratio: 0.0,
         guess: vocab::Pose::IDENTITY,
         from_from_to: vocab::Pose::IDENTITY,
     };

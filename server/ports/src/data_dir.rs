@@ -85,12 +85,12 @@ impl DataDir {
         self.uploads().join(format!("{upload}.map"))
     }
 
-    /// Last known pose of the robot, a [`messages::PlaceInMap`] as JSON.
-    pub fn place(&self) -> PathBuf {
+    /// Last known pose of the robot, a [`messages::PoseInMap`] as JSON.
+    pub fn last_pose(&self) -> PathBuf {
         self.root.join("place.json")
     }
 
-    /// Docks of the saved maps, a list of [`messages::PlaceInMap`] as JSON.
+    /// Docks of the saved maps, a list of [`messages::PoseInMap`] as JSON.
     pub fn docks(&self) -> PathBuf {
         self.root.join("docks.json")
     }

@@ -5,7 +5,7 @@
 
 use messages::{
     BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input, JobDone,
-    JobResult, MapSearchResult, Mounting, PlaceInMap, Principal, PriorMap, RelocalisationResponse,
+    JobResult, MapSearchResult, Mounting, PoseInMap, Principal, PriorMap, RelocalisationResponse,
     RobotProfile, Sensor, Sources, VerifiedLoop,
 };
 use serde::{Deserialize, Serialize};
@@ -33,8 +33,8 @@ pub(crate) struct BootRecordV3 {
     sources: Sources,
     start_mapping: Option<SessionId>,
     leave_loops_open: bool,
-    last_place: Option<PlaceInMap>,
-    docks: Arc<[PlaceInMap]>,
+    last_pose: Option<PoseInMap>,
+    docks: Arc<[PoseInMap]>,
 }
 
 /// `messages::Command`, version 3: by a client without a role.
@@ -109,7 +109,7 @@ impl From<BootRecordV3> for BootRecord {
             sources: record.sources,
             start_mapping: record.start_mapping,
             leave_loops_open: record.leave_loops_open,
-            last_place: record.last_place,
+            last_pose: record.last_pose,
             docks: record.docks,
         }
     }
@@ -207,7 +207,7 @@ mod tests {
             sources: Sources::default(),
             start_mapping: None,
             leave_loops_open: true,
-            last_place: None,
+            last_pose: None,
             docks: Arc::default(),
         };
         let Input::Boot(record) = read(&InputV3::Boot(Box::new(boot))) else { panic!("no boot record") };

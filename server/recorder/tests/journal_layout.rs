@@ -5,7 +5,7 @@
 
 use expect_test::expect_file;
 use messages::{
-    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobResult, PlaceInMap,
+    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobResult, PoseInMap,
     Principal, RobotProfile,
 };
 use std::fmt::Write;
@@ -26,9 +26,9 @@ fn inputs() -> Vec<Input> {
         self_filter: Some(Aabb { min: [-0.5; 3], max: [0.5; 3] }),
         ..RobotProfile::default()
     };
-    let place = PlaceInMap { map, map_from_base: Pose::IDENTITY };
+    let place = PoseInMap { map, map_from_base: Pose::IDENTITY };
     let docks = vec![place].into();
-    let boot = BootRecord { profile, last_place: Some(place), docks, ..BootRecord::default() };
+    let boot = BootRecord { profile, last_pose: Some(place), docks, ..BootRecord::default() };
     let (from, to) = (KeyframeId(3), KeyframeId(300));
     let kinds = [
         CommandKind::TakeControl { name: "Ada".to_owned() },

@@ -10,7 +10,7 @@ use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, select};
-use messages::{ActionOutcome, BootRecord, Command, Input, JobDone, PlaceInMap, Publication, StackEffect};
+use messages::{ActionOutcome, BootRecord, Command, Input, JobDone, PoseInMap, Publication, StackEffect};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
 use std::collections::VecDeque;
@@ -67,8 +67,8 @@ pub struct ControlLoop {
     pub clock: Arc<RobotClock>,
     pub stack: Stack,
     /// Where the robot was before it was switched off, if it was localised then.
-    pub last_place: Option<PlaceInMap>,
-    pub docks: Vec<PlaceInMap>,
+    pub last_pose: Option<PoseInMap>,
+    pub docks: Vec<PoseInMap>,
 }
 
 impl ControlLoop {
@@ -91,7 +91,7 @@ impl ControlLoop {
             parts: self,
         };
         let docks = std::mem::take(&mut running.parts.docks).into();
-        let boot = BootRecord { last_place: running.parts.last_place, docks, ..running.parts.link.boot() };
+        let boot = BootRecord { last_pose: running.parts.last_pose, docks, ..running.parts.link.boot() };
         running.feed(Input::Boot(Box::new(boot)));
         running.arrival(first);
         running.run(sources);

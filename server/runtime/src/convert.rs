@@ -3,7 +3,7 @@
 use crate::imports::{ImportRequest, ImportSource};
 use api::{Command, Event, LoopsChanged};
 use messages::{
-    CommandKind, DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PlaceInMap,
+    CommandKind, DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PoseInMap,
     Publication,
 };
 use ports::SimulatedFault;
@@ -109,9 +109,9 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
 /// State of localisation in a saved map.
 pub fn localisation(state: &LocalisationState) -> api::Localisation {
     let plain = |reason: DegradationReason| match reason {
-        DegradationReason::MapMismatch => api::DegradationReason::Contradicted,
-        DegradationReason::PoseUncertain => api::DegradationReason::Vague,
-        DegradationReason::LidarBlind => api::DegradationReason::Dark,
+        DegradationReason::MapMismatch => api::DegradationReason::MapMismatch,
+        DegradationReason::PoseUncertain => api::DegradationReason::PoseUncertain,
+        DegradationReason::LidarBlind => api::DegradationReason::LidarBlind,
         DegradationReason::Unmapped => api::DegradationReason::Unmapped,
         DegradationReason::Unconfirmed => api::DegradationReason::Unconfirmed,
     };
@@ -119,10 +119,10 @@ pub fn localisation(state: &LocalisationState) -> api::Localisation {
         LocalisationState::Idle => api::Localisation::Idle,
         LocalisationState::Loading { map } => api::Localisation::Loading { map },
         LocalisationState::Relocalising { map, hypotheses } => {
-            api::Localisation::Relocalising { map, places: hypotheses }
+            api::Localisation::Relocalising { map, hypotheses }
         }
         LocalisationState::Localised { map, degradation } => {
-            api::Localisation::Localised { map, doubt: degradation.map(plain) }
+            api::Localisation::Localised { map, degradation: degradation.map(plain) }
         }
     }
 }
@@ -182,8 +182,8 @@ pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
         reason: decision.reason,
         overlap: pair(evidence.overlap),
         residual: evidence.residual as f32,
-        through: pair(evidence.free_space_violation),
-        rival: evidence.runner_up_ratio as f32,
+        free_space_violation: pair(evidence.free_space_violation),
+        runner_up_ratio: evidence.runner_up_ratio as f32,
         guess: decision.task.guess,
         from_from_to: decision.from_from_to,
     }
@@ -220,7 +220,7 @@ pub fn event(publication: Publication) -> Option<Event> {
 }
 
 /// Docks of saved maps.
-pub fn docks(docks: &[PlaceInMap]) -> Vec<api::Dock> {
+pub fn docks(docks: &[PoseInMap]) -> Vec<api::Dock> {
     docks.iter().map(|dock| api::Dock { map: dock.map, map_from_base: dock.map_from_base }).collect()
 }
 
@@ -229,14 +229,14 @@ fn quality(quality: messages::MapQuality) -> api::Quality {
         at: place.at,
         why: match place.why {
             messages::SurveyReason::FromAfar(area) => api::SurveyReason::FromAfar(area),
-            messages::SurveyReason::Unsure(deviation) => api::SurveyReason::Unsure(deviation),
+            messages::SurveyReason::Uncertain(deviation) => api::SurveyReason::Uncertain(deviation),
         },
     };
     api::Quality {
-        covered: quality.covered,
-        from_afar: quality.from_afar,
-        deviations: quality.deviations,
-        places: quality.places.into_iter().map(place).collect(),
+        covered_m2: quality.covered_m2,
+        from_afar_m2: quality.from_afar_m2,
+        deviations_m: quality.deviations_m,
+        targets: quality.targets.into_iter().map(place).collect(),
     }
 }
 

@@ -83,7 +83,7 @@ impl Core {
         let CoreConfig { link, store, recording, socket, importer } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
-        let (last_place, docks) = (store.last_place(), store.docks());
+        let (last_pose, docks) = (store.last_pose(), store.docks());
         state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
         let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
@@ -126,7 +126,7 @@ impl Core {
             state_publisher,
             clock,
             stack: Stack::new(),
-            last_place,
+            last_pose,
             docks,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);

@@ -1,6 +1,6 @@
 //! Writes the robot's place in the map in use and the docks to disk. When the robot is switched on again, it is localised there.
 
-use messages::{Estimate, LocalisationState, PlaceInMap};
+use messages::{Estimate, LocalisationState, PoseInMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::Store;
@@ -14,7 +14,7 @@ pub struct PlaceKeeper {
     store: Arc<Store>,
     /// The map in which the robot knows its place now.
     known: Option<MapId>,
-    kept: Option<(Instant, PlaceInMap)>,
+    kept: Option<(Instant, PoseInMap)>,
 }
 
 impl PlaceKeeper {
@@ -38,7 +38,7 @@ impl PlaceKeeper {
     /// Takes down where the robot is, if it knows.
     pub fn note(&mut self, now: Instant, estimate: &Estimate) {
         let Some(map) = self.known else { return };
-        let place = PlaceInMap { map, map_from_base: estimate.map_from_base };
+        let place = PoseInMap { map, map_from_base: estimate.map_from_base };
         if self.kept.is_none_or(|(at, kept)| now >= at + EVERY && kept != place) {
             self.kept = Some((now, place));
             self.write(Some(&place));
@@ -46,14 +46,14 @@ impl PlaceKeeper {
     }
 
     /// Keeps where docks are.
-    pub fn save_docks(&self, docks: &[PlaceInMap]) {
+    pub fn save_docks(&self, docks: &[PoseInMap]) {
         if let Err(error) = self.store.save_docks(docks) {
             tracing::warn!("where docks are cannot be kept: {error}");
         }
     }
 
-    fn write(&self, place: Option<&PlaceInMap>) {
-        if let Err(error) = self.store.save_last_place(place) {
+    fn write(&self, place: Option<&PoseInMap>) {
+        if let Err(error) = self.store.save_last_pose(place) {
             tracing::warn!("where the robot is cannot be kept: {error}");
         }
     }
@@ -79,14 +79,14 @@ mod tests {
         let later = |seconds| now + Duration::from_secs(seconds);
         let mut keeper = PlaceKeeper::new(Arc::clone(&store));
         keeper.note(now, &at(1.0));
-        assert!(!store.dir().place().exists(), "nobody knew");
+        assert!(!store.dir().last_pose().exists(), "nobody knew");
         keeper.follow(&LocalisationState::Localised { map, degradation: None });
         keeper.note(now, &at(2.0));
-        assert_eq!(store.last_place(), None, "there is no such map");
+        assert_eq!(store.last_pose(), None, "there is no such map");
         let summary = store.dir().map_summary(map);
         std::fs::create_dir_all(store.dir().map(map)).expect("made");
         std::fs::write(summary, "{}").expect("written");
-        let kept = || store.last_place().map(|place| place.map_from_base.position.x);
+        let kept = || store.last_pose().map(|place| place.map_from_base.position.x);
         assert_eq!(kept(), Some(2.0));
         keeper.note(later(1), &at(3.0));
         assert_eq!(kept(), Some(2.0), "not so often");
@@ -97,13 +97,13 @@ mod tests {
         keeper.follow(&LocalisationState::Relocalising { map, hypotheses: 0 });
         keeper.note(later(19), &at(6.0));
         assert_eq!(kept(), Some(4.0), "where it was last sure");
-        std::fs::write(store.dir().place(), "nonsense").expect("written");
+        std::fs::write(store.dir().last_pose(), "nonsense").expect("written");
         assert_eq!(kept(), None);
         keeper.follow(&LocalisationState::Idle);
-        assert!(!store.dir().place().exists());
+        assert!(!store.dir().last_pose().exists());
         assert_eq!(store.docks(), []);
-        let dock = PlaceInMap { map, map_from_base: Pose::IDENTITY };
-        let gone = PlaceInMap { map: MapId(Uuid::from_u128(4)), ..dock };
+        let dock = PoseInMap { map, map_from_base: Pose::IDENTITY };
+        let gone = PoseInMap { map: MapId(Uuid::from_u128(4)), ..dock };
         keeper.save_docks(&[dock, gone]);
         assert_eq!(store.docks(), [dock], "of maps that are there");
         std::fs::write(store.dir().docks(), "nonsense").expect("written");

@@ -10,7 +10,7 @@ use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
-use messages::{CorrectedScan, Estimate, Keyframe, PlaceInMap, Publication, Severity};
+use messages::{CorrectedScan, Estimate, Keyframe, PoseInMap, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
@@ -35,7 +35,7 @@ pub struct PublisherWorker {
     /// The newest goals, the newest first.
     pub goals: Vec<Goal>,
     /// The docks as published last; none before the first time, when they are as on the disk.
-    pub docks: Option<Arc<[PlaceInMap]>>,
+    pub docks: Option<Arc<[PoseInMap]>>,
 }
 
 impl PublisherWorker {

@@ -35,7 +35,7 @@ pub use saved::SavedMap;
 pub use tiles::TileFiles;
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 
-use messages::PlaceInMap;
+use messages::PoseInMap;
 use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
@@ -85,13 +85,13 @@ impl Store {
     }
 
     /// The robot's last known pose in a map, if that map still exists. A file that cannot be read counts as absent.
-    pub fn last_place(&self) -> Option<PlaceInMap> {
-        let path = self.dir.place();
+    pub fn last_pose(&self) -> Option<PoseInMap> {
+        let path = self.dir.last_pose();
         if !path.exists() {
             return None;
         }
-        match files::read_json::<PlaceInMap>(&path) {
-            Ok(place) => Some(place).filter(|place| self.dir.map_summary(place.map).exists()),
+        match files::read_json::<PoseInMap>(&path) {
+            Ok(pose) => Some(pose).filter(|pose| self.dir.map_summary(pose.map).exists()),
             Err(error) => {
                 tracing::warn!("the robot's last pose cannot be read: {error}");
                 None
@@ -103,21 +103,21 @@ impl Store {
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn save_last_place(&self, place: Option<&PlaceInMap>) -> Result<(), StoreError> {
-        let path = self.dir.place();
-        let Some(place) = place else { return files::remove_file(&path) };
-        let bytes = serde_json::to_vec(place)
-            .map_err(|source| StoreError::Document { path: path.clone(), source })?;
+    pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
+        let path = self.dir.last_pose();
+        let Some(pose) = pose else { return files::remove_file(&path) };
+        let bytes =
+            serde_json::to_vec(pose).map_err(|source| StoreError::Document { path: path.clone(), source })?;
         files::replace(&path, &bytes)
     }
 
     /// Docks in the saved maps, without those of maps that no longer exist. A file that cannot be read counts as empty.
-    pub fn docks(&self) -> Vec<PlaceInMap> {
+    pub fn docks(&self) -> Vec<PoseInMap> {
         let path = self.dir.docks();
         if !path.exists() {
             return Vec::new();
         }
-        let mut docks = files::read_json::<Vec<PlaceInMap>>(&path).unwrap_or_else(|error| {
+        let mut docks = files::read_json::<Vec<PoseInMap>>(&path).unwrap_or_else(|error| {
             tracing::warn!("docks cannot be read: {error}");
             Vec::new()
         });
@@ -129,7 +129,7 @@ impl Store {
     ///
     /// # Errors
     /// When the disk fails.
-    pub fn save_docks(&self, docks: &[PlaceInMap]) -> Result<(), StoreError> {
+    pub fn save_docks(&self, docks: &[PoseInMap]) -> Result<(), StoreError> {
         let path = self.dir.docks();
         let bytes = serde_json::to_vec(docks)
             .map_err(|source| StoreError::Document { path: path.clone(), source })?;

@@ -47,7 +47,7 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
         decisions: Vec::new(),
         unverified: 0,
-        visits: RevisitCounts::default(),
+        revisits: RevisitCounts::default(),
     }
 }
 

@@ -159,19 +159,19 @@ pub struct GraphNode {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Floor seen from near, square metres.
-    pub covered: f64,
+    pub covered_m2: f64,
     /// Floor seen from afar only, square metres.
-    pub from_afar: f64,
-    /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
-    pub deviations: Vec<f32>,
+    pub from_afar_m2: f64,
+    /// Standard deviation of each keyframe's position relative to the first keyframe, metres.
+    pub deviations_m: Vec<f32>,
     /// Where to walk, or walk again, the most useful first.
-    pub places: Vec<SurveyTarget>,
+    pub targets: Vec<SurveyTarget>,
 }
 
 impl Quality {
-    /// How far a keyframe may be off as seen from the first one: one standard deviation, metres; `None` where that is not known.
+    /// Standard deviation of a keyframe's position relative to the first keyframe, metres; `None` where it is not known.
     pub fn deviation_of(&self, keyframe: KeyframeId) -> Option<f32> {
-        self.deviations.get(keyframe.0 as usize).copied()
+        self.deviations_m.get(keyframe.0 as usize).copied()
     }
 }
 
@@ -187,10 +187,10 @@ pub struct SurveyTarget {
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SurveyReason {
-    /// So much of the floor about it was seen from afar only, square metres.
+    /// Area of the floor around it that was seen from afar only, square metres.
     FromAfar(f64),
-    /// The map is known so vaguely there, metres.
-    Unsure(f64),
+    /// Standard deviation of the map there, metres.
+    Uncertain(f64),
 }
 
 /// New tiles.
@@ -268,15 +268,15 @@ pub enum Localisation {
     Relocalising {
         /// Which.
         map: MapId,
-        /// Number of places where it may be. 0: it has to move to see more.
-        places: u32,
+        /// Number of poses at which the robot may be; 0 where it has to move to see more.
+        hypotheses: u32,
     },
     /// It knows its place.
     Localised {
         /// In which.
         map: MapId,
         /// What speaks against it, if anything does.
-        doubt: Option<DegradationReason>,
+        degradation: Option<DegradationReason>,
     },
 }
 
@@ -296,11 +296,11 @@ impl Localisation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DegradationReason {
     /// The scans are not what the map shows there.
-    Contradicted,
+    MapMismatch,
     /// The covariance of the pose is too large.
-    Vague,
+    PoseUncertain,
     /// The LiDAR sees nothing.
-    Dark,
+    LidarBlind,
     /// The map shows nothing of what the LiDAR sees: the robot has left it.
     Unmapped,
     /// The pose was given, and the rest of the map has not been searched yet for poses that look alike.

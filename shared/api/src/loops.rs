@@ -15,18 +15,18 @@ pub struct LoopsChanged {
     pub added: Vec<LoopDecision>,
 }
 
-/// What became of a pair, with its evidence.
+/// A decision with its evidence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoopDecision {
     /// The older keyframe.
     pub from: KeyframeId,
     /// The newer one.
     pub to: KeyframeId,
-    /// Why the pair was looked at.
+    /// Why the pair was proposed.
     pub source: LoopSource,
-    /// What became of it.
+    /// The outcome.
     pub verdict: LoopVerdict,
-    /// Whether a person decided so.
+    /// Whether a person decided.
     pub by_hand: bool,
     /// Why, one sentence.
     pub reason: String,
@@ -34,36 +34,36 @@ pub struct LoopDecision {
     pub overlap: [f32; 2],
     /// Root mean square distance from those surfaces, metres.
     pub residual: f32,
-    /// Share of the newer cloud through which the older place's rays went, and the reverse.
-    pub through: [f32; 2],
-    /// Fit of the best different place, as a share of this one's.
-    pub rival: f32,
-    /// Guess of `to` in `from` before the look.
+    /// Share of the newer cloud that stands in free space of the older place, and the reverse.
+    pub free_space_violation: [f32; 2],
+    /// Score of the best different pose, as a share of this one's.
+    pub runner_up_ratio: f32,
+    /// Guess of `to` in `from` before the comparison.
     pub guess: Pose,
     /// Pose found of `to` in `from`.
     pub from_from_to: Pose,
 }
 
-/// Why a pair was looked at.
+/// Why a pair was proposed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LoopSource {
-    /// The estimates say that they are near.
+    /// The estimates put the keyframes close together.
     Geometry,
-    /// They look alike; how unlike they are, 0 to 1.
+    /// They look alike; the distance of their scan contexts, 0 to 1.
     Appearance(f32),
-    /// A person pointed at them.
+    /// A person proposed it.
     Person,
 }
 
-/// What became of a pair.
+/// Outcome of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopVerdict {
-    /// It is an edge of the graph.
+    /// It is a loop of the graph.
     Accepted,
-    /// It fits, and waits for others to agree with it.
+    /// It passed the verification, but waits for other loops to agree with it.
     Held,
-    /// It is no loop.
+    /// It failed the verification, or a person rejected it.
     Rejected,
-    /// It waited too long.
+    /// It was held for too long.
     Dropped,
 }

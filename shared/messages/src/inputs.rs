@@ -111,14 +111,14 @@ pub struct BootRecord {
     /// Whether loops are left open, so that the map is what the odometry alone makes of it.
     pub leave_loops_open: bool,
     /// Where the robot was before it was switched off: it is localised in that map at once.
-    pub last_place: Option<PlaceInMap>,
+    pub last_pose: Option<PoseInMap>,
     /// Docks of saved maps, as it learnt them before.
-    pub docks: Arc<[PlaceInMap]>,
+    pub docks: Arc<[PoseInMap]>,
 }
 
-/// A place in a saved map.
+/// A pose of the base in a saved map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlaceInMap {
+pub struct PoseInMap {
     /// The saved map.
     pub map: MapId,
     /// The base in it.
@@ -270,7 +270,7 @@ pub enum JobResult {
     },
     /// A pair of keyframes was looked at.
     LoopVerified(Box<VerifiedLoop>),
-    /// A visit was compared with an old keyframe.
+    /// A revisit was compared with an old keyframe.
     RevisitCompared(Box<ComparedRevisit>),
     /// A saved map was read.
     MapLoaded(Arc<PriorMap>),

@@ -126,7 +126,7 @@ pub struct RevisitTask {
     /// The mapping session.
     pub session: SessionId,
     /// Number of the waypoint, counted along the walk.
-    pub visit: u64,
+    pub waypoint: u64,
     /// When the robot was there.
     pub stamp: Stamp,
     /// The keyframe.

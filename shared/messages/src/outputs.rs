@@ -2,7 +2,7 @@
 
 use crate::{
     BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, GraphDelta, LoopDecision, LoopTask,
-    MapSearchTask, PlaceInMap, Reanchored, RelocalisationTask, RevisitTask,
+    MapSearchTask, PoseInMap, Reanchored, RelocalisationTask, RevisitTask,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -126,7 +126,7 @@ pub enum Publication {
     /// State of localisation in a saved map.
     Localisation(LocalisationState),
     /// Docks of saved maps: all that are known now.
-    Docks(Arc<[PlaceInMap]>),
+    Docks(Arc<[PoseInMap]>),
     /// State of motion.
     Motion(MotionState),
     /// A goal was accepted, has got on, or has ended.
@@ -335,13 +335,13 @@ pub enum MappingState {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapQuality {
     /// Floor seen from near, square metres.
-    pub covered: f64,
+    pub covered_m2: f64,
     /// Floor seen from afar only, square metres.
-    pub from_afar: f64,
-    /// Of each keyframe, how far it may be off as seen from the first one: one standard deviation, metres.
-    pub deviations: Vec<f32>,
+    pub from_afar_m2: f64,
+    /// Standard deviation of each keyframe's position relative to the first keyframe, metres.
+    pub deviations_m: Vec<f32>,
     /// Where to walk, or walk again, the most useful first.
-    pub places: Vec<SurveyTarget>,
+    pub targets: Vec<SurveyTarget>,
 }
 
 /// A place worth walking to.
@@ -356,10 +356,10 @@ pub struct SurveyTarget {
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SurveyReason {
-    /// So much of the floor about it was seen from afar only, square metres.
+    /// Area of the floor around it that was seen from afar only, square metres.
     FromAfar(f64),
-    /// The map is known so vaguely there, metres.
-    Unsure(f64),
+    /// Standard deviation of the map there, metres.
+    Uncertain(f64),
 }
 
 /// State of motion.
@@ -492,7 +492,7 @@ pub struct FinishedMap {
     /// Pairs that there was no time to look at.
     pub unverified: u64,
     /// What became of walks over known ground.
-    pub visits: RevisitCounts,
+    pub revisits: RevisitCounts,
 }
 
 /// Comparisons of what is seen with old keyframes, on known ground.

@@ -162,12 +162,12 @@ impl SceneSync {
         let quality = if live { model.quality() } else { &no_quality };
         let graph_changed = self.synced.graph != Some(shown.graph_revision)
             || self.synced.graph_visible != graph_visible
-            || self.synced.deviations != quality.deviations;
+            || self.synced.deviations != quality.deviations_m;
         if graph_changed {
             set_graph(&self.config, &mut renderer, shown, graph_visible, quality);
             self.synced.graph = Some(shown.graph_revision);
             self.synced.graph_visible = graph_visible;
-            quality.deviations.clone_into(&mut self.synced.deviations);
+            quality.deviations_m.clone_into(&mut self.synced.deviations);
         }
         if graph_changed || self.synced.loops != Some(model.loops.revision()) {
             let loops = if graph_visible { loop_edges(model) } else { Vec::new() };

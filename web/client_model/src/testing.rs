@@ -112,8 +112,8 @@ pub(crate) fn decided(from: u32, to: u32, verdict: api::LoopVerdict) -> api::Loo
         reason: "It fits.".into(),
         overlap: [0.9; 2],
         residual: 0.01,
-        through: [0.0; 2],
-        rival: 0.0,
+        free_space_violation: [0.0; 2],
+        runner_up_ratio: 0.0,
         guess: Pose::IDENTITY,
         from_from_to: Pose { position: Vec3::new(0.0, 0.3, 0.0), ..Pose::IDENTITY },
     }

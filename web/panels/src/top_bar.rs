@@ -142,7 +142,7 @@ fn position(ui: &mut Ui, model: &Model, tokens: &Tokens, layout: &Layout) {
             ) {
                 (icon::GPS_SLASH, tokens.warn, "Relocalising", String::new())
             } else if sigma > UNSURE_M
-                || matches!(model.localisation(), Localisation::Localised { doubt: Some(_), .. })
+                || matches!(model.localisation(), Localisation::Localised { degradation: Some(_), .. })
             {
                 (icon::WARNING, tokens.warn, "Position uncertain", figure)
             } else if estimate.value.degenerate > 0 {

@@ -21,7 +21,7 @@ pub fn area(square_metres: f64) -> String {
 pub fn why_walk(why: SurveyReason) -> String {
     match why {
         SurveyReason::FromAfar(square_metres) => format!("Seen from afar only · {}", area(square_metres)),
-        SurveyReason::Unsure(metres) => format!("Known to {} only", accuracy(metres)),
+        SurveyReason::Uncertain(metres) => format!("Known to {} only", accuracy(metres)),
     }
 }
 
@@ -166,16 +166,18 @@ pub fn localisation(localisation: &Localisation) -> String {
     match localisation {
         Localisation::Idle => "In no map".to_owned(),
         Localisation::Loading { .. } => "Loading the map".to_owned(),
-        Localisation::Relocalising { places: 0, .. } => "Relocalising".to_owned(),
-        Localisation::Relocalising { places: 1, .. } => "Relocalising: checking one place".to_owned(),
-        Localisation::Relocalising { places, .. } => {
-            format!("Relocalising: {places} places are possible, the robot has to move")
+        Localisation::Relocalising { hypotheses: 0, .. } => "Relocalising".to_owned(),
+        Localisation::Relocalising { hypotheses: 1, .. } => "Relocalising: checking one place".to_owned(),
+        Localisation::Relocalising { hypotheses, .. } => {
+            format!("Relocalising: {hypotheses} places are possible, the robot has to move")
         }
-        Localisation::Localised { doubt: None, .. } => "Localised".to_owned(),
-        Localisation::Localised { doubt: Some(doubt), .. } => match doubt {
-            DegradationReason::Contradicted => "Uncertain: the scans contradict the map".to_owned(),
-            DegradationReason::Vague => "Uncertain: nothing has confirmed the pose for a while".to_owned(),
-            DegradationReason::Dark => "Uncertain: the LiDAR sees nothing".to_owned(),
+        Localisation::Localised { degradation: None, .. } => "Localised".to_owned(),
+        Localisation::Localised { degradation: Some(reason), .. } => match reason {
+            DegradationReason::MapMismatch => "Uncertain: the scans contradict the map".to_owned(),
+            DegradationReason::PoseUncertain => {
+                "Uncertain: nothing has confirmed the pose for a while".to_owned()
+            }
+            DegradationReason::LidarBlind => "Uncertain: the LiDAR sees nothing".to_owned(),
             DegradationReason::Unmapped => "Outside the mapped area".to_owned(),
             DegradationReason::Unconfirmed => "Checking for places that look alike".to_owned(),
         },

@@ -145,7 +145,7 @@ fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap 
         degenerate: Vec::new(),
         decisions: saved.decisions.clone(),
         unverified: 0,
-        visits: RevisitCounts::default(),
+        revisits: RevisitCounts::default(),
     }
 }
 

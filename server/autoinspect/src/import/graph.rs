@@ -67,7 +67,7 @@ pub fn imported_map(
         degenerate: Vec::new(),
         decisions: Vec::new(),
         unverified: 0,
-        visits: RevisitCounts::default(),
+        revisits: RevisitCounts::default(),
     }
 }
 

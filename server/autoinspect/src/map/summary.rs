@@ -176,8 +176,8 @@ fn loops(finished: &FinishedMap) -> Loops {
         rejected: count(LoopVerdict::Rejected),
         held: count(LoopVerdict::Held) + count(LoopVerdict::Dropped),
         unverified: finished.unverified,
-        visits_compared: finished.visits.compared,
-        visits_confirmed: finished.visits.confirmed,
+        visits_compared: finished.revisits.compared,
+        visits_confirmed: finished.revisits.confirmed,
     }
 }
 

@@ -130,7 +130,7 @@ impl JoinedGraph {
             degenerate: Vec::new(),
             decisions: self.decisions,
             unverified: 0,
-            visits: RevisitCounts::default(),
+            revisits: RevisitCounts::default(),
         }
     }
 }

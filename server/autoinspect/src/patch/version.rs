@@ -164,6 +164,6 @@ fn new_version(saved: &SavedMap, scans: &[RevisitScan], name: &str) -> FinishedM
         degenerate: Vec::new(),
         decisions: decisions.clone(),
         unverified: 0,
-        visits: RevisitCounts::default(),
+        revisits: RevisitCounts::default(),
     }
 }

@@ -20,7 +20,7 @@ fn who_shows_where_the_robot_stands_means_the_map_that_is_looked_at() {
     client.command(ClientCommand::SetPose(place));
     assert_eq!(client.take_commands(), [Command::Localise { map, at: Some(place) }]);
     assert_eq!((client.model.is_picking_pose(), client.model.viewed_map()), (false, None));
-    client.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
+    client.event(api::Event::Localisation(api::Localisation::Localised { map, degradation: None }));
     client.command(ClientCommand::PickPose(true));
     client.command(ClientCommand::PickGoal(true));
     assert!(client.model.is_picking_goal() && !client.model.is_picking_pose());

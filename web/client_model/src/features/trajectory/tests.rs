@@ -13,19 +13,19 @@ fn what_was_walked_before_the_robot_found_itself_in_a_map_is_forgotten() {
     for step in 0..10 {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
-    client.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 2 }));
+    client.event(api::Event::Localisation(api::Localisation::Relocalising { map, hypotheses: 2 }));
     assert!(!client.model.has_pose_in_map(), "it is drawn nowhere");
     client.event(api::Event::Estimate(estimate_at(10.0, 10.0)));
-    client.event(api::Event::Localisation(api::Localisation::Localised { map, doubt: None }));
+    client.event(api::Event::Localisation(api::Localisation::Localised { map, degradation: None }));
     assert_eq!(way(&client), 0);
     for step in 11..15 {
         client.event(api::Event::Estimate(estimate_at(f64::from(step), f64::from(step))));
     }
     let walked = way(&client);
-    let doubt = Some(api::DegradationReason::Dark);
-    client.event(api::Event::Localisation(api::Localisation::Localised { map, doubt }));
-    assert!(walked > 2 && way(&client) == walked, "a doubt forgets nothing");
-    client.event(api::Event::Localisation(api::Localisation::Relocalising { map, places: 0 }));
+    let degradation = Some(api::DegradationReason::LidarBlind);
+    client.event(api::Event::Localisation(api::Localisation::Localised { map, degradation }));
+    assert!(walked > 2 && way(&client) == walked, "a degraded pose forgets nothing");
+    client.event(api::Event::Localisation(api::Localisation::Relocalising { map, hypotheses: 0 }));
     assert!(client.model.has_pose_in_map(), "where it was last is better than nothing");
     client.event(api::Event::Localisation(api::Localisation::Loading { map: MapId(Uuid::from_u128(4)) }));
     assert!(!client.model.has_pose_in_map());

@@ -205,12 +205,12 @@ fn figures(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
         ),
         (
             "Seen through",
-            or_none(words::two_shares(decision.through)),
+            or_none(words::two_shares(decision.free_space_violation)),
             "Share of each scan that the other looked through, which a wall forbids.",
         ),
         (
             "Best rival",
-            or_none(words::rival(decision.rival)),
+            or_none(words::rival(decision.runner_up_ratio)),
             "How well the best other place fits, as a share of this one.",
         ),
         (

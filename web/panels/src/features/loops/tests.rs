@@ -27,8 +27,8 @@ fn decided(from: u32, to: u32, verdict: LoopVerdict) -> LoopDecision {
         reason: "It fits, and lies where the graph expects it.".into(),
         overlap: [0.766, 0.635],
         residual: 0.0302,
-        through: [0.004, 0.0],
-        rival: 0.42,
+        free_space_violation: [0.004, 0.0],
+        runner_up_ratio: 0.42,
         guess: Pose::IDENTITY,
         from_from_to: Pose { position: Vec3::new(0.12, 0.0, 0.0), ..Pose::IDENTITY },
     }

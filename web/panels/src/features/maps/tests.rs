@@ -33,7 +33,7 @@ fn the_viewed_map_can_be_used() {
 #[test]
 fn the_map_in_use_can_be_left() {
     let (client, cellar) = hall_and_cellar();
-    let localised = Event::Localisation(Localisation::Localised { map: cellar, doubt: None });
+    let localised = Event::Localisation(Localisation::Localised { map: cellar, degradation: None });
     let client = client.event(localised).command(ClientCommand::ViewMap(Some(cellar)));
     let mut harness = client.shown(1440.0, 900.0);
     assert!(harness.query_by_label("Use Cellar").is_none(), "Cellar is in use");
@@ -53,7 +53,7 @@ fn the_viewed_map_can_be_extended() {
 #[test]
 fn a_robot_without_pose_can_be_told_to_relocalise_or_be_given_its_pose() {
     let (client, cellar) = hall_and_cellar();
-    let lost = Event::Localisation(Localisation::Relocalising { map: cellar, places: 2 });
+    let lost = Event::Localisation(Localisation::Relocalising { map: cellar, hypotheses: 2 });
     let client = client.event(lost).command(ClientCommand::ViewMap(Some(cellar)));
     let mut harness = client.shown(1440.0, 900.0);
     click(&mut harness, "Relocalise");

@@ -16,23 +16,23 @@ const LISTED: usize = 4;
 
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let quality = model.quality();
-    fact(ui, tokens, "Floor covered", &words::area(quality.covered));
-    let worst = quality.deviations.iter().copied().fold(0.0, f32::max);
-    if worst.is_finite() && !quality.deviations.is_empty() {
+    fact(ui, tokens, "Floor covered", &words::area(quality.covered_m2));
+    let worst = quality.deviations_m.iter().copied().fold(0.0, f32::max);
+    if worst.is_finite() && !quality.deviations_m.is_empty() {
         let response = fact(ui, tokens, "Known to", &words::accuracy(f64::from(worst).max(1e-3)));
         response.on_hover_text("One standard deviation of the keyframe that is known least; the graph's nodes turn amber with it");
     }
-    if quality.places.is_empty() {
+    if quality.targets.is_empty() {
         return;
     }
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, "Worth a walk");
     let enabled = model.is_connected() && !model.is_controlled_by_other() && !model.is_stopped();
-    for (number, place) in quality.places.iter().take(LISTED).enumerate() {
+    for (number, place) in quality.targets.iter().take(LISTED).enumerate() {
         row(ui, tokens, (number + 1, place), enabled, out);
     }
-    if let Some(more) = quality.places.len().checked_sub(LISTED).filter(|more| *more > 0) {
+    if let Some(more) = quality.targets.len().checked_sub(LISTED).filter(|more| *more > 0) {
         widgets::remark(ui, tokens, &format!("and {more} more, marked on the map"));
     }
 }
@@ -46,7 +46,7 @@ fn row(
 ) {
     let why = match place.why {
         SurveyReason::FromAfar(area) => format!("{} seen from afar only", words::area(area)),
-        SurveyReason::Unsure(deviation) => {
+        SurveyReason::Uncertain(deviation) => {
             format!("Known to {} only: come back to where you began", words::accuracy(deviation))
         }
     };

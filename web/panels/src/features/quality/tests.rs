@@ -10,9 +10,14 @@ fn survey_targets_are_listed_and_can_be_walked_to() {
     let at = Vec3::new(4.0, 2.0, 0.0);
     let places = vec![
         SurveyTarget { at, why: SurveyReason::FromAfar(34.0) },
-        SurveyTarget { at: Vec3::default(), why: SurveyReason::Unsure(0.42) },
+        SurveyTarget { at: Vec3::default(), why: SurveyReason::Uncertain(0.42) },
     ];
-    let quality = Quality { covered: 412.3, from_afar: 40.0, deviations: vec![0.0, 0.42, 0.1], places };
+    let quality = Quality {
+        covered_m2: 412.3,
+        from_afar_m2: 40.0,
+        deviations_m: vec![0.0, 0.42, 0.1],
+        targets: places,
+    };
     let client = TestClient::connected().event(Event::Mapping(running())).event(Event::Quality(quality));
     let mut harness = client.on(Screen::Map).shown(1440.0, 1200.0);
     assert_eq!(value(&harness, "Floor covered"), "412 m²");
