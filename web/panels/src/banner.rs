@@ -1,7 +1,7 @@
 //! What everybody must see at once, at the top of the scene: the link, which map this is, notices.
 
 use crate::button::Button;
-use crate::features::{alignment, notices};
+use crate::features::{alignment, loops, notices};
 use crate::layout::area;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets;
@@ -119,7 +119,7 @@ fn place_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientC
 
 fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(align) = model.alignment().filter(|align| align.reference.is_some() && align.job.is_none()) {
-        line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &alignment::step(model, align), |ui| {
+        line(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &alignment::next_step(model, align), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::CancelAlignment);
             }
@@ -129,7 +129,7 @@ fn align_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientC
 
 fn loop_hint(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     if let Some(pick) = model.loop_pick() {
-        line(ui, tokens, tokens.accent, icon::GRAPH, &words::loop_step(pick), |ui| {
+        line(ui, tokens, tokens.accent, icon::GRAPH, &loops::next_step(pick), |ui| {
             if Button::new("Cancel").show(ui, tokens).clicked() {
                 out.push(ClientCommand::PickLoopKeyframes(false));
             }

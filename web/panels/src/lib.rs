@@ -54,6 +54,7 @@ mod features;
 mod help;
 mod layout;
 mod live;
+mod map_card;
 mod rail;
 mod sensors;
 mod simulated_faults;
@@ -74,9 +75,8 @@ pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };
 
-use client_model::{ClientCommand, Model, Screen, Selection};
-use features::{loops, mapping, view_settings};
-use state::MapPart;
+use client_model::{ClientCommand, Model, Screen};
+use features::view_settings;
 use theme::Tokens;
 
 /// Draws everything that floats over the scene. `out` receives what the person asks for.
@@ -85,7 +85,7 @@ pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mu
     let layout = Layout::of(ctx.content_rect());
     state.text_inputs.begin_frame();
     drive::shortcuts(ctx, model, out);
-    follow_selection(model, state, out);
+    map_card::follow_selection(model, state, out);
 
     top_bar::show(ctx, model, &tokens, &layout, state, out);
     rail::show(ctx, model, &tokens, &layout, state, out);
@@ -115,35 +115,6 @@ fn right_card(
     };
     layout::card(ctx, tokens, name, layout.card, |ui| match model.view.screen() {
         Screen::Live => live::show(ui, model, tokens, state, out),
-        Screen::Map => map_panel(ui, model, tokens, state, out),
+        Screen::Map => map_card::show(ui, model, tokens, state, out),
     });
-}
-
-/// A loop that gets selected, or two keyframes that get chosen for one, bring the panel forth that is about them.
-fn follow_selection(model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
-    let before = std::mem::replace(&mut state.selection, model.selection());
-    if model.selection() != before && matches!(model.selection(), Some(Selection::Loop(_))) {
-        state.map_part = MapPart::Loops;
-        state.drawer_open = true;
-        if model.view.screen() != Screen::Map {
-            out.push(ClientCommand::ShowScreen(Screen::Map));
-        }
-    }
-}
-
-/// The card of Map: one of its parts.
-fn map_panel(
-    ui: &mut egui::Ui,
-    model: &Model,
-    tokens: &Tokens,
-    state: &mut PanelState,
-    out: &mut Vec<ClientCommand>,
-) {
-    let parts = [("Session", MapPart::Session), ("Loops", MapPart::Loops)];
-    let on = state.map_part;
-    widgets::choice(ui, tokens, &parts, on, |part| state.map_part = part);
-    match state.map_part {
-        MapPart::Session => mapping::show(ui, model, tokens, state, out),
-        MapPart::Loops => loops::show(ui, model, tokens, state, out),
-    }
 }

@@ -1,6 +1,6 @@
 //! The right card of Live: the robot now.
 
-use crate::features::goals;
+use crate::features::{goals, localisation};
 use crate::theme::{self, Tokens};
 use crate::top_bar::FRESH_S;
 use crate::widgets::{self, fact, fact_with_note};
@@ -50,7 +50,7 @@ pub(crate) fn show(
 
 /// State of localisation: on the line of its name if it is short, else a sentence below.
 fn localisation(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let known = words::localisation(&model.localisation());
+    let known = localisation::state_text(&model.localisation());
     if known.chars().count() <= LINE_CHARS {
         fact(ui, tokens, "Localisation", &known);
         return;

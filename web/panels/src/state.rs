@@ -1,36 +1,33 @@
-//! What is unfolded and half typed: of no interest to anyone but the views.
+//! What the panels keep between frames: what is unfolded, and text that is not submitted yet. A field for each feature that keeps something.
 
 use crate::TextInputs;
-use client_model::{LoopPair, Selection};
+use crate::features::loops::LoopsPanel;
+use crate::features::mapping::MappingPanel;
+use crate::features::view_settings::ViewTools;
+use crate::map_card::MapCard;
 use egui::Vec2;
 
-/// State of the views between frames.
+/// State of the panels between frames.
 #[derive(Debug, Default)]
 pub struct PanelState {
-    /// Name typed for the map under construction.
-    pub map_name: String,
     /// The client's offset from UTC, seconds: for dates.
     pub(crate) utc_offset_s: i64,
     /// The bridge to the page's text inputs.
     pub text_inputs: TextInputs,
     /// Below 1100 px: whether the right card is out.
     pub(crate) drawer_open: bool,
-    /// Below 700 px: whether the tools are out.
-    pub(crate) tools_open: bool,
     /// Whether the keyboard shortcuts are on show.
     pub(crate) help_open: bool,
-    /// Which part of the Map panel is on show.
-    pub(crate) map_part: MapPart,
-    /// What was selected in the last frame: when a loop gets selected, its evidence is brought forth.
-    pub(crate) selection: Option<Selection>,
-    /// The loop that the list was scrolled to last.
-    pub(crate) listed_loop: Option<LoopPair>,
-    /// Whether the person is asked if the map shall really be discarded.
-    pub(crate) confirm_discard: bool,
     /// Where the stick is, -1 to 1 both ways, while it is held.
     pub(crate) stick: Option<Vec2>,
-    /// Name typed for a view to remember.
-    pub(crate) bookmark_name: String,
+    /// The right card on the Map screen.
+    pub(crate) map_card: MapCard,
+    /// Mapping.
+    pub(crate) mapping: MappingPanel,
+    /// Loops of the map under construction.
+    pub(crate) loops: LoopsPanel,
+    /// The view tools.
+    pub(crate) view_settings: ViewTools,
 }
 
 impl PanelState {
@@ -38,14 +35,4 @@ impl PanelState {
     pub fn for_page(utc_offset_s: i64) -> Self {
         Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
     }
-}
-
-/// Parts of the Map panel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum MapPart {
-    /// Making a map, and the maps that were made.
-    #[default]
-    Session,
-    /// Its loops.
-    Loops,
 }

@@ -134,6 +134,20 @@ pub(crate) fn choice<T: Copy + PartialEq>(
     });
 }
 
+/// Height of a progress bar, points.
+const BAR_HEIGHT: f32 = 6.0;
+
+/// A bar that is filled to `share`, 0 to 1.
+pub(crate) fn progress_bar(ui: &mut Ui, tokens: &Tokens, share: f32) -> Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAR_HEIGHT), Sense::hover());
+    let radius = CornerRadius::same(3);
+    ui.painter().rect_filled(rect, radius, tokens.line);
+    let mut done = rect;
+    done.set_width(rect.width() * share);
+    ui.painter().rect_filled(done, radius, tokens.accent);
+    response
+}
+
 /// A thin line across.
 pub fn rule(ui: &mut Ui, tokens: &Tokens) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), tokens.line_width), Sense::hover());

@@ -1,11 +1,7 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
-use api::{
-    Battery, DegradationReason, Estimate, ImportStage, Localisation, LoopSource, LoopVerdict, Mapping,
-    Motion, Severity, SurveyReason,
-};
-use client_model::{ColourBy, LoopPair, LoopPick, Model, Theme};
-use vocab::{MapId, Stamp, Vec3};
+use api::{Battery, Estimate, Motion, Severity, SurveyReason};
+use vocab::{Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
 pub fn distance(metres: f64) -> String {
@@ -161,57 +157,6 @@ pub fn motion(motion: Option<&Motion>) -> &'static str {
     }
 }
 
-/// What the robot knows of its place in a saved map.
-pub fn localisation(localisation: &Localisation) -> String {
-    match localisation {
-        Localisation::Idle => "In no map".to_owned(),
-        Localisation::Loading { .. } => "Loading the map".to_owned(),
-        Localisation::Relocalising { hypotheses: 0, .. } => "Relocalising".to_owned(),
-        Localisation::Relocalising { hypotheses: 1, .. } => "Relocalising: checking one place".to_owned(),
-        Localisation::Relocalising { hypotheses, .. } => {
-            format!("Relocalising: {hypotheses} places are possible, the robot has to move")
-        }
-        Localisation::Localised { degradation: None, .. } => "Localised".to_owned(),
-        Localisation::Localised { degradation: Some(reason), .. } => match reason {
-            DegradationReason::MapMismatch => "Uncertain: the scans contradict the map".to_owned(),
-            DegradationReason::PoseUncertain => {
-                "Uncertain: nothing has confirmed the pose for a while".to_owned()
-            }
-            DegradationReason::LidarBlind => "Uncertain: the LiDAR sees nothing".to_owned(),
-            DegradationReason::Unmapped => "Outside the mapped area".to_owned(),
-            DegradationReason::Unconfirmed => "Checking for places that look alike".to_owned(),
-        },
-    }
-}
-
-/// Name of a saved map.
-pub fn map_name(model: &Model, map: MapId) -> &str {
-    let known = model.maps().list().into_iter().flatten().find(|summary| summary.id == map);
-    known.map_or("the map", |summary| &summary.name)
-}
-
-/// What mapping does.
-pub fn mapping(mapping: &Mapping) -> &'static str {
-    match mapping {
-        Mapping::Idle => "Not mapping",
-        Mapping::Starting { .. } => "Finding gravity",
-        Mapping::Loading { .. } => "Reading the map",
-        Mapping::Finding { .. } => "Localising in the map",
-        Mapping::Running { extends: Some(_), .. } => "Extending a map",
-        Mapping::Running { .. } => "Mapping",
-        Mapping::Saving { .. } => "Saving the map",
-    }
-}
-
-/// What is done of an import, before the map's name.
-pub fn import_stage(stage: ImportStage) -> &'static str {
-    match stage {
-        ImportStage::Reading => "Reading",
-        ImportStage::Looking => "Computing viewpoints of",
-        ImportStage::Writing => "Writing",
-    }
-}
-
 /// Time left, or until full.
 pub fn battery_left(battery: &Battery) -> Option<String> {
     let left = duration(battery.left?.secs_f64());
@@ -227,77 +172,8 @@ pub fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// What gives points their colour.
-pub fn colour_by(colour: ColourBy) -> &'static str {
-    match colour {
-        ColourBy::Height => "Height",
-        ColourBy::Intensity => "Intensity",
-        ColourBy::Age => "Age",
-        ColourBy::Plain => "Plain",
-    }
-}
-
-/// Name of a theme.
-pub fn theme(theme: Theme) -> &'static str {
-    match theme {
-        Theme::Dark => "Dark",
-        Theme::Light => "Light",
-        Theme::Sunlight => "Sunlight",
-    }
-}
-
-/// Two keyframes: `58 → 111`, the older first.
-pub fn pair(pair: LoopPair) -> String {
-    format!("{} → {}", pair.from.0, pair.to.0)
-}
-
-/// What became of a loop.
-pub fn verdict(verdict: LoopVerdict) -> &'static str {
-    match verdict {
-        LoopVerdict::Accepted => "Accepted",
-        LoopVerdict::Held => "Under test",
-        LoopVerdict::Rejected => "Rejected",
-        LoopVerdict::Dropped => "Not confirmed",
-    }
-}
-
-/// Why two keyframes were compared; of a likeness, 100 % is the same.
-pub fn source(source: LoopSource) -> String {
-    match source {
-        LoopSource::Geometry => "near in the graph".to_owned(),
-        LoopSource::Appearance(unlike) => format!("likeness {:.0} %", 100.0 * (1.0 - unlike.clamp(0.0, 1.0))),
-        LoopSource::Person => "a person".to_owned(),
-    }
-}
-
 /// A share: `0.4 %` below ten, `63 %` above.
 pub fn share(share: f32) -> String {
     let percent = share * 100.0;
     if percent < 9.95 && percent > 0.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
-}
-
-/// Two shares: `77 % and 63 %`.
-pub fn two_shares([a, b]: [f32; 2]) -> String {
-    format!("{} and {}", share(a), share(b))
-}
-
-/// How well another place fits: `none`, `42 % as good`.
-pub fn rival(rival: f32) -> String {
-    if rival > 0.0 { format!("{:.0} % as good", rival * 100.0) } else { "none".to_owned() }
-}
-
-/// A movement: `12 cm, 3.1°`.
-pub fn shift(metres: f64, radians: f64) -> String {
-    format!("{}, {:.1}°", accuracy(metres), radians.to_degrees())
-}
-
-/// What to do next to add a loop by hand.
-pub fn loop_step(pick: LoopPick) -> String {
-    match pick {
-        LoopPick::First => "Step 1 of 3: click a keyframe on the map.".to_owned(),
-        LoopPick::Second(first) => {
-            format!("Step 2 of 3: click another keyframe that saw the same place as keyframe {}.", first.0)
-        }
-        LoopPick::Both(both) => format!("Step 3 of 3: propose keyframes {} as a loop.", pair(both)),
-    }
 }

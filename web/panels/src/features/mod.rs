@@ -3,6 +3,7 @@
 pub(crate) mod alignment;
 pub(crate) mod goals;
 pub(crate) mod imports;
+pub(crate) mod localisation;
 pub(crate) mod loops;
 pub(crate) mod mapping;
 pub(crate) mod maps;

@@ -1,10 +1,11 @@
-//! Laying one saved map into the frame of another: onto which, by which points, and how well those agree.
+//! Aligning one saved map to another: choosing the reference, picking corresponding points, starting the job.
 
 #[cfg(test)]
 mod tests;
+mod texts;
 
 use crate::button::{Button, Kind};
-use crate::features::imports;
+use crate::features::{imports, maps};
 use crate::theme::Tokens;
 use crate::{icon, widgets, words};
 use api::Import;
@@ -12,129 +13,168 @@ use client_model::{ClientCommand, MapAlignment, Model};
 use egui::Ui;
 use vocab::MapId;
 
-/// Points apart by more than this, metres, are not the same: the robot's computer will not lay a map by them.
-const APART_MAX: f64 = 0.5;
+/// Root mean square distance of corresponding points above which they contradict each other, metres. The robot's computer refuses to align
+/// by such points.
+const MAX_RESIDUAL_M: f64 = 0.5;
+/// The least residual that is shown, metres.
+const LEAST_RESIDUAL_M: f64 = 1e-3;
+/// Pairs of points that an alignment needs.
+const MIN_PAIRS: usize = 2;
 
-/// The button at the map that is looked at, where there is another one.
-pub(crate) fn offer(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
-    if model.maps().list().is_none_or(|maps| maps.len() < 2) {
+/// The button of the map that is viewed, if there is another map to align it to.
+pub(crate) fn show_offer(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    map: MapId,
+    out: &mut Vec<ClientCommand>,
+) {
+    if model.maps().len() < 2 {
         return;
     }
-    let name = format!("Align {}", words::map_name(model, map));
-    let button = Button::new(&name).text("Align to another map").icon(icon::ARROWS_DOWN_UP);
+    let name = texts::align(maps::name(model, map));
+    let button = Button::new(&name).text(texts::OFFER_SHORT).icon(icon::ARROWS_DOWN_UP);
     if button.enabled(model.is_connected()).wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::AlignMap { map, reference: None });
     }
-    widgets::remark(
-        ui,
-        tokens,
-        "Of the same site: both then have one frame. Both are kept; the result is a third map.",
-    );
+    widgets::remark(ui, tokens, texts::OFFER_HINT);
 }
 
-/// The card while a map is being laid.
+/// The card while an alignment is prepared.
 pub(crate) fn show(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    align: &MapAlignment,
+    alignment: &MapAlignment,
     out: &mut Vec<ClientCommand>,
 ) {
-    widgets::head(ui, tokens, &format!("Align {}", words::map_name(model, align.map)));
-    match align.reference {
-        None => choose(ui, model, tokens, align.map, out),
-        Some(onto) => pick(ui, model, tokens, align, onto, out),
+    widgets::head(ui, tokens, &texts::align(maps::name(model, alignment.map)));
+    match alignment.reference {
+        None => show_references(ui, model, tokens, alignment.map, out),
+        Some(reference) => {
+            let contradictory = show_agreement(ui, model, tokens, alignment, reference);
+            if alignment.job.is_some() {
+                show_job(ui, model, tokens, out);
+            } else {
+                show_view_button(ui, model, tokens, alignment, reference, out);
+                show_remove_button(ui, tokens, alignment, out);
+                show_start(ui, model, tokens, alignment, contradictory, out);
+            }
+        }
     }
-    if align.job.is_none()
-        && Button::new("Cancel aligning").text("Cancel").icon(icon::X).wide(ui).show(ui, tokens).clicked()
-    {
-        out.push(ClientCommand::CancelAlignment);
+    if alignment.job.is_none() {
+        let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
+        if cancel.wide(ui).show(ui, tokens).clicked() {
+            out.push(ClientCommand::CancelAlignment);
+        }
     }
 }
 
-/// Onto which map.
-fn choose(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
-    widgets::remark(ui, tokens, "Into the frame of which map?");
+/// A button for each map that can be the reference.
+fn show_references(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
+    widgets::remark(ui, tokens, texts::CHOOSE_REFERENCE);
     for other in model.maps().list().into_iter().flatten().filter(|other| other.id != map) {
-        let name = format!("Onto {}", other.name);
-        if Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD).wide(ui).show(ui, tokens).clicked() {
+        let name = texts::reference(&other.name);
+        let button = Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD);
+        if button.wide(ui).show(ui, tokens).clicked() {
             out.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
         }
     }
 }
 
-/// By which points.
-fn pick(
+/// The reference, the number of pairs, and how well they agree. Returns whether they contradict each other.
+fn show_agreement(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    align: &MapAlignment,
-    onto: MapId,
-    out: &mut Vec<ClientCommand>,
-) {
-    widgets::fact(ui, tokens, "Into the frame of", words::map_name(model, onto));
-    widgets::fact(ui, tokens, "Points picked in both", &words::count(align.pairs.len() as u64));
-    let apart = align.rms_residual_m();
-    if let Some(apart) = apart {
-        widgets::fact(ui, tokens, "They agree to", &words::accuracy(apart.max(1e-3)));
+    alignment: &MapAlignment,
+    reference: MapId,
+) -> bool {
+    widgets::fact(ui, tokens, texts::REFERENCE, maps::name(model, reference));
+    widgets::fact(ui, tokens, texts::PAIRS, &words::count(alignment.pairs.len() as u64));
+    let Some(residual_m) = alignment.rms_residual_m() else { return false };
+    widgets::fact(ui, tokens, texts::RESIDUAL, &words::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
+    let contradictory = residual_m > MAX_RESIDUAL_M;
+    if contradictory {
+        widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+            widgets::sentence(ui, tokens, texts::CONTRADICTION)
+        });
     }
-    let contradict = apart.is_some_and(|apart| apart > APART_MAX);
-    if contradict {
-        let text = "These points contradict each other: one of them is not the same in both maps. Take back, and pick it again.";
-        widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, text));
-    }
-    if align.job.is_some() {
-        match model.imports.import() {
-            Import::Running { .. } => imports::show(ui, model, tokens, out),
-            _ => widgets::remark(ui, tokens, "The robot's computer is asked to."),
-        }
-        return;
-    }
-    let (here, there) = match model.viewed_map() {
-        Some(viewed) if viewed == onto => (onto, align.map),
-        _ => (align.map, onto),
-    };
-    let look = format!("Look at {}", words::map_name(model, there));
-    if Button::new(&look).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ViewMap(Some(there)));
-    }
-    let picked = !align.points_in(here).is_empty() || !align.points_in(there).is_empty();
-    let back = Button::new("Take the last point back").text("Take back").icon(icon::ARROW_COUNTER_CLOCKWISE);
-    if back.enabled(picked).hint("Ctrl Z").wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::RemoveAlignmentPoint);
-    }
-    let busy = !model.is_connected();
-    if picked {
-        let lay = format!("Align by {} pairs", align.pairs.len());
-        let enabled = align.pairs.len() >= 2 && apart.is_some() && !contradict && !busy;
-        let button =
-            Button::new("Align by the points").text(&lay).icon(icon::CHECK_CIRCLE).kind(Kind::Primary);
-        if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::StartAlignment);
-        }
-    } else {
-        let button = Button::new("Align by what both look like").icon(icon::CHECK_CIRCLE).enabled(!busy);
-        if button.wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::StartAlignment);
-        }
-        widgets::remark(
-            ui,
-            tokens,
-            "Without any points it is tried to find one in the other, which takes some seconds.",
-        );
+    contradictory
+}
+
+/// The job that makes the aligned map; it runs as an import.
+fn show_job(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+    match model.imports.import() {
+        Import::Running { .. } => imports::show(ui, model, tokens, out),
+        _ => widgets::remark(ui, tokens, texts::JOB_REQUESTED),
     }
 }
 
-/// What to do next.
-pub(crate) fn step(model: &Model, align: &MapAlignment) -> String {
-    let Some(next) = align.next_map() else { return "These are enough.".to_owned() };
-    let name = words::map_name(model, next);
-    let number = align.pairs.len() + 1;
-    match (model.viewed_map() == Some(next), align.unpaired.is_some()) {
-        (false, _) => format!("Look at {name} for the next point."),
-        (true, true) => format!("Click the same point here, in {name}."),
-        (true, false) => {
-            format!("Point {number}: click a corner or a pipe's end that {name} and the other map both show.")
-        }
+/// Views the other one of the two maps.
+fn show_view_button(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    alignment: &MapAlignment,
+    reference: MapId,
+    out: &mut Vec<ClientCommand>,
+) {
+    let other = if model.viewed_map() == Some(reference) { alignment.map } else { reference };
+    let name = texts::view(maps::name(model, other));
+    if Button::new(&name).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
+        out.push(ClientCommand::ViewMap(Some(other)));
+    }
+}
+
+fn show_remove_button(ui: &mut Ui, tokens: &Tokens, alignment: &MapAlignment, out: &mut Vec<ClientCommand>) {
+    let button = Button::new(texts::REMOVE_POINT).text(texts::REMOVE_POINT_SHORT);
+    let button = button.icon(icon::ARROW_COUNTER_CLOCKWISE).hint(texts::REMOVE_POINT_KEYS);
+    if button.enabled(has_points(alignment)).wide(ui).show(ui, tokens).clicked() {
+        out.push(ClientCommand::RemoveAlignmentPoint);
+    }
+}
+
+/// Starts the job: by the picked points, or by appearance if there are none.
+fn show_start(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    alignment: &MapAlignment,
+    contradictory: bool,
+    out: &mut Vec<ClientCommand>,
+) {
+    let connected = model.is_connected();
+    let clicked = if has_points(alignment) {
+        let text = texts::start_by_points_short(alignment.pairs.len());
+        let determined = alignment.pairs.len() >= MIN_PAIRS && alignment.rms_residual_m().is_some();
+        let button = Button::new(texts::START_BY_POINTS).text(&text).icon(icon::CHECK_CIRCLE);
+        let button = button.kind(Kind::Primary).enabled(connected && determined && !contradictory);
+        button.wide(ui).show(ui, tokens).clicked()
+    } else {
+        let button = Button::new(texts::START_BY_APPEARANCE).icon(icon::CHECK_CIRCLE).enabled(connected);
+        let clicked = button.wide(ui).show(ui, tokens).clicked();
+        widgets::remark(ui, tokens, texts::START_BY_APPEARANCE_HINT);
+        clicked
+    };
+    if clicked {
+        out.push(ClientCommand::StartAlignment);
+    }
+}
+
+fn has_points(alignment: &MapAlignment) -> bool {
+    !alignment.pairs.is_empty() || alignment.unpaired.is_some()
+}
+
+/// What the operator does next.
+pub(crate) fn next_step(model: &Model, alignment: &MapAlignment) -> String {
+    let Some(next) = alignment.next_map() else { return texts::ENOUGH_POINTS.to_owned() };
+    let map = maps::name(model, next);
+    if model.viewed_map() != Some(next) {
+        texts::step_view(map)
+    } else if alignment.unpaired.is_some() {
+        texts::step_second_point(map)
+    } else {
+        texts::step_first_point(map, alignment.pairs.len() + 1)
     }
 }

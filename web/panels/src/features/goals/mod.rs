@@ -10,12 +10,10 @@ use crate::widgets::{self, fact};
 use crate::{icon, words};
 use api::{ExecutiveState, Goal, GoalStatus};
 use client_model::{ClientCommand, GoalOutcome, Model};
-use egui::{Color32, CornerRadius, Role, Sense, Ui, vec2};
+use egui::{Color32, Role, Ui};
 
 /// Age of an outcome from which it is shown, seconds.
 const SHOWN_AGE_S: f64 = 1.0;
-/// Height of the progress bar, points.
-const BAR_HEIGHT: f32 = 6.0;
 
 /// What the robot does, in a few words: the state of the executive; while it executes a goal or stands, the state of motion, which says more.
 pub(crate) fn heading(model: &Model) -> &'static str {
@@ -65,7 +63,7 @@ fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &m
             fact(ui, tokens, texts::REMAINING, &words::distance(remaining_m));
         }
         if let Some(share) = model.goals.progress(goal) {
-            show_bar(ui, tokens, share);
+            show_progress(ui, tokens, share);
         }
         if let Some(reason) = progress.waits_for {
             widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
@@ -83,14 +81,9 @@ fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &m
     }
 }
 
-/// A bar that is filled to `share`, 0 to 1.
-fn show_bar(ui: &mut Ui, tokens: &Tokens, share: f32) {
-    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), BAR_HEIGHT), Sense::hover());
-    let radius = CornerRadius::same(3);
-    ui.painter().rect_filled(rect, radius, tokens.line);
-    let mut done = rect;
-    done.set_width(rect.width() * share);
-    ui.painter().rect_filled(done, radius, tokens.accent);
+/// How much of the goal is done: `share`, 0 to 1.
+fn show_progress(ui: &mut Ui, tokens: &Tokens, share: f32) {
+    let response = widgets::progress_bar(ui, tokens, share);
     ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_role(Role::ProgressIndicator);
         node.set_label(texts::PROGRESS);

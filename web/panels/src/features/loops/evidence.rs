@@ -1,14 +1,16 @@
-//! What is known of one loop, both scans laid over each other, and deciding on it.
+//! The evidence of one loop: its verdict, both scans laid over each other, the quantities of the comparison, and deciding on it.
 
-use super::sign_of;
+use super::texts::{self, Quantity};
+use super::{obstacle, sign_of};
 use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{icon, widgets, words};
-use api::{LoopDecision, LoopVerdict};
+use api::{Command, LoopDecision, LoopVerdict};
 use client_model::{CameraMove, ClientCommand, CloudState, LoopPair, Model, ScanOverlay};
-use egui::Ui;
+use egui::{Align, Layout, ScrollArea, Ui, vec2};
 
-pub(crate) fn show(
+/// The section below the list, or in its place.
+pub(super) fn show(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
@@ -16,83 +18,59 @@ pub(crate) fn show(
     out: &mut Vec<ClientCommand>,
 ) {
     ui.push_id("evidence", |ui| {
-        egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
-            head(ui, tokens, pair, out);
-            match model.loops.decisions().get(pair) {
-                Some(decision) => {
-                    verdict(ui, tokens, decision);
-                    decide(ui, model, tokens, decision, out);
-                    overlay(ui, model, tokens, pair, out);
-                    figures(ui, tokens, decision);
-                }
-                None => {
-                    let text = "What was decided on this loop is too long ago to be known here.";
-                    widgets::remark(ui, tokens, text);
-                    overlay(ui, model, tokens, pair, out);
-                }
+            show_head(ui, tokens, pair, out);
+            if let Some(decision) = model.loops.decisions().get(pair) {
+                show_verdict(ui, tokens, decision);
+                show_choices(ui, model, tokens, decision, out);
+                show_scans(ui, model, tokens, pair, out);
+                show_quantities(ui, tokens, decision);
+            } else {
+                widgets::remark(ui, tokens, texts::UNKNOWN_DECISION);
+                show_scans(ui, model, tokens, pair, out);
             }
         });
     });
 }
 
-fn head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
     ui.horizontal(|ui| {
         ui.set_min_height(32.0);
-        let title = format!("Loop {}", words::pair(pair));
-        widgets::head(ui, tokens, &title);
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        widgets::head(ui, tokens, &texts::head(pair));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
-            let close =
-                Button::icon_only("Close the loop's evidence", icon::X).kind(Kind::Quiet).size(36.0, 36.0);
+            let close = Button::icon_only(texts::CLOSE, icon::X).kind(Kind::Quiet).size(36.0, 36.0);
             if close.show(ui, tokens).clicked() {
                 out.push(ClientCommand::Select(None));
             }
-            let find =
-                Button::icon_only("Show where it is", icon::GPS_FIX).kind(Kind::Quiet).size(36.0, 36.0);
-            if find.show(ui, tokens).clicked() {
+            let find = Button::icon_only(texts::SHOW_IN_SCENE, icon::GPS_FIX).kind(Kind::Quiet);
+            if find.size(36.0, 36.0).show(ui, tokens).clicked() {
                 out.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
             }
         });
     });
 }
 
-fn verdict(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
+fn show_verdict(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
     let (sign, colour) = sign_of(decision.verdict, tokens);
-    let word = words::verdict(decision.verdict);
-    let by = if decision.by_hand { " by hand" } else { "" };
+    let verdict = texts::verdict_and_author(decision.verdict, decision.by_hand);
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 8.0;
             ui.label(egui::RichText::new(sign).size(theme::ICON).color(colour));
-            let text = egui::RichText::new(format!("{word}{by}")).font(font(theme::BODY, Weight::SemiBold));
+            let text = egui::RichText::new(&verdict).font(font(theme::BODY, Weight::SemiBold));
             ui.label(text.color(tokens.text));
         });
-        ui.add(
-            egui::Label::new(egui::RichText::new(&decision.reason).size(theme::BODY).color(tokens.text))
-                .wrap(),
-        )
+        let reason = egui::RichText::new(&decision.reason).size(theme::BODY).color(tokens.text);
+        ui.add(egui::Label::new(reason).wrap())
     });
-    widgets::status_node(&response, "Verdict", &format!("{word}{by}. {}", decision.reason));
+    widgets::status_node(&response, texts::VERDICT, &texts::verdict_value(&verdict, &decision.reason));
 }
 
-/// Why nobody here may decide now, and what to do about it.
-pub(crate) fn locked(model: &Model) -> Option<String> {
-    if !model.is_connected() {
-        Some("The link to the robot is lost. It comes back by itself.".to_owned())
-    } else if model.is_controlled_by_other() {
-        Some(format!(
-            "{} controls the robot. Take control to decide on loops.",
-            model.control().holder_name()
-        ))
-    } else {
-        None
-    }
-}
-
-/// Accept, reject, and what they will do.
-fn decide(
+/// The buttons that accept and reject a loop, and what they do.
+fn show_choices(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
@@ -100,127 +78,118 @@ fn decide(
     out: &mut Vec<ClientCommand>,
 ) {
     let pair = LoopPair::of_decision(decision);
-    let locked = locked(model);
-    let waiting = model.is_pending(|order| match order {
-        api::Command::AcceptLoop { from, to } | api::Command::RejectLoop { from, to } => {
-            LoopPair::of(*from, *to) == pair
-        }
-        _ => false,
-    });
-    let free = locked.is_none() && !waiting;
-    let (accept, reject, sentence) = choices(decision);
+    let choices = Choices::of(decision);
+    let obstacle = obstacle(model);
+    let can_decide = obstacle.is_none() && !is_pending(model, pair);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         let width = (ui.available_width() - 8.0) * 0.5;
-        let button =
-            Button::new("Accept loop").text("Accept").icon(icon::CHECK_CIRCLE).size(width, theme::TOUCH);
-        if button.enabled(free && accept).show(ui, tokens).clicked() {
+        let accept = Button::new(texts::ACCEPT).text(texts::ACCEPT_SHORT).icon(icon::CHECK_CIRCLE);
+        let accept = accept.size(width, theme::TOUCH).enabled(can_decide && choices.accept);
+        if accept.show(ui, tokens).clicked() {
             out.push(ClientCommand::AcceptLoop(pair));
         }
-        let button = Button::new("Reject loop").text("Reject").icon(icon::X_CIRCLE).size(width, theme::TOUCH);
-        if button.enabled(free && reject).show(ui, tokens).clicked() {
+        let reject = Button::new(texts::REJECT).text(texts::REJECT_SHORT).icon(icon::X_CIRCLE);
+        let reject = reject.size(width, theme::TOUCH).enabled(can_decide && choices.reject);
+        if reject.show(ui, tokens).clicked() {
             out.push(ClientCommand::RejectLoop(pair));
         }
     });
-    widgets::remark(ui, tokens, &locked.unwrap_or_else(|| sentence.to_owned()));
+    widgets::remark(ui, tokens, obstacle.as_deref().unwrap_or(choices.effect));
 }
 
-/// Whether a loop can be accepted and rejected, and what that will do.
-fn choices(decision: &LoopDecision) -> (bool, bool, &'static str) {
-    match decision.verdict {
-        LoopVerdict::Accepted => {
-            (false, true, "Reject takes the edge out, and the map moves back to fit without it.")
+/// Whether a decision on this loop has not been answered yet.
+fn is_pending(model: &Model, pair: LoopPair) -> bool {
+    model.is_pending(|command| match command {
+        Command::AcceptLoop { from, to } | Command::RejectLoop { from, to } => {
+            LoopPair::of(*from, *to) == pair
         }
-        LoopVerdict::Held => (
-            true,
-            true,
-            "Accept joins the two places, and the map moves to fit. Reject stops waiting for others.",
-        ),
-        LoopVerdict::Rejected | LoopVerdict::Dropped if client_model::is_registered(decision) => {
-            (true, false, "Accept joins the two places as they were found, and the map moves to fit.")
-        }
-        LoopVerdict::Rejected | LoopVerdict::Dropped => {
-            (false, false, "The two could not be fitted together. Add them by hand from a better start.")
+        _ => false,
+    })
+}
+
+/// What can be decided on a loop.
+struct Choices {
+    accept: bool,
+    reject: bool,
+    /// What the decision will do to the map.
+    effect: &'static str,
+}
+
+impl Choices {
+    fn of(decision: &LoopDecision) -> Self {
+        match decision.verdict {
+            LoopVerdict::Accepted => Self { accept: false, reject: true, effect: texts::EFFECT_OF_REJECTING },
+            LoopVerdict::Held => Self { accept: true, reject: true, effect: texts::EFFECT_OF_DECIDING },
+            LoopVerdict::Rejected | LoopVerdict::Dropped if client_model::is_registered(decision) => {
+                Self { accept: true, reject: false, effect: texts::EFFECT_OF_ACCEPTING }
+            }
+            LoopVerdict::Rejected | LoopVerdict::Dropped => {
+                Self { accept: false, reject: false, effect: texts::NOT_REGISTERED }
+            }
         }
     }
 }
 
-/// How the scans lie, and which is which.
-fn overlay(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+/// How the two scans are laid over each other, and their colours.
+fn show_scans(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
     ui.add_space(2.0);
-    widgets::head(ui, tokens, "Both scans");
+    widgets::head(ui, tokens, texts::SCANS);
     let choices = [
-        ("As found", ScanOverlay::Registered),
-        ("In the graph", ScanOverlay::Graph),
-        ("Map only", ScanOverlay::Off),
+        (texts::OVERLAY_REGISTERED, ScanOverlay::Registered),
+        (texts::OVERLAY_GRAPH, ScanOverlay::Graph),
+        (texts::OVERLAY_OFF, ScanOverlay::Off),
     ];
     widgets::choice(ui, tokens, &choices, model.loops.overlay(), |overlay| {
-        out.push(ClientCommand::SetScanOverlay(overlay))
+        out.push(ClientCommand::SetScanOverlay(overlay));
     });
     if model.loops.overlay() != ScanOverlay::Off {
-        legend(ui, model, tokens, pair);
+        show_legend(ui, model, tokens, pair);
     }
 }
 
-/// The colours of the two scans, and how far their points have come.
-pub(crate) fn legend(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair) {
+/// The colours of the two scans, and whether their points have arrived.
+pub(super) fn show_legend(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair) {
     ui.horizontal(|ui| {
-        for (keyframe, word, colour) in [(pair.from, "older", tokens.older), (pair.to, "newer", tokens.newer)]
-        {
-            let (dot, _) = ui.allocate_exact_size(egui::vec2(12.0, 20.0), egui::Sense::hover());
+        let scans = [(pair.from, texts::OLDER, tokens.older), (pair.to, texts::NEWER, tokens.newer)];
+        for (keyframe, age, colour) in scans {
+            let (dot, _) = ui.allocate_exact_size(vec2(12.0, 20.0), egui::Sense::hover());
             ui.painter().circle_filled(dot.center(), 5.0, colour);
-            let text = format!("Keyframe {}, {word}", keyframe.0);
+            let text = texts::keyframe(keyframe, age);
             ui.label(egui::RichText::new(text).size(theme::SMALL).color(tokens.text));
         }
     });
-    let states = [model.cloud(pair.from), model.cloud(pair.to)];
-    let failed = states.iter().find_map(|state| match state {
+    let clouds = [model.cloud(pair.from), model.cloud(pair.to)];
+    let failure = clouds.iter().find_map(|cloud| match cloud {
         Some(CloudState::Failed(sentence)) => Some(sentence.as_str()),
         _ => None,
     });
-    if let Some(sentence) = failed {
+    if let Some(sentence) = failure {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, sentence));
-    } else if states.contains(&Some(&CloudState::Loading)) {
-        widgets::remark(ui, tokens, "Fetching the scans…");
+    } else if clouds.contains(&Some(&CloudState::Loading)) {
+        widgets::remark(ui, tokens, texts::SCANS_LOADING);
     }
 }
 
-/// Every number, with its unit and with what it means.
-fn figures(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
+/// Every quantity of the comparison with its unit, and its meaning on hover.
+fn show_quantities(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
     widgets::rule(ui, tokens);
     ui.spacing_mut().item_spacing.y = 2.0;
-    let (metres, radians) = client_model::correction_of(decision);
-    let fitted = client_model::is_registered(decision);
-    let or_none = |text: String| if fitted { text } else { "nothing to measure".to_owned() };
-    let facts = [
-        (
-            "Overlap",
-            or_none(words::two_shares(decision.overlap)),
-            "Share of each scan that lies on the other's surfaces: newer on older, older on newer.",
-        ),
-        (
-            "Surfaces apart",
-            or_none(words::accuracy(f64::from(decision.residual))),
-            "Root mean square distance of the points from those surfaces.",
-        ),
-        (
-            "Seen through",
-            or_none(words::two_shares(decision.free_space_violation)),
-            "Share of each scan that the other looked through, which a wall forbids.",
-        ),
-        (
-            "Best rival",
-            or_none(words::rival(decision.runner_up_ratio)),
-            "How well the best other place fits, as a share of this one.",
-        ),
-        (
-            "Moved from the guess",
-            or_none(words::shift(metres, radians)),
-            "From where the comparison started to where it ended.",
-        ),
-        ("Found by", words::source(decision.source), "Why the two were compared."),
+    let (distance_m, angle_rad) = client_model::correction_of(decision);
+    let measured: [(Quantity, String); 5] = [
+        (texts::OVERLAP, texts::two_shares(decision.overlap)),
+        (texts::RESIDUAL, words::accuracy(f64::from(decision.residual))),
+        (texts::FREE_SPACE_VIOLATION, texts::two_shares(decision.free_space_violation)),
+        (texts::RUNNER_UP, texts::runner_up(decision.runner_up_ratio)),
+        (texts::CORRECTION, texts::correction(distance_m, angle_rad)),
     ];
-    for (name, value, hint) in facts {
-        widgets::fact(ui, tokens, name, &value).on_hover_text(hint);
+    let is_registered = client_model::is_registered(decision);
+    for (quantity, value) in measured {
+        show_quantity(ui, tokens, quantity, if is_registered { &value } else { texts::NO_VALUE });
     }
+    show_quantity(ui, tokens, texts::SOURCE, &texts::source(decision.source));
+}
+
+fn show_quantity(ui: &mut Ui, tokens: &Tokens, (name, meaning): Quantity, value: &str) {
+    widgets::fact(ui, tokens, name, value).on_hover_text(meaning);
 }

@@ -1,234 +1,210 @@
-//! The right card of Map: making a map, and the maps that were made.
+//! Mapping: starting a session, its progress, and finishing, saving or discarding it.
 
 #[cfg(test)]
 mod tests;
+mod texts;
 
-use crate::TextInput;
 use crate::button::{Button, Kind};
-use crate::features::{alignment, maps, quality};
+use crate::features::{maps, quality};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{PanelState, icon, sensors, words};
+use crate::{TextInput, TextInputs, icon, words};
 use api::{Command, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{Ui, vec2};
 use vocab::{MapId, Stamp};
 
-/// Metres through known ground after which the robot has mostly found itself.
-const FIND_M: f64 = 15.0;
+/// Distance through mapped ground after which the robot is usually localised, metres. The bar is full at this distance.
+const LOCALISING_DISTANCE_M: f64 = 15.0;
 
+/// What the panel keeps between frames.
+#[derive(Debug, Default)]
+pub(crate) struct MappingPanel {
+    /// Name typed for the map under construction.
+    pub(crate) map_name: String,
+    /// Whether the operator is asked to confirm that the map is discarded.
+    confirm_discard: bool,
+}
+
+/// What a running session has made so far.
+struct Progress {
+    since: Stamp,
+    distance_m: f64,
+    keyframes: u32,
+    on_known_ground: bool,
+}
+
+/// The section of the card of Map.
 pub(crate) fn show(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    state: &mut PanelState,
+    panel: &mut MappingPanel,
+    text_inputs: &mut TextInputs,
     out: &mut Vec<ClientCommand>,
 ) {
-    if !matches!(*model.mapping(), Mapping::Running { .. }) {
-        state.confirm_discard = false;
+    if !matches!(model.mapping(), Mapping::Running { .. }) {
+        panel.confirm_discard = false;
     }
-    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        ui.spacing_mut().item_spacing.y = 8.0;
-        if let (Mapping::Idle, Some(align)) = (model.mapping(), model.alignment()) {
-            return alignment::show(ui, model, tokens, align, out);
+    match *model.mapping() {
+        Mapping::Idle => show_idle(ui, model, tokens, out),
+        Mapping::Starting { .. } => show_starting(ui, tokens, out),
+        Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, out),
+        Mapping::Finding { map, distance, ambiguous, .. } => {
+            let map = maps::name(model, map);
+            let hint = if ambiguous {
+                texts::ambiguous_hint(map)
+            } else {
+                texts::localising_hint(map, LOCALISING_DISTANCE_M)
+            };
+            show_localising(ui, tokens, &hint, distance, out);
         }
-        match model.mapping() {
-            Mapping::Idle => idle(ui, model, tokens, out),
-            Mapping::Starting { .. } => starting(ui, tokens, out),
-            Mapping::Loading { map, .. } => loading(ui, model, tokens, *map, out),
-            Mapping::Finding { map, distance, ambiguous, .. } => {
-                finding(ui, model, tokens, (*map, *distance, *ambiguous), out);
+        Mapping::Running { extends, since, distance, keyframes, on_known_ground, .. } => {
+            let progress = Progress { since, distance_m: distance, keyframes, on_known_ground };
+            show_progress(ui, model, tokens, &progress);
+            if let Some(map) = extends {
+                fact(ui, tokens, texts::EXTENDS, maps::name(model, map));
             }
-            Mapping::Running { extends, since, distance, keyframes, on_known_ground, .. } => {
-                let ground = if *on_known_ground { "Known: nothing to add" } else { "New" };
-                running(ui, model, tokens, (*since, *distance, *keyframes, ground));
-                if let Some(map) = extends {
-                    fact(ui, tokens, "Extends", words::map_name(model, *map));
-                }
-                quality::show(ui, model, tokens, out);
-                finish(ui, model, tokens, state, out);
-            }
-            Mapping::Saving { .. } => saving(ui, tokens),
-        }
-        if let (Some(health), false) = (&model.robot.health, matches!(*model.mapping(), Mapping::Idle)) {
-            sensors::findings(ui, &health.value, tokens);
+            quality::show(ui, model, tokens, out);
+            ui.spacing_mut().item_spacing.y = 8.0;
             ui.add_space(4.0);
-            widgets::rule(ui, tokens);
-            widgets::head(ui, tokens, "Sensors");
-            sensors::list(ui, model, tokens);
+            if panel.confirm_discard {
+                show_discard_confirmation(ui, model, tokens, panel, out);
+            } else {
+                show_finish(ui, model, tokens, panel, text_inputs, out);
+            }
         }
-        ui.add_space(4.0);
-        widgets::rule(ui, tokens);
-        maps::show(ui, model, tokens, state, out);
-    });
+        Mapping::Saving { .. } => show_saving(ui, tokens),
+    }
 }
 
-fn idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    widgets::head(ui, tokens, "Make a map");
-    let first = model.maps().list().is_some_and(<[_]>::is_empty);
-    let sentence = if first {
-        "No map yet. Put the robot where it can stand still for a moment, start mapping, then drive it through every \
-         room. Finish where you began: that makes the map most exact."
-    } else {
-        "Let the robot stand still, start mapping, drive it through every room, and finish where you began."
-    };
-    widgets::remark(ui, tokens, sentence);
-    let waiting = model.is_pending(|order| matches!(order, Command::StartMapping(_)));
-    let name = if waiting { "Starting…" } else { "Start mapping" };
-    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
+fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+    widgets::head(ui, tokens, texts::HEAD);
+    let is_first = model.maps().list().is_some_and(<[_]>::is_empty);
+    widgets::remark(ui, tokens, if is_first { texts::FIRST_MAP_HINT } else { texts::MAP_HINT });
+    let is_pending = model.is_pending(|command| matches!(command, Command::StartMapping(_)));
+    let name = if is_pending { texts::START_PENDING } else { texts::START };
+    let enabled = model.can_command() && !is_pending;
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
     if start.show(ui, tokens).clicked() {
         out.push(ClientCommand::StartMapping);
     }
     if model.is_controlled_by_other() {
-        widgets::remark(
-            ui,
-            tokens,
-            &format!("{} controls the robot. Take control to map.", model.control().holder_name()),
-        );
-    }
-}
-
-fn starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    status_head(ui, tokens, "Finding gravity");
-    widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
-        widgets::sentence(
-            ui,
-            tokens,
-            "Keep the robot still for a few seconds. Mapping then begins by itself.",
-        );
-    });
-    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::DiscardMapping);
-    }
-}
-
-fn loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
-    status_head(ui, tokens, "Reading the map");
-    ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
-    widgets::remark(ui, tokens, &format!("{} is being read.", words::map_name(model, map)));
-    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::DiscardMapping);
-    }
-}
-
-/// The robot looks for its place in a saved map.
-fn finding(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    (map, distance, ambiguous): (MapId, f64, bool),
-    out: &mut Vec<ClientCommand>,
-) {
-    status_head(ui, tokens, "Localising in the map");
-    let name = words::map_name(model, map);
-    let sentence = if ambiguous {
-        format!("The scans so far fit {name} in two places. Drive to a part that exists only once.")
-    } else {
-        format!(
-            "Drive the robot some {FIND_M:.0} m through a part that {name} shows. It is then localised by itself."
-        )
-    };
-    widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &sentence));
-    let share = (distance / FIND_M).min(1.0) as f32;
-    ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
-    fact(ui, tokens, "Driven so far", &words::distance(distance));
-    if Button::new("Cancel mapping").wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::DiscardMapping);
-    }
-}
-
-fn saving(ui: &mut Ui, tokens: &Tokens) {
-    status_head(ui, tokens, "Saving the map");
-    ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
-    widgets::remark(
-        ui,
-        tokens,
-        "The map is shown as soon as it is written. You may go on driving meanwhile.",
-    );
-}
-
-fn status_head(ui: &mut Ui, tokens: &Tokens, text: &str) {
-    let response =
-        ui.label(egui::RichText::new(text).font(font(theme::HEAD, Weight::SemiBold)).color(tokens.text));
-    widgets::status_node(&response, "Mapping", text);
-}
-
-fn running(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    (since, distance, keyframes, ground): (Stamp, f64, u32, &str),
-) {
-    let elapsed = model.connection().clock().age_of(since, model.now()).unwrap_or(0.0);
-    ui.horizontal(|ui| {
-        let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
-        ui.painter().circle_filled(dot.center(), 5.0, tokens.good);
-        status_head(ui, tokens, "Mapping");
-    });
-    ui.spacing_mut().item_spacing.y = 4.0;
-    fact(ui, tokens, "Elapsed", &words::elapsed(elapsed));
-    fact(ui, tokens, "Distance", &words::distance(distance));
-    fact(ui, tokens, "Keyframes", &words::count(u64::from(keyframes)));
-    fact(ui, tokens, "Ground", ground);
-    fact(ui, tokens, "Points in map", &words::points(model.live_map().tiles.points()));
-}
-
-fn finish(ui: &mut Ui, model: &Model, tokens: &Tokens, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
-    ui.spacing_mut().item_spacing.y = 8.0;
-    ui.add_space(4.0);
-    let enabled = model.is_connected() && !model.is_controlled_by_other();
-    if state.confirm_discard {
-        confirm_discard(ui, tokens, enabled, state, out);
-        return;
-    }
-    let hint = match model.mapping() {
-        Mapping::Running { extends: Some(map), .. } => words::map_name(model, *map).to_owned(),
-        _ => format!("Map {}", model.maps().len() + 1),
-    };
-    let name = "Map name";
-    ui.label(egui::RichText::new(name).size(theme::SMALL).color(tokens.dim));
-    TextInput::new(name, name).hint(&hint).show(ui, tokens, &mut state.text_inputs, &mut state.map_name);
-    let waiting = model.is_pending(|order| matches!(order, Command::FinishMapping { .. }));
-    let save = Button::new("Finish and save").icon(icon::FLOPPY_DISK).kind(Kind::Primary);
-    if save.enabled(enabled && !waiting).wide(ui).show(ui, tokens).clicked() {
-        let typed = std::mem::take(&mut state.map_name);
-        let name = if typed.trim().is_empty() { hint } else { typed.trim().to_owned() };
-        out.push(ClientCommand::FinishMapping { name });
-    }
-    let discard = Button::new("Discard").text("Discard…").icon(icon::TRASH).wide(ui);
-    if discard.enabled(enabled).show(ui, tokens).clicked() {
-        state.confirm_discard = true;
-    }
-    if model.is_controlled_by_other() {
-        let sentence =
-            format!("{} controls the robot. Take control to finish.", model.control().holder_name());
+        let sentence = texts::control_needed_to_map(model.control().holder_name());
         widgets::remark(ui, tokens, &sentence);
     }
 }
 
-fn confirm_discard(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    enabled: bool,
-    state: &mut PanelState,
-    out: &mut Vec<ClientCommand>,
-) {
-    widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
-        widgets::sentence(ui, tokens, "Throw this map away? It cannot be brought back.");
+fn show_starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+    show_state(ui, tokens, texts::STARTING);
+    widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
+        widgets::sentence(ui, tokens, texts::STARTING_HINT);
     });
-    if Button::new("Discard map")
-        .icon(icon::TRASH)
-        .kind(Kind::Danger)
-        .enabled(enabled)
-        .wide(ui)
-        .show(ui, tokens)
-        .clicked()
-    {
-        state.confirm_discard = false;
+    show_cancel(ui, tokens, out);
+}
+
+fn show_loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
+    show_state(ui, tokens, texts::LOADING);
+    show_endless_bar(ui);
+    widgets::remark(ui, tokens, &texts::loading_hint(maps::name(model, map)));
+    show_cancel(ui, tokens, out);
+}
+
+/// The robot is localised in the map that it is going to extend.
+fn show_localising(ui: &mut Ui, tokens: &Tokens, hint: &str, distance_m: f64, out: &mut Vec<ClientCommand>) {
+    show_state(ui, tokens, texts::LOCALISING);
+    widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, hint));
+    let share = (distance_m / LOCALISING_DISTANCE_M).min(1.0) as f32;
+    ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
+    fact(ui, tokens, texts::LOCALISING_DISTANCE, &words::distance(distance_m));
+    show_cancel(ui, tokens, out);
+}
+
+fn show_saving(ui: &mut Ui, tokens: &Tokens) {
+    show_state(ui, tokens, texts::SAVING);
+    show_endless_bar(ui);
+    widgets::remark(ui, tokens, texts::SAVING_HINT);
+}
+
+fn show_state(ui: &mut Ui, tokens: &Tokens, state: &str) {
+    let text = egui::RichText::new(state).font(font(theme::HEAD, Weight::SemiBold)).color(tokens.text);
+    let response = ui.label(text);
+    widgets::status_node(&response, texts::STATE, state);
+}
+
+/// A moving bar, for work of unknown length.
+fn show_endless_bar(ui: &mut Ui) {
+    ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
+}
+
+fn show_cancel(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+    if Button::new(texts::CANCEL).wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::DiscardMapping);
     }
-    if Button::new("Keep mapping").wide(ui).show(ui, tokens).clicked() {
-        state.confirm_discard = false;
+}
+
+fn show_progress(ui: &mut Ui, model: &Model, tokens: &Tokens, progress: &Progress) {
+    let elapsed_s = model.connection().clock().age_of(progress.since, model.now()).unwrap_or(0.0);
+    ui.horizontal(|ui| {
+        let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
+        ui.painter().circle_filled(dot.center(), 5.0, tokens.good);
+        show_state(ui, tokens, texts::RUNNING);
+    });
+    ui.spacing_mut().item_spacing.y = 4.0;
+    fact(ui, tokens, texts::ELAPSED, &words::elapsed(elapsed_s));
+    fact(ui, tokens, texts::DISTANCE, &words::distance(progress.distance_m));
+    fact(ui, tokens, texts::KEYFRAMES, &words::count(u64::from(progress.keyframes)));
+    fact(ui, tokens, texts::GROUND, texts::ground(progress.on_known_ground));
+    fact(ui, tokens, texts::POINTS, &words::points(model.live_map().tiles.points()));
+}
+
+/// The name of the map, saving it, and discarding it.
+fn show_finish(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    panel: &mut MappingPanel,
+    text_inputs: &mut TextInputs,
+    out: &mut Vec<ClientCommand>,
+) {
+    let default_name = match *model.mapping() {
+        Mapping::Running { extends: Some(map), .. } => maps::name(model, map).to_owned(),
+        _ => texts::default_map_name(model.maps().len() + 1),
+    };
+    ui.label(egui::RichText::new(texts::MAP_NAME).size(theme::SMALL).color(tokens.dim));
+    let input = TextInput::new(texts::MAP_NAME, texts::MAP_NAME).hint(&default_name);
+    input.show(ui, tokens, text_inputs, &mut panel.map_name);
+    let is_pending = model.is_pending(|command| matches!(command, Command::FinishMapping { .. }));
+    let save = Button::new(texts::FINISH).icon(icon::FLOPPY_DISK).kind(Kind::Primary);
+    if save.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
+        let typed = std::mem::take(&mut panel.map_name);
+        let name = if typed.trim().is_empty() { default_name } else { typed.trim().to_owned() };
+        out.push(ClientCommand::FinishMapping { name });
+    }
+    let discard = Button::new(texts::DISCARD).text(texts::DISCARD_SHORT).icon(icon::TRASH).wide(ui);
+    if discard.enabled(model.can_command()).show(ui, tokens).clicked() {
+        panel.confirm_discard = true;
+    }
+    if model.is_controlled_by_other() {
+        let sentence = texts::control_needed_to_finish(model.control().holder_name());
+        widgets::remark(ui, tokens, &sentence);
+    }
+}
+
+fn show_discard_confirmation(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    panel: &mut MappingPanel,
+    out: &mut Vec<ClientCommand>,
+) {
+    widgets::tinted_box(ui, tokens, tokens.bad, |ui| widgets::sentence(ui, tokens, texts::DISCARD_WARNING));
+    let discard = Button::new(texts::CONFIRM_DISCARD).icon(icon::TRASH).kind(Kind::Danger);
+    if discard.enabled(model.can_command()).wide(ui).show(ui, tokens).clicked() {
+        panel.confirm_discard = false;
+        out.push(ClientCommand::DiscardMapping);
+    }
+    if Button::new(texts::KEEP_MAPPING).wide(ui).show(ui, tokens).clicked() {
+        panel.confirm_discard = false;
     }
 }

@@ -1,165 +1,110 @@
-//! The list of saved maps.
+//! Saved maps: their list, viewing one, and what can be done with the one that is viewed.
 
 #[cfg(test)]
 mod tests;
+mod texts;
 
 use crate::button::Button;
-use crate::features::{alignment, imports};
+use crate::features::{alignment, imports, localisation};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets;
-use crate::{PanelState, icon, words};
-use api::{Command, Localisation, MapSummary, Mapping, Motion};
+use crate::{icon, widgets, words};
+use api::{Command, MapSummary, Mapping};
 use client_model::{ClientCommand, Model};
-use egui::{CornerRadius, Ui};
+use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
+use vocab::MapId;
 
+/// Width of the button that views a map, points.
+const BUTTON_WIDTH: f32 = 84.0;
+
+/// Name of a saved map, for a sentence.
+pub(crate) fn name(model: &Model, map: MapId) -> &str {
+    let known = model.maps().list().into_iter().flatten().find(|summary| summary.id == map);
+    known.map_or(texts::UNKNOWN_MAP, |summary| &summary.name)
+}
+
+/// The section of the card of Map. Dates are shown at this offset from UTC, seconds.
 pub(crate) fn show(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    state: &PanelState,
+    utc_offset_s: i64,
     out: &mut Vec<ClientCommand>,
 ) {
-    if let Some(align) = model.alignment() {
-        return alignment::show(ui, model, tokens, align, out);
-    }
-    widgets::head(ui, tokens, "Saved maps");
+    widgets::head(ui, tokens, texts::HEAD);
     match model.maps().list() {
-        None => widgets::remark(ui, tokens, "Waiting for the robot to list them."),
-        Some([]) => widgets::remark(ui, tokens, "None yet."),
+        None => widgets::remark(ui, tokens, texts::LOADING),
+        Some([]) => widgets::remark(ui, tokens, texts::NONE),
         Some(maps) => {
             for map in maps {
-                ui.push_id(map.id.0, |ui| entry(ui, model, tokens, state, map, out));
+                ui.push_id(map.id.0, |ui| show_entry(ui, model, tokens, utc_offset_s, map, out));
             }
         }
     }
     imports::show(ui, model, tokens, out);
 }
 
-fn entry(
+fn show_entry(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
-    state: &PanelState,
+    utc_offset_s: i64,
     map: &MapSummary,
     out: &mut Vec<ClientCommand>,
 ) {
-    let viewed = model.viewed_map() == Some(map.id);
-    let fill = if viewed { tokens.selected() } else { tokens.raised };
-    let frame = egui::Frame::new()
-        .fill(fill)
-        .corner_radius(CornerRadius::same(theme::BUTTON_RADIUS))
-        .inner_margin(12);
-    let shown = frame.show(ui, |ui| {
+    let is_viewed = model.viewed_map() == Some(map.id);
+    let fill = if is_viewed { tokens.selected() } else { tokens.raised };
+    let frame = egui::Frame::new().fill(fill).corner_radius(CornerRadius::same(theme::BUTTON_RADIUS));
+    let shown = frame.inner_margin(12).show(ui, |ui| {
         ui.horizontal(|ui| {
-            let button_width = 84.0;
-            ui.allocate_ui(egui::vec2(ui.available_width() - button_width - 8.0, 40.0), |ui| {
-                ui.vertical(|ui| {
-                    ui.spacing_mut().item_spacing.y = 2.0;
-                    let name = egui::RichText::new(&map.name)
-                        .font(font(theme::BODY, Weight::Medium))
-                        .color(tokens.text);
-                    ui.add(egui::Label::new(name).truncate());
-                    widgets::remark(ui, tokens, &words::date(map.created, state.utc_offset_s));
-                    // Nobody has walked what was imported.
-                    let walked =
-                        (map.distance > 0.0).then(|| format!("{} · ", words::distance(map.distance)));
-                    let size = format!(
-                        "{}{} points · {}",
-                        walked.unwrap_or_default(),
-                        words::points(map.points),
-                        words::bytes(map.bytes)
-                    );
-                    widgets::remark(ui, tokens, &size);
-                });
-            });
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let (name, text) = if viewed {
-                    (format!("Close {}", map.name), "Close")
-                } else {
-                    (format!("View {}", map.name), "View")
-                };
-                let sign = if viewed { icon::X } else { icon::EYE };
-                let button = Button::new(&name).text(text).icon(sign).size(button_width, theme::TOUCH);
-                if button.show(ui, tokens).clicked() {
-                    out.push(ClientCommand::ViewMap((!viewed).then_some(map.id)));
-                }
-            });
+            show_summary(ui, tokens, utc_offset_s, map);
+            let toggled = show_view_button(ui, tokens, map, is_viewed).clicked();
+            if toggled {
+                out.push(ClientCommand::ViewMap((!is_viewed).then_some(map.id)));
+            }
         });
     });
-    if viewed && *model.mapping() == Mapping::Idle {
-        use_or_leave(ui, model, tokens, map, out);
-        extend(ui, model, tokens, map, out);
-        alignment::offer(ui, model, tokens, map.id, out);
+    if is_viewed && *model.mapping() == Mapping::Idle {
+        localisation::show(ui, model, tokens, map, out);
+        show_extend(ui, model, tokens, map, out);
+        alignment::show_offer(ui, model, tokens, map.id, out);
     }
-    let name = format!("Saved map {}", map.name);
-    let value =
-        format!("{}, {}", words::date(map.created, state.utc_offset_s), words::distance(map.distance));
-    widgets::status_node(&shown.response, &name, &value);
+    let value = texts::entry_value(map, utc_offset_s);
+    widgets::status_node(&shown.response, &texts::entry(&map.name), &value);
 }
 
-/// The robot walks by the map that is looked at, or no longer.
-fn use_or_leave(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
-    let waiting = model.is_pending(|order| matches!(order, Command::Localise { .. } | Command::LeaveMap));
-    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
-    if model.localisation().map() == Some(map.id) {
-        let name = format!("Leave {}", map.name);
-        let button = Button::new(&name).text("Leave this map").icon(icon::X).enabled(enabled).wide(ui);
-        if button.show(ui, tokens).clicked() {
-            out.push(ClientCommand::LeaveMap);
-        }
-        widgets::remark(ui, tokens, &words::localisation(&model.localisation()));
-        look_about(ui, model, tokens, enabled, out);
-        place(ui, model, tokens, enabled, out);
-        return;
-    }
-    let name = format!("Use {}", map.name);
-    let button = Button::new(&name).text("Use this map").icon(icon::GPS_FIX).enabled(enabled).wide(ui);
-    if button.show(ui, tokens).clicked() {
-        out.push(ClientCommand::UseMap(map.id));
-        out.push(ClientCommand::ViewMap(None));
-    }
-    widgets::remark(ui, tokens, "The robot localises itself in it and walks by it.");
-    place(ui, model, tokens, enabled, out);
+/// Name, date and size of a map.
+fn show_summary(ui: &mut Ui, tokens: &Tokens, utc_offset_s: i64, map: &MapSummary) {
+    let size = vec2(ui.available_width() - BUTTON_WIDTH - 8.0, 40.0);
+    ui.allocate_ui(size, |ui| {
+        ui.vertical(|ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            let name = egui::RichText::new(&map.name).font(font(theme::BODY, Weight::Medium));
+            ui.add(egui::Label::new(name.color(tokens.text)).truncate());
+            widgets::remark(ui, tokens, &words::date(map.created, utc_offset_s));
+            widgets::remark(ui, tokens, &texts::size(map));
+        });
+    });
 }
 
-/// A person who knows where the robot stands shows it on the map that is looked at.
-fn place(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
-    let button = Button::new("Set the pose").icon(icon::NAVIGATION_ARROW).on(model.is_picking_pose());
-    if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::PickPose(!model.is_picking_pose()));
-    }
+fn show_view_button(ui: &mut Ui, tokens: &Tokens, map: &MapSummary, is_viewed: bool) -> Response {
+    let (name, short, sign) = if is_viewed {
+        (texts::close(&map.name), texts::CLOSE_SHORT, icon::X)
+    } else {
+        (texts::view(&map.name), texts::VIEW_SHORT, icon::EYE)
+    };
+    let shown = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        Button::new(&name).text(short).icon(sign).size(BUTTON_WIDTH, theme::TOUCH).show(ui, tokens)
+    });
+    shown.inner
 }
 
-/// A robot that does not find itself where it stands has to move.
-fn look_about(ui: &mut Ui, model: &Model, tokens: &Tokens, enabled: bool, out: &mut Vec<ClientCommand>) {
-    let lost = matches!(model.localisation(), Localisation::Relocalising { .. });
-    if !lost || matches!(model.motion(), Motion::Looking { .. }) {
-        return;
-    }
-    let enabled = enabled && !model.is_stopped();
-    let button = Button::new("Relocalise").icon(icon::ARROWS_OUT).enabled(enabled).wide(ui);
-    if button.show(ui, tokens).clicked() {
-        out.push(ClientCommand::Relocalise);
-    }
-    widgets::remark(
-        ui,
-        tokens,
-        "Walks a few metres at a time, over free floor, until the robot is localised.",
-    );
-}
-
-/// The map that is looked at grows.
-fn extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
-    let waiting = model.is_pending(|order| matches!(order, Command::ExtendMap { .. }));
-    let enabled = model.is_connected() && !waiting && !model.is_controlled_by_other();
-    let name = format!("Extend {}", map.name);
-    let button = Button::new(&name).text("Extend this map").icon(icon::PLUS).enabled(enabled).wide(ui);
-    if button.show(ui, tokens).clicked() {
+/// Goes on mapping in the map that is viewed.
+fn show_extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
+    let is_pending = model.is_pending(|command| matches!(command, Command::ExtendMap { .. }));
+    let name = texts::extend(&map.name);
+    let button = Button::new(&name).text(texts::EXTEND_SHORT).icon(icon::PLUS);
+    if button.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
         out.push(ClientCommand::ExtendMap(map.id));
     }
-    widgets::remark(
-        ui,
-        tokens,
-        "Goes on mapping where this map ends. It is kept; the larger one is saved beside it.",
-    );
+    widgets::remark(ui, tokens, texts::EXTEND_HINT);
 }

@@ -1,53 +1,63 @@
-//! Notices: what happened and what comes next.
+//! Notices: what happened and what the operator can do about it.
 
 #[cfg(test)]
 mod tests;
+mod texts;
 
 use crate::button::{Button, Kind};
 use crate::sensors::{severity_colour, severity_icon};
 use crate::theme::Tokens;
-use crate::widgets;
-use crate::{icon, words};
+use crate::{icon, widgets, words};
 use client_model::{ClientCommand, Model, ShownNotice};
-use egui::Ui;
+use egui::{Align, Layout, Response, Ui};
 
+/// Age from which a notice shows its age, seconds.
+const SHOWN_AGE_S: f64 = 10.0;
+
+/// All notices that are visible, one below the other.
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    for note in model.notices().visible() {
-        ui.push_id(note.id, |ui| entry(ui, model, tokens, note, out));
+    for notice in model.notices().visible() {
+        ui.push_id(notice.id, |ui| show_notice(ui, model, tokens, notice, out));
     }
 }
 
-fn entry(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &ShownNotice, out: &mut Vec<ClientCommand>) {
-    let colour = severity_colour(note.severity, tokens);
+fn show_notice(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    notice: &ShownNotice,
+    out: &mut Vec<ClientCommand>,
+) {
+    let colour = severity_colour(notice.severity, tokens);
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
-        ui.horizontal(|ui| {
-            ui.label(egui::RichText::new(severity_icon(note.severity)).size(20.0).color(colour));
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let dismiss = Button::icon_only("Dismiss", icon::X).kind(Kind::Quiet);
+        let row = ui.horizontal(|ui| {
+            ui.label(egui::RichText::new(severity_icon(notice.severity)).size(20.0).color(colour));
+            let right = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
                 if dismiss.show(ui, tokens).clicked() {
-                    out.push(ClientCommand::DismissNotice(note.id));
+                    out.push(ClientCommand::DismissNotice(notice.id));
                 }
-                ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| text(ui, model, tokens, note))
-                    .inner
-            })
-            .inner
-        })
-        .inner
+                let column = Layout::top_down(Align::Min);
+                ui.with_layout(column, |ui| show_text(ui, model, tokens, notice)).inner
+            });
+            right.inner
+        });
+        row.inner
     });
     ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_role(egui::Role::Alert);
-        node.set_value(note.text.clone());
+        node.set_value(notice.text.clone());
     });
 }
 
-/// The sentence, and under it how often and how long ago it was said.
-fn text(ui: &mut Ui, model: &Model, tokens: &Tokens, note: &ShownNotice) -> egui::Response {
+/// The sentence, and below it how often it was raised and how old it is. Returns the response of the sentence.
+fn show_text(ui: &mut Ui, model: &Model, tokens: &Tokens, notice: &ShownNotice) -> Response {
     ui.spacing_mut().item_spacing.y = 2.0;
-    let response = ui.add(egui::Label::new(egui::RichText::new(&note.text).color(tokens.text)).wrap());
-    let age = model.now().since(note.since);
-    let times = (note.times > 1).then(|| format!("{} times", note.times));
-    let old = (age > 10.0).then(|| words::age(age));
-    let remarks: Vec<String> = times.into_iter().chain(old).collect();
+    let response = ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(tokens.text)).wrap());
+    let age_s = model.now().since(notice.since);
+    let repetitions = (notice.times > 1).then(|| texts::repetitions(notice.times));
+    let age = (age_s > SHOWN_AGE_S).then(|| words::age(age_s));
+    let remarks: Vec<String> = repetitions.into_iter().chain(age).collect();
     if !remarks.is_empty() {
         widgets::remark(ui, tokens, &remarks.join(" · "));
     }

@@ -1,70 +1,76 @@
-//! How good the map being made is: what of the floor it covers, how well it is known, and where to walk next.
+//! Quality of the map under construction: the floor it covers, its accuracy, and where to survey next.
 
 #[cfg(test)]
 mod tests;
+mod texts;
 
 use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};
 use crate::{icon, words};
-use api::{SurveyReason, SurveyTarget};
+use api::SurveyTarget;
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Ui, vec2};
 
-/// Places listed: those after them are on the map all the same.
-const LISTED: usize = 4;
+/// Survey targets in the list. The others are marked on the map only.
+const LISTED_TARGETS: usize = 4;
+/// Width of the button that sends the robot to a target, points.
+const BUTTON_WIDTH: f32 = 76.0;
+/// The least standard deviation that is shown, metres.
+const LEAST_SIGMA_M: f64 = 1e-3;
 
+/// The section of a running mapping session.
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let quality = model.quality();
-    fact(ui, tokens, "Floor covered", &words::area(quality.covered_m2));
-    let worst = quality.deviations_m.iter().copied().fold(0.0, f32::max);
-    if worst.is_finite() && !quality.deviations_m.is_empty() {
-        let response = fact(ui, tokens, "Known to", &words::accuracy(f64::from(worst).max(1e-3)));
-        response.on_hover_text("One standard deviation of the keyframe that is known least; the graph's nodes turn amber with it");
+    fact(ui, tokens, texts::FLOOR_COVERED, &words::area(quality.covered_m2));
+    let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
+    if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
+        let value = words::accuracy(f64::from(worst_sigma_m).max(LEAST_SIGMA_M));
+        fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
-    if quality.targets.is_empty() {
-        return;
-    }
-    ui.add_space(4.0);
-    widgets::rule(ui, tokens);
-    widgets::head(ui, tokens, "Worth a walk");
-    let enabled = model.is_connected() && !model.is_controlled_by_other() && !model.is_stopped();
-    for (number, place) in quality.targets.iter().take(LISTED).enumerate() {
-        row(ui, tokens, (number + 1, place), enabled, out);
-    }
-    if let Some(more) = quality.targets.len().checked_sub(LISTED).filter(|more| *more > 0) {
-        widgets::remark(ui, tokens, &format!("and {more} more, marked on the map"));
+    if !quality.targets.is_empty() {
+        show_targets(ui, model, tokens, &quality.targets, out);
     }
 }
 
-fn row(
+fn show_targets(
     ui: &mut Ui,
+    model: &Model,
     tokens: &Tokens,
-    (number, place): (usize, &SurveyTarget),
-    enabled: bool,
+    targets: &[SurveyTarget],
     out: &mut Vec<ClientCommand>,
 ) {
-    let why = match place.why {
-        SurveyReason::FromAfar(area) => format!("{} seen from afar only", words::area(area)),
-        SurveyReason::Uncertain(deviation) => {
-            format!("Known to {} only: come back to where you began", words::accuracy(deviation))
+    ui.add_space(4.0);
+    widgets::rule(ui, tokens);
+    widgets::head(ui, tokens, texts::SURVEY_TARGETS);
+    let can_walk = model.can_command() && !model.is_stopped();
+    for (number, target) in (1..).zip(targets.iter().take(LISTED_TARGETS)) {
+        if show_target(ui, tokens, number, target, can_walk) {
+            out.push(ClientCommand::WalkTo(target.at));
         }
-    };
-    let width = 76.0;
-    ui.horizontal(|ui| {
-        let text = vec2(ui.available_width() - width - 8.0, theme::TOUCH);
-        ui.allocate_ui_with_layout(text, Layout::left_to_right(Align::Center), |ui| {
-            ui.set_min_size(text);
-            let label = egui::RichText::new(&why).size(theme::BODY).color(tokens.text);
-            let response = ui.add(egui::Label::new(label).wrap());
-            widgets::status_node(&response, &format!("Place {number} worth a walk"), &why);
+    }
+    if let Some(more) = targets.len().checked_sub(LISTED_TARGETS).filter(|more| *more > 0) {
+        widgets::remark(ui, tokens, &texts::more_targets(more));
+    }
+}
+
+/// A row of the list. Returns whether the robot shall walk there.
+fn show_target(ui: &mut Ui, tokens: &Tokens, number: usize, target: &SurveyTarget, can_walk: bool) -> bool {
+    let reason = texts::reason(target.why);
+    let row = ui.horizontal(|ui| {
+        let size = vec2(ui.available_width() - BUTTON_WIDTH - 8.0, theme::TOUCH);
+        ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_size(size);
+            let text = egui::RichText::new(&reason).size(theme::BODY).color(tokens.text);
+            let response = ui.add(egui::Label::new(text).wrap());
+            widgets::status_node(&response, &texts::survey_target(number), &reason);
         });
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let name = format!("Walk to place {number}");
-            let go = Button::new(&name).text("Go").icon(icon::NAVIGATION_ARROW).size(width, theme::TOUCH);
-            if go.enabled(enabled).show(ui, tokens).clicked() {
-                out.push(ClientCommand::WalkTo(place.at));
-            }
+        let go = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let name = texts::walk_to(number);
+            let button = Button::new(&name).text(texts::GO).icon(icon::NAVIGATION_ARROW);
+            button.size(BUTTON_WIDTH, theme::TOUCH).enabled(can_walk).show(ui, tokens).clicked()
         });
+        go.inner
     });
+    row.inner
 }

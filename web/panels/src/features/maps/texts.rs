@@ -1,0 +1,41 @@
+//! Texts of saved maps, by key.
+
+use crate::words;
+use api::MapSummary;
+
+pub(super) const HEAD: &str = "Saved maps";
+pub(super) const LOADING: &str = "Waiting for the robot to list them.";
+pub(super) const NONE: &str = "None yet.";
+pub(super) const UNKNOWN_MAP: &str = "the map";
+pub(super) const VIEW_SHORT: &str = "View";
+pub(super) const CLOSE_SHORT: &str = "Close";
+pub(super) const EXTEND_SHORT: &str = "Extend this map";
+pub(super) const EXTEND_HINT: &str =
+    "Goes on mapping where this map ends. It is kept; the larger one is saved beside it.";
+
+pub(super) fn view(map: &str) -> String {
+    format!("View {map}")
+}
+
+pub(super) fn close(map: &str) -> String {
+    format!("Close {map}")
+}
+
+pub(super) fn extend(map: &str) -> String {
+    format!("Extend {map}")
+}
+
+pub(super) fn entry(map: &str) -> String {
+    format!("Saved map {map}")
+}
+
+/// Value of an entry in the accessible tree.
+pub(super) fn entry_value(map: &MapSummary, utc_offset_s: i64) -> String {
+    format!("{}, {}", words::date(map.created, utc_offset_s), words::distance(map.distance))
+}
+
+/// Travelled distance, points and bytes of a map. An imported map has no travelled distance.
+pub(super) fn size(map: &MapSummary) -> String {
+    let size = format!("{} points · {}", words::points(map.points), words::bytes(map.bytes));
+    if map.distance > 0.0 { format!("{} · {size}", words::distance(map.distance)) } else { size }
+}
