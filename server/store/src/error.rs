@@ -53,6 +53,16 @@ pub enum StoreError {
         /// What is wrong: the middle of the sentence.
         what: &'static str,
     },
+    /// A document that a later program wrote.
+    #[error("{} has version {version} and this program reads up to {newest}; update AutoInspect", path.display())]
+    LaterVersion {
+        /// The file.
+        path: PathBuf,
+        /// Its version.
+        version: u32,
+        /// The newest version that this program reads.
+        newest: u32,
+    },
     /// A document that this store wrote cannot be read.
     #[error("could not understand {}", path.display())]
     Document {

@@ -40,6 +40,17 @@ pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, StoreError> {
     serde_json::from_slice(&bytes).map_err(|source| StoreError::Document { path: path.to_owned(), source })
 }
 
+/// Rejects a document that a later program wrote.
+///
+/// # Errors
+/// When `version` is greater than `newest`.
+pub fn check_version(path: &Path, version: u32, newest: u32) -> Result<(), StoreError> {
+    if version > newest {
+        return Err(StoreError::LaterVersion { path: path.to_owned(), version, newest });
+    }
+    Ok(())
+}
+
 /// Replaces a file that others may be reading: they find the old or the new content. The file is not synced.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let temporary = path.with_extension("part");
@@ -54,6 +65,24 @@ pub fn replace_durably(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     write_durably(&temporary, |file| file.write_all(bytes))?;
     fs::rename(&temporary, path).map_err(|source| StoreError::io("write", path, source))?;
     path.parent().map_or(Ok(()), sync_directory)
+}
+
+/// Renames a file that cannot be read to `NAME.damaged`, or `NAME.damaged-2` and so on where that exists, so that its place can be written again and nothing
+/// is lost. Returns the new path.
+///
+/// # Errors
+/// When the disk fails.
+pub fn put_aside(path: &Path) -> Result<PathBuf, StoreError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let candidate = |number: u32| match number {
+        1 => path.with_file_name(format!("{name}.damaged")),
+        number => path.with_file_name(format!("{name}.damaged-{number}")),
+    };
+    // At least one of more names than files can exist is free.
+    let free = (1..=u32::MAX).map(candidate).find(|candidate| fs::symlink_metadata(candidate).is_err());
+    let free = free.unwrap_or_else(|| candidate(1));
+    fs::rename(path, &free).map_err(|source| StoreError::io("rename", path, source))?;
+    Ok(free)
 }
 
 /// Removes a file; no error if it does not exist.

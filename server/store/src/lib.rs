@@ -14,6 +14,7 @@ mod map_clouds;
 mod map_files;
 mod map_points;
 mod maps;
+mod poses;
 mod recordings;
 mod robust_bounds;
 mod saved;
@@ -30,15 +31,17 @@ pub use map_cloud::{CloudSelection, MapCloud};
 pub use map_clouds::{MapClouds, copy_clouds, map_clouds, map_clouds_and_sensors};
 pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_files_of};
 pub use map_points::MapPoints;
+pub use maps::DamagedMap;
 pub use recordings::{RecordingSpace, Recordings, RecordingsConfig};
 pub use saved::SavedMap;
 pub use tiles::TileFiles;
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 
-use messages::PoseInMap;
 use ports::DataDir;
 use std::fs::{File, TryLockError};
 use std::path::PathBuf;
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::time::SystemTime;
 
 /// The one writer of a data directory.
 #[derive(Debug)]
@@ -46,11 +49,13 @@ pub struct Store {
     dir: DataDir,
     /// Held while the store lives; the system releases it even after a crash.
     _lock: File,
+    /// Many may add maps at once; unused tiles are removed while nobody does, because a new map may refer to them.
+    tiles_in_use: RwLock<()>,
 }
 
 impl Store {
     /// Opens a data directory, creates it if necessary, and removes what a crash left: unlisted maps,
-    /// clouds of sessions that ended with their process, and tiles that no map refers to.
+    /// clouds of sessions that ended with their process, and tiles that no map refers to. While a map cannot be read, all tiles stay.
     ///
     /// # Errors
     /// When the directory is in use by another process or cannot be written.
@@ -62,14 +67,14 @@ impl Store {
             files::make_directory(&directory)?;
         }
         let lock = lock(run.join("lock"), &dir)?;
-        let store = Self { dir, _lock: lock };
+        let store = Self { dir, _lock: lock, tiles_in_use: RwLock::default() };
         files::remove_directory(&store.dir.uploads())?;
         files::make_directory(&store.dir.uploads())?;
         store.remove_half_written_maps()?;
         store.remove_all_sessions()?;
-        if let Err(error) = store.remove_unreferenced_tiles() {
+        if let Err(error) = store.remove_unused_tiles(SystemTime::now()) {
             // A damaged map must not keep the robot from starting. Tiles that stay only take space.
-            tracing::error!("tiles without a map were not removed: {error}");
+            tracing::error!("no unused tile was removed, because not every map could be read: {error}");
         }
         Ok(store)
     }
@@ -84,56 +89,14 @@ impl Store {
         TileFiles::new(self.dir.tiles())
     }
 
-    /// The robot's last known pose in a map, if that map still exists. A file that cannot be read counts as absent.
-    pub fn last_pose(&self) -> Option<PoseInMap> {
-        let path = self.dir.last_pose();
-        if !path.exists() {
-            return None;
-        }
-        match files::read_json::<PoseInMap>(&path) {
-            Ok(pose) => Some(pose).filter(|pose| self.dir.map_summary(pose.map).exists()),
-            Err(error) => {
-                tracing::warn!("the robot's last pose cannot be read: {error}");
-                None
-            }
-        }
+    /// Held while a map is added, so that tiles that it refers to stay.
+    pub(crate) fn lock_map_change(&self) -> RwLockReadGuard<'_, ()> {
+        self.tiles_in_use.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Saves the robot's pose for the next start, or deletes the saved one.
-    ///
-    /// # Errors
-    /// When the disk fails.
-    pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
-        let path = self.dir.last_pose();
-        let Some(pose) = pose else { return files::remove_file(&path) };
-        let bytes =
-            serde_json::to_vec(pose).map_err(|source| StoreError::Document { path: path.clone(), source })?;
-        files::replace(&path, &bytes)
-    }
-
-    /// Docks in the saved maps, without those of maps that no longer exist. A file that cannot be read counts as empty.
-    pub fn docks(&self) -> Vec<PoseInMap> {
-        let path = self.dir.docks();
-        if !path.exists() {
-            return Vec::new();
-        }
-        let mut docks = files::read_json::<Vec<PoseInMap>>(&path).unwrap_or_else(|error| {
-            tracing::warn!("docks cannot be read: {error}");
-            Vec::new()
-        });
-        docks.retain(|dock| self.dir.map_summary(dock.map).exists());
-        docks
-    }
-
-    /// Saves the docks for the next start.
-    ///
-    /// # Errors
-    /// When the disk fails.
-    pub fn save_docks(&self, docks: &[PoseInMap]) -> Result<(), StoreError> {
-        let path = self.dir.docks();
-        let bytes = serde_json::to_vec(docks)
-            .map_err(|source| StoreError::Document { path: path.clone(), source })?;
-        files::replace_durably(&path, &bytes)
+    /// Held while tiles are removed.
+    pub(crate) fn lock_tile_removal(&self) -> RwLockWriteGuard<'_, ()> {
+        self.tiles_in_use.write().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The recordings of this directory.

@@ -21,6 +21,7 @@ use api::{Anchor, Graph, GraphNode, MapSummary, TileEntry, TileList};
 use formats::g2o::{Edge, Vertex};
 use map_codec::BakeConfig;
 use messages::{EdgeKind, FinishedMap, PoseGraph};
+use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -39,6 +40,43 @@ impl Default for MapFileOptions {
     /// Of a map that was walked, without `map.ply`.
     fn default() -> Self {
         Self { ply: false, has_pose_graph: true }
+    }
+}
+
+/// Version of the files in a map's folder that this program writes. Greater ones were written by a later program, and are not read.
+const MAP_FORMAT_VERSION: u32 = 1;
+
+/// `map.json`: the entry in the list of maps, with the version of all files of the map.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct MapDocument {
+    /// Programs up to November 2026 wrote none, which counts as 1.
+    #[serde(default = "first_format_version")]
+    format_version: u32,
+    #[serde(flatten)]
+    pub summary: MapSummary,
+}
+
+fn first_format_version() -> u32 {
+    1
+}
+
+impl MapDocument {
+    fn new(summary: MapSummary) -> Self {
+        Self { format_version: MAP_FORMAT_VERSION, summary }
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// When it is missing, damaged, or of a later version.
+    pub fn read(path: &Path) -> Result<Self, StoreError> {
+        let document: Self = files::read_json(path)?;
+        files::check_version(path, document.format_version, MAP_FORMAT_VERSION)?;
+        Ok(document)
+    }
+
+    fn write(&self, path: &Path) -> Result<(), StoreError> {
+        files::write_json(path, self)
     }
 }
 
@@ -122,7 +160,7 @@ pub fn write_map_files_of(
         bytes: other_bytes + tile_bytes,
         has_pose_graph: options.has_pose_graph,
     };
-    files::write_json(&dir.join("map.json"), &summary)?;
+    MapDocument::new(summary.clone()).write(&dir.join("map.json"))?;
     files::sync_directory(&dir.join("clouds"))?;
     files::sync_directory(dir)?;
     Ok(MapFilesReport {

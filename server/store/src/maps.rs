@@ -1,7 +1,9 @@
 //! Map versions: immutable directories. Each is complete or does not exist.
 
 use crate::cloud_files::copy_cloud_files;
+use crate::map_files::MapDocument;
 use crate::sessions::remove_encoded;
+use crate::texts;
 use crate::{
     MapFileOptions, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
     write_map_files_of,
@@ -14,24 +16,73 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId};
 
+/// A folder of a map that cannot be listed.
+#[derive(Debug)]
+pub struct DamagedMap {
+    /// The folder.
+    pub folder: PathBuf,
+    /// What is wrong; names the file.
+    pub error: StoreError,
+}
+
+/// All folders of maps.
+#[derive(Debug, Default)]
+pub(crate) struct MapFolders {
+    pub readable: Vec<MapFolder>,
+    pub damaged: Vec<DamagedMap>,
+}
+
+/// What lists a map.
+#[derive(Debug)]
+pub(crate) struct MapFolder {
+    pub summary: MapSummary,
+    pub tiles: TileList,
+}
+
+impl MapFolder {
+    fn read(folder: &Path) -> Result<Self, StoreError> {
+        let path = folder.join("map.json");
+        let summary = MapDocument::read(&path)?.summary;
+        // Clients ask for files by the id, so a folder with another name would be listed and never found.
+        if folder.file_name().is_none_or(|name| *name != *summary.id.to_string()) {
+            return Err(StoreError::Broken { path, what: texts::ID_OF_ANOTHER_MAP });
+        }
+        Ok(Self { summary, tiles: files::read_json(&folder.join("tiles.json"))? })
+    }
+}
+
 /// Space that a new map leaves free on the disk for recordings, bytes.
 const DISK_RESERVE_BYTES: u64 = 2 << 30;
 
 impl Store {
-    /// Every saved map, newest first. A map that cannot be read is left out and logged, so that one broken directory does not
-    /// hide the others.
+    /// Every saved map that can be read, newest first. The others are in [`Store::damaged_maps`], so that one of them does not hide the rest.
     ///
     /// # Errors
     /// When the directory of maps cannot be read.
     pub fn maps(&self) -> Result<Vec<MapSummary>, StoreError> {
-        let mut maps: Vec<MapSummary> = Vec::new();
-        for directory in files::entries(&self.dir().maps())?.iter().filter(|path| !is_temporary(path)) {
-            match files::read_json(&directory.join("map.json")) {
-                Ok(summary) => maps.push(summary),
-                Err(error) => tracing::error!("{} is no map: {error}", directory.display()),
+        let mut maps: Vec<_> = self.map_folders()?.readable.into_iter().map(|map| map.summary).collect();
+        maps.sort_by_key(|map| (std::cmp::Reverse(map.created), map.id));
+        Ok(maps)
+    }
+
+    /// Folders of maps whose list entry or tile list cannot be read, with what is wrong. Nothing of them is removed.
+    ///
+    /// # Errors
+    /// When the directory of maps cannot be read.
+    pub fn damaged_maps(&self) -> Result<Vec<DamagedMap>, StoreError> {
+        Ok(self.map_folders()?.damaged)
+    }
+
+    /// Reads the list entry and the tile list of every map.
+    pub(crate) fn map_folders(&self) -> Result<MapFolders, StoreError> {
+        let mut maps = MapFolders::default();
+        let folders = files::entries(&self.dir().maps())?;
+        for folder in folders.into_iter().filter(|path| path.is_dir() && !is_temporary(path)) {
+            match MapFolder::read(&folder) {
+                Ok(map) => maps.readable.push(map),
+                Err(error) => maps.damaged.push(DamagedMap { folder, error }),
             }
         }
-        maps.sort_by_key(|map| (std::cmp::Reverse(map.created), map.id));
         Ok(maps)
     }
 
@@ -61,6 +112,7 @@ impl Store {
         if finished.graph.nodes.is_empty() || !session.exists() {
             return Err(StoreError::EmptySession { session: finished.session });
         }
+        let _adding = self.lock_map_change();
         let temporary = self.create_staging_directory(finished.map)?;
         let clouds = temporary.join("clouds");
         rename(&session, &clouds)?;
@@ -82,6 +134,7 @@ impl Store {
         points: MapPoints,
         prepare: impl FnOnce(&Path) -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
+        let _adding = self.lock_map_change();
         let temporary = self.create_staging_directory(finished.map)?;
         let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
         let written =
@@ -104,7 +157,8 @@ impl Store {
     /// # Errors
     /// When it exists already, is no map, or the disk fails. Nothing is left of it in the data directory then.
     pub fn adopt_map(&self, from: &Path) -> Result<MapSummary, StoreError> {
-        let summary: MapSummary = files::read_json(&from.join("map.json"))?;
+        let summary = MapDocument::read(&from.join("map.json"))?.summary;
+        let _adding = self.lock_map_change();
         let place = self.dir().map(summary.id);
         if place.exists() {
             return Err(StoreError::MapExists { id: summary.id });

@@ -5,6 +5,7 @@ use messages::{
     Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, RevisitCounts,
 };
 use std::sync::Arc;
+use std::time::Duration;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
 
@@ -286,9 +287,102 @@ fn opening_removes_what_a_crash_left_and_keeps_what_maps_need() {
     assert!(matches!(Store::open(dir.path()), Err(StoreError::InUse { .. })));
     drop(store);
     let store = Store::open(dir.path()).expect("opens again");
-    assert!(!half.exists() && !data.tile(stray).exists() && !store.session(SESSION).exists());
+    assert!(!half.exists() && !store.session(SESSION).exists());
+    assert!(data.tile(stray).exists(), "it is younger than a day");
+    make_a_day_older(&data.tiles());
+    drop(store);
+    Store::open(dir.path()).expect("opens again");
+    assert!(!data.tile(stray).exists());
     let list: TileList = files::read_json(&data.map_tiles(finished.map)).expect("tiles");
     assert!(!list.tiles.is_empty() && list.tiles.iter().all(|tile| data.tile(tile.hash).exists()));
+}
+
+/// Makes every file below a directory look as if it had been written a day and a minute ago.
+fn make_a_day_older(directory: &Path) {
+    let then = std::time::SystemTime::now() - crate::tiles::UNUSED_TILE_GRACE - Duration::from_secs(60);
+    for path in files::entries(directory).expect("listed") {
+        if path.is_dir() {
+            make_a_day_older(&path);
+        } else {
+            fs::File::options().write(true).open(&path).expect("opens").set_modified(then).expect("set");
+        }
+    }
+}
+
+/// Every file below a directory with its bytes.
+fn content(directory: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut content = Vec::new();
+    for path in files::entries(directory).expect("listed") {
+        if path.is_dir() {
+            content.extend(self::content(&path));
+        } else {
+            content.push((path.clone(), fs::read(&path).expect("read")));
+        }
+    }
+    content
+}
+
+#[test]
+fn a_map_with_a_damaged_file_is_named_and_nothing_is_removed() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let (damaged, whole) = (session(&store, 1, 100), session(&store, 2, 200));
+    store.save_map(&session(&store, 1, 100)).expect("saved");
+    store.save_map(&session(&store, 2, 200)).expect("saved");
+    let data = store.dir().clone();
+    drop(store);
+    for name in ["map.json", "tiles.json"] {
+        let path = data.map(damaged.map).join(name);
+        let original = fs::read(&path).expect("read");
+        let mut flipped = original.clone();
+        flipped[0] ^= 1;
+        for broken in [&original[..original.len() / 2], &vec![0; original.len()], b"", &flipped] {
+            fs::write(&path, broken).expect("written");
+            make_a_day_older(&data.tiles());
+            let before = content(dir.path());
+            let store = Store::open(dir.path()).expect("a damaged map does not keep the robot from starting");
+            let named = store.damaged_maps().expect("listed");
+            assert_eq!(named.len(), 1);
+            assert!(named[0].error.to_string().contains(name), "{}", named[0].error);
+            assert_eq!(store.maps().expect("listed").len(), 1, "the other one is listed");
+            assert!(
+                store
+                    .remove_session_tiles(&[store.map_tiles(whole.map).expect("read").tiles[0].hash])
+                    .is_err()
+            );
+            drop(store);
+            assert_eq!(content(dir.path()), before);
+        }
+        fs::write(&path, original).expect("written");
+    }
+    let store = Store::open(dir.path()).expect("opens");
+    assert_eq!((store.maps().expect("listed").len(), store.damaged_maps().expect("listed").len()), (2, 0));
+}
+
+#[test]
+fn a_map_of_a_later_program_is_left_alone() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let finished = session(&store, 1, 100);
+    store.save_map(&finished).expect("saved");
+    let path = store.dir().map_summary(finished.map);
+    let text = fs::read_to_string(&path).expect("read");
+    fs::write(&path, text.replace("\"format_version\": 1", "\"format_version\": 2")).expect("written");
+    assert_eq!(store.maps().expect("listed"), []);
+    let damaged = store.damaged_maps().expect("listed");
+    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 2, newest: 1, .. }));
+    fs::write(&path, text.replace("\"format_version\": 1,", "")).expect("written");
+    assert_eq!(store.maps().expect("listed").len(), 1, "without a version it is of the first");
+}
+
+#[test]
+fn a_tile_that_lacks_bytes_is_written_again() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("opens");
+    let hash = store.tiles().put(b"of a session").expect("put");
+    fs::write(store.dir().tile(hash), b"").expect("cut");
+    assert_eq!(store.tiles().put(b"of a session").expect("put"), hash);
+    assert_eq!(fs::read(store.dir().tile(hash)).expect("read"), b"of a session");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A saved map read from disk, to be merged with others or extended.
 
+use crate::map_files::MapDocument;
 use crate::{StoreError, files, texts};
 use api::MapSummary;
 use formats::FormatError;
@@ -36,7 +37,7 @@ impl SavedMap {
     /// When a file is missing, cannot be understood, or contradicts the others.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
         // Written last, so the other files are complete if it exists.
-        let summary = files::read_json(&path.join("map.json"))?;
+        let summary = MapDocument::read(&path.join("map.json"))?.summary;
         let graph: api::Graph = files::read_json(&path.join("graph.json"))?;
         let broken = |name: &str, what| StoreError::Broken { path: path.join(name), what };
         let in_order = graph.nodes.iter().enumerate().all(|(index, node)| node.id.0 as usize == index);

@@ -4,6 +4,8 @@
 pub(crate) const BROKEN_TILE: &str = "names a broken tile";
 /// A file among tiles whose name is no hash.
 pub(crate) const NO_TILE_NAME: &str = "is not named as a tile is";
+/// map.json with the id of another folder.
+pub(crate) const ID_OF_ANOTHER_MAP: &str = "holds the id of another map than its folder's name";
 /// graph.json whose keyframes are not numbered from 0.
 pub(crate) const KEYFRAMES_NOT_IN_ORDER: &str = "does not number its keyframes from 0";
 /// graph.json with an invalid pose.

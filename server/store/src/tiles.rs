@@ -1,11 +1,15 @@
 //! Tiles as files named by the BLAKE3 of their bytes.
 
 use crate::{Store, StoreError, files, texts};
-use api::{TileHash, TileList};
+use api::TileHash;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Age from which a tile that no saved map refers to is removed. A day: whoever removes or restores a map by hand has that long to notice.
+pub(crate) const UNUSED_TILE_GRACE: Duration = Duration::from_secs(24 * 3600);
 
 /// A directory of tiles: `ab/<hash>`.
 #[derive(Clone, Debug)]
@@ -52,7 +56,8 @@ impl TileFiles {
         let Some(directory) = path.parent() else {
             return Ok(hash);
         };
-        if !path.exists() {
+        // A power cut may have left a file with this name that lacks bytes.
+        if !fs::read(&path).is_ok_and(|existing| existing == bytes) {
             files::make_directory(directory)?;
             let temporary = directory.join(format!(".{hash}"));
             File::create(&temporary)
@@ -92,24 +97,36 @@ impl TileFiles {
 }
 
 impl Store {
-    /// Removes tiles of a session that has ended, except those that belong to a saved map too.
+    /// Removes tiles of a session that has ended, except those that belong to a saved map too. While a saved map cannot be read, nothing is removed.
     ///
     /// # Errors
-    /// When the disk fails.
+    /// When the disk fails, or a saved map cannot be read.
     pub fn remove_session_tiles(&self, tiles: &[TileHash]) -> Result<(), StoreError> {
+        let _removing = self.lock_tile_removal();
         let referenced = self.tiles_referenced_by_maps()?;
         tiles.iter().filter(|hash| !referenced.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
     }
 
-    /// Removes every tile that no saved map refers to, and temporary files beside them.
-    pub(crate) fn remove_unreferenced_tiles(&self) -> Result<(), StoreError> {
+    /// Removes tiles, and temporary files of tiles, that no saved map refers to and that were written more than [`UNUSED_TILE_GRACE`] ago. While a saved map
+    /// cannot be read, nothing is removed. Files with other names stay.
+    ///
+    /// # Errors
+    /// When the disk fails, or a saved map cannot be read.
+    pub(crate) fn remove_unused_tiles(&self, now: SystemTime) -> Result<(), StoreError> {
+        let _removing = self.lock_tile_removal();
         let referenced = self.tiles_referenced_by_maps()?;
         for directory in files::entries(&self.dir().tiles())? {
+            if !directory.is_dir() {
+                continue;
+            }
             for path in files::entries(&directory)? {
-                let hash: Option<TileHash> =
-                    path.file_name().and_then(|name| name.to_str()).and_then(|name| name.parse().ok());
-                if !hash.is_some_and(|hash| referenced.contains(&hash)) {
-                    fs::remove_file(&path).map_err(|source| StoreError::io("remove", &path, source))?;
+                let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+                let is_unused = match name.strip_prefix('.') {
+                    Some(temporary) => temporary.parse::<TileHash>().is_ok(),
+                    None => name.parse().is_ok_and(|hash: TileHash| !referenced.contains(&hash)),
+                };
+                if is_unused && is_older_than(&path, UNUSED_TILE_GRACE, now) {
+                    files::remove_file(&path)?;
                 }
             }
         }
@@ -117,11 +134,16 @@ impl Store {
     }
 
     fn tiles_referenced_by_maps(&self) -> Result<BTreeSet<TileHash>, StoreError> {
-        let mut referenced = BTreeSet::new();
-        for map in self.maps()? {
-            let list: TileList = files::read_json(&self.dir().map_tiles(map.id))?;
-            referenced.extend(list.tiles.iter().map(|tile| tile.hash));
+        let maps = self.map_folders()?;
+        if let Some(damaged) = maps.damaged.into_iter().next() {
+            return Err(damaged.error);
         }
-        Ok(referenced)
+        Ok(maps.readable.iter().flat_map(|map| map.tiles.tiles.iter().map(|tile| tile.hash)).collect())
     }
+}
+
+/// Whether a file was written before `now - age`. One whose time is unknown or in the future counts as new.
+fn is_older_than(path: &Path, age: Duration, now: SystemTime) -> bool {
+    let modified = fs::symlink_metadata(path).and_then(|about| about.modified());
+    modified.is_ok_and(|modified| now.duration_since(modified).is_ok_and(|elapsed| elapsed > age))
 }

@@ -1,0 +1,172 @@
+//! Poses in saved maps that outlive the process: where the robot was last (`place.json`), and its docks (`docks.json`).
+//!
+//! Both are JSON documents with a version. A file that cannot be read is put aside under another name and counts as absent.
+
+use crate::{Store, StoreError, files};
+use messages::PoseInMap;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Version of both documents.
+const POSES_FORMAT_VERSION: u32 = 1;
+
+/// `place.json`. Programs up to November 2026 wrote no version, which counts as 1.
+#[derive(Serialize, Deserialize)]
+struct PoseDocument {
+    #[serde(default = "first_format_version")]
+    format_version: u32,
+    #[serde(flatten)]
+    pose: PoseInMap,
+}
+
+/// `docks.json`.
+#[derive(Serialize, Deserialize)]
+struct DocksDocument {
+    format_version: u32,
+    docks: Vec<PoseInMap>,
+}
+
+/// `docks.json` as programs up to November 2026 wrote it, or as this one does.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum AnyDocksDocument {
+    Unversioned(Vec<PoseInMap>),
+    Versioned(DocksDocument),
+}
+
+fn first_format_version() -> u32 {
+    1
+}
+
+impl Store {
+    /// The robot's last known pose in a map, if that map still exists.
+    pub fn last_pose(&self) -> Option<PoseInMap> {
+        let path = self.dir().last_pose();
+        let document: PoseDocument =
+            read_or_put_aside(&path, |document: &PoseDocument| document.format_version)?;
+        Some(document.pose).filter(|pose| self.dir().map(pose.map).exists())
+    }
+
+    /// Saves the robot's pose for the next start, or deletes the saved one.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn save_last_pose(&self, pose: Option<&PoseInMap>) -> Result<(), StoreError> {
+        let path = self.dir().last_pose();
+        let Some(&pose) = pose else { return files::remove_file(&path) };
+        let document = PoseDocument { format_version: POSES_FORMAT_VERSION, pose };
+        files::replace(&path, &to_json(&path, &document)?)
+    }
+
+    /// Docks in the saved maps, without those of maps that no longer exist.
+    pub fn docks(&self) -> Vec<PoseInMap> {
+        let version = |document: &AnyDocksDocument| match document {
+            AnyDocksDocument::Unversioned(_) => first_format_version(),
+            AnyDocksDocument::Versioned(document) => document.format_version,
+        };
+        let mut docks = match read_or_put_aside(&self.dir().docks(), version) {
+            Some(AnyDocksDocument::Unversioned(docks)) => docks,
+            Some(AnyDocksDocument::Versioned(document)) => document.docks,
+            None => Vec::new(),
+        };
+        docks.retain(|dock| self.dir().map(dock.map).exists());
+        docks
+    }
+
+    /// Saves the docks for the next start.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn save_docks(&self, docks: &[PoseInMap]) -> Result<(), StoreError> {
+        let path = self.dir().docks();
+        let document = DocksDocument { format_version: POSES_FORMAT_VERSION, docks: docks.to_vec() };
+        files::replace_durably(&path, &to_json(&path, &document)?)
+    }
+}
+
+/// Reads a document that the program can do without. One that cannot be read, or that a later program wrote, is put aside, because this program will write
+/// its own.
+fn read_or_put_aside<T: DeserializeOwned>(path: &Path, version: impl FnOnce(&T) -> u32) -> Option<T> {
+    if !path.exists() {
+        return None;
+    }
+    let read = files::read_json::<T>(path).and_then(|document| {
+        files::check_version(path, version(&document), POSES_FORMAT_VERSION).map(|()| document)
+    });
+    match read {
+        Ok(document) => Some(document),
+        Err(error) => {
+            match files::put_aside(path) {
+                Ok(aside) => tracing::error!("{error}; it is kept as {}", aside.display()),
+                Err(failure) => tracing::error!("{error}, and it could not be put aside: {failure}"),
+            }
+            None
+        }
+    }
+}
+
+fn to_json(path: &Path, document: &impl Serialize) -> Result<Vec<u8>, StoreError> {
+    serde_json::to_vec(document).map_err(|source| StoreError::Document { path: path.to_owned(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+    use uuid::Uuid;
+    use vocab::{MapId, Pose, Vec3};
+
+    fn pose_in(map: MapId) -> PoseInMap {
+        PoseInMap { map, map_from_base: Pose { position: Vec3::new(1.5, -2.0, 0.5), ..Pose::IDENTITY } }
+    }
+
+    fn store_with_map(dir: &Path) -> (Store, PoseInMap) {
+        let store = Store::open(dir).expect("opens");
+        let map = MapId(Uuid::from_u128(3));
+        fs::create_dir_all(store.dir().map(map)).expect("made");
+        (store, pose_in(map))
+    }
+
+    #[test]
+    fn documents_without_a_version_are_read() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let (store, pose) = store_with_map(dir.path());
+        fs::write(store.dir().last_pose(), serde_json::to_vec(&pose).expect("json")).expect("written");
+        fs::write(store.dir().docks(), serde_json::to_vec(&[pose]).expect("json")).expect("written");
+        assert_eq!((store.last_pose(), store.docks()), (Some(pose), vec![pose]));
+        store.save_last_pose(Some(&pose)).expect("saved");
+        store.save_docks(&[pose]).expect("saved");
+        for path in [store.dir().last_pose(), store.dir().docks()] {
+            let document: serde_json::Value = files::read_json(&path).expect("json");
+            assert_eq!(document["format_version"], 1);
+        }
+        assert_eq!((store.last_pose(), store.docks()), (Some(pose), vec![pose]));
+    }
+
+    #[test]
+    fn documents_that_cannot_be_read_are_kept_under_another_name() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let (store, pose) = store_with_map(dir.path());
+        let later = r#"{"format_version":2,"docks":[],"beacons":[]}"#;
+        for (number, content) in ["nonsense", later].into_iter().enumerate() {
+            fs::write(store.dir().docks(), content).expect("written");
+            assert_eq!(store.docks(), []);
+            store.save_docks(&[pose]).expect("saved");
+            let aside = ["docks.json.damaged", "docks.json.damaged-2"][number];
+            assert_eq!(fs::read_to_string(dir.path().join(aside)).expect("kept"), content);
+        }
+        fs::write(store.dir().last_pose(), "").expect("written");
+        assert_eq!(store.last_pose(), None);
+        assert!(dir.path().join("place.json.damaged").exists() && !store.dir().last_pose().exists());
+    }
+
+    #[test]
+    fn poses_in_a_damaged_map_are_kept() {
+        let dir = tempfile::tempdir().expect("temporary directory");
+        let (store, pose) = store_with_map(dir.path());
+        store.save_docks(&[pose]).expect("saved");
+        assert_eq!(store.damaged_maps().expect("listed").len(), 1, "it has no map.json");
+        assert_eq!(store.docks(), [pose]);
+    }
+}
