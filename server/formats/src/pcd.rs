@@ -125,6 +125,9 @@ fn lay_out(
             return Err(FormatError::at_line(WHAT, line, problem));
         };
         let count = counts.get(i).copied().unwrap_or(1);
+        if count == 0 {
+            return Err(FormatError::at_line(WHAT, line, format!("field '{name}' has the count 0")));
+        }
         let end = scalar.size().checked_mul(count).and_then(|size| size.checked_add(offset));
         let Some(end) = end.filter(|end| *end <= 1 << 20) else {
             let problem = format!("field '{name}' has the absurd count {count}");
@@ -345,6 +348,10 @@ mod tests {
             }
         }
         assert!(read(b"").is_err());
+        for data in ["ascii", "binary", "binary_compressed"] {
+            let file = header("1", data).replace("COUNT 1 1 1 1", "COUNT 0 0 0 0") + "\0\0\0\0\0\0\0\0";
+            assert!(read(file.as_bytes()).is_err(), "fields without values, {data}");
+        }
         assert!(read(header("1", "binary_xz").as_bytes()).is_err());
     }
 }
