@@ -3,8 +3,7 @@
 use crate::scene_sync::{BASE_HEIGHT_M, vector};
 use client_model::{Model, Selection};
 use glam::DVec3;
-use panels::{LabelKind, SceneLabel};
-use vocab::KeyframeId;
+use panels::SceneLabel;
 
 /// Number of keyframes in the accessible tree: the nearest ones. More would hide everything else from a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
@@ -25,7 +24,7 @@ pub(crate) fn scene_labels(
         survey_labels(model, &project, &mut labels);
     }
     dock_labels(model, &project, &mut labels);
-    picked_labels(model, &project, &mut labels);
+    alignment_labels(model, &project, &mut labels);
     // Keyframes would be in the way of the robot's pose or the points that are picked.
     let picking = model.is_picking_pose() || model.alignment().is_some();
     if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
@@ -40,26 +39,17 @@ fn robot_labels(
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
-    let live = |at: DVec3| project(at).map(|(at, _)| at);
     if let Some(estimate) = &model.robot.estimate
-        && let Some(at) = live(vector(estimate.value.map_from_base.position))
+        && let Some((at, _)) = project(vector(estimate.value.map_from_base.position))
     {
         let v = estimate.value.velocity.linear;
-        labels.push(SceneLabel {
-            kind: LabelKind::Selectable(Selection::Robot),
-            name: "Robot in the scene".to_owned(),
-            tag: format!("Robot · {:.1} m/s", v.x.hypot(v.y)),
-            at,
-            selected: model.selection() == Some(Selection::Robot),
-            small: false,
-        });
+        let is_selected = model.selection() == Some(Selection::Robot);
+        labels.push(SceneLabel::robot(at, v.x.hypot(v.y), is_selected));
     }
     if let api::Motion::Walking { goal, remaining, .. } = model.motion()
-        && let Some(at) = live(vector(*goal))
+        && let Some((at, _)) = project(vector(*goal))
     {
-        let tag = format!("Goal · {}", panels::words::distance(*remaining));
-        let name = "Goal".to_owned();
-        labels.push(SceneLabel { kind: LabelKind::Goal, name, tag, at, selected: false, small: false });
+        labels.push(SceneLabel::goal(at, *remaining));
     }
 }
 
@@ -69,11 +59,10 @@ fn survey_labels(
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
-    for (number, target) in (1..).zip(&model.quality().places) {
-        let Some((at, _)) = project(vector(target.at)) else { continue };
-        let name = format!("Place {number} worth a walk, in the scene");
-        let tag = panels::words::why_walk(target.why);
-        labels.push(SceneLabel { kind: LabelKind::WorthAWalk, name, tag, at, selected: false, small: false });
+    for (number, target) in (1..).zip(&model.quality().targets) {
+        if let Some((at, _)) = project(vector(target.at)) {
+            labels.push(SceneLabel::survey_target(at, number, target.why));
+        }
     }
 }
 
@@ -84,50 +73,40 @@ fn dock_labels(
     labels: &mut Vec<SceneLabel>,
 ) {
     for (number, dock) in (1..).zip(model.docks()) {
-        let Some((at, _)) = project(vector(dock.position) - DVec3::Z * BASE_HEIGHT_M) else { continue };
-        let (kind, name) = (LabelKind::Dock, format!("Dock {number} in the scene"));
-        labels.push(SceneLabel { kind, name, tag: "Dock".to_owned(), at, selected: false, small: false });
+        if let Some((at, _)) = project(vector(dock.position) - DVec3::Z * BASE_HEIGHT_M) {
+            labels.push(SceneLabel::dock(at, number));
+        }
     }
 }
 
 /// Points that were picked to align two maps.
-fn picked_labels(
+fn alignment_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
-    let (Some(align), Some(viewed)) = (model.alignment(), model.viewed_map()) else { return };
-    for (number, picked) in (1..).zip(align.points_in(viewed)) {
-        let Some((at, _)) = project(vector(picked)) else { continue };
-        let (kind, name, tag) = (LabelKind::Picked, format!("Picked point {number}"), number.to_string());
-        labels.push(SceneLabel { kind, name, tag, at, selected: false, small: false });
+    let (Some(alignment), Some(viewed)) = (model.alignment(), model.viewed_map()) else { return };
+    for (number, point) in (1..).zip(alignment.points_in(viewed)) {
+        if let Some((at, _)) = project(vector(point)) {
+            labels.push(SceneLabel::alignment_point(at, number));
+        }
     }
 }
 
-/// Name of a keyframe and, while mapping, its accuracy.
-fn selected_tag(model: &Model, id: KeyframeId) -> String {
-    let deviation = model.quality().deviation_of(id).filter(|_| model.viewed_map().is_none());
-    match deviation.map(|deviation| panels::words::accuracy(f64::from(deviation).max(1e-3))) {
-        Some(known) => format!("Keyframe {} · known to {known}", id.0),
-        None => format!("Keyframe {}", id.0),
-    }
-}
-
-/// The keyframes nearest to the camera.
+/// The keyframes nearest to the camera, and the selected one. While mapping, its tag shows its standard deviation.
 fn keyframe_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
     labels: &mut Vec<SceneLabel>,
 ) {
+    let is_live = model.viewed_map().is_none();
     let mut candidates: Vec<(f64, SceneLabel)> = Vec::new();
     for node in &model.displayed_map().graph.nodes {
-        let Some((at, depth)) = project(vector(node.map_from_keyframe.position)) else { continue };
-        let selected = model.selection() == Some(Selection::Keyframe(node.id));
-        let name = format!("Keyframe {}", node.id.0);
-        let tag = if selected { selected_tag(model, node.id) } else { String::new() };
-        let kind = LabelKind::Selectable(Selection::Keyframe(node.id));
-        let order = if selected { f64::NEG_INFINITY } else { depth };
-        candidates.push((order, SceneLabel { kind, name, tag, at, selected, small: true }));
+        let Some((at, depth_m)) = project(vector(node.map_from_keyframe.position)) else { continue };
+        let is_selected = model.selection() == Some(Selection::Keyframe(node.id));
+        let sigma_m = model.quality().deviation_of(node.id).filter(|_| is_live).map(f64::from);
+        let order = if is_selected { f64::NEG_INFINITY } else { depth_m };
+        candidates.push((order, SceneLabel::keyframe(at, node.id, sigma_m, is_selected)));
     }
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     labels.extend(candidates.into_iter().take(MAX_KEYFRAME_LABELS).map(|(_, label)| label));

@@ -183,15 +183,15 @@ impl SceneSync {
         }
         let colours = palette(model.view_settings());
         let marker_height = self.config.marker_height_m;
-        let places = model.quality().places.iter().filter(|_| live);
+        let targets = model.quality().targets.iter().filter(|_| live);
         let arrow = dragged_pose.map(|ends| pose_arrow(ends, model, self.config.marker_height_m));
         let (lines, arrow_heads): (Vec<_>, Vec<_>) = arrow.into_iter().unzip();
         let docks = model.docks().map(|map_from_base| dock_marker(map_from_base, &colours, marker_height));
         let picked = model.alignment().zip(model.viewed_map());
         let picked = picked.map(|(align, viewed)| align.points_in(viewed)).unwrap_or_default();
         let picked = picked.into_iter().map(|at| picked_point_marker(vector(at), &colours));
-        let markers = places
-            .map(|place| survey_marker(place, &colours, marker_height))
+        let markers = targets
+            .map(|target| survey_marker(target, &colours, marker_height))
             .chain(docks)
             .chain(picked)
             .chain(arrow_heads);

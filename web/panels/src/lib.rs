@@ -68,7 +68,7 @@ mod test_support;
 #[cfg(test)]
 mod tests;
 
-pub use features::scene_labels::{LabelKind, SceneLabel, show_labels};
+pub use features::scene_labels::{SceneLabel, show_labels};
 pub use layout::{Layout, Width};
 pub use state::PanelState;
 pub use text_input::{

@@ -1,6 +1,6 @@
 //! Numbers and states in the operator's words. Every number carries its unit.
 
-use api::{Battery, Estimate, Motion, Severity, SurveyReason};
+use api::{Battery, Estimate, Motion, Severity};
 use vocab::{Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
@@ -11,14 +11,6 @@ pub fn distance(metres: f64) -> String {
 /// An area: `7.4 m²`, `412 m²`.
 pub fn area(square_metres: f64) -> String {
     if square_metres < 10.0 { format!("{square_metres:.1} m²") } else { format!("{square_metres:.0} m²") }
-}
-
-/// Why a place is worth walking to, on a tag.
-pub fn why_walk(why: SurveyReason) -> String {
-    match why {
-        SurveyReason::FromAfar(square_metres) => format!("Seen from afar only · {}", area(square_metres)),
-        SurveyReason::Uncertain(metres) => format!("Known to {} only", accuracy(metres)),
-    }
 }
 
 /// A small length: `4 mm`, `1.4 cm`, `0.35 m`.

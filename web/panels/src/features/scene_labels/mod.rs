@@ -1,83 +1,125 @@
-//! Things in the 3D scene as accessible elements and tags: robot, goal, docks, points, keyframes.
+//! Labels of the 3D scene: accessible elements and tags at the robot, its goal, docks, picked points and keyframes.
 
 mod placement;
+#[cfg(test)]
+mod tests;
+mod texts;
 
 use crate::theme::{self, Tokens, Weight, font};
+use api::SurveyReason;
 use client_model::{ClientCommand, Selection};
 use egui::{CornerRadius, Id, Pos2, Rect, Role, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, vec2};
 use placement::{LabelPlacementConfig, LabelPlacer, covering_rects};
+use vocab::KeyframeId;
 
-/// Side of the click target of one of many, points.
+/// Side of the click target of a label that has others close to it, points.
 const SMALL_TARGET: f32 = 20.0;
+/// Radius of the ring around a selected label, to the middle of its line, points.
+const RING_RADIUS: f32 = 14.0;
+/// Width of the ring's line, points.
+const RING_WIDTH: f32 = 2.0;
+/// The least standard deviation that a tag shows, metres.
+const LEAST_SIGMA_M: f64 = 1e-3;
 
-/// What a label stands at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LabelKind {
-    /// Something that can be selected.
-    Selectable(Selection),
-    /// Where the robot walks to.
-    Goal,
-    /// Where it is worth walking to.
-    WorthAWalk,
-    /// Where it was charged.
-    Dock,
-    /// A point that two maps share.
-    Picked,
-}
-
-/// A thing of the scene and where it is on the screen.
+/// A thing of the scene and its position on the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneLabel {
-    /// What it is.
-    pub kind: LabelKind,
     /// Its accessible name.
-    pub name: String,
-    /// What the tag says; no tag if empty.
-    pub tag: String,
-    /// Where it is, points.
-    pub at: Pos2,
+    name: String,
+    /// The text of its tag; it has no tag if empty.
+    tag: String,
+    /// Its position on the screen, points.
+    at: Pos2,
+    /// What a click on it selects; nothing if none.
+    selects: Option<Selection>,
     /// Whether it is selected.
-    pub selected: bool,
-    /// Whether it is one of many close together, of which only the sign itself is clicked.
-    pub small: bool,
+    is_selected: bool,
+    /// Whether other labels are close to it. Only its marker can be clicked then.
+    is_crowded: bool,
 }
 
-/// Draws the labels over the scene, under all cards. The most important come first: tags avoid cards and the tags before them, and are left
+impl SceneLabel {
+    fn new(name: String, tag: String, at: Pos2) -> Self {
+        Self { name, tag, at, selects: None, is_selected: false, is_crowded: false }
+    }
+
+    /// The robot, with its horizontal speed, m/s.
+    pub fn robot(at: Pos2, speed_m_s: f64, is_selected: bool) -> Self {
+        let label = Self::new(texts::ROBOT.to_owned(), texts::robot_tag(speed_m_s), at);
+        Self { selects: Some(Selection::Robot), is_selected, ..label }
+    }
+
+    /// The point to which the robot walks, with the rest of the path, metres.
+    pub fn goal(at: Pos2, remaining_m: f64) -> Self {
+        Self::new(texts::GOAL.to_owned(), texts::goal_tag(remaining_m), at)
+    }
+
+    /// A place to survey. Numbers begin with 1.
+    pub fn survey_target(at: Pos2, number: usize, reason: SurveyReason) -> Self {
+        Self::new(texts::survey_target(number), texts::survey_target_tag(reason), at)
+    }
+
+    /// A dock. Numbers begin with 1.
+    pub fn dock(at: Pos2, number: usize) -> Self {
+        Self::new(texts::dock(number), texts::DOCK_TAG.to_owned(), at)
+    }
+
+    /// A point that was picked to align two maps. Numbers begin with 1.
+    pub fn alignment_point(at: Pos2, number: usize) -> Self {
+        Self::new(texts::alignment_point(number), number.to_string(), at)
+    }
+
+    /// A keyframe. Only a selected one has a tag, with the standard deviation of its position, metres, if it is known.
+    pub fn keyframe(at: Pos2, id: KeyframeId, sigma_m: Option<f64>, is_selected: bool) -> Self {
+        let sigma_m = sigma_m.map(|sigma_m| sigma_m.max(LEAST_SIGMA_M));
+        let tag = if is_selected { texts::keyframe_tag(id, sigma_m) } else { String::new() };
+        let label = Self::new(texts::keyframe(id), tag, at);
+        Self { selects: Some(Selection::Keyframe(id)), is_selected, is_crowded: true, ..label }
+    }
+}
+
+/// Draws the labels over the scene and under all cards, the most important first. A tag avoids the cards and the tags before it. It is left
 /// out where there is no room.
 pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<ClientCommand>) {
     let cards = covering_rects(ui.ctx());
     let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
     for label in labels {
-        // Beside a keyframe's marker the scene decides what a click selects: another thing may be nearer.
-        let side = if label.small { SMALL_TARGET } else { theme::TOUCH };
-        let target = Rect::from_center_size(label.at, Vec2::splat(side));
-        if let LabelKind::Selectable(selection) = label.kind {
-            let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
-            response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.selected, &label.name));
-            if response.clicked() {
-                out.push(ClientCommand::Select((!label.selected).then_some(selection)));
-            }
-            if (label.selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
-                ui.painter().circle_stroke(label.at, 14.0, Stroke::new(2.0, tokens.accent));
-            }
+        if let Some(selection) = label.selects {
+            show_target(ui, tokens, label, selection, &placer, out);
         }
         if !label.tag.is_empty() {
-            tag(ui, tokens, label, &mut placer);
+            paint_tag(ui, tokens, label, &mut placer);
         }
     }
 }
 
-fn tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &mut LabelPlacer) {
+/// The click target of a label, and the ring around it while it is selected or has the keyboard's focus.
+fn show_target(
+    ui: &Ui,
+    tokens: &Tokens,
+    label: &SceneLabel,
+    selection: Selection,
+    placer: &LabelPlacer,
+    out: &mut Vec<ClientCommand>,
+) {
+    // Beside the marker of a crowded label the scene decides what a click selects, because another thing may be nearer.
+    let side = if label.is_crowded { SMALL_TARGET } else { theme::TOUCH };
+    let target = Rect::from_center_size(label.at, Vec2::splat(side));
+    let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.is_selected, &label.name));
+    if response.clicked() {
+        out.push(ClientCommand::Select((!label.is_selected).then_some(selection)));
+    }
+    if (label.is_selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
+        ui.painter().circle_stroke(label.at, RING_RADIUS, Stroke::new(RING_WIDTH, tokens.accent));
+    }
+}
+
+fn paint_tag(ui: &Ui, tokens: &Tokens, label: &SceneLabel, placer: &mut LabelPlacer) {
     let text = font(theme::SMALL, Weight::Medium);
     let galley = ui.painter().layout_no_wrap(label.tag.clone(), text, tokens.text);
     let Some(rect) = placer.place(label.at, galley.size() + vec2(14.0, 8.0)) else { return };
-    let radius = CornerRadius::same(5);
-    ui.painter().rect(
-        rect,
-        radius,
-        tokens.card,
-        Stroke::new(tokens.line_width, tokens.line),
-        StrokeKind::Inside,
-    );
+    let line = Stroke::new(tokens.line_width, tokens.line);
+    ui.painter().rect(rect, CornerRadius::same(5), tokens.card, line, StrokeKind::Inside);
     ui.painter().galley(rect.min + vec2(7.0, 4.0), galley, tokens.text);
 }

@@ -1,5 +1,6 @@
 //! Placement of the tags of scene labels: beside their point, clear of cards and of each other.
 
+use super::{RING_RADIUS, RING_WIDTH};
 use egui::{Align2, Pos2, Rect, Vec2, vec2};
 
 /// Parameters of [`LabelPlacer`].
@@ -9,13 +10,13 @@ pub(crate) struct LabelPlacementConfig {
     pub(crate) tag_distance: f32,
     /// Distance that a tag keeps from cards and from the edge of the window, points.
     pub(crate) margin: f32,
-    /// Radius of the ring around a selected label, with its line, points.
+    /// Radius of the ring around a selected label, to the outer edge of its line, points.
     pub(crate) ring_radius: f32,
 }
 
 impl Default for LabelPlacementConfig {
     fn default() -> Self {
-        Self { tag_distance: 17.0, margin: 4.0, ring_radius: 15.0 }
+        Self { tag_distance: 17.0, margin: 4.0, ring_radius: RING_RADIUS + 0.5 * RING_WIDTH }
     }
 }
 

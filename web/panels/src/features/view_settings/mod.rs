@@ -1,6 +1,8 @@
 //! View settings: the tool column, which says how the scene looks and from where it is viewed.
 
 mod menus;
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};

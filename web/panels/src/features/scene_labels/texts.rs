@@ -1,0 +1,48 @@
+//! Texts of the labels in the scene, by key: names for the accessible tree, and tags.
+
+use crate::words;
+use api::SurveyReason;
+use vocab::KeyframeId;
+
+pub(super) const ROBOT: &str = "Robot in the scene";
+pub(super) const GOAL: &str = "Goal";
+pub(super) const DOCK_TAG: &str = "Dock";
+
+pub(super) fn robot_tag(speed_m_s: f64) -> String {
+    format!("Robot · {speed_m_s:.1} m/s")
+}
+
+pub(super) fn goal_tag(remaining_m: f64) -> String {
+    format!("Goal · {}", words::distance(remaining_m))
+}
+
+pub(super) fn survey_target(number: usize) -> String {
+    format!("Place {number} worth a walk, in the scene")
+}
+
+/// Why a place is worth walking to.
+pub(super) fn survey_target_tag(reason: SurveyReason) -> String {
+    match reason {
+        SurveyReason::FromAfar(area_m2) => format!("Seen from afar only · {}", words::area(area_m2)),
+        SurveyReason::Uncertain(sigma_m) => format!("Known to {} only", words::accuracy(sigma_m)),
+    }
+}
+
+pub(super) fn dock(number: usize) -> String {
+    format!("Dock {number} in the scene")
+}
+
+pub(super) fn alignment_point(number: usize) -> String {
+    format!("Picked point {number}")
+}
+
+pub(super) fn keyframe(id: KeyframeId) -> String {
+    format!("Keyframe {}", id.0)
+}
+
+pub(super) fn keyframe_tag(id: KeyframeId, sigma_m: Option<f64>) -> String {
+    match sigma_m {
+        Some(sigma_m) => format!("{} · known to {}", keyframe(id), words::accuracy(sigma_m)),
+        None => keyframe(id),
+    }
+}
