@@ -1,7 +1,8 @@
 //! Whole graphs at once: Gauss-Newton, Levenberg-Marquardt, Dogleg.
 //!
-//! Every iteration linearises all factors, factorises the normal equations along a plan that is made once, and moves all variables.
-//! Sources: Madsen, Nielsen, Tingleff, *Methods for non-linear least squares problems*, 2004 (damping and trust region).
+//! The elimination order and the structure of the factor are computed once. Every iteration linearises all factors, factorises the normal
+//! equations and moves all variables. Source: Madsen, Nielsen, Tingleff, *Methods for non-linear least squares problems*, 2004 (damping and
+//! trust region).
 
 use crate::error::SolveError;
 use crate::factor::Linearised;
@@ -11,10 +12,10 @@ use crate::linear::factorisation::{Factorisation, Plan, System, products};
 use crate::value::{Key, Values};
 use nalgebra::DMatrix;
 
-/// How to step.
+/// Step rule of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Full steps, whatever the cost does. Fastest from a good start.
+    /// Full steps, even where the cost rises. Fastest from a start near the optimum.
     GaussNewton,
     /// Damped steps; the cost never rises.
     #[default]
@@ -23,14 +24,14 @@ pub enum Method {
     Dogleg,
 }
 
-/// When to stop.
+/// Step rule and stopping criteria of [`optimise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// How to step.
+    /// Step rule.
     pub method: Method,
-    /// Linearisations at most.
+    /// Greatest number of linearisations.
     pub iterations_max: usize,
-    /// Stop once an iteration lowers the cost, or promises to, by less than this share.
+    /// Iterations stop once the actual or the predicted relative decrease of the cost in one iteration is below this value.
     pub relative_decrease_min: f64,
 }
 
@@ -40,32 +41,32 @@ impl Default for Options {
     }
 }
 
-/// What came out.
+/// Result of [`optimise`].
 #[derive(Clone, Debug)]
 pub struct Solution {
     /// Estimates.
     pub values: Values,
     /// Sum of the factors' costs `ρ(s) · weight`; chi-squared where no factor has a kernel or weight.
     pub cost: f64,
-    /// The same before.
+    /// The same sum at the start.
     pub initial_cost: f64,
-    /// Factorisations done.
+    /// Number of factorisations.
     pub iterations: usize,
-    /// Whether it stopped because the cost no longer fell.
+    /// Whether the solver stopped because the cost no longer fell.
     pub converged: bool,
 }
 
-/// Cost that is as good as zero: below rounding of any real measurement.
+/// Costs below this count as zero. Rounding of any real measurement costs more.
 const COST_ZERO: f64 = 1e-18;
 
-/// Variables from which on the factor is kept in single precision. It is computed in double precision, and residuals and gradients stay
-/// exact, so that only steps are rounded: the next one finds what is left.
+/// From this number of variables on, the factor is stored in single precision. It is computed in double precision. Residuals and gradients stay
+/// in double precision, so only the steps are rounded, and the next iteration corrects that.
 const SINGLE_PRECISION_MIN: usize = 10_000;
 
 /// Minimises the cost of `graph` from `start`.
 ///
-/// Cost: per iteration one linearisation of every factor and one sparse factorisation, for pose graphs of robots that
-/// revisit places about proportional to `n log n` in memory and `n^1.5` in time.
+/// Cost: one linearisation of every factor and one sparse factorisation per iteration. For pose graphs of robots that revisit places, memory
+/// grows about as `n log n` and time about as `n^1.5`.
 ///
 /// # Errors
 /// When a variable is not determined, or a factor cannot be evaluated at an estimate.
@@ -108,7 +109,7 @@ fn gauss_newton<T: Stored>(
         state.iterations += 1;
         state.values = state.values.retract(&step.errors);
         if step.promised <= options.relative_decrease_min * state.cost + COST_ZERO {
-            // What is left to gain is second order in what was promised: no need to linearise once more.
+            // The remaining decrease is of second order in the predicted one, so the factors need not be linearised again.
             state.cost = problem.cost(&state.values)?;
             state.converged = true;
             break;
@@ -130,7 +131,7 @@ fn levenberg_marquardt<T: Stored>(
     options: &Options,
 ) -> Result<Solution, SolveError> {
     const DAMPING_MAX: f64 = 1e10;
-    // Damping relative to the diagonal. Nearly none at first: graphs start close to the optimum.
+    // Damping relative to the diagonal. It starts near zero because most graphs start close to the optimum.
     let mut damping = 1e-6;
     let mut raise = 4.0;
     let mut diagonal = problem.system.diagonal();
@@ -139,7 +140,7 @@ fn levenberg_marquardt<T: Stored>(
         let step = match problem.step(&extra) {
             Ok(step) => step,
             Err(SolveError::Undetermined { key }) if damping < 1e-3 => {
-                // Numerically singular, perhaps only at this estimate.
+                // The system is numerically singular, perhaps only at this estimate.
                 let _ = key;
                 damping *= 100.0;
                 continue;
@@ -151,7 +152,7 @@ fn levenberg_marquardt<T: Stored>(
         problem.keep_system();
         let cost = problem.linearise(&candidate)?;
         let gain = state.cost - cost;
-        // Rounding may hide a last, tiny gain.
+        // The last decrease may be smaller than rounding.
         if gain >= -1e-12 * state.cost {
             let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
             (state.values, state.cost) = (candidate, cost);
@@ -241,13 +242,13 @@ fn blend(newton: &[f64], steepest: &[f64], radius: f64) -> Vec<f64> {
 
 /// A Gauss-Newton or damped step.
 struct Step {
-    /// For every scalar, in the keys' order.
+    /// Error vectors of all variables in the order of their keys.
     errors: Vec<f64>,
-    /// By how much the linearised cost falls.
+    /// Predicted decrease: by how much the linearised cost falls.
     promised: f64,
 }
 
-/// A graph with everything that its iterations share.
+/// A graph with the buffers that its iterations share.
 #[derive(Debug)]
 pub(crate) struct Problem<'a, T = f64> {
     graph: &'a Graph,
@@ -327,7 +328,7 @@ impl<'a, T: Stored> Problem<'a, T> {
     pub(crate) fn factorise(&mut self, damping: &[f64]) -> Result<(), SolveError> {
         let done = self.factorisation.factorise(&self.plan, &self.system, damping);
         done.map_err(|undetermined| {
-            // A Jacobian that is not finite shows only here.
+            // A Jacobian with entries that are not finite is noticed only here.
             let culprit = (0..self.system.len())
                 .find(|&index| self.system.values(index).iter().any(|value| !value.is_finite()));
             match culprit {
@@ -344,13 +345,13 @@ impl<'a, T: Stored> Problem<'a, T> {
         DMatrix::from_vec(columns.len(), columns.len(), products(&columns))
     }
 
-    /// Sets the present system aside, so that the next linearisation does not overwrite it.
+    /// Keeps a copy of the present system, so that the next linearisation does not overwrite it.
     fn keep_system(&mut self) {
         let spare = self.other_system.take().unwrap_or_else(|| self.system.clone());
         self.other_system = Some(std::mem::replace(&mut self.system, spare));
     }
 
-    /// Brings it back.
+    /// Restores the system kept by [`Self::keep_system`].
     fn restore_system(&mut self) {
         if let Some(kept) = self.other_system.take() {
             self.other_system = Some(std::mem::replace(&mut self.system, kept));

@@ -5,13 +5,13 @@ use crate::{FactorId, Key, Kind};
 /// A factor that cannot be made or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FactorError {
-    /// The information matrix is no inverse covariance.
+    /// The information matrix is not the inverse of a covariance.
     #[error("the information matrix {problem}")]
     Information {
         /// What is wrong with it.
         problem: &'static str,
     },
-    /// A measurement, noise or parameter that is not a finite number, or out of range.
+    /// A measurement, noise or parameter is not a finite number, or is out of range.
     #[error("{what} is not a usable number")]
     NotFinite {
         /// Which one.
@@ -33,13 +33,13 @@ pub enum FactorError {
         /// The variable.
         key: Key,
     },
-    /// A factor that names one variable twice.
+    /// The factor names one variable twice.
     #[error("the factor names variable {key} twice")]
     Repeated {
         /// The variable.
         key: Key,
     },
-    /// The measurement says nothing at this estimate, such as a bearing to a point at distance zero.
+    /// The measurement constrains nothing at this estimate, such as a bearing to a point at distance zero.
     #[error("the factor on variable {key} is degenerate: {reason}")]
     Degenerate {
         /// A variable of the factor.
@@ -52,7 +52,7 @@ pub enum FactorError {
 /// A graph that cannot be solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
-    /// The factors leave a direction of the variable (given those eliminated later) free.
+    /// The factors leave a direction of the variable undetermined (given the variables eliminated later).
     #[error("the factors do not determine variable {key}; a prior or a connection to the rest is missing")]
     Undetermined {
         /// The variable.
@@ -87,7 +87,7 @@ pub enum SolveError {
         /// The variable.
         key: Key,
     },
-    /// A start from the measurements alone needs a graph whose relative poses reach every pose from an anchored one.
+    /// Chordal initialisation needs relative poses that connect every pose to an anchored one.
     #[error("no chain of relative poses connects variable {key} to an anchored pose")]
     Disconnected {
         /// The variable.

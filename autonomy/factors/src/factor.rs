@@ -1,4 +1,4 @@
-//! What a factor is: a whitened residual of a few variables, with its Jacobians.
+//! Factors: a whitened residual of a few variables, with its Jacobians.
 
 use crate::error::FactorError;
 use crate::value::{Key, Kind, Planar, Value, Values};
@@ -6,27 +6,27 @@ use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;
 
-/// A measurement that ties variables together. Its cost is half the squared length of its *whitened* residual, that is of
-/// `W r` with `WᵀW` the information matrix.
+/// A measurement that constrains a few variables. Its cost is the squared length of its *whitened* residual `W r`, where `WᵀW` is the
+/// information matrix.
 ///
 /// Implementations are pure: the same values give the same bits.
 pub trait Factor: Debug + Send + Sync {
-    /// The variables, each once.
+    /// The variables. Each occurs once.
     fn keys(&self) -> &[Key];
 
-    /// What each variable must be; as long as [`Self::keys`].
+    /// The kind that each variable must have, in the order of [`Self::keys`].
     fn kinds(&self) -> &[Kind];
 
     /// Length of the residual.
     fn rows(&self) -> usize;
 
-    /// Writes the whitened residual, and the whitened Jacobian for each variable with respect to the error that moves it.
+    /// Writes the whitened residual and, for each variable, the whitened Jacobian with respect to the error that moves the variable.
     ///
     /// # Errors
-    /// When a variable is missing or of another kind, or the measurement says nothing at these values.
+    /// When a variable is missing or of another kind, or the measurement constrains nothing at these values.
     fn linearise(&self, values: &Values, out: &mut Linearised) -> Result<(), FactorError>;
 
-    /// Writes the whitened residual alone; for factors whose Jacobians are costly.
+    /// Writes the whitened residual alone. Factors override it where Jacobians are costly.
     ///
     /// # Errors
     /// As for [`Self::linearise`].
@@ -34,12 +34,12 @@ pub trait Factor: Debug + Send + Sync {
         self.linearise(values, out)
     }
 
-    /// For a measured relative pose between two poses: the measurement, so that a start can be made from measurements alone.
+    /// The measurement, if it is a relative pose between two poses. Initialisation uses it.
     fn relative_pose(&self) -> Option<RelativePose> {
         None
     }
 
-    /// For a prior on one pose: where it is.
+    /// The known pose, if the factor is a prior on one pose.
     fn anchor(&self) -> Option<Value> {
         None
     }
@@ -64,7 +64,7 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Zeros, shaped for `factor`.
+    /// Sets all entries to zero, in the shape of `factor`.
     pub fn reset(&mut self, factor: &dyn Factor) {
         self.rows = factor.rows();
         self.starts.clear();
@@ -78,7 +78,7 @@ impl Linearised {
         self.data.resize(self.rows * (start + 1), 0.0);
     }
 
-    /// Writes the Jacobian of the variable that is `index` in the factor's keys. Parts beyond its shape are ignored.
+    /// Writes the Jacobian of the variable at `index` in the factor's keys. Entries beyond its shape are ignored.
     pub fn set_jacobian<const R: usize, const C: usize>(
         &mut self,
         index: usize,
@@ -90,7 +90,7 @@ impl Linearised {
         }
     }
 
-    /// One column of a Jacobian, for factors whose size is known at run time only.
+    /// One column of a Jacobian, for factors whose size is only known at run time.
     pub fn jacobian_column_mut(&mut self, index: usize, column: usize) -> &mut [f64] {
         let start = self.starts[index];
         self.column_mut(start + column)
@@ -103,7 +103,7 @@ impl Linearised {
         }
     }
 
-    /// The *negated* residual, to be written.
+    /// The *negated* residual, for writing.
     pub fn residual_mut(&mut self) -> &mut [f64] {
         let last = self.starts.last().copied().unwrap_or(0);
         self.column_mut(last)
@@ -128,7 +128,7 @@ impl Linearised {
         &mut self.data[column * self.rows..(column + 1) * self.rows]
     }
 
-    /// Packed normal equations `[J -r]ᵀ[J -r] * weight`, lower triangle column by column. `out` has the right length.
+    /// Packed normal equations `[J -r]ᵀ[J -r] * weight`: the lower triangle, column by column. `out` must have the right length.
     pub fn normal_equations(&self, weight: f64, out: &mut [f64]) {
         match self.rows {
             3 => normal_equations::<3>(&self.data, weight, out),

@@ -1,4 +1,4 @@
-//! A factor graph: factors with their kernels, checked against the variables when they are added.
+//! A factor graph: factors with their kernels. Each factor is checked against the variables when it is added.
 
 use crate::error::{FactorError, SolveError};
 use crate::factor::{Factor, Linearised};
@@ -7,7 +7,7 @@ use crate::value::Values;
 use std::fmt;
 use std::sync::Arc;
 
-/// Name of a factor: its place in the graph. Never used again after removal.
+/// Identifies a factor: its index in the graph. A removed factor's id is not used again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FactorId(pub u32);
 
@@ -29,9 +29,9 @@ impl fmt::Display for FactorId {
 pub struct Entry {
     /// The measurement.
     pub factor: Arc<dyn Factor>,
-    /// How much a large residual may cost.
+    /// Robust kernel: limits the cost of a large residual.
     pub kernel: Kernel,
-    /// Multiplies the cost; 1 unless an outlier is being faded out.
+    /// Multiplies the cost. 1 unless robust estimation reduces the influence of an outlier.
     pub weight: f64,
 }
 
@@ -43,16 +43,16 @@ impl Entry {
     }
 }
 
-/// Factors.
+/// The factors of a problem.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
     entries: Vec<Option<Entry>>,
 }
 
-/// Whether `factor` fits `values`: its variables exist, are of the right kinds and differ.
+/// Checks that the variables of `factor` exist in `values`, have the right kinds and differ from each other.
 ///
 /// # Errors
-/// When it does not.
+/// When one of these does not hold.
 pub fn check(factor: &dyn Factor, values: &Values) -> Result<(), FactorError> {
     let keys = factor.keys();
     for (index, (&key, &needed)) in keys.iter().zip(factor.kinds()).enumerate() {
@@ -98,10 +98,10 @@ impl Graph {
         FactorId(self.entries.len() as u32 - 1)
     }
 
-    /// Takes a factor out.
+    /// Removes a factor.
     ///
     /// # Errors
-    /// When it is not there.
+    /// When there is no such factor.
     pub fn remove(&mut self, id: FactorId) -> Result<Entry, SolveError> {
         let slot = self.entries.get_mut(id.index());
         slot.and_then(Option::take).ok_or(SolveError::UnknownFactor { factor: id })
@@ -127,12 +127,12 @@ impl Graph {
             .filter_map(move |pair| named(pair).and_then(|id| pair.1.as_ref().map(|entry| (id, entry))))
     }
 
-    /// Factors.
+    /// Number of factors.
     pub fn len(&self) -> usize {
         self.entries.iter().flatten().count()
     }
 
-    /// Whether there is none.
+    /// Whether there are no factors.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -142,7 +142,7 @@ impl Graph {
         self.entries.len()
     }
 
-    /// Forgets every factor from `ids` on.
+    /// Removes every factor from `ids` on.
     pub(crate) fn truncate(&mut self, ids: usize) {
         self.entries.truncate(ids);
     }
@@ -154,7 +154,7 @@ impl Graph {
         }
     }
 
-    /// Sum of squared whitened residuals, kernels and weights left out: the usual chi-squared.
+    /// Sum of squared whitened residuals without kernels and weights: chi-squared.
     ///
     /// # Errors
     /// When a factor cannot be evaluated.

@@ -7,16 +7,17 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whitening<const N: usize>(SMatrix<f64, N, N>);
 
-/// Entries across the diagonal may differ by this share of the greatest entry: files are rounded.
+/// Entries across the diagonal may differ by this share of the greatest entry, because files contain rounded numbers.
 const ASYMMETRY_MAX: f64 = 1e-6;
-/// Eigenvalues below minus this share of the greatest are no rounding error.
+/// Negative eigenvalues up to this share of the greatest count as rounding errors.
 const NEGATIVE_MAX: f64 = 1e-9;
 
 impl<const N: usize> Whitening<N> {
-    /// From a full information matrix: finite, symmetric, without negative eigenvalues. Directions without information are allowed.
+    /// From a full information matrix. It must be finite, symmetric and without negative eigenvalues. Directions without information are
+    /// allowed.
     ///
     /// # Errors
-    /// When it is none of that.
+    /// When the matrix does not meet these conditions.
     pub fn from_information(information: &SMatrix<f64, N, N>) -> Result<Self, FactorError> {
         let refuse = |problem| Err(FactorError::Information { problem });
         if !information.iter().all(|entry| entry.is_finite()) {

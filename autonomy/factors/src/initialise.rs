@@ -1,7 +1,7 @@
-//! A start from the measurements alone: chordal relaxation.
+//! Initial estimates from the measurements alone: chordal relaxation.
 //!
-//! Rotations first: without the demand that they be rotations, `R_j = R_i R_ij` is linear, and one sparse solve finds the best
-//! matrices; each is then replaced by the nearest rotation. With rotations known, positions are linear too.
+//! Rotations come first. Without the constraint to rotation matrices, `R_j = R_i R_ij` is linear, and one sparse solve finds the best matrices.
+//! Each matrix is then replaced by the nearest rotation. With known rotations the positions are a linear problem, too.
 //! Sources: Martinec, Pajdla, CVPR 2007; Carlone and others, *Initialization techniques for 3D SLAM*, ICRA 2015.
 
 use crate::error::SolveError;
@@ -13,9 +13,9 @@ use crate::value::{Key, Kind, Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
 
-/// Estimates of all poses from the graph's relative poses and priors on poses; `values` says what each variable is, and estimates of
-/// variables other than poses are kept. Full information matrices are replaced by their mean over axes, so a few iterations of
-/// [`crate::optimise`] belong after it.
+/// Estimates all poses from the graph's relative poses and pose priors. `values` gives the kind of each variable. Variables other than poses
+/// keep their estimates. Full information matrices are replaced by their mean over the axes, so the result should be refined by a few iterations
+/// of [`crate::optimise`].
 ///
 /// Cost: two sparse factorisations of half and a sixth of the full problem's size.
 ///
@@ -30,14 +30,14 @@ pub fn chordal(graph: &Graph, values: &Values) -> Result<Values, SolveError> {
     Ok(out)
 }
 
-/// Weight of a prior, relative to the greatest among the measurements: it fixes the frame, no more.
+/// Weight of a prior relative to the greatest weight of the measurements. It only needs to fix the frame.
 const ANCHOR_WEIGHT: f64 = 10.0;
 
 struct Edge<P> {
     from: u32,
     to: u32,
     measured: P,
-    /// Mean information of an axis.
+    /// Mean information per axis.
     rotation_weight: f64,
     translation_weight: f64,
 }
@@ -88,7 +88,7 @@ impl Measurements {
         out
     }
 
-    /// Every pose must be reached from an anchor.
+    /// Checks that every pose is connected to an anchor.
     fn check_connected(&self, values: &Values) -> Result<(), SolveError> {
         let pairs: Vec<[u32; 2]> = self
             .space
@@ -111,9 +111,9 @@ impl Measurements {
     }
 }
 
-/// Which variables take part, and in which order they are eliminated.
+/// Variables of one kind and their elimination order.
 struct Part {
-    /// Number in the part of each variable, or `u32::MAX`.
+    /// Index of each variable in `keys`, or `u32::MAX`.
     number: Vec<u32>,
     keys: Vec<Key>,
     order: Vec<u32>,
@@ -133,7 +133,7 @@ impl Part {
         Self { number, order: fill_reducing(&adjacency), keys }
     }
 
-    /// Solves a system over this part: each solution holds one right-hand side's unknowns by number.
+    /// Solves a system over these variables. Each solution holds the unknowns for one right-hand side.
     fn solve(&self, system: &System, right_hand_sides: usize) -> Result<Vec<Vec<f64>>, SolveError> {
         let plan = Plan::with_order(system, &self.order);
         let mut factorisation = Factorisation::<f64>::new();
@@ -144,8 +144,7 @@ impl Part {
     }
 }
 
-/// Writes packed normal equations `weight · JᵀJ` with `J = [left | I]`-like blocks over one or two variables. `entry(row, column)` is the
-/// lower triangle.
+/// Writes packed normal equations `weight · JᵀJ` over one or two variables. `entry(row, column)` gives the lower triangle.
 fn write_packed(values: &mut [f64], size: usize, entry: impl Fn(usize, usize) -> f64) {
     let pairs = (0..size).flat_map(|column| (column..size).map(move |row| (row, column)));
     for (slot, (row, column)) in values.iter_mut().zip(pairs) {
@@ -153,7 +152,7 @@ fn write_packed(values: &mut [f64], size: usize, entry: impl Fn(usize, usize) ->
     }
 }
 
-/// Best matrices `M_j ≈ M_i A_ij`, row by row: one linear system for all `R` rows. `D` is the size of a rotation matrix.
+/// Best matrices with `M_j ≈ M_i A_ij`. One linear system solves for all rows. `D` is the size of a rotation matrix.
 fn relaxed_rotations<P, const D: usize>(
     part: &Part,
     edges: &[Edge<P>],
@@ -168,7 +167,7 @@ fn relaxed_rotations<P, const D: usize>(
         let (matrix, weight) = (rotation(&edge.measured), edge.rotation_weight);
         greatest = greatest.max(weight);
         let index = system.len() - 1;
-        // A row of M_j, as a column, is A_ijᵀ times that of M_i.
+        // Row k of M_j, as a column vector, equals A_ijᵀ times row k of M_i.
         write_packed(system.values_mut(index), 2 * D + D, |row, column| match (row / D, column / D) {
             (0, 0) | (1, 1) if row == column => weight,
             (1, 0) => -weight * matrix[(column, row - D)],
@@ -191,7 +190,7 @@ fn relaxed_rotations<P, const D: usize>(
         .collect())
 }
 
-/// Best positions with `t_j - t_i` given for every edge.
+/// Best positions for given differences `t_j - t_i` of all edges.
 fn positions<P, const D: usize>(
     part: &Part,
     edges: &[Edge<P>],
@@ -279,7 +278,7 @@ fn solve_plane(measurements: &Measurements, values: &Values, out: &mut Values) -
     Ok(())
 }
 
-/// The rotation closest to a matrix (Frobenius norm); the identity if the matrix has no singular value decomposition.
+/// The rotation closest to a matrix in the Frobenius norm. The identity if the matrix has no singular value decomposition.
 fn nearest_rotation(matrix: &Matrix3) -> Rotation {
     let decomposition = matrix.svd(true, true);
     let (Some(u), Some(v)) = (decomposition.u, decomposition.v_t) else { return Rotation::identity() };

@@ -1,11 +1,11 @@
-//! Robust kernels: how much a large residual may cost.
+//! Robust kernels: they limit the cost of a large residual.
 //!
-//! With `s` the squared whitened residual a factor costs `ρ(s)` (docs/maths/factors.md, equations 3 and 10 to 13), and its normal equations
-//! are weighted by `ρ'(s)` (iteratively re-weighted least squares). Every kernel equals `s` near zero.
+//! With the squared whitened residual `s`, a factor costs `ρ(s)` (docs/maths/factors.md, equations 3 and 10 to 13). Its normal equations are
+//! weighted by `ρ'(s)` (iteratively re-weighted least squares). Every kernel equals `s` near zero.
 //! Sources: Zhang, *Parameter estimation techniques*, 1997; Agarwal and others, *Robust map optimization using dynamic
 //! covariance scaling*, ICRA 2013.
 
-/// A robust kernel. Its parameter is in standard deviations unless it says otherwise.
+/// A robust kernel. Its parameter is in standard deviations unless stated otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Kernel {
     /// Least squares.
@@ -47,7 +47,7 @@ impl Kernel {
                 if squared <= phi {
                     (squared, 1.0)
                 } else {
-                    // The scale 2φ / (φ + s) of the residual, squared, is the slope; its integral is the cost.
+                    // The slope is the square of the residual's scale 2φ / (φ + s). The cost is the slope's integral.
                     let scale = 2.0 * phi / (phi + squared);
                     (phi * (3.0 * squared - phi) / (phi + squared), scale * scale)
                 }

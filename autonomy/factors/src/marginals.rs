@@ -1,4 +1,4 @@
-//! How certain the estimates of a whole graph are.
+//! Marginal covariances of a whole graph.
 
 use crate::batch::Problem;
 use crate::error::SolveError;
@@ -14,7 +14,7 @@ pub struct Marginals<'a> {
 }
 
 impl<'a> Marginals<'a> {
-    /// Linearises and factorises once.
+    /// Linearises and factorises the graph.
     ///
     /// # Errors
     /// When a variable is not determined, or a factor cannot be evaluated.
@@ -25,7 +25,7 @@ impl<'a> Marginals<'a> {
         Ok(Self { problem, variables: values.len() })
     }
 
-    /// Joint covariance of some variables, in their order; each block is in the variable's own error.
+    /// Joint covariance of some variables, in the order of `keys`. Each block refers to the variable's own error.
     ///
     /// Cost: one forward substitution along the path to the root for each scalar.
     ///

@@ -1,10 +1,10 @@
-//! Wrong measurements among right ones: graduated non-convexity.
+//! Robust estimation with wrong loop closures: graduated non-convexity.
 //!
-//! A first guess is made with Cauchy's kernel, which never ignores a factor altogether. Then suspect factors cost truncated least squares,
-//! `min(s, c²)` (docs/maths/factors.md, equations 14 to 16). The truncated cost is approached in stages. The first surrogate is nearly convex and uses every
-//! suspect. Each further stage is closer to the truncated cost, and suspects that the other factors contradict lose their weight.
-//! Source: Yang, Antonante, Tzoumas, Carlone, *Graduated non-convexity for robust spatial perception*, RA-L 5, 2020. The threshold
-//! follows the measured noise, because information matrices in files often promise too little.
+//! The initial solution uses the Cauchy kernel, which never ignores a factor completely. Then suspect factors cost truncated least squares,
+//! `min(s, c²)` (docs/maths/factors.md, equations 14 to 16). The truncated cost is approached in stages. The first surrogate is nearly convex
+//! and uses every suspect. Each further stage is closer to the truncated cost, and suspects that the other factors contradict lose their weight.
+//! The threshold follows the measured noise, because information matrices in files are often too small. Source: Yang, Antonante, Tzoumas,
+//! Carlone, *Graduated non-convexity for robust spatial perception*, RA-L 5, 2020.
 
 use crate::batch::{Method, Options, optimise};
 use crate::error::SolveError;
@@ -20,30 +20,30 @@ use nalgebra::{DMatrix, DVector};
 pub struct RobustConfig {
     /// A suspect is wrong when its squared residual lies more than this many standard deviations above the mean of its chi-squared distribution.
     pub outlier_deviations: f64,
-    /// Whether the limit is lowered where typical residuals are smaller than their information promises.
+    /// Whether the limit is lowered where typical residuals are smaller than their information matrices predict.
     pub learn_scale: bool,
-    /// Quantile of the believed residuals from which the scale is learnt. It is high, because real residuals have heavier tails than their median
-    /// shows.
+    /// Quantile of the accepted residuals that defines the scale. It is high, because real residuals have heavier tails than their median shows.
     pub scale_quantile: f64,
-    /// Growth of the surrogate's closeness μ in each stage. Source: Yang and others, 2020, use 1.4.
+    /// Growth of the surrogate's closeness μ per stage. Yang and others, 2020, use 1.4.
     pub stage_factor: f64,
     /// Greatest number of stages.
     pub stages_max: usize,
-    /// Iterations of the inner solver in each stage. The next stage goes on from the result.
+    /// Iterations of the inner solver per stage. The next stage starts from the result.
     pub stage_iterations: usize,
-    /// Relative decrease at which the inner solver ends a stage, and the first guess.
+    /// Relative decrease at which the inner solver ends a stage, and the initial solution.
     pub stage_decrease_min: f64,
-    /// Iterations of the first guess at most.
+    /// Greatest number of iterations of the initial solution.
     pub first_guess_iterations_max: usize,
-    /// Parameter of the Cauchy kernel for the first guess, standard deviations: wide enough to attract right loops from far away.
+    /// Parameter of the Cauchy kernel for the initial solution, standard deviations. Wide enough to attract right loops from far away.
     pub first_guess_kernel: f64,
-    /// Lowest closeness μ to start with: a suspect a hundred times beyond the limit after the first guess is certainly wrong.
+    /// Lowest closeness μ of the first stage. A suspect a hundred times beyond the limit after the initial solution is certainly wrong.
     pub closeness_min: f64,
-    /// Suspects whose squared residual is a smaller share of the limit are not reviewed: the other factors would have to measure less than this share.
+    /// Suspects whose squared residual is a smaller share of the limit are not reviewed. They could only be wrong if the other factors measured
+    /// less than this share of their directions.
     pub review_residual_share_min: f64,
-    /// Reviews of the believed suspects at most.
+    /// Greatest number of reviews of the accepted suspects.
     pub reviews_max: usize,
-    /// Share of a direction that other factors must measure as well; below it rounding would decide.
+    /// Share of a direction that other factors must measure as well. Below it, rounding would decide.
     pub shared_information_min: f64,
 }
 
@@ -67,23 +67,23 @@ impl Default for RobustConfig {
     }
 }
 
-/// What came out.
+/// Result of [`optimise_robustly`].
 #[derive(Clone, Debug)]
 pub struct RobustSolution {
     /// Estimates.
     pub values: Values,
-    /// Chi-squared of the factors that were believed.
+    /// Chi-squared of the accepted factors.
     pub cost: f64,
-    /// Suspects that were not believed, ascending.
+    /// Rejected suspects, ascending.
     pub rejected: Vec<FactorId>,
-    /// Factorisations done.
+    /// Number of factorisations.
     pub iterations: usize,
 }
 
-/// Minimises the cost of `graph` from `start`, believing only those factors for which `suspect` is true that agree with the
-/// rest. The other factors must determine every variable.
+/// Minimises the cost of `graph` from `start`. A factor for which `suspect` is true is only used if it agrees with the others. The other factors
+/// must determine every variable.
 ///
-/// Cost: some 20 to 60 iterations of [`optimise`], and a covariance for each suspect.
+/// Cost: 20 to 60 iterations of [`optimise`], and a covariance for each suspect.
 ///
 /// # Errors
 /// As for [`optimise`].
@@ -102,12 +102,12 @@ pub fn optimise_robustly(
     let mut values = rounds.first_guess(start)?;
     values = rounds.anneal(values, 1.0)?;
     if config.learn_scale {
-        // Once only: each round removes the tail from which the next would learn.
+        // Done only once: each run removes the tail from which the next scale would be computed.
         let scale = rounds.typical_scale(&values)?;
         values = rounds.anneal(values, scale)?;
     }
     let scale = if config.learn_scale { rounds.typical_scale(&values)? } else { 1.0 };
-    // All believed factors, at full weight and to convergence.
+    // All accepted factors, at full weight, until convergence.
     let mut solution = optimise(&rounds.graph, &values, &Options::default())?;
     for _ in 0..config.reviews_max {
         if !rounds.review(&solution.values, scale)? {
@@ -125,7 +125,7 @@ pub fn optimise_robustly(
 struct Suspect {
     id: FactorId,
     rows: f64,
-    /// Squared residual beyond which it is wrong, at scale 1.
+    /// Squared residual above which the suspect is rejected, at scale 1.
     limit: f64,
     weight: f64,
 }
@@ -142,14 +142,14 @@ impl Suspect {
 struct Rounds<'a> {
     config: RobustConfig,
     full: &'a Graph,
-    /// The factors still believed, weighted.
+    /// The factors in use, with their weights.
     graph: Graph,
     suspects: Vec<Suspect>,
     iterations: usize,
 }
 
 impl Rounds<'_> {
-    /// The solution with all suspects under Cauchy's kernel.
+    /// The solution with the Cauchy kernel on all suspects.
     fn first_guess(&mut self, start: &Values) -> Result<Values, SolveError> {
         let mut graph = self.full.clone();
         for suspect in &self.suspects {
@@ -167,7 +167,7 @@ impl Rounds<'_> {
         Ok(solution.values)
     }
 
-    /// Runs the stages until each suspect is either believed or rejected.
+    /// Runs the stages until each suspect is either accepted or rejected.
     fn anneal(&mut self, mut values: Values, scale: f64) -> Result<Values, SolveError> {
         let inner = Options {
             method: Method::LevenbergMarquardt,
@@ -204,20 +204,20 @@ impl Rounds<'_> {
         Ok(values)
     }
 
-    /// Squared residual of every suspect, believed or not.
+    /// Squared residual of every suspect, accepted or rejected.
     fn squares(&self, values: &Values) -> Result<Vec<f64>, SolveError> {
-        // Both are by id.
+        // Both lists are sorted by id.
         let mut all = self.full.squared(values)?.into_iter();
         let mut find = |id: FactorId| all.find(|(other, _)| *other == id).map_or(0.0, |(_, square)| square);
         Ok(self.suspects.iter().map(|suspect| find(suspect.id)).collect())
     }
 
-    /// Suspects of weight zero leave the graph, so that they cost no fill; others come back.
+    /// Removes suspects of weight zero from the graph, so that they cause no fill. Restores the others.
     fn apply_weights(&mut self) {
         for suspect in &self.suspects {
             let absent = self.graph.get(suspect.id).is_none();
             if suspect.weight == 0.0 {
-                // Absent already is as good.
+                // It may have been removed before.
                 let _ = self.graph.remove(suspect.id);
                 continue;
             }
@@ -273,7 +273,7 @@ impl Rounds<'_> {
         Ok(refuted.contains(&true))
     }
 
-    /// Typical squared residual of believed suspects as a share of the one that their information promises, 1 at most.
+    /// Squared residual of the accepted suspects at the quantile `scale_quantile`, as a share of the predicted one. At most 1.
     fn typical_scale(&self, values: &Values) -> Result<f64, SolveError> {
         let squares = self.squares(values)?;
         let believed = self.suspects.iter().zip(squares).filter(|(suspect, _)| suspect.weight > 0.5);
@@ -285,7 +285,7 @@ impl Rounds<'_> {
     }
 }
 
-/// Weight of a squared residual, in units of the limit, at a closeness to the truncated cost.
+/// Weight of a squared residual `excess`, in units of the limit, at a closeness μ to the truncated cost.
 fn weight(excess: f64, closeness: f64) -> f64 {
     if excess >= (closeness + 1.0) / closeness {
         0.0

@@ -1,4 +1,4 @@
-//! Variables: what can be estimated, and how an error vector moves it.
+//! Variables: their kinds, their estimates, and how an error vector moves them.
 
 use crate::error::FactorError;
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
@@ -8,7 +8,7 @@ use std::fmt;
 /// A pose in the plane.
 pub type Planar = Isometry2<f64>;
 
-/// Name of a variable: its place in [`Values`].
+/// Identifies a variable: its index in [`Values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(pub u32);
 
@@ -25,16 +25,16 @@ impl fmt::Display for Key {
     }
 }
 
-/// What a variable is.
+/// Kind of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// SE(2), error `[x; y; yaw]` in its own frame: `(t + R v, R exp(w))`.
     Planar,
     /// SE(3), error `[rotation; translation]` in its own frame: `(R exp(w), t + R v)`.
     Pose,
-    /// A plane vector: landmark in the plane.
+    /// A vector in the plane: landmark.
     Vector2,
-    /// A space vector: velocity, landmark, gravity.
+    /// A vector in space: velocity, landmark, gravity.
     Vector3,
     /// Six numbers: gyroscope and accelerometer bias.
     Vector6,
@@ -67,7 +67,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// What it is.
+    /// The kind of this value.
     pub const fn kind(&self) -> Kind {
         match self {
             Self::Planar(_) => Kind::Planar,
@@ -78,7 +78,7 @@ impl Value {
         }
     }
 
-    /// Moved by an error vector of the kind's dimension; missing components count as zero.
+    /// This value moved by an error vector of the kind's dimension. Missing components count as zero.
     #[must_use]
     pub fn retract(&self, error: &[f64]) -> Self {
         let at = |index: usize| error.get(index).copied().unwrap_or(0.0);
@@ -95,7 +95,7 @@ impl Value {
         }
     }
 
-    /// The error that [`Self::retract`] needs to go to `other`, in the first `dimension` components; zero if the kinds differ.
+    /// The error with which [`Self::retract`] reaches `other`, in the first `dimension` components. Zero if the kinds differ.
     pub fn local(&self, other: &Self) -> Vector6 {
         let mut error = Vector6::zeros();
         match (self, other) {
@@ -118,7 +118,7 @@ impl Value {
         error
     }
 
-    /// Derivative of `self.local(other)` with respect to an error that moves `other`, in the first `dimension` rows and columns.
+    /// Derivative of `self.local(other)` with respect to an error that moves `other`. Only the first `dimension` rows and columns are used.
     pub fn local_jacobian(&self, other: &Self) -> Matrix6 {
         let mut jacobian = Matrix6::identity();
         match (self, other) {
@@ -163,7 +163,7 @@ fn retract_planar(pose: &Planar, [x, y, yaw]: [f64; 3]) -> Planar {
     Planar::from_parts((pose.translation.vector + shift).into(), rotation)
 }
 
-/// Estimates of all variables. Keys are handed out in order and never used again.
+/// Estimates of all variables. Keys are assigned in order and never used again.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
     values: Vec<Value>,
@@ -176,12 +176,12 @@ impl Values {
         Key(self.values.len() as u32 - 1)
     }
 
-    /// Variables.
+    /// Number of variables.
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no variables.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
@@ -209,7 +209,7 @@ impl Values {
         self.values.iter().enumerate().map(|(index, value)| (Key(index as u32), value))
     }
 
-    /// Moves every variable by its part of `errors`, which lie one after the other in the keys' order.
+    /// Moves every variable by its part of `errors`, which are concatenated in the order of the keys.
     #[must_use]
     pub fn retract(&self, errors: &[f64]) -> Self {
         let mut rest = errors;
@@ -221,7 +221,7 @@ impl Values {
         Self { values: moved.collect() }
     }
 
-    /// Forgets every variable from `len` on.
+    /// Removes every variable from `len` on.
     pub(crate) fn truncate(&mut self, len: usize) {
         self.values.truncate(len);
     }
@@ -240,7 +240,7 @@ impl Values {
     /// A plane pose.
     ///
     /// # Errors
-    /// When the variable is missing or of another kind; likewise below.
+    /// When the variable is missing or of another kind. The same holds for the functions below.
     pub fn planar(&self, key: Key) -> Result<&Planar, FactorError> {
         match self.value(key)? {
             Value::Planar(pose) => Ok(pose),

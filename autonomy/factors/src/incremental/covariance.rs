@@ -8,10 +8,10 @@ use crate::value::Key;
 use nalgebra::DMatrix;
 
 impl Incremental {
-    /// Joint covariance of some variables at the last update, in their order; each block is in the variable's own error.
+    /// Joint covariance of some variables at the last update, in the order of `keys`. Each block refers to the variable's own error.
     ///
-    /// With the information matrix `L Lᵀ` a block of its inverse is `Yᵀ Y` where `L Y` picks the variables' columns, and `Y` is zero off the
-    /// paths from their cliques to the root. Cost: one forward substitution along the path for each scalar.
+    /// With the information matrix `L Lᵀ`, a block of its inverse is `Yᵀ Y`. `L Y` are the unit vectors of the variables' scalars. `Y` is zero
+    /// outside the paths from their cliques to the root. Cost: one forward substitution along the path for each scalar.
     ///
     /// # Errors
     /// When a variable is not (or no longer) part of the solution.

@@ -1,4 +1,4 @@
-//! Fixed lags: variables are marginalised away, so that memory and time follow the lag and not the journey.
+//! Fixed-lag smoothing: old variables are marginalised, so memory and time depend on the lag and not on the length of the journey.
 
 use super::Incremental;
 use crate::error::SolveError;
@@ -10,14 +10,14 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 impl Incremental {
-    /// Takes variables out of the problem, leaving what they say about the others as [`Marginal`] factors; returns those.
-    /// Estimates of the others stay as they are. Staged changes are taken over first.
+    /// Removes variables from the problem and returns the [`Marginal`] factors that replace them. Estimates of the other variables stay the
+    /// same. Staged changes are applied first.
     ///
-    /// Cost: elimination of the cliques that contain the variables and of those above, so that the oldest variables of a
-    /// journey, which lie at the leaves, are cheap.
+    /// Cost: elimination of the cliques that contain the variables and of those above. The oldest variables of a journey lie at the leaves, so
+    /// they are cheap.
     ///
     /// # Errors
-    /// When a variable is not (or no longer) part of the solution, or an update would fail; nothing is taken out then.
+    /// When a variable is not part of the solution, or the update fails. Nothing is removed then.
     pub fn marginalise(&mut self, keys: &[Key]) -> Result<Vec<FactorId>, SolveError> {
         self.update()?;
         let mut around = Vec::new();
@@ -35,7 +35,8 @@ impl Incremental {
         let eliminated = self.eliminate(&top, &groups, &groups);
         let mut eliminated = eliminated.map_err(|bad| SolveError::Undetermined { key: Key(bad.0) })?;
 
-        // Cliques of parting variables are subtrees at the leaves; the uppermost of each hands over what they say.
+        // The cliques of the removed variables form subtrees at the leaves. The Schur complement of each subtree's uppermost clique is its
+        // marginal.
         let (parting, staying): (Vec<_>, Vec<_>) = std::mem::take(&mut eliminated.cliques)
             .into_iter()
             .partition(|clique| clique.frontal.first().is_some_and(|&first| goes(first)));
@@ -72,7 +73,7 @@ impl Incremental {
             .map_err(|_| SolveError::Undetermined { key: first })
     }
 
-    /// Removes the factors of parted variables and freezes their estimates.
+    /// Removes the factors of the marginalised variables and freezes their estimates.
     fn forget(&mut self, keys: &[Key]) {
         for &key in keys {
             for id in std::mem::take(&mut self.factors_of[key.index()]) {

@@ -1,10 +1,9 @@
-//! A solution that is kept up to date while variables and factors come and go: iSAM2.
+//! Incremental smoothing (iSAM2): the solution is kept up to date while variables and factors are added and removed.
 //!
-//! The square root of the information matrix is kept as a *Bayes tree*: cliques of variables, each conditioned on variables of its parent.
-//! A new factor touches only the cliques of its variables and those above them, up to the root. That top is turned back
-//! into factors, ordered anew (variables just measured last, so that they stay near the root) and eliminated again; the
-//! subtrees below are hung on as they are, each represented by the normal equations it once handed to its parent. Variables
-//! that have moved far from where their factors were linearised are treated as if measured anew.
+//! The square root of the information matrix is kept as a *Bayes tree*: cliques of variables, each conditioned on variables of its parent. A new
+//! factor changes only the cliques of its variables and those above them, up to the root. These cliques are turned back into factors, ordered
+//! anew and eliminated again. The newest variables are ordered last, so they stay near the root. The subtrees below are kept: each enters as the
+//! normal equations over its separator. Variables that have moved far from their linearisation point are treated like newly measured ones.
 //!
 //! Source: Kaess, Johannsson, Roberts, Ila, Leonard, Dellaert, *iSAM2: Incremental smoothing and mapping using the Bayes tree*,
 //! IJRR 31, 2012.
@@ -23,16 +22,16 @@ use crate::value::{Key, Value, Values};
 use std::sync::Arc;
 use tree::Tree;
 
-/// When to relinearise, and how far changes travel.
+/// Thresholds of relinearisation and of back-substitution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IncrementalOptions {
-    /// A variable is relinearised once a component of its error that is an angle exceeds this, radians.
+    /// A variable is relinearised once an angle of its error exceeds this value, radians.
     pub relinearise_angle: f64,
     /// The same for every other component (metres, metres per second…).
     pub relinearise_length: f64,
-    /// Changes of the solution smaller than this do not travel down the tree (radians, metres).
+    /// Back-substitution stops at changes of the solution smaller than this value (radians, metres).
     pub change_min: f64,
-    /// Share of the variables beyond which an update starts afresh with all of them.
+    /// An update that affects more than this share of the variables solves for all of them again.
     pub afresh_share: f64,
 }
 
@@ -42,10 +41,10 @@ impl Default for IncrementalOptions {
     }
 }
 
-/// What an update did.
+/// Numbers of one update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Updated {
-    /// Variables whose factors were linearised anew.
+    /// Variables whose factors were linearised again.
     pub relinearised: usize,
     /// Variables eliminated again.
     pub eliminated: usize,
@@ -57,22 +56,21 @@ pub struct Updated {
 
 /// An incremental solver.
 ///
-/// Stage changes with [`Self::insert`], [`Self::add`] and [`Self::remove`], then call [`Self::update`], which takes them over as a
-/// whole or, when it fails, drops them as a whole.
+/// [`Self::insert`], [`Self::add`] and [`Self::remove`] stage changes. [`Self::update`] applies all of them; when it fails, it drops all of
+/// them.
 ///
-/// Cost of an update: elimination of the variables between the changed ones and the root. Exploration costs the same at
-/// any size; a loop closure costs about what its loop's separators do; memory is that of the factor (see
-/// [`Self::memory`]).
+/// Cost of an update: elimination of the variables between the changed ones and the root. Exploration costs the same at any map size. A loop
+/// closure costs about as much as eliminating its loop's separators. Memory is that of the factor (see [`Self::memory`]).
 #[derive(Debug, Default)]
 pub struct Incremental {
     options: IncrementalOptions,
     graph: Graph,
-    /// Where factors are linearised.
+    /// Linearisation points.
     values: Values,
     /// Solution relative to `values`, all scalars in the keys' order.
     delta: Vec<f64>,
     dimensions: Vec<u8>,
-    /// First scalar of each variable, and their number at the end.
+    /// First scalar of each variable. The last entry is the number of scalars.
     starts: Vec<usize>,
     /// Factors of each variable, ascending.
     factors_of: Vec<Vec<FactorId>>,
@@ -99,7 +97,7 @@ impl Incremental {
         Self { options, starts: vec![0], ..Self::default() }
     }
 
-    /// Stages a new variable with its first estimate. A failed update takes its key back.
+    /// Stages a new variable with its first estimate. If the update fails, its key becomes free again.
     pub fn insert(&mut self, value: Value) -> Key {
         self.staged.values.push(value);
         Key((self.values.len() + self.staged.values.len() - 1) as u32)
@@ -113,7 +111,7 @@ impl Incremental {
         self.add_robust(factor, Kernel::None)
     }
 
-    /// Stages a factor with a robust kernel; its weight is renewed whenever it is linearised.
+    /// Stages a factor with a robust kernel. Its weight is computed again at each linearisation.
     ///
     /// # Errors
     /// As for [`Self::add`], and when the kernel's parameter is not positive.
@@ -128,7 +126,7 @@ impl Incremental {
         self.add_shared(&Entry { factor: Arc::new(factor), kernel, weight: 1.0 })
     }
 
-    /// Stages a factor of another graph over the same keys; the factor itself is shared.
+    /// Stages a factor of another graph over the same keys. Both graphs share the factor.
     ///
     /// # Errors
     /// As for [`Self::add`].
@@ -155,7 +153,7 @@ impl Incremental {
     /// Stages the removal of a factor.
     ///
     /// # Errors
-    /// When it is not there.
+    /// When there is no such factor.
     pub fn remove(&mut self, id: FactorId) -> Result<(), SolveError> {
         if self.graph.get(id).is_none() || self.staged.removals.contains(&id) {
             return Err(SolveError::UnknownFactor { factor: id });
@@ -180,17 +178,17 @@ impl Incremental {
         Ok(value.retract(&self.delta[self.starts[key.index()]..self.starts[key.index() + 1]]))
     }
 
-    /// Current estimates of all variables; marginalised ones keep their last.
+    /// Current estimates of all variables. Marginalised variables keep their last estimate.
     pub fn estimates(&self) -> Values {
         self.values.retract(&self.delta)
     }
 
-    /// The factors taken over so far.
+    /// The factors after the last update.
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
 
-    /// Bytes that the tree and the linearised factors take.
+    /// Memory of the tree and the linearised factors, bytes.
     pub fn memory(&self) -> usize {
         let linear: usize = self.linear.iter().map(Vec::len).sum();
         8 * (linear + self.tree.scalars() + self.delta.len())

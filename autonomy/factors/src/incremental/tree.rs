@@ -4,24 +4,24 @@ use crate::linear::assembly::scalars;
 use crate::linear::dense::panel_len;
 use crate::linear::dense::substitute_back;
 
-/// Variables eliminated together, conditioned on others.
+/// Variables that are eliminated together, conditioned on others.
 #[derive(Clone, Debug, Default)]
 pub struct Clique {
-    /// Eliminated here.
+    /// Variables eliminated in this clique.
     pub frontal: Vec<u32>,
-    /// Conditioned on; all are frontal in cliques above.
+    /// Variables it is conditioned on. All of them are frontal in cliques above.
     pub separator: Vec<u32>,
-    /// The clique above.
+    /// Number of the clique above.
     pub parent: Option<u32>,
-    /// The cliques below.
+    /// Numbers of the cliques below.
     pub children: Vec<u32>,
     /// Columns of the square-root information matrix, as [`crate::linear::assembly::Assembly::append_panel`] leaves them.
     pub panel: Vec<f64>,
-    /// What was handed to the parent: packed normal equations over the separator.
+    /// Schur complement for the parent: packed normal equations over the separator.
     pub update: Vec<f64>,
 }
 
-/// Cliques by number; numbers of removed ones are used again.
+/// Cliques by number. Numbers of removed cliques are used again.
 #[derive(Debug, Default)]
 pub struct Tree {
     cliques: Vec<Option<Clique>>,
@@ -45,7 +45,7 @@ impl Tree {
         self.clique_of.get(variable as usize).copied().flatten()
     }
 
-    /// Cliques present.
+    /// Number of cliques.
     pub fn len(&self) -> usize {
         self.cliques.len() - self.free.len()
     }
@@ -55,7 +55,7 @@ impl Tree {
         self.cliques.len()
     }
 
-    /// Numbers stored.
+    /// Number of stored floating-point values.
     pub fn scalars(&self) -> usize {
         self.cliques.iter().flatten().map(|clique| clique.panel.len() + clique.update.len()).sum()
     }
@@ -65,7 +65,7 @@ impl Tree {
         self.clique_of.resize(variables, None);
     }
 
-    /// Adds a clique below the one that eliminates the first of its separator, which must be there already.
+    /// Adds a clique below the clique that eliminates the first variable of its separator. That clique must exist.
     pub fn insert(&mut self, mut clique: Clique) -> u32 {
         clique.parent = clique.separator.first().and_then(|&first| self.clique_of(first));
         let parent = clique.parent;
@@ -84,8 +84,8 @@ impl Tree {
         number
     }
 
-    /// Hangs a subtree whose parent was removed below the clique that eliminates the first of its separator now; `rank` says
-    /// which that is.
+    /// Attaches a subtree whose parent was removed to the clique that now eliminates the first variable of its separator. `rank` gives the
+    /// elimination order.
     pub fn reattach(&mut self, number: u32, rank: impl Fn(u32) -> u32) {
         let Some(clique) = self.get(number) else { return };
         let first = clique.separator.iter().min_by_key(|&&variable| rank(variable)).copied();
@@ -98,7 +98,7 @@ impl Tree {
         }
     }
 
-    /// Takes a clique out. Its variables are in none until they are inserted again.
+    /// Removes a clique. Its variables belong to no clique until they are inserted again.
     pub fn remove(&mut self, number: u32) -> Option<Clique> {
         let clique = self.cliques.get_mut(number as usize)?.take()?;
         for &variable in &clique.frontal {
@@ -108,7 +108,7 @@ impl Tree {
         Some(clique)
     }
 
-    /// Adds to `found` every clique that has `variable` among its variables: a connected part of the tree.
+    /// Adds to `found` every clique that contains `variable`. They form a connected part of the tree.
     pub fn containing(&self, variable: u32, found: &mut Vec<u32>) {
         let mut waiting: Vec<u32> = self.clique_of(variable).into_iter().collect();
         while let Some(number) = waiting.pop() {
@@ -122,8 +122,7 @@ impl Tree {
 }
 
 impl Clique {
-    /// Solves for the frontal variables, given `all` scalars with the separator's solution in place. Leaves it in `local`,
-    /// frontal scalars first.
+    /// Solves for the frontal variables. `all` must hold the separator's solution. The result is left in `local`, frontal scalars first.
     pub fn solve(&self, dimensions: &[u8], starts: &[usize], all: &[f64], local: &mut Vec<f64>) {
         let variables = self.frontal.iter().chain(&self.separator);
         crate::linear::factorisation::gather(starts, variables, all, local);

@@ -1,4 +1,4 @@
-//! One update: take the changed top of the tree off, eliminate it anew, put it back, and let the change run down.
+//! One update: remove the changed top of the tree, eliminate it again, insert it, and back-substitute downwards.
 
 use super::tree::Clique;
 use super::{Incremental, Staged, Updated};
@@ -11,7 +11,7 @@ use crate::linear::ordering::{Adjacency, minimum_degree};
 use crate::linear::symbolic::{Forest, analyse};
 use crate::value::{Key, Kind, Value};
 
-/// What to restore when an update fails.
+/// State that is restored when an update fails.
 struct Undo {
     variables: usize,
     factors: usize,
@@ -20,33 +20,33 @@ struct Undo {
     linear: Vec<(FactorId, Vec<f64>)>,
 }
 
-/// The part of the tree that is eliminated anew.
+/// The part of the tree that is eliminated again.
 pub(super) struct Top {
-    /// Cliques taken out, ascending.
+    /// Removed cliques, ascending.
     pub(super) cliques: Vec<u32>,
-    /// Their frontal variables, and new ones.
+    /// Their frontal variables, and new variables.
     pub(super) variables: Vec<u32>,
-    /// Subtrees that hang below.
+    /// Subtrees below the removed cliques.
     pub(super) orphans: Vec<u32>,
-    /// Factors inside.
+    /// Factors of the top.
     pub(super) factors: Vec<FactorId>,
     /// Number in `variables` of each variable, or `u32::MAX`.
     number: Vec<u32>,
 }
 
-/// The top, eliminated: cliques with global names, children first.
+/// The eliminated top: cliques with global variable numbers, children first.
 pub(super) struct Eliminated {
     pub(super) cliques: Vec<Clique>,
-    /// Place in the new order of each variable of the top, by its number there.
+    /// Rank of each variable of the top in the new elimination order.
     rank: Vec<u32>,
 }
 
 impl Incremental {
-    /// Takes the staged changes over and brings the solution up to date.
+    /// Applies the staged changes and brings the solution up to date.
     ///
     /// # Errors
-    /// When a variable is not determined or a factor cannot be evaluated. The staged changes are then dropped and everything
-    /// is as it was.
+    /// When a variable is not determined or a factor cannot be evaluated. The staged changes are then dropped, and the solver's state is
+    /// restored.
     pub fn update(&mut self) -> Result<Updated, SolveError> {
         let staged = std::mem::take(&mut self.staged);
         let measured = touched(self, &staged);
@@ -54,7 +54,7 @@ impl Incremental {
         let far = self.far_variables(self.options.relinearise_angle, self.options.relinearise_length);
         let mut result = self.try_update(&measured, &far, &mut undo);
         if matches!(result, Err(SolveError::Undetermined { .. })) {
-            // Rounding in handed-up normal equations of the subtrees may be the reason: once more from the factors.
+            // The cause may be rounding in the Schur complements of the subtrees. A second attempt starts from all factors.
             let all = self.far_variables(0.0, 0.0);
             result = self.afresh(&measured, &all, &mut undo);
         }
@@ -64,7 +64,7 @@ impl Incremental {
         result
     }
 
-    /// Linearises every factor at the present estimate and solves afresh, staged changes included.
+    /// Linearises every factor at the present estimate, including staged changes, and solves for all variables.
     ///
     /// # Errors
     /// As for [`Self::update`].
@@ -116,7 +116,7 @@ impl Incremental {
         Ok(Updated { relinearised, eliminated: top.variables.len(), solved, cliques: self.tree.len() })
     }
 
-    /// Makes staged variables and factors part of the problem.
+    /// Moves staged variables and factors into the problem.
     fn take_over(&mut self, staged: Staged) -> Undo {
         let mut undo = Undo {
             variables: self.values.len(),
@@ -190,7 +190,7 @@ impl Incremental {
         self.tree.resize(undo.variables);
     }
 
-    /// Variables that are in the tree and whose solution has left the neighbourhood of their linearisation point.
+    /// Variables of the tree whose solution is farther from the linearisation point than the thresholds.
     fn far_variables(&self, angle: f64, length: f64) -> Vec<u32> {
         let far = |&variable: &u32| {
             let index = variable as usize;
@@ -210,7 +210,7 @@ impl Incremental {
             .collect()
     }
 
-    /// Makes the present estimates of `variables` their linearisation points, and linearises their factors and new ones.
+    /// Sets the linearisation points of `variables` to their present estimates. Linearises their factors and the new ones.
     fn move_variables(&mut self, variables: &[u32], undo: &mut Undo) -> Result<(), SolveError> {
         let mut stale: Vec<FactorId> = (0..self.graph.ids() as u32)
             .rev()
@@ -257,7 +257,7 @@ impl Incremental {
         for &seed in seeds {
             let mut next = self.tree.clique_of(seed);
             if next.is_none() {
-                // New, and in no clique yet.
+                // A new variable, which no clique contains yet.
                 variables.push(seed);
             }
             while let Some(number) = next {
@@ -292,8 +292,8 @@ impl Incremental {
         Top { cliques, variables, orphans, factors, number }
     }
 
-    /// Orders and eliminates the top: lower `groups` first, and variables of different `parts` in different cliques. Nothing of
-    /// the tree is changed.
+    /// Orders and eliminates the top. Variables of lower `groups` come first, and variables of different `parts` go into different cliques. The
+    /// tree is not changed.
     pub(super) fn eliminate(
         &mut self,
         top: &Top,
@@ -381,7 +381,7 @@ impl Incremental {
         inserted
     }
 
-    /// Solves for the variables of the new cliques, and for those below whose separators changed. Returns how many.
+    /// Solves for the variables of the new cliques, and for those below whose separators changed. Returns their number.
     pub(super) fn solve(&mut self, new: &[u32], top: &Top) -> usize {
         let mut solved = 0;
         let mut changed = vec![false; self.values.len()];

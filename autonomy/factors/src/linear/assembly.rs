@@ -1,41 +1,41 @@
-//! One front at a time: gather what belongs to it, eliminate its frontal variables, substitute back.
+//! Assembly of one front: sum its contributions, eliminate its frontal variables, substitute.
 //!
-//! Everything that is gathered, be it a factor's normal equations or the Schur complement of a child, has one form: *packed
-//! normal equations* over a list of variables, the lower triangle column by column with the right-hand sides as last rows.
+//! Contributions are a factor's normal equations or the Schur complement of a child. Both have the form of *packed normal equations* over a list
+//! of variables: the lower triangle, column by column, with the right-hand sides as last rows.
 
 use super::dense::{BadPivot, Front, Stored, panel_len};
 
-/// Scratch space for one front at a time.
+/// Buffers for one front at a time.
 #[derive(Default, Debug)]
 pub struct Assembly {
     front: Front,
-    /// First row of each variable in the front; valid only for the front's own variables.
+    /// First row of each variable in the front. Valid only for the front's own variables.
     offset: Vec<u32>,
     segments: Vec<Segment>,
     columns: usize,
     right_hand_sides: usize,
 }
 
-/// Rows that stay together on the way into a front.
+/// Rows that are adjacent both in the contribution and in the front.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     to: usize,
     len: usize,
 }
 
-/// Scalars of some variables.
+/// Number of scalars of some variables.
 pub fn scalars(variables: &[u32], dimensions: &[u8]) -> usize {
     variables.iter().map(|&variable| usize::from(dimensions[variable as usize])).sum()
 }
 
-/// Entries of packed normal equations over `scalars` unknowns.
+/// Number of entries of packed normal equations over `scalars` unknowns.
 pub fn packed_len(scalars: usize, right_hand_sides: usize) -> usize {
     let size = scalars + right_hand_sides;
     size * (size + 1) / 2
 }
 
 impl Assembly {
-    /// Starts the front of `frontal` and `separator` variables.
+    /// Starts a front over `frontal` and `separator` variables.
     pub fn begin(&mut self, frontal: &[u32], separator: &[u32], dimensions: &[u8], right_hand_sides: usize) {
         self.offset.resize(dimensions.len(), 0);
         let mut rows = 0;
@@ -48,7 +48,7 @@ impl Assembly {
         self.front.reset(rows as usize + right_hand_sides);
     }
 
-    /// Adds packed normal equations over `variables`, all of which are in the front.
+    /// Adds packed normal equations over `variables`. The front must contain all of them.
     pub fn add(&mut self, variables: &[u32], dimensions: &[u8], packed: &[f64]) {
         self.segments.clear();
         let mut from = 0;
@@ -70,7 +70,7 @@ impl Assembly {
                 let target = segment.to + column;
                 source = self.front.add_down(target, target, segment.len - column, source);
                 for rows in &self.segments[index + 1..] {
-                    // A block of variables that the front has in the other order changes sides.
+                    // A block whose variables have the other order in the front is transposed.
                     source = if rows.to > target {
                         self.front.add_down(target, rows.to, rows.len, source)
                     } else {
@@ -81,7 +81,7 @@ impl Assembly {
         }
     }
 
-    /// Adds to the diagonal entries of the frontal variables, in their order.
+    /// Adds `extra` to the diagonal entries of the frontal variables.
     pub fn damp(&mut self, extra: impl Iterator<Item = f64>) {
         for (column, extra) in extra.enumerate().take(self.columns) {
             self.front.column_mut(column)[column] += extra;
@@ -91,12 +91,12 @@ impl Assembly {
     /// Eliminates the frontal variables.
     ///
     /// # Errors
-    /// The first frontal scalar that the normal equations do not determine.
+    /// The first frontal scalar that is not determined by the normal equations.
     pub fn eliminate(&mut self) -> Result<(), BadPivot> {
         self.front.eliminate(self.columns)
     }
 
-    /// Appends the eliminated columns: each from its diagonal entry down, right-hand sides last.
+    /// Appends the eliminated columns. Each runs from its diagonal entry down, right-hand sides last.
     pub fn append_panel<T: Stored>(&self, out: &mut Vec<T>) {
         let size = self.front.size();
         out.reserve(panel_len(self.columns, size));
@@ -117,7 +117,7 @@ impl Assembly {
     }
 }
 
-/// Forward substitution through one panel: solves for the frontal scalars of `local` and takes their share off the others.
+/// Forward substitution through one panel: solves for the frontal scalars of `local` and subtracts their contribution from the others.
 pub fn substitute_forward<T: Stored>(
     panel: &[T],
     columns: usize,

@@ -1,14 +1,14 @@
-//! Partial Cholesky factorisation of a dense front: the only place where flops are spent.
+//! Partial Cholesky factorisation of a dense front. Nearly all floating-point operations of a solve happen here.
 //!
-//! A front is symmetric; only its lower triangle is stored, column by column. `eliminate` leading columns are replaced by
-//! their Cholesky columns and the rest by the Schur complement. Right-hand sides ride along as extra rows at the bottom,
-//! so the forward substitution costs nothing extra.
+//! A front is symmetric. Only its lower triangle is stored, column by column. The leading `eliminate` columns are replaced by their Cholesky
+//! columns, the others by the Schur complement. Right-hand sides are extra rows at the bottom, so the elimination includes the forward
+//! substitution.
 //!
-//! How it works: panels of [`PANEL`] columns are factorised eight columns at a time (each eight first gets the updates of
-//! its panel's earlier columns), then copied into strips of eight rows, and the rest of the matrix is updated in tiles of eight
-//! rows by [`NR`] columns whose sums stay in registers. Eight spare rows and columns at the end of every front take what the
-//! last tiles write beyond the matrix, so there are no edge cases. The same code is compiled for AVX-512, for AVX2 with FMA,
-//! and for the baseline; which one runs depends on the processor alone, so equal inputs give equal bits on equal processors.
+//! Panels of [`PANEL`] columns are factorised eight columns at a time, after the updates by the panel's earlier columns. The panel is then
+//! copied into strips of eight rows. The rest of the matrix is updated in tiles of eight rows by [`NR`] columns whose sums stay in registers.
+//! Every front ends with eight spare rows and columns, into which the last tiles may write, so there are no edge cases. The same code is
+//! compiled for AVX-512, for AVX2 with FMA, and for the baseline. The processor alone decides which one runs, so equal inputs give equal bits on
+//! equal processors.
 
 /// Rows of a tile, and the spare rows and columns of a front.
 pub const STRIP: usize = 8;
@@ -24,9 +24,9 @@ pub struct Front {
     packed: Vec<f64>,
 }
 
-/// How the entries of a finished factor are kept.
+/// Precision in which the entries of a finished factor are stored.
 pub trait Stored: Copy + Into<f64> + std::fmt::Debug {
-    /// Rounded to this precision.
+    /// Rounds to this precision.
     fn store(value: f64) -> Self;
 }
 
@@ -36,31 +36,31 @@ impl Stored for f64 {
     }
 }
 
-/// Half the memory, for factors that only step towards a solution: what rounding leaves over the next step finds.
+/// Half the memory. For factors that only compute steps: the next iteration corrects the rounding.
 impl Stored for f32 {
     fn store(value: f64) -> Self {
         value as Self
     }
 }
 
-/// The column whose pivot was not clearly positive.
+/// Index of the column whose pivot was not clearly positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BadPivot(pub usize);
 
-/// A pivot below this share of its diagonal entry before elimination is rounding noise: the matrix is singular there.
+/// A pivot below this share of its diagonal entry before elimination is rounding noise. The matrix counts as singular there.
 const PIVOT_SHARE_MIN: f64 = 1e-13;
 
-/// Entries of a panel of `columns` in a front of `size` rows.
+/// Number of entries of a panel of `columns` in a front of `size` rows.
 pub fn panel_len(columns: usize, size: usize) -> usize {
     columns * size - columns * (columns.max(1) - 1) / 2
 }
 
 impl Front {
-    /// Makes it a zero matrix of `size` rows.
+    /// Resets the front to a zero matrix of `size` rows.
     pub fn reset(&mut self, size: usize) {
         self.size = size;
         self.stride = (size + STRIP).next_multiple_of(STRIP);
-        // A stride of a whole page would map every column to the same cache lines.
+        // With a stride that is a multiple of 2 KiB, the columns would compete for the same cache lines.
         if self.stride.is_multiple_of(256) {
             self.stride += STRIP;
         }
@@ -68,7 +68,7 @@ impl Front {
         self.data.resize(self.stride * (size + STRIP), 0.0);
     }
 
-    /// Rows, right-hand sides included.
+    /// Number of rows, including right-hand sides.
     pub fn size(&self) -> usize {
         self.size
     }
@@ -79,7 +79,7 @@ impl Front {
         &self.data[start + column..start + self.size]
     }
 
-    /// The whole column, from row 0; rows above the diagonal mean nothing.
+    /// The whole column from row 0. Rows above the diagonal are undefined.
     pub fn column_mut(&mut self, column: usize) -> &mut [f64] {
         let start = column * self.stride;
         &mut self.data[start..start + self.size]
@@ -131,9 +131,9 @@ impl Front {
     }
 }
 
-/// Back-substitution through the panel of a cluster: columns one after the other, each from its diagonal entry down, with
-/// `right_hand_sides` last. `local` holds the cluster's scalars, frontal first; those of the separator are known, the first
-/// `columns` are found for the right-hand side `which`.
+/// Back-substitution through the panel of a cluster. The panel holds columns, each from its diagonal entry down, with `right_hand_sides` last.
+/// `local` holds the cluster's scalars, frontal first. The separator's scalars are given. The first `columns` scalars are solved for the
+/// right-hand side `which`.
 pub fn substitute_back<T: Stored>(
     panel: &[T],
     columns: usize,
@@ -188,7 +188,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     dot_with::<f64, false>(a, b)
 }
 
-/// Sixteen interleaved sums, which the processor may work on at once.
+/// Dot product in sixteen interleaved sums, which the processor can compute in parallel.
 #[inline(always)]
 fn dot_with<T: Stored, const FMA: bool>(a: &[T], b: &[f64]) -> f64 {
     const LANES: usize = 16;
@@ -233,7 +233,7 @@ fn eliminate_avx2(data: &mut [f64], packed: &mut Vec<f64>, shape: Shape) -> Resu
     eliminate_with::<4, true>(data, packed, shape)
 }
 
-/// `NR`: columns of a tile. `FMA`: whether fused multiply-add is an instruction here.
+/// `NR`: columns of a tile. `FMA`: whether the processor has fused multiply-add.
 #[inline(always)]
 fn eliminate_with<const NR: usize, const FMA: bool>(
     data: &mut [f64],
@@ -276,7 +276,7 @@ fn eight(values: &[f64], at: usize) -> [f64; STRIP] {
     out
 }
 
-/// Subtracts from `columns` columns what the panel's earlier columns, from `start`, contribute.
+/// Subtracts the contributions of the panel's columns from `start` to `column` from the next `columns` columns.
 #[inline(always)]
 fn update_columns<const FMA: bool>(
     data: &mut [f64],
@@ -310,7 +310,7 @@ fn update_columns<const FMA: bool>(
     }
 }
 
-/// Cholesky of at most eight columns whose updates are complete.
+/// Cholesky factorisation of at most eight columns that already have their updates.
 #[inline(always)]
 fn factorise_columns<const FMA: bool>(
     data: &mut [f64],
@@ -331,7 +331,7 @@ fn factorise_columns<const FMA: bool>(
             lower[j][i] = value;
         }
         let pivot = lower[j][j];
-        // Written so that NaN fails too.
+        // The negation makes NaN fail, too.
         if !(pivot > PIVOT_SHARE_MIN * original[j] && pivot.is_finite() && pivot > 0.0) {
             return Err(BadPivot(column + j));
         }
@@ -381,7 +381,7 @@ fn pack(data: &[f64], packed: &mut Vec<f64>, Shape { size, stride, .. }: Shape, 
     }
 }
 
-/// Subtracts the product of the packed panel with itself from everything right of it.
+/// Subtracts the product of the packed panel with itself from all columns to the right of the panel.
 #[inline(always)]
 fn update_rest<const NR: usize, const FMA: bool>(
     data: &mut [f64],

@@ -1,4 +1,4 @@
-//! The tiled elimination against the textbook's three loops.
+//! Compares the tiled elimination with the textbook's three nested loops.
 
 use super::dense::{BadPivot, Front};
 use geometry::RngTree;
@@ -39,7 +39,7 @@ fn front(columns: &[Vec<f64>]) -> Front {
 }
 
 #[test]
-fn every_size_agrees_with_three_loops() {
+fn tiled_elimination_equals_three_nested_loops_at_every_size() {
     for size in [1, 2, 6, 7, 8, 9, 13, 19, 64, 65, 130, 200] {
         for eliminate in [1, 3, 6, 8, 12, 63, 64, 65, 72, 129, size] {
             if eliminate > size {
@@ -59,7 +59,7 @@ fn every_size_agrees_with_three_loops() {
 }
 
 #[test]
-fn a_singular_or_undefined_matrix_is_named_by_its_column() {
+fn a_singular_or_nan_matrix_is_reported_with_its_column() {
     let mut columns = positive_definite(30, 3);
     // Column 20 becomes the sum of columns 3 and 7.
     for i in 0..30 {

@@ -1,23 +1,24 @@
-//! Nested dissection: small sets of variables whose removal cuts a large graph in two, again and again.
+//! Nested dissection: small sets of variables (separators) whose removal splits a large graph in two, applied recursively.
 //!
-//! A part is levelled by breadth-first search from one of its far ends. The edges between two neighbouring levels are covered by
-//! as few variables as possible (a minimum vertex cover, by Kőnig's theorem from a maximum matching), which are the separator; among the
-//! levels near the middle the cheapest wins. Minimum degree then orders within parts, with all separators after their parts.
+//! Breadth-first search from a peripheral variable sorts a part into levels. The separator between two neighbouring levels is the smallest set
+//! of variables that covers all edges between them (a minimum vertex cover, by Kőnig's theorem from a maximum matching). Among the levels near
+//! the middle the one with the lowest cost wins. Minimum degree then orders the variables within the parts. All separators come after their
+//! parts.
 //! Source: George, *Nested dissection of a regular finite element mesh*, SIAM J. Numer. Anal. 10, 1973; Pothen, Fan, *Computing the
 //! block triangular form of a sparse matrix*, ACM TOMS 16, 1990, for the cover.
 
 use super::ordering::Adjacency;
 
-/// Parts below this size are left to minimum degree.
+/// Parts with fewer variables are ordered by minimum degree alone.
 const PART_MIN: usize = 96;
-/// Separators are looked for where the smaller side has at least this share.
+/// The smaller side of a cut must have at least this share of the variables.
 const BALANCE: f64 = 0.3;
-/// Cuts one inside another at most.
+/// Greatest depth of the recursion.
 const DEPTH_MAX: u8 = 24;
 
 const NONE: u32 = u32::MAX;
 
-/// Groups for [`super::ordering::minimum_degree`]: 0 inside the parts, then separators, those of the first cut last.
+/// Groups for [`super::ordering::minimum_degree`]: 0 inside the parts, then the separators. The separator of the first cut comes last.
 pub fn groups(graph: &Adjacency) -> Vec<u8> {
     let mut search = Search { graph, part: vec![0; graph.len()], level: vec![NONE; graph.len()] };
     let mut groups = vec![0; graph.len()];
@@ -50,7 +51,7 @@ struct Cut {
     separator: Vec<u32>,
     below: Vec<u32>,
     above: Vec<u32>,
-    /// What the search did not reach: other components.
+    /// Variables that the search did not reach: other connected components.
     unreached: Vec<u32>,
 }
 
@@ -61,7 +62,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Visits the component of `start` within its part, and returns it in order.
+    /// Visits the component of `start` within its part. Returns its variables in breadth-first order.
     fn visit(&mut self, start: u32, variables: &[u32]) -> Vec<u32> {
         for &variable in variables {
             self.level[variable as usize] = NONE;
@@ -83,7 +84,7 @@ impl Search<'_> {
     }
 
     fn cut(&mut self, variables: &[u32]) -> Option<Cut> {
-        // Twice to the farthest: nearly a longest shortest path.
+        // Two searches, each from the farthest variable of the last one, give nearly a longest shortest path.
         let mut order = self.visit(*variables.first()?, variables);
         for _ in 0..2 {
             order = self.visit(*order.last()?, variables);
@@ -101,7 +102,7 @@ impl Search<'_> {
             }
             let first = if level == 0 { 0 } else { ends[level - 1] };
             let cover = self.cover(&order[first..end]);
-            // A little imbalance is worth a smaller separator.
+            // A smaller separator may outweigh a small imbalance.
             let price = cover.len() as f64 / (smaller * (1.0 - smaller));
             if best.as_ref().is_none_or(|(least, _, _)| price < *least) {
                 best = Some((price, level as u32, cover));
@@ -119,7 +120,7 @@ impl Search<'_> {
         Some(Cut { separator, below, above, unreached })
     }
 
-    /// Fewest variables that touch every edge from `level_set` to the level above, ascending.
+    /// The fewest variables that touch every edge from `level_set` to the level above, ascending.
     fn cover(&self, level_set: &[u32]) -> Vec<u32> {
         let up = |variable: u32| {
             let level = self.level[variable as usize] + 1;
@@ -129,7 +130,7 @@ impl Search<'_> {
             };
             self.graph.of(variable as usize).iter().filter(next).copied()
         };
-        // Right ends by number, found by search in a sorted list.
+        // Right vertices, numbered by their index in a sorted list.
         let mut right: Vec<u32> = level_set.iter().flat_map(|&variable| up(variable)).collect();
         right.sort_unstable();
         right.dedup();
@@ -144,7 +145,7 @@ impl Search<'_> {
     }
 }
 
-/// A maximum matching between two sides.
+/// A maximum matching of a bipartite graph.
 struct Matching {
     edges: Vec<Vec<u32>>,
     left: Vec<u32>,
@@ -161,7 +162,7 @@ impl Matching {
         matching
     }
 
-    /// Looks for an augmenting path from a free left vertex; `seen` carries the start that last visited a right one.
+    /// Searches an augmenting path from a free left vertex. `seen` holds, for each right vertex, the start that last visited it.
     fn augment(&mut self, start: u32, seen: &mut [u32]) {
         let mut came_from: Vec<(u32, u32)> = Vec::new();
         let mut waiting = vec![start];
@@ -176,7 +177,7 @@ impl Matching {
                     waiting.push(next);
                     continue;
                 }
-                // A free one: flip the path back to the start.
+                // A free right vertex ends the path: flip the path back to its start.
                 let mut right = right;
                 while right != NONE {
                     let Some(&(_, left)) = came_from.iter().find(|(to, _)| *to == right) else { return };
@@ -188,7 +189,7 @@ impl Matching {
         }
     }
 
-    /// Left vertices not reached, and right ones reached, by alternating paths from free left vertices.
+    /// Minimum vertex cover: left vertices not reached, and right vertices reached, by alternating paths from free left vertices.
     fn cover(&self, left_names: &[u32], right_names: &[u32]) -> Vec<u32> {
         let mut left_seen = vec![false; self.left.len()];
         let mut right_seen = vec![false; self.right.len()];

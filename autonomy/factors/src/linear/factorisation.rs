@@ -1,4 +1,4 @@
-//! Sparse Cholesky factorisation of a whole system: the batch solvers' workhorse.
+//! Sparse Cholesky factorisation of a whole system, used by the batch solvers.
 
 use super::assembly::{Assembly, packed_len, scalars, substitute_forward};
 use super::dense::{Stored, dot, substitute_back};
@@ -7,10 +7,10 @@ use super::ordering::{Adjacency, minimum_degree};
 use super::symbolic::{Cluster, Forest, analyse};
 use std::collections::BTreeMap;
 
-/// Normal equations as a sum of packed contributions, each over a few variables.
+/// Normal equations as a sum of packed contributions. Each contribution covers a few variables.
 #[derive(Clone, Debug, Default)]
 pub struct System {
-    /// Scalars of each variable.
+    /// Number of scalars of each variable.
     pub dimensions: Vec<u8>,
     variables: Vec<u32>,
     variable_starts: Vec<usize>,
@@ -31,7 +31,7 @@ impl System {
         }
     }
 
-    /// Makes room for a contribution over `variables`.
+    /// Adds a zero contribution over `variables`.
     pub fn push(&mut self, variables: &[u32]) {
         self.variables.extend_from_slice(variables);
         self.variable_starts.push(self.variables.len());
@@ -40,7 +40,7 @@ impl System {
         self.value_starts.push(self.values.len());
     }
 
-    /// Contributions.
+    /// Number of contributions.
     pub fn len(&self) -> usize {
         self.variable_starts.len() - 1
     }
@@ -55,12 +55,12 @@ impl System {
         &self.values[self.value_starts[index]..self.value_starts[index + 1]]
     }
 
-    /// Packed values of a contribution, to be written.
+    /// Packed values of a contribution, for writing.
     pub fn values_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.values[self.value_starts[index]..self.value_starts[index + 1]]
     }
 
-    /// First scalar of each variable in a vector of all unknowns, and its length at the end.
+    /// First scalar of each variable in a vector of all unknowns. The last entry is the vector's length.
     pub fn starts(&self) -> Vec<usize> {
         let mut starts = vec![0];
         let mut sum = 0;
@@ -76,12 +76,12 @@ impl System {
         self.sum_of_columns(|column| column[0])
     }
 
-    /// The right-hand side (the first one), all unknowns in the variables' order.
+    /// The first right-hand side: all unknowns in the order of the variables.
     pub fn gradient(&self) -> Vec<f64> {
         self.sum_of_columns(|column| column[column.len() - self.right_hand_sides])
     }
 
-    /// For every unknown the sum of what `entry` finds in its columns, each from the diagonal down.
+    /// For every unknown, the sum of `entry` over its columns. Each column runs from the diagonal down.
     fn sum_of_columns(&self, entry: impl Fn(&[f64]) -> f64) -> Vec<f64> {
         let starts = self.starts();
         let mut sums = vec![0.0; starts.last().copied().unwrap_or(0)];
@@ -130,7 +130,7 @@ impl System {
     }
 }
 
-/// The better of minimum degree and, for large graphs, nested dissection.
+/// Elimination order by minimum degree or, for large graphs, by nested dissection if that costs less.
 pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
     let order = minimum_degree(graph, &[]);
     if graph.len() < DISSECTION_MIN {
@@ -140,7 +140,7 @@ pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
     let work = |order: &[u32]| -> f64 {
         let of_cluster = |cluster: &Cluster| {
             let (columns, below) = (cluster.frontal.len() as f64, cluster.separator.len() as f64);
-            // About half the sum of squares from the rows below to all.
+            // Half of the sum of squared column heights, approximately.
             ((columns + below).powi(3) - below.powi(3)) / 6.0
         };
         analyse(graph, order, &vec![1; graph.len()], &[]).clusters.iter().map(of_cluster).sum()
@@ -148,29 +148,29 @@ pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
     if work(&dissected) < work(&order) { dissected } else { order }
 }
 
-/// Variables from which on nested dissection is tried beside minimum degree.
+/// From this number of variables on, nested dissection is compared with minimum degree.
 const DISSECTION_MIN: usize = 8_000;
 
-/// What depends on the structure of a system only: computed once, used by every iteration.
+/// Everything that depends only on the structure of a system. Computed once and used by every iteration.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Clusters.
+    /// Clusters of the elimination.
     pub forest: Forest,
-    /// Contributions by the cluster that takes them in.
+    /// Contributions, sorted by the cluster that adds them.
     contributions: Vec<u32>,
     contribution_starts: Vec<usize>,
     starts: Vec<usize>,
 }
 
 impl Plan {
-    /// Orders and analyses.
+    /// Finds an elimination order and analyses the structure.
     pub fn new(system: &System) -> Self {
         let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
         let order = fill_reducing(&graph);
         Self::with_order_of(system, &graph, &order)
     }
 
-    /// Analyses for a given order of elimination.
+    /// Analyses the structure for a given elimination order.
     pub fn with_order(system: &System, order: &[u32]) -> Self {
         let graph = Adjacency::from_cliques(system.dimensions.len(), system.cliques());
         Self::with_order_of(system, &graph, order)
@@ -219,7 +219,7 @@ pub struct Factorisation<T = f64> {
 }
 
 impl<T: Stored> Factorisation<T> {
-    /// Nothing factorised yet.
+    /// An empty factorisation.
     pub fn new() -> Self {
         Self {
             panels: Vec::new(),
@@ -229,10 +229,11 @@ impl<T: Stored> Factorisation<T> {
         }
     }
 
-    /// Factorises `system`, with `damping` (one entry a scalar, or empty) added to the diagonal; the memory of an earlier
-    /// factorisation is reused.
+    /// Factorises `system` with `damping` added to the diagonal (one entry per scalar, or empty). The memory of an earlier factorisation is
+    /// reused.
     ///
-    /// Cost: see [`Plan::cost`]; memory for the factor and the Schur complements that wait for their parents.
+    ///
+    /// Memory: the factor, and the Schur complements whose parents are not assembled yet.
     ///
     /// # Errors
     /// The first variable that is not determined.
@@ -270,7 +271,7 @@ impl<T: Stored> Factorisation<T> {
         Ok(())
     }
 
-    /// Solution for one right-hand side, all unknowns in the variables' order.
+    /// Solution for the right-hand side `which`: all unknowns in the order of the variables.
     pub fn solve(&self, plan: &Plan, dimensions: &[u8], which: usize) -> Vec<f64> {
         let mut solution = vec![0.0; plan.starts.last().copied().unwrap_or(0)];
         let mut local = Vec::new();
@@ -284,7 +285,7 @@ impl<T: Stored> Factorisation<T> {
         solution
     }
 
-    /// Squared length of the forward-substituted first right-hand side: what a full step promises to take off the cost.
+    /// Squared length of the first right-hand side after forward substitution: the predicted decrease of the cost by a full step.
     pub fn squared_right_hand_side(&self, plan: &Plan, dimensions: &[u8]) -> f64 {
         let mut sum = 0.0;
         for (cluster, &start) in plan.forest.clusters.iter().zip(&self.panel_starts) {
@@ -300,9 +301,8 @@ impl<T: Stored> Factorisation<T> {
         sum
     }
 
-    /// Solutions `y` of `L y = e` for the unit vectors of all scalars of some variables, on the union of the paths from their
-    /// clusters to the roots; they are zero elsewhere. Products of such vectors are entries of the inverse of the normal
-    /// equations.
+    /// Solutions `y` of `L y = e` for the unit vectors `e` of all scalars of some variables. They are given on the union of the paths from the
+    /// variables' clusters to the roots and are zero elsewhere. Their dot products are entries of the inverse of the normal equations.
     ///
     /// Cost: one forward substitution along the paths for each scalar.
     pub fn forward(&self, plan: &Plan, dimensions: &[u8], variables: &[u32]) -> Vec<Vec<f64>> {
@@ -315,7 +315,7 @@ impl<T: Stored> Factorisation<T> {
                 next = clusters[index as usize].parent;
             }
         }
-        // Children come before their parents by number.
+        // Children have smaller numbers than their parents.
         path.sort_unstable();
         path.dedup();
         // Scalars of the path, numbered from 0.
@@ -363,7 +363,7 @@ pub fn products(columns: &[Vec<f64>]) -> Vec<f64> {
     columns.iter().flat_map(|a| columns.iter().map(|b| dot(a, b))).collect()
 }
 
-/// Copies the scalars of some variables into `local`.
+/// Copies the scalars of some variables from `all` into `local`.
 pub fn gather<'a>(
     starts: &[usize],
     variables: impl Iterator<Item = &'a u32>,
@@ -376,7 +376,7 @@ pub fn gather<'a>(
     }
 }
 
-/// Copies the scalars of some variables back from the beginning of `local`.
+/// Copies the scalars of some variables from the beginning of `local` back into `all`.
 pub fn scatter<'a>(
     starts: &[usize],
     variables: impl IntoIterator<Item = &'a u32>,
@@ -392,7 +392,7 @@ pub fn scatter<'a>(
     }
 }
 
-/// The variable that a scalar of the front belongs to.
+/// The variable to which a scalar of the front belongs.
 pub fn variable_of(frontal: &[u32], dimensions: &[u8], scalar: usize) -> Undetermined {
     let mut end = 0;
     for &variable in frontal {

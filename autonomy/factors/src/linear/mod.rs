@@ -1,4 +1,4 @@
-//! Sparse linear least squares: order, analyse, factorise, substitute.
+//! Sparse linear least squares: ordering, symbolic analysis, factorisation, substitution.
 
 pub mod assembly;
 pub mod dense;

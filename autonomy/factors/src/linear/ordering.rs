@@ -1,13 +1,13 @@
 //! Fill-reducing elimination order: approximate minimum degree on a quotient graph, optionally constrained to groups.
 //!
-//! An eliminated variable becomes an *element*: the clique of its remaining neighbours. Degrees are bounded from above by sums over
-//! elements, elements inside a newer one are absorbed, and variables with equal neighbourhoods are merged into one.
+//! An eliminated variable becomes an *element*: the clique of its remaining neighbours. Sums over elements bound the degrees from above.
+//! Elements inside a newer one are absorbed. Variables with equal neighbourhoods are merged.
 //! Source: Amestoy, Davis, Duff, *An approximate minimum degree ordering algorithm*, SIAM J. Matrix Anal. Appl. 17, 1996;
 //! groups as in the constrained variant that iSAM2 uses (Kaess and others, IJRR 31, 2012, section 3.4).
 //!
-//! Cost: nearly linear in the entries of the graph for pose graphs; the worst case is their product with the variables.
+//! Cost: nearly linear in the number of edges for pose graphs. The worst case is edges times variables.
 
-/// Undirected graph over variables `0..len`, neighbours of each in one array.
+/// Undirected graph over variables `0..len`. One array holds all neighbours.
 #[derive(Clone, Debug, Default)]
 pub struct Adjacency {
     starts: Vec<u32>,
@@ -15,7 +15,7 @@ pub struct Adjacency {
 }
 
 impl Adjacency {
-    /// From the cliques that factors make: every pair inside one is an edge. Duplicates do no harm.
+    /// From the variables of each factor: every pair of them is an edge. Duplicates are allowed.
     pub fn from_cliques<'a>(len: usize, cliques: impl Iterator<Item = &'a [u32]> + Clone) -> Self {
         let mut starts = vec![0_u32; len + 1];
         for clique in cliques.clone() {
@@ -36,7 +36,7 @@ impl Adjacency {
                 }
             }
         }
-        // A clique that names a variable twice leaves gaps behind the cursor; cut them and duplicates off.
+        // A clique that names a variable twice leaves gaps behind the cursor. Gaps and duplicates are removed.
         let mut compact = Self { starts: vec![0], neighbours: Vec::with_capacity(neighbours.len()) };
         for index in 0..len {
             let list = &mut neighbours[starts[index] as usize..cursor[index] as usize];
@@ -52,7 +52,7 @@ impl Adjacency {
         compact
     }
 
-    /// Variables.
+    /// Number of variables.
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
@@ -65,8 +65,7 @@ impl Adjacency {
 
 const NONE: u32 = u32::MAX;
 
-/// The order in which to eliminate. Variables of a lower group (an empty slice means one group) all come before those of
-/// a higher one.
+/// The elimination order. All variables of a lower group come before those of a higher one. An empty slice means one group.
 pub fn minimum_degree(graph: &Adjacency, groups: &[u8]) -> Vec<u32> {
     let mut state = State::new(graph, groups);
     let mut order = Vec::with_capacity(graph.len());
@@ -78,16 +77,16 @@ pub fn minimum_degree(graph: &Adjacency, groups: &[u8]) -> Vec<u32> {
 
 /// The quotient graph.
 struct State {
-    /// Variables next to a variable that no element covers.
+    /// Neighbouring variables of each variable whose edge no element covers.
     variables: Vec<Vec<u32>>,
-    /// Elements of a variable.
+    /// Elements of each variable.
     elements: Vec<Vec<u32>>,
-    /// Variables of an element; empty once absorbed.
+    /// Variables of each element. Empty once it is absorbed.
     element_variables: Vec<Vec<u32>>,
     element_weight: Vec<u32>,
-    /// Variables that a variable stands for; 0 once it is eliminated or merged.
+    /// Number of variables that a variable represents. 0 once it is eliminated or merged.
     weight: Vec<u32>,
-    /// Variables merged into this one, as a linked list with its tail.
+    /// Linked list of the variables merged into each one, with its tail.
     next_merged: Vec<u32>,
     last_merged: Vec<u32>,
     group: Vec<u8>,
@@ -95,7 +94,7 @@ struct State {
     remaining: u32,
     mark: Vec<u32>,
     stamp: u32,
-    /// Weight of an element outside the newest one, valid where `outside_stamp` is the pivot's.
+    /// Weight of an element outside the newest element. Valid where `outside_stamp` equals the pivot.
     outside: Vec<u32>,
     outside_stamp: Vec<u32>,
     hashes: Vec<(u64, u32)>,
@@ -136,7 +135,7 @@ impl State {
         for index in 0..front.len() {
             let variable = front[index] as usize;
             if self.update(variable, pivot) && self.group[variable] == self.group[pivot] {
-                // Nothing but the pivot's clique is left of it: it may as well go now.
+                // All its neighbours are in the pivot's clique, so eliminating it now adds no fill.
                 self.remaining -= self.weight[variable];
                 self.emit(variable, order);
             }
@@ -147,7 +146,7 @@ impl State {
         let weight: u32 = front.iter().map(|&variable| self.weight[variable as usize]).sum();
         for &variable in &front {
             let own = self.weight[variable as usize];
-            // `update` left the degree apart from the front; merging may have made the front's share smaller.
+            // `update` left the degree outside the front. Merging may have reduced the front's weight.
             let degree = (self.outside[variable as usize] + weight - own).min(self.remaining - own);
             self.queue.insert(variable, self.group[variable as usize], degree);
         }
@@ -155,7 +154,7 @@ impl State {
         self.element_variables[pivot] = front;
     }
 
-    /// The clique of the pivot's neighbours; the elements it was in are absorbed.
+    /// The clique of the pivot's neighbours. It absorbs the elements of the pivot.
     fn new_element(&mut self, pivot: usize) -> Vec<u32> {
         self.stamp += 1;
         self.mark[pivot] = self.stamp;
@@ -176,7 +175,7 @@ impl State {
         front
     }
 
-    /// For every element that touches the front: the weight of its part outside.
+    /// Computes the weight outside the front of every element that touches the front.
     fn weigh_outside(&mut self, pivot: usize, front: &[u32]) {
         for &variable in front {
             for &element in &self.elements[variable as usize] {
@@ -193,8 +192,8 @@ impl State {
         }
     }
 
-    /// Brings the lists of a variable of the front up to date and leaves its degree outside the front in `outside`. True if it
-    /// has no neighbour outside.
+    /// Updates the lists of a variable of the front and stores its degree outside the front in `outside`. Returns true if it has no neighbour
+    /// outside.
     fn update(&mut self, variable: usize, pivot: usize) -> bool {
         let mut degree = 0_u32;
         let mut elements = std::mem::take(&mut self.elements[variable]);
@@ -204,7 +203,7 @@ impl State {
                 return false;
             }
             if self.outside[element] == 0 {
-                // It lies inside the new element.
+                // The element lies inside the new one.
                 self.element_weight[element] = 0;
                 self.element_variables[element] = Vec::new();
                 return false;
@@ -224,7 +223,7 @@ impl State {
         elements.push(pivot as u32);
         self.elements[variable] = elements;
         self.variables[variable] = variables;
-        // Elements and variables share numbers, but a variable of the front is no element yet.
+        // `outside` serves elements and variables with the same numbers. A variable of the front is not an element yet.
         self.outside[variable] = degree;
         alone
     }
@@ -256,7 +255,7 @@ impl State {
         self.hashes = hashes;
     }
 
-    /// Whether `other` has the lists of `kept`, which are marked.
+    /// Whether `other` has the same lists as `kept`, whose entries are marked.
     fn same_lists(&self, kept: usize, other: usize) -> bool {
         self.group[kept] == self.group[other]
             && self.variables[kept].len() == self.variables[other].len()
@@ -277,7 +276,7 @@ impl State {
         self.elements[other] = Vec::new();
     }
 
-    /// Writes a variable and all it stands for into the order.
+    /// Appends a variable and all variables merged into it to the order.
     fn emit(&mut self, variable: usize, order: &mut Vec<u32>) {
         self.weight[variable] = 0;
         let mut member = variable as u32;
@@ -288,7 +287,7 @@ impl State {
     }
 }
 
-/// Variables by group, then degree; among equals the one inserted last comes first.
+/// Variables by group, then by degree. Among equals the last inserted comes first.
 struct DegreeQueue {
     degrees: usize,
     heads: Vec<u32>,

@@ -1,11 +1,11 @@
-//! Orders are permutations, obey groups, and fill little where the answer is known.
+//! Elimination orders are permutations, respect groups, and cause little fill on graphs with a known answer.
 
 use super::dissection;
 use super::ordering::{Adjacency, minimum_degree};
 use geometry::RngTree;
 use std::collections::BTreeSet;
 
-/// Pairs in the factor beyond the diagonal, by playing the elimination game.
+/// Number of entries below the factor's diagonal, found by symbolic elimination.
 fn fill(graph: &Adjacency, order: &[u32]) -> usize {
     let mut neighbours: Vec<BTreeSet<u32>> =
         (0..graph.len()).map(|variable| graph.of(variable).iter().copied().collect()).collect();
@@ -44,7 +44,7 @@ fn grid(side: u32) -> Adjacency {
 }
 
 #[test]
-fn a_tree_fills_nothing_and_a_grid_little() {
+fn a_tree_has_no_fill_and_a_grid_less_than_half_of_the_natural_order() {
     let mut rng = RngTree::new(5).child("tree").rng();
     let edges: Vec<[u32; 2]> =
         (1..300).map(|child| [(rng.uniform() * f64::from(child)) as u32, child]).collect();
@@ -58,12 +58,12 @@ fn a_tree_fills_nothing_and_a_grid_little() {
     assert!(is_permutation(&order));
     let natural: Vec<u32> = (0..900).collect();
     let (ours, banded) = (fill(&grid, &order), fill(&grid, &natural));
-    // 26,000 against about 10,000.
+    // The natural order gives 26,000 entries, minimum degree about 10,000.
     assert!(ours < banded / 2, "{ours} against {banded}");
 }
 
 #[test]
-fn groups_come_in_turn() {
+fn lower_groups_are_eliminated_first() {
     let grid = grid(20);
     let groups: Vec<u8> = (0..400).map(|variable| u8::from(variable % 7 == 0) * 2).collect();
     let order = minimum_degree(&grid, &groups);
@@ -73,7 +73,7 @@ fn groups_come_in_turn() {
 }
 
 #[test]
-fn lonely_variables_and_empty_graphs() {
+fn isolated_variables_and_empty_graphs_are_ordered() {
     assert!(minimum_degree(&Adjacency::from_cliques(0, [].into_iter()), &[]).is_empty());
     let cliques: [&[u32]; 3] = [&[1, 1], &[3, 4, 4, 5], &[2]];
     let graph = Adjacency::from_cliques(6, cliques.into_iter());
@@ -82,8 +82,8 @@ fn lonely_variables_and_empty_graphs() {
 }
 
 #[test]
-fn dissection_cuts_into_parts_that_do_not_touch() {
-    // A ring of strands, as a patrol that walks the same round again and again.
+fn dissection_splits_a_ring_into_small_disconnected_parts() {
+    // Eight parallel tracks around a ring, like a patrol that repeats the same round.
     let (round, strands) = (200, 8);
     let name = |place: u32, strand: u32| (place % round) + round * strand;
     let mut edges: Vec<[u32; 2]> = Vec::new();
@@ -103,7 +103,7 @@ fn dissection_cuts_into_parts_that_do_not_touch() {
     let last = groups.iter().copied().max().unwrap();
     let first_cut = groups.iter().filter(|&&group| group == last).count();
     assert!((2 * strands as usize..=3 * strands as usize).contains(&first_cut), "{first_cut}");
-    // What lies in no separator falls into parts, each smaller than half the ring.
+    // The variables outside separators form parts, each smaller than half the ring.
     let mut seen: Vec<bool> = groups.iter().map(|&group| group > 0).collect();
     let mut largest = 0;
     for start in 0..graph.len() {

@@ -1,19 +1,19 @@
-//! From an elimination order to a forest of clusters: which variables are eliminated together, and who receives the rest.
+//! Symbolic analysis: from an elimination order to a forest of clusters, which eliminate several variables together.
 //!
-//! A cluster eliminates its *frontal* variables and hands a Schur complement over its *separator* to its parent: at once the
-//! supernodes of a sparse Cholesky factorisation and the cliques of a Bayes tree. Clusters whose columns have the same rows are
-//! merged, and those that would gain few zeros too, because larger dense blocks run faster.
+//! A cluster eliminates its *frontal* variables and adds a Schur complement over its *separator* to its parent. Clusters are the supernodes of a
+//! sparse Cholesky factorisation and the cliques of a Bayes tree. Clusters whose columns have the same rows are merged. Clusters that would gain
+//! few zeros are merged, too, because larger dense blocks run faster.
 
 use super::ordering::Adjacency;
 
-/// Variables eliminated together.
+/// Variables that are eliminated together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cluster {
-    /// Eliminated here, in this order.
+    /// Variables eliminated in this cluster, in this order.
     pub frontal: Vec<u32>,
-    /// What they are then conditioned on, in the order of its later elimination.
+    /// Variables that they are conditioned on, in elimination order.
     pub separator: Vec<u32>,
-    /// The cluster that eliminates the first of the separator; `None` for a root.
+    /// The cluster that eliminates the first variable of the separator. `None` for a root.
     pub parent: Option<u32>,
     /// Clusters whose parent this is, ascending.
     pub children: Vec<u32>,
@@ -22,15 +22,15 @@ pub struct Cluster {
 /// Clusters, children before parents.
 #[derive(Clone, Debug, Default)]
 pub struct Forest {
-    /// In the order in which to work through them.
+    /// In the order of processing.
     pub clusters: Vec<Cluster>,
     /// The cluster that eliminates each variable.
     pub cluster_of: Vec<u32>,
-    /// Place of each variable in the elimination order.
+    /// Rank of each variable in the elimination order.
     pub rank: Vec<u32>,
 }
 
-/// How many zeros may be stored to make clusters larger: a share by columns of the merged cluster.
+/// Share of stored entries that may be zeros after merging, by the number of columns of the merged cluster.
 fn zeros_allowed(columns: usize) -> f64 {
     match columns {
         0..=24 => 0.5,
@@ -44,19 +44,19 @@ fn zeros_allowed(columns: usize) -> f64 {
 struct Building {
     frontal: Vec<u32>,
     separator: Vec<u32>,
-    /// Scalars.
+    /// Number of frontal scalars.
     columns: usize,
     rows_below: usize,
-    /// Entries that the merging filled.
+    /// Zeros stored because of merging.
     zeros: usize,
     children: Vec<u32>,
     merged: bool,
 }
 
-/// Clusters for `graph` eliminated in `order`; `dimensions` are the scalars of each variable. Variables of different `parts` (empty:
-/// all the same) never share a cluster.
+/// Clusters for `graph` eliminated in `order`. `dimensions` are the scalars of each variable. Variables of different `parts` never share a
+/// cluster. An empty slice means one part.
 ///
-/// Cost: proportional to the block entries of the factor.
+/// Cost: proportional to the number of blocks in the factor.
 pub fn analyse(graph: &Adjacency, order: &[u32], dimensions: &[u8], parts: &[u8]) -> Forest {
     let mut rank = vec![0_u32; graph.len()];
     for (place, &variable) in order.iter().enumerate() {
@@ -68,7 +68,7 @@ pub fn analyse(graph: &Adjacency, order: &[u32], dimensions: &[u8], parts: &[u8]
     finish(clusters, graph.len())
 }
 
-/// One cluster per variable, except that a variable joins the child whose separator is exactly it and its own separator.
+/// One cluster per variable. But a variable joins a child whose separator consists of this variable and its own separator.
 fn eliminate(
     graph: &Adjacency,
     order: &[u32],
@@ -137,15 +137,15 @@ fn eliminate(
     clusters
 }
 
-/// Takes children into their parents where that stores few zeros, from the leaves up.
+/// Merges children into their parents where that stores few zeros, starting at the leaves.
 fn merge_for_size(clusters: &mut [Building], rank: &[u32], part: impl Fn(u32) -> u8) {
-    // A cluster's last frontal variable decides when its parent can be complete: children come first in that order.
+    // Sorted by the last frontal variable, so that children come before their parents.
     let mut sequence: Vec<u32> = (0..clusters.len() as u32).collect();
     let last = |cluster: &Building| cluster.frontal.last().map_or(0, |&variable| rank[variable as usize]);
     sequence.sort_unstable_by_key(|&index| last(&clusters[index as usize]));
     for index in sequence {
         let mut waiting = std::mem::take(&mut clusters[index as usize].children);
-        // Those that fit best first; they leave most room for the others.
+        // Children with the most rows below come first. They add the fewest zeros and leave room for the others.
         waiting.sort_by_key(|&child| (std::cmp::Reverse(clusters[child as usize].rows_below), child));
         let mut kept = Vec::new();
         let mut absorbed: Vec<u32> = Vec::new();
@@ -175,7 +175,7 @@ fn merge_for_size(clusters: &mut [Building], rank: &[u32], part: impl Fn(u32) ->
     }
 }
 
-/// Numbers the clusters children first, deepest chains together, and the variables with them.
+/// Numbers clusters and variables in depth-first order, children first.
 fn finish(mut building: Vec<Building>, variables: usize) -> Forest {
     let mut is_child = vec![false; building.len()];
     for cluster in building.iter().filter(|cluster| !cluster.merged) {
@@ -192,7 +192,7 @@ fn finish(mut building: Vec<Building>, variables: usize) -> Forest {
     let roots: Vec<usize> =
         (0..building.len()).filter(|&index| !building[index].merged && !is_child[index]).collect();
     for root in roots {
-        // Each entry: cluster, its children's final numbers so far.
+        // Each entry: a cluster and the final numbers of its finished children.
         let mut stack: Vec<(usize, Vec<u32>)> = vec![(root, Vec::new())];
         while let Some((index, mut done)) = stack.pop() {
             if let Some(child) = building[index].children.pop() {

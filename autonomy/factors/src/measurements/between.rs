@@ -1,7 +1,7 @@
 //! Measured relative poses.
 //!
-//! Two residuals are in use for them. [`Residual::Split`] keeps rotation and translation apart, as g2o files mean it;
-//! [`Residual::Logarithm`] is the logarithm of the whole motion, as GTSAM uses. They agree to second order in the error's angle.
+//! There are two residuals. [`Residual::Split`] keeps rotation and translation apart, as in g2o files. [`Residual::Logarithm`] is the logarithm
+//! of the whole motion, as in GTSAM. They agree to second order in the error's angle.
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
@@ -10,32 +10,32 @@ use crate::value::{Key, Kind, Planar, Values};
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::{Matrix2, SMatrix, UnitComplex, Vector2};
 
-/// How the error of a relative pose becomes a vector.
+/// Definition of the residual vector of a relative pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Residual {
-    /// Logarithm of the rotation, and the translation as it is.
+    /// Logarithm of the rotation, and the translation unchanged.
     #[default]
     Split,
     /// Logarithm of the motion: the translation is `V⁻¹ t` with the left Jacobian `V` of the rotation.
     Logarithm,
 }
 
-/// `to` was seen from `from`. Residual `[Log(R); t]` (see [`Residual`]) of `measured⁻¹ · from⁻¹ · to`, in the measured frame.
+/// A measured pose of `to` in `from`. Residual `[Log(R); t]` (see [`Residual`]) of `measured⁻¹ · from⁻¹ · to`, in the measured frame.
 #[derive(Clone, Debug)]
 pub struct Between {
     keys: [Key; 2],
     measured_inverse: Isometry,
-    /// Of the measured rotation's inverse.
+    /// Rotation matrix of `measured_inverse`.
     measured_from_parent: Matrix3,
     whitening: Whitening<6>,
     residual: Residual,
 }
 
 impl Between {
-    /// `from_from_to`: the measurement; `information`: of its error `[rotation; translation]`, radians and metres.
+    /// `from_from_to` is the measurement. `information` belongs to its error `[rotation; translation]`, radians and metres.
     ///
     /// # Errors
-    /// When the measurement is not finite or the information no inverse covariance.
+    /// When the measurement is not finite, or the information is not the inverse of a covariance.
     pub fn new(
         from: Key,
         to: Key,
@@ -55,7 +55,7 @@ impl Between {
         })
     }
 
-    /// With another residual.
+    /// Selects another residual.
     #[must_use]
     pub const fn with_residual(mut self, residual: Residual) -> Self {
         self.residual = residual;
@@ -91,7 +91,7 @@ impl Between {
         self.whitening.matrix() * error
     }
 
-    /// `W` times the derivative of the residual with respect to the split error, its rotational and translational columns.
+    /// `W` times the derivatives of the residual with respect to the rotational and the translational part of the split error.
     fn weights(&self, error: &Vector6, angle: &Vector3) -> (SMatrix<f64, 6, 3>, SMatrix<f64, 6, 3>) {
         let weight = self.whitening.matrix();
         let (rotational, translational) =
@@ -126,14 +126,14 @@ impl Factor for Between {
         let (error, angle, rotation) = self.error(&from_from_to);
         let (rotational, translational) = self.weights(&error, &angle);
 
-        // Perturbing `to` by [w; v]: Log moves by Jr⁻¹ w, t by R_error v.
+        // An error [w; v] of `to` moves Log by Jr⁻¹ w and t by R_error v.
         let by_turn: SMatrix<f64, 6, 3> = rotational * so3::right_jacobian_inverse(&angle);
         let by_shift: SMatrix<f64, 6, 3> = translational * rotation.to_rotation_matrix().matrix();
         let mut to_jacobian = Matrix6::zeros();
         to_jacobian.fixed_columns_mut::<3>(0).copy_from(&by_turn);
         to_jacobian.fixed_columns_mut::<3>(3).copy_from(&by_shift);
 
-        // Perturbing `from`: the relative rotation turns back, and the relative position p moves by p × w - v.
+        // An error [w; v] of `from` rotates the relative rotation backwards and moves the relative position p by p × w - v.
         let relative: Matrix3 = from_from_to.rotation.to_rotation_matrix().into_inner();
         let seen: SMatrix<f64, 6, 3> = translational * self.measured_from_parent;
         let mut from_jacobian = Matrix6::zeros();
@@ -159,7 +159,7 @@ impl Factor for Between {
     }
 }
 
-/// `to` was seen from `from`, in the plane. Residual `[x; y; yaw]` of `measured⁻¹ · from⁻¹ · to`.
+/// A measured plane pose of `to` in `from`. Residual `[x; y; yaw]` of `measured⁻¹ · from⁻¹ · to`.
 #[derive(Clone, Debug)]
 pub struct PlanarBetween {
     keys: [Key; 2],
@@ -169,10 +169,10 @@ pub struct PlanarBetween {
 }
 
 impl PlanarBetween {
-    /// `from_from_to`: the measurement; `information`: of its error `[x; y; yaw]`, metres and radians.
+    /// `from_from_to` is the measurement. `information` belongs to its error `[x; y; yaw]`, metres and radians.
     ///
     /// # Errors
-    /// When the measurement is not finite or the information no inverse covariance.
+    /// When the measurement is not finite, or the information is not the inverse of a covariance.
     pub fn new(
         from: Key,
         to: Key,
@@ -187,7 +187,7 @@ impl PlanarBetween {
         Ok(Self { keys: [from, to], measured_inverse, whitening, residual: Residual::default() })
     }
 
-    /// With another residual.
+    /// Selects another residual.
     #[must_use]
     pub const fn with_residual(mut self, residual: Residual) -> Self {
         self.residual = residual;
@@ -205,7 +205,7 @@ impl PlanarBetween {
     }
 }
 
-/// Logarithm of a plane motion `[x; y; yaw]`, and its derivative with respect to those three.
+/// Logarithm of a plane motion `[x; y; yaw]` and its derivative with respect to these three.
 fn planar_logarithm(split: &Vector3) -> (Vector3, Matrix3) {
     let half = split.z / 2.0;
     // half · cot(half) and its derivative with respect to the yaw.

@@ -1,7 +1,7 @@
-//! Inertial readings between two poses, summed up once.
+//! Preintegration of the IMU readings between two poses.
 //!
-//! Readings are integrated in the frame of the first pose, without its velocity and gravity, so that the sum need not be redone
-//! when those change; a change of the biases is corrected to first order.
+//! Readings are integrated in the frame of the first pose, without its velocity and without gravity. So the integral stays valid when these
+//! change. A change of the biases is corrected to first order.
 //! Source: Forster, Carlone, Dellaert, Scaramuzza, *On-manifold preintegration for real-time visual-inertial odometry*, T-RO 33, 2017.
 
 use crate::error::FactorError;
@@ -15,16 +15,16 @@ type Matrix9 = SMatrix<f64, 9, 9>;
 type Matrix9x3 = SMatrix<f64, 9, 3>;
 type Matrix9x6 = SMatrix<f64, 9, 6>;
 
-/// Noise densities of an inertial unit.
+/// Noise densities of an IMU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InertialNoise {
-    /// rad/s/√Hz.
+    /// Gyroscope noise density, rad/s/√Hz.
     pub gyroscope: f64,
-    /// m/s²/√Hz.
+    /// Accelerometer noise density, m/s²/√Hz.
     pub accelerometer: f64,
 }
 
-/// Readings summed up: rotation, velocity and position gained, in the frame at the beginning.
+/// Integrated readings: change of rotation, velocity and position in the frame of the first pose.
 #[derive(Clone, Debug)]
 pub struct Preintegrated {
     noise: InertialNoise,
@@ -40,10 +40,10 @@ pub struct Preintegrated {
 }
 
 impl Preintegrated {
-    /// Nothing yet. `bias`: the best guess, `[gyroscope; accelerometer]`.
+    /// An empty integral. `bias` is the best estimate, `[gyroscope; accelerometer]`.
     ///
     /// # Errors
-    /// When a number is not finite or a density not positive.
+    /// When a number is not finite, or a density is not positive.
     pub fn new(bias: &Vector6, noise: InertialNoise) -> Result<Self, FactorError> {
         if !bias.iter().all(|component| component.is_finite()) {
             return Err(FactorError::NotFinite { what: "the bias" });
@@ -64,10 +64,10 @@ impl Preintegrated {
         })
     }
 
-    /// Adds a reading that held for `seconds`: turn rate (rad/s) and specific force (m/s²) in the body's frame.
+    /// Adds a reading that held for `seconds`: turn rate (rad/s) and specific force (m/s²) in the body frame.
     ///
     /// # Errors
-    /// When a number is not finite or `seconds` not positive.
+    /// When a number is not finite, or `seconds` is not positive.
     pub fn add(
         &mut self,
         turn_rate: &Vector3,
@@ -89,13 +89,13 @@ impl Preintegrated {
         let by_turn = so3::right_jacobian(&turn);
         let swung: Matrix3 = -(before * so3::hat(&force));
 
-        // Errors of [rotation; velocity; position] after the step, by those before it.
+        // Jacobian of the errors of [rotation; velocity; position] after the step with respect to those before it.
         let mut carry = Matrix9::identity();
         carry.fixed_view_mut::<3, 3>(0, 0).copy_from(&back);
         carry.fixed_view_mut::<3, 3>(3, 0).copy_from(&(swung * h));
         carry.fixed_view_mut::<3, 3>(6, 0).copy_from(&(swung * (0.5 * h * h)));
         carry.fixed_view_mut::<3, 3>(6, 3).copy_from(&(Matrix3::identity() * h));
-        // And by errors of the two readings.
+        // Jacobians with respect to errors of the two readings.
         let mut by_gyroscope = Matrix9x3::zeros();
         by_gyroscope.fixed_rows_mut::<3>(0).copy_from(&(by_turn * h));
         let mut by_accelerometer = Matrix9x3::zeros();
@@ -120,12 +120,12 @@ impl Preintegrated {
         Ok(())
     }
 
-    /// Seconds summed up.
+    /// Integrated time, seconds.
     pub const fn seconds(&self) -> f64 {
         self.seconds
     }
 
-    /// Rotation, velocity and position gained, for another bias (first order).
+    /// Change of rotation, velocity and position for another bias, to first order.
     pub fn gained(&self, bias: &Vector6) -> (Rotation, Vector3, Vector3) {
         let correction = self.by_bias * (bias - self.bias);
         let turn: Vector3 = correction.fixed_rows::<3>(0).into_owned();
@@ -135,8 +135,8 @@ impl Preintegrated {
     }
 }
 
-/// What inertial readings say about two poses, the velocities there (in the map) and the bias. Residual `[rotation; velocity;
-/// position]` in the first body's frame. Variables: pose and velocity at the beginning, pose and velocity at the end, bias.
+/// Integrated IMU readings between two poses. Residual `[rotation; velocity; position]` in the first body frame. Variables: pose and velocity at
+/// the beginning, pose and velocity at the end, bias. Velocities are in the map frame.
 #[derive(Clone, Debug)]
 pub struct Inertial {
     keys: [Key; 5],
@@ -146,10 +146,10 @@ pub struct Inertial {
 }
 
 impl Inertial {
-    /// `gravity`: m/s² in the map, about `[0; 0; -9.81]`.
+    /// `gravity` in the map frame, m/s², about `[0; 0; -9.81]`.
     ///
     /// # Errors
-    /// When fewer than two readings were added, which leave directions without noise.
+    /// When fewer than two readings were added. Their covariance would be singular.
     pub fn new(
         [from_pose, from_velocity, to_pose, to_velocity, bias]: [Key; 5],
         sum: Preintegrated,

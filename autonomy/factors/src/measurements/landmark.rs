@@ -1,4 +1,4 @@
-//! Points seen from poses.
+//! Landmarks measured from poses.
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
@@ -7,7 +7,7 @@ use crate::value::{Key, Kind, Values};
 use geometry::{Matrix3, Vector3, so3};
 use nalgebra::{Matrix2, Matrix2x3, RowVector2, SMatrix, Vector2};
 
-/// A point whose place was seen in a pose's frame. Residual `Rᵀ (l - t) - seen`, metres. Variables: pose, point in the map.
+/// A landmark measured in the frame of a pose. Residual `Rᵀ (l - t) - seen`, metres. Variables: pose, landmark in the map frame.
 #[derive(Clone, Debug)]
 pub struct Landmark {
     keys: [Key; 2],
@@ -16,10 +16,10 @@ pub struct Landmark {
 }
 
 impl Landmark {
-    /// `point_in_pose`: where it was seen, metres; `information`: of that.
+    /// `point_in_pose` is the measured position, metres. `information` belongs to it.
     ///
     /// # Errors
-    /// When the point is not finite or the information no inverse covariance.
+    /// When the point is not finite, or the information is not the inverse of a covariance.
     pub fn new(
         pose: Key,
         point: Key,
@@ -62,7 +62,7 @@ impl Factor for Landmark {
     }
 }
 
-/// Bearing and range of a point in the plane. Residual `[bearing; range]`, radians and metres. Variables: plane pose, point.
+/// Bearing and range of a landmark in the plane. Residual `[bearing; range]`, radians and metres. Variables: plane pose, landmark.
 #[derive(Clone, Debug)]
 pub struct BearingRange {
     keys: [Key; 2],
@@ -71,14 +71,14 @@ pub struct BearingRange {
     whitening: Whitening<2>,
 }
 
-/// Metres; nearer than this a bearing means nothing.
+/// At smaller ranges the bearing is undefined, metres.
 const RANGE_MIN: f64 = 1e-9;
 
 impl BearingRange {
-    /// `bearing`: radians, counter-clockwise from the pose's x axis; `range`: metres; `information`: of `[bearing; range]`.
+    /// `bearing` in radians, counter-clockwise from the pose's x axis. `range` in metres. `information` belongs to `[bearing; range]`.
     ///
     /// # Errors
-    /// When a number is not finite, the range is negative or the information no inverse covariance.
+    /// When a number is not finite, the range is negative, or the information is not the inverse of a covariance.
     pub fn new(
         pose: Key,
         point: Key,

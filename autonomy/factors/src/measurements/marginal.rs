@@ -1,12 +1,12 @@
-//! What is left of variables that were marginalised away.
+//! The linear factor that replaces marginalised variables.
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::value::{Key, Kind, Value, Values};
 use nalgebra::{DMatrix, DVector};
 
-/// Normal equations `H δ = b` over some variables, where `δ` is their error from fixed values, kept for good. Their
-/// linearisation stays where it was made, which is the approximation of every fixed-lag smoother.
+/// Normal equations `H δ = b` over some variables. `δ` is their error from fixed values. The linearisation point never changes, which is the
+/// approximation of every fixed-lag smoother.
 #[derive(Clone, Debug)]
 pub struct Marginal {
     keys: Vec<Key>,
@@ -22,10 +22,10 @@ pub struct Marginal {
 const EIGENVALUE_SHARE_MIN: f64 = 1e-13;
 
 impl Marginal {
-    /// From `H` and `b` over `keys`, linearised `at` those values.
+    /// From `H` and `b` over `keys`, linearised at the values `at`.
     ///
     /// # Errors
-    /// When the sizes do not match or an entry is not finite.
+    /// When the sizes do not match, or an entry is not finite.
     pub fn new(
         keys: Vec<Key>,
         at: Vec<Value>,

@@ -1,4 +1,4 @@
-//! Measurements.
+//! Factors by kind of measurement.
 
 mod between;
 mod inertial;

@@ -1,4 +1,4 @@
-//! Velocities, gravity, and vectors that change slowly.
+//! Factors on velocities, gravity, and vectors that change slowly.
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
@@ -7,7 +7,7 @@ use crate::value::{Key, Kind, Values};
 use geometry::{Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::SMatrix;
 
-/// Velocity measured in the body, by legs or wheels. Residual `Rᵀ v - measured`, m/s. Variables: pose, velocity in the map.
+/// Velocity measured in the body frame, by legs or wheels. Residual `Rᵀ v - measured`, m/s. Variables: pose, velocity in the map frame.
 #[derive(Clone, Debug)]
 pub struct BodyVelocity {
     keys: [Key; 2],
@@ -16,10 +16,10 @@ pub struct BodyVelocity {
 }
 
 impl BodyVelocity {
-    /// `measured`: m/s in the body's frame; `information`: of that.
+    /// `measured` in m/s in the body frame. `information` belongs to it.
     ///
     /// # Errors
-    /// When the velocity is not finite or the information no inverse covariance.
+    /// When the velocity is not finite, or the information is not the inverse of a covariance.
     pub fn new(
         pose: Key,
         velocity: Key,
@@ -61,8 +61,8 @@ impl Factor for BodyVelocity {
     }
 }
 
-/// The direction of gravity's reaction ("up") measured in the body. Residual `Rᵀ up - measured`, of unit vectors: radians for
-/// small errors. Says nothing about the heading. Variable: pose.
+/// Direction opposite to gravity ("up"), measured in the body frame. Residual `Rᵀ up - measured` of unit vectors, which is in radians for small
+/// errors. It does not constrain the heading. Variable: pose.
 #[derive(Clone, Debug)]
 pub struct GravityDirection {
     key: [Key; 1],
@@ -73,10 +73,10 @@ pub struct GravityDirection {
 }
 
 impl GravityDirection {
-    /// `up_in_body`: what an accelerometer at rest reads, of any length; `deviation`: radians.
+    /// `up_in_body` is the reading of an accelerometer at rest, of any length. `deviation` in radians.
     ///
     /// # Errors
-    /// When a vector has no direction or the deviation is not positive.
+    /// When a vector has no direction, or the deviation is not positive.
     pub fn new(
         key: Key,
         up_in_map: &Vector3,
@@ -121,7 +121,7 @@ impl Factor for GravityDirection {
     }
 }
 
-/// Six numbers that hardly change from one moment to the next, such as an IMU's biases. Residual `to - from`.
+/// Six numbers that change slowly, such as an IMU's biases. Residual `to - from`.
 #[derive(Clone, Debug)]
 pub struct RandomWalk {
     keys: [Key; 2],
@@ -129,10 +129,10 @@ pub struct RandomWalk {
 }
 
 impl RandomWalk {
-    /// `information`: of the change.
+    /// `information` belongs to the change.
     ///
     /// # Errors
-    /// When the information is no inverse covariance.
+    /// When the information is not the inverse of a covariance.
     pub fn new(from: Key, to: Key, information: &Matrix6) -> Result<Self, FactorError> {
         Ok(Self { keys: [from, to], whitening: Whitening::from_information(information)? })
     }

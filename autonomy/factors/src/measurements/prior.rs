@@ -1,4 +1,4 @@
-//! Variables known beforehand.
+//! Prior factors: variables that are known beforehand.
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
@@ -16,10 +16,10 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// `information`: of the error `[rotation; translation]` in the known pose's frame.
+    /// `information` belongs to the error `[rotation; translation]` in the frame of the known pose.
     ///
     /// # Errors
-    /// When the pose is not finite or the information no inverse covariance.
+    /// When the pose is not finite, or the information is not the inverse of a covariance.
     pub fn new(key: Key, known: &Isometry, information: &Matrix6) -> Result<Self, FactorError> {
         if !Value::Pose(*known).is_finite() {
             return Err(FactorError::NotFinite { what: "the known pose" });
@@ -63,10 +63,10 @@ pub struct PlanarPrior {
 }
 
 impl PlanarPrior {
-    /// `information`: of the error `[x; y; yaw]` in the known pose's frame.
+    /// `information` belongs to the error `[x; y; yaw]` in the frame of the known pose.
     ///
     /// # Errors
-    /// When the pose is not finite or the information no inverse covariance.
+    /// When the pose is not finite, or the information is not the inverse of a covariance.
     pub fn new(key: Key, known: &Planar, information: &Matrix3) -> Result<Self, FactorError> {
         if !Value::Planar(*known).is_finite() {
             return Err(FactorError::NotFinite { what: "the known pose" });
@@ -102,7 +102,7 @@ impl Factor for PlanarPrior {
     }
 }
 
-/// A vector known beforehand: residual `vector - known`. `N` is 2, 3 or 6.
+/// A vector known beforehand. Residual `vector - known`. `N` is 2, 3 or 6.
 #[derive(Clone, Debug)]
 pub struct VectorPrior<const N: usize> {
     key: [Key; 1],
@@ -115,7 +115,7 @@ impl VectorPrior<2> {
     /// A prior on a plane vector.
     ///
     /// # Errors
-    /// When the vector is not finite or the information no inverse covariance; likewise below.
+    /// When the vector is not finite, or the information is not the inverse of a covariance.
     pub fn plane(
         key: Key,
         known: &SVector<f64, 2>,

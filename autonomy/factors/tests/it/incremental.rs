@@ -1,4 +1,4 @@
-//! The incremental solver against the batch solvers.
+//! Compares the incremental solver with the batch solvers.
 
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
@@ -21,7 +21,7 @@ fn add_edge(solver: &mut Incremental, published: &Published, edge: usize) {
     }
 }
 
-/// Where a new pose is, seen over one of its edges.
+/// Predicts a new pose from one of its edges.
 fn predict(solver: &Incremental, published: &Published, edge: usize, new: Key) -> Value {
     let (from, to, id) = published.edges[edge];
     let known = solver.estimate(if from == new { to } else { from }).unwrap();
@@ -36,7 +36,7 @@ fn predict(solver: &Incremental, published: &Published, edge: usize, new: Key) -
     }
 }
 
-/// Adds one pose after the other with all its edges to earlier ones, and calls `after` each time.
+/// Adds the poses one by one, each with all its edges to earlier ones. Calls `after` each time.
 fn walk(published: &Published, poses: usize, mut after: impl FnMut(usize, &mut Incremental)) -> Incremental {
     let mut solver = Incremental::new(IncrementalOptions::default());
     let mut edges: Vec<Vec<usize>> = vec![Vec::new(); published.values.len()];
@@ -73,7 +73,7 @@ fn walk(published: &Published, poses: usize, mut after: impl FnMut(usize, &mut I
     solver
 }
 
-/// The promise: within 1 % of the optimum at the end, and at most 10 % above at every hundredth step.
+/// The cost must be within 1 % of the optimum at the end, and at most 10 % above it at every hundredth step.
 fn stays_near_the_optimum(name: &str) {
     let Some(published) = load(&format!("pose-graphs/{name}.g2o")) else { return };
     let mut worst = 0.0_f64;
@@ -82,7 +82,7 @@ fn stays_near_the_optimum(name: &str) {
             let estimates = solver.estimates();
             let ours = solver.graph().chi_squared(&estimates).unwrap();
             let best = optimise(solver.graph(), &estimates, &Options::default()).unwrap().cost;
-            // Before the first loop both are zero but for rounding.
+            // Before the first loop both costs are zero except for rounding.
             worst = worst.max((ours - 1e-9) / best.max(1e-9) - 1.0);
             assert!(worst <= 0.1, "{name} at {index}: {ours} instead of {best}");
         }
@@ -97,22 +97,22 @@ mod nightly {
     use super::stays_near_the_optimum;
 
     #[test]
-    fn a_sphere_walked_pose_by_pose_stays_near_the_optimum() {
+    fn the_sphere_added_pose_by_pose_stays_near_the_optimum() {
         stays_near_the_optimum("sphere2500");
     }
 }
 
 #[test]
-fn a_garage_driven_pose_by_pose_stays_near_the_optimum() {
+fn the_garage_added_pose_by_pose_stays_near_the_optimum() {
     stays_near_the_optimum("parking-garage");
 }
 
 #[test]
-fn a_planar_graph_driven_pose_by_pose_stays_near_the_optimum() {
+fn a_planar_graph_added_pose_by_pose_stays_near_the_optimum() {
     stays_near_the_optimum("intel");
 }
 
-/// Moved by about a centimetre and half a degree.
+/// The pose with noise of about a centimetre and half a degree.
 fn noisy(pose: &Isometry, rng: &mut Rng) -> Isometry {
     se3::retract(pose, &Vector6::from_fn(|_, _| rng.normal() * 0.01))
 }
@@ -137,7 +137,7 @@ fn random_chain(poses: usize, seed: u64) -> (Graph, Values) {
     (graph, values)
 }
 
-/// The same graph in an incremental solver, `chunk` poses at a time.
+/// Builds the same graph in an incremental solver, `chunk` poses at a time.
 fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
     let mut solver = Incremental::new(IncrementalOptions::default());
     for (key, value) in values.iter() {
@@ -169,7 +169,7 @@ fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
     solver
 }
 
-/// Relinearises until nothing moves.
+/// Relinearises until the solution no longer moves.
 fn settle(solver: &mut Incremental) {
     for _ in 0..6 {
         solver.relinearise_all().unwrap();
@@ -181,7 +181,7 @@ fn distance(a: &Values, b: &Values) -> f64 {
 }
 
 #[test]
-fn settled_it_equals_the_batch_solution_in_estimates_and_covariances() {
+fn the_converged_solution_equals_the_batch_solution_in_estimates_and_covariances() {
     for (seed, chunk) in [(1, 1), (2, 3), (3, 10)] {
         let (graph, values) = random_chain(40, seed);
         let mut solver = incremental(&graph, &values, chunk);
@@ -214,7 +214,7 @@ fn covariance_is_the_inverse_of_the_information() {
 }
 
 #[test]
-fn a_removed_factor_leaves_no_trace() {
+fn a_removed_factor_no_longer_influences_the_estimates() {
     let (graph, values) = random_chain(30, 9);
     let mut solver = incremental(&graph, &values, 5);
     settle(&mut solver);
@@ -238,15 +238,15 @@ fn a_failed_update_changes_nothing_and_names_the_variable() {
     let mut solver = incremental(&graph, &values, 4);
     settle(&mut solver);
     let (before, factors) = (solver.estimates(), solver.graph().len());
-    // A pose that nothing measures.
+    // A pose without any measurement.
     let lonely = solver.insert(Value::Pose(Isometry::identity()));
     assert_eq!(solver.update(), Err(SolveError::Undetermined { key: lonely }));
-    // Two poses that hang together only, and a good factor that goes down with them.
+    // Two poses connected only to each other. The valid factor between poses 0 and 9 is dropped with them.
     let [a, b] = [0, 1].map(|_| solver.insert(Value::Pose(Isometry::identity())));
     solver.add(Between::new(a, b, &Isometry::identity(), &Matrix6::identity()).unwrap()).unwrap();
     solver.add(Between::new(Key(0), Key(9), &Isometry::identity(), &Matrix6::identity()).unwrap()).unwrap();
     assert!(matches!(solver.update(), Err(SolveError::Undetermined { key }) if key == a || key == b));
-    // The removal of the only anchor.
+    // Removal of the only anchor.
     let anchor = solver.graph().iter().find(|(_, entry)| entry.factor.anchor().is_some()).unwrap().0;
     solver.remove(anchor).unwrap();
     assert!(matches!(solver.update(), Err(SolveError::Undetermined { .. })));
@@ -261,7 +261,7 @@ fn a_failed_update_changes_nothing_and_names_the_variable() {
 }
 
 #[test]
-fn marginalising_keeps_the_others_where_they_are_and_as_certain() {
+fn marginalising_keeps_estimates_and_covariances_of_the_other_variables() {
     let (graph, values) = random_chain(30, 6);
     let mut solver = incremental(&graph, &values, 5);
     settle(&mut solver);
@@ -275,10 +275,10 @@ fn marginalising_keeps_the_others_where_they_are_and_as_certain() {
     assert!(solver.estimate(Key(3)).is_err() && solver.covariance(&[Key(3)]).is_err());
     assert!(solver.marginalise(&[Key(3)]).is_err());
     assert!(solver.add(Prior::new(Key(3), &Isometry::identity(), &Matrix6::identity()).unwrap()).is_err());
-    // Relinearising everything else does not move it, for the marginals were taken at the solution.
+    // The marginals were computed at the solution, so relinearising everything else does not move it.
     settle(&mut solver);
     assert!(distance(&before, &solver.estimates()) < 1e-4);
-    // And it goes on.
+    // The solver still accepts new variables.
     let key = solver.insert(*values.get(Key(29)).unwrap());
     solver.add(Between::new(Key(29), key, &Isometry::identity(), &Matrix6::identity()).unwrap()).unwrap();
     solver.update().unwrap();

@@ -1,4 +1,4 @@
-//! Every analytic Jacobian against central differences, at random states.
+//! Compares every analytic Jacobian with central differences at random states.
 
 use factors::{
     BearingRange, Between, BodyVelocity, Factor, FactorError, GravityDirection, Inertial, InertialNoise, Key,
@@ -70,7 +70,7 @@ fn relative_poses_and_priors() {
     let mut rng = RngTree::new(11).child("jacobians").rng();
     for round in 0..60 {
         let mut values = Values::default();
-        // From tiny errors to turns of about two radians.
+        // Errors from 0.1 mrad up to rotations of about two radians.
         let turn = [1e-4, 0.05, 0.7][round % 3];
         let [a, b] = [0, 1].map(|_| values.insert(Value::Pose(random_pose(&mut rng, 0.8))));
         let relative = values.pose(a).unwrap().inv_mul(values.pose(b).unwrap());
@@ -124,7 +124,7 @@ fn retracting_undoes_local_for_every_kind() {
 }
 
 #[test]
-fn information_that_is_none_is_refused() {
+fn invalid_information_matrices_are_refused() {
     let key = Key(0);
     let pose = Isometry::identity();
     for (row, column, value) in [(2, 2, f64::NAN), (0, 1, 5.0), (4, 4, -1.0), (1, 1, f64::INFINITY)] {
@@ -134,7 +134,7 @@ fn information_that_is_none_is_refused() {
     }
     let mut planar = Matrix3::identity();
     planar[(2, 2)] = 0.0;
-    // Nothing known about the yaw is fine.
+    // An information matrix without information on the yaw is valid.
     assert!(PlanarPrior::new(key, &Planar::identity(), &planar).is_ok());
     let nowhere = Isometry::translation(f64::NAN, 0.0, 0.0);
     assert!(Prior::new(key, &nowhere, &Matrix6::identity()).is_err());
@@ -165,7 +165,7 @@ fn landmarks_velocities_and_gravity() {
 }
 
 #[test]
-fn degenerate_measurements_are_named() {
+fn a_degenerate_measurement_is_reported_with_its_variable() {
     let mut values = Values::default();
     let pose = values.insert(Value::Planar(Planar::new(Vector2::new(1.0, 2.0), 0.3)));
     let point = values.insert(Value::Vector2(Vector2::new(1.0, 2.0)));

@@ -1,4 +1,4 @@
-//! Tests of the library as its users see it.
+//! Tests of the public interface.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

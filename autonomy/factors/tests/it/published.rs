@@ -1,4 +1,4 @@
-//! Published graphs end at their published optima, whatever the method.
+//! Every method reaches the published optima of published graphs.
 
 use crate::support::{Published, load, load_with};
 use factors::Residual;

@@ -1,4 +1,4 @@
-//! Wrong loops among right ones, and kernels.
+//! Robust estimation with wrong loops, and robust kernels.
 
 use crate::jacobians::random_pose;
 use crate::support::{Published, load};
@@ -71,7 +71,7 @@ fn add_wrong_loops(published: &Published, extent: f64, share: f64, seed: u64) ->
     (graph, wrong)
 }
 
-/// Poses chained along the odometry.
+/// Initial poses from the odometry alone.
 fn chained(published: &Published) -> Values {
     let mut graph = Graph::default();
     for (_, entry) in published.graph.iter().filter(|(_, entry)| !is_loop(entry.factor.keys())) {
@@ -100,7 +100,7 @@ fn chained(published: &Published) -> Values {
 }
 
 #[test]
-fn a_fifth_of_wrong_loops_leaves_the_trajectory_where_it_was() {
+fn a_fifth_of_wrong_loops_changes_the_trajectory_by_less_than_a_percent() {
     for name in ["smallGrid3D", "sphere2500", "parking-garage", "intel", "CSAIL", "kitti_05"] {
         let Some(published) = load(&format!("pose-graphs/{name}.g2o")) else { return };
         let start = if published.has_start { published.values.clone() } else { chained(&published) };
@@ -180,7 +180,7 @@ fn kernels_resist_one_wrong_loop() {
         errors.push(rmse(&clean, &solution.values).0);
     }
     println!("RMSE in metres without a kernel and with each: {errors:?}");
-    // Huber's cost still grows with every metre; the others let go.
+    // Huber's cost grows linearly with the residual. The costs of the later kernels grow more slowly or are bounded.
     assert!(errors[2..].iter().all(|error| *error < 0.05 * errors[0]), "{errors:?}");
     assert!(errors[3..].iter().all(|error| *error < 1e-3), "{errors:?}");
 }

@@ -1,4 +1,4 @@
-//! Published graphs as factor graphs.
+//! Loads published graphs as factor graphs.
 
 use factors::{Between, PlanarBetween, PlanarPrior, Prior, Residual};
 use factors::{FactorId, Graph, Key, Planar, Value, Values};
@@ -7,7 +7,7 @@ use geometry::{Isometry, Matrix3, Matrix6, isometry_from_pose};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Where the published graphs are, or `None` with a line that says so.
+/// Path of a published file. `None`, with a printed line, if it is not there.
 pub fn data(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("AUTOINSPECT_DATA").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
@@ -40,7 +40,7 @@ pub fn load(name: &str) -> Option<Published> {
     load_with(name, Residual::Split)
 }
 
-/// Reads a graph; the first pose gets a prior of 1 µm and 1 µrad.
+/// Reads a graph. The first pose gets a prior of 1 µm and 1 µrad.
 pub fn load_with(name: &str, residual: Residual) -> Option<Published> {
     let text = std::fs::read_to_string(data(name)?).unwrap();
     let file = g2o::read(&text).unwrap();
