@@ -29,8 +29,8 @@ impl Similarity {
     }
 }
 
-/// The similarity (or rigid motion, if `with_scale` is false) that minimises the sum of squared distances between the truth and
-/// the moved estimate. `None` for fewer than three points or for points on one line: both leave a rotation undetermined.
+/// The similarity that minimises the sum of squared distances between the truth and the transformed estimate. With `with_scale` false, its scale
+/// is 1. `None` for fewer than three points or for points on one line, because both leave a rotation undetermined.
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similarity> {
@@ -67,9 +67,9 @@ pub fn umeyama(pairs: &[(Vector3, Vector3)], with_scale: bool) -> Option<Similar
     Some(Similarity { scale, truth_from_estimate })
 }
 
-/// The rotation about z and the translation that minimise the sum of squared distances between the truth and the moved
-/// estimate, for two frames whose z axes are vertical. `None` for fewer than two points or for points above each other: both
-/// leave the yaw undetermined.
+/// The rotation about z and the translation that minimise the sum of squared distances between the truth and the transformed estimate. For two
+/// frames whose z axes are vertical. `None` for fewer than two points, or for points that all lie on one vertical line, because both leave the
+/// yaw undetermined.
 ///
 /// - `pairs`: (truth, estimate), metres.
 pub fn align_yaw_only(pairs: &[(Vector3, Vector3)]) -> Option<Isometry> {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_known_motion_and_scale_are_found_again() {
+    fn umeyama_recovers_a_known_motion_and_scale() {
         let motion = Isometry::from_parts(
             Translation3::new(3.0, -2.0, 0.5),
             Rotation::from_euler_angles(0.3, -0.8, 2.5),
@@ -150,9 +150,9 @@ mod tests {
     }
 
     #[test]
-    fn the_residual_that_no_motion_explains_is_reported() {
+    fn aligned_rmse_is_the_residual_that_remains_after_alignment() {
         let corners = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-        // Every corner is 0.1 m above or below a plane: no rigid motion removes that.
+        // The corners lie alternately 0.1 m above and below a plane. No rigid motion removes that.
         let pairs: Vec<_> = corners
             .map(|[x, y]| (Vector3::new(x, y, 0.1 * x * y), Vector3::new(5.0 - y, x, 2.0)))
             .into_iter()

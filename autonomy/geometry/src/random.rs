@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn same_path_same_numbers_and_other_paths_other_numbers() {
+    fn equal_paths_give_equal_numbers_and_other_paths_give_others() {
         let root = RngTree::new(42);
         let draw = |tree: RngTree| {
             (0..8)
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn normal_has_its_moments() {
+    fn normal_numbers_have_mean_zero_and_variance_one() {
         let mut rng = RngTree::new(1).rng();
         let samples: Vec<f64> = (0..20_000).map(|_| rng.normal()).collect();
         let mean = samples.iter().sum::<f64>() / samples.len() as f64;

@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector, Translation3};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-/// Vectors of any direction and of a length up to `max`; one in four is a thousandth as long, where the series are used.
+/// Vectors of any direction, at most `max` long. One in four is a thousand times shorter, so that the series for small angles are tested.
 fn vector(max: f64) -> impl Strategy<Value = Vector3> {
     let direction = [-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64].prop_map(Vector3::from);
     let length = prop_oneof![3 => 0.0..max, 1 => 0.0..max * 1e-5];
@@ -121,7 +121,7 @@ proptest! {
     }
 
     #[test]
-    fn the_adjoint_moves_small_errors_through_a_pose(t in pose(), error in pose_error(1e-5, 1e-5)) {
+    fn the_adjoint_maps_small_errors_from_child_to_parent_frame(t in pose(), error in pose_error(1e-5, 1e-5)) {
         let child_side = t * se3::retract(&Isometry::identity(), &error);
         let parent_side = se3::retract(&Isometry::identity(), &(se3::adjoint(&t) * error)) * t;
         prop_assert!(se3::local(&child_side, &parent_side).norm() < 1e-7);
