@@ -1,9 +1,9 @@
 //! A hashed map of surfaces: running Gaussians in cubes that are subdivided where the surface is not flat.
 //!
-//! Root cubes live in a hash table. Each holds the running mean and covariance of its points. A cube whose points lie on a plane
-//! *is* that plane and is not subdivided; points off the plane go down to its eight children. A wall is thus one large,
-//! well-averaged plane. Its pipes and its other side are small cells beside it, and a person who walks past does not change it.
-//! Means are stored relative to the centre of their cube, so that `f32` is exact to a micrometre anywhere on the site.
+//! Root cubes are stored in a hash table. Each one holds the running mean and covariance of its points. A cube whose points lie on a plane
+//! represents that plane and is not subdivided. Points off the plane are passed to its eight children. A wall is thus one large, well-averaged
+//! plane. Its pipes and its other side are small cells beside it. A person who walks past does not change it. Means are stored relative to the
+//! centre of their cube, so that `f32` is exact to a micrometre anywhere on the site.
 //!
 //! Sources: planes at the coarsest flat level, Yuan et al., *VoxelMap*, RA-L 2022; incremental Gaussians in a hash table, Koide et
 //! al., *Voxelized GICP*, ICRA 2021. Parameters and their use: docs/maths/odometry.md, section "Local map".
@@ -20,7 +20,7 @@ pub struct GaussianMapConfig {
     pub max_depth: u8,
     /// A cube whose points have a larger standard deviation about their plane is not flat, metres.
     pub plane_thickness_m: f32,
-    /// A cube that is a plane already stays one up to this multiple of `plane_thickness_m` (hysteresis).
+    /// A cube that is already classified as a plane remains one up to this multiple of `plane_thickness_m` (hysteresis).
     pub plane_hysteresis: f32,
     /// Least standard deviation along the middle principal axis of a plane, as a share of the cube's edge. Points of a single
     /// LiDAR ring lie on a line, whose normal is noise.
@@ -37,7 +37,7 @@ pub struct GaussianMapConfig {
     pub min_points: u16,
     /// Cap on the number of points in a running mean, so that the mean can still follow changes.
     pub max_points: u16,
-    /// A cube is classified again when its number of points has grown by one part in this many (at least 1).
+    /// A cube is classified again when its number of points has grown by 1 / this value (at least 1).
     pub reclassify_growth_divisor: u16,
     /// A cube is classified again after at least this many new points.
     pub min_reclassify_growth: u16,
@@ -79,7 +79,7 @@ impl Default for GaussianMapConfig {
 /// The surface that the map holds near a query point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
-    /// A flat piece.
+    /// A plane.
     Plane {
         /// Unit normal, map frame. It points towards the viewpoints of the points; its sign is arbitrary for points that were
         /// inserted without a viewpoint.
@@ -243,7 +243,7 @@ impl GaussianMap {
         }
     }
 
-    /// Removes everything.
+    /// Removes all cubes.
     pub fn clear(&mut self) {
         self.table.clear();
         self.roots.clear();
@@ -294,7 +294,7 @@ impl GaussianMap {
         let mut size_m = config.root_size_m as f32;
         for level in 0..=config.max_depth {
             let node = self.node_mut(node_ref);
-            // A point in front of or behind an established plane, or on its other side, goes on to a child.
+            // A point in front of an established plane, behind it, or on its other side goes to a child.
             let is_elsewhere =
                 node.kind == Kind::Plane && (node.is_outlier(&local, &config) || node.faces_away(to_viewer));
             if !is_elsewhere {

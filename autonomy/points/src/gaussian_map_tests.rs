@@ -1,4 +1,4 @@
-//! The map against batch statistics and against known planes.
+//! Compares the map with batch statistics and with known planes.
 
 use super::*;
 use geometry::{RngTree, Vector3};
@@ -9,7 +9,7 @@ fn wall(seed: u64, n: usize, noise: f64) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_wall_is_found_where_it_is() {
+fn a_wall_is_found_at_its_distance_with_its_normal() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     for point in wall(1, 20_000, 0.01) {
         map.insert(&point);
@@ -32,7 +32,7 @@ fn a_wall_is_found_where_it_is() {
 }
 
 #[test]
-fn both_sides_of_a_thin_partition_are_kept_apart() {
+fn the_two_sides_of_a_thin_partition_are_separate_surfaces() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     for point in wall(2, 20_000, 0.01) {
         map.insert(&point);
@@ -74,7 +74,7 @@ fn a_distribution_has_the_batch_mean_and_covariance() {
     let mut rng = RngTree::new(6).child("bush").rng();
     let config = GaussianMapConfig { max_depth: 0, max_points: 2_000, ..GaussianMapConfig::default() };
     let mut map = GaussianMap::new(config);
-    // Inside one root cube: the grid is shifted by GRID_OFFSET_M.
+    // All points lie in one root cube. The grid is shifted by GRID_OFFSET_M.
     let centre = Vector3::new(1.0 - GRID_OFFSET_M[0], 1.0 - GRID_OFFSET_M[1], 1.0 - GRID_OFFSET_M[2]);
     let points: Vec<Vector3> = (0..1_500)
         .map(|_| centre + Vector3::from_fn(|_, _| rng.normal() * 0.2).map(|c| c.clamp(-0.9, 0.9)))
@@ -102,7 +102,7 @@ fn a_distribution_has_the_batch_mean_and_covariance() {
 }
 
 #[test]
-fn removed_cubes_are_gone_and_their_memory_is_used_again() {
+fn removed_cubes_return_no_surface_and_their_memory_is_reused() {
     let mut map = GaussianMap::new(GaussianMapConfig::default());
     let mut bytes = 0;
     for lap in 0..6 {
@@ -122,7 +122,7 @@ fn removed_cubes_are_gone_and_their_memory_is_used_again() {
 }
 
 #[test]
-fn same_points_same_bits() {
+fn equal_points_give_equal_bits() {
     let build = || {
         let mut map = GaussianMap::new(GaussianMapConfig::default());
         for point in wall(8, 5_000, 0.02) {

@@ -3,8 +3,8 @@
 //! The standard table seeds itself differently in every process. This one has a fixed hash function, so equal insertions give equal
 //! behaviour. It uses linear probing, removes by shifting entries back, is never iterated, and is at most half full.
 
-/// A cell of a regular grid, packed into 63 bits: 21 for each axis, so ±1,048,575 cells from the origin. Cells farther out are
-/// clamped to the rim and share its entries. Nothing is mapped that far out.
+/// A cell of a regular grid, packed into 63 bits: 21 per axis, so ±1,048,575 cells from the origin. Cells farther out are clamped to the border
+/// and share its entries. Maps never reach that far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CellKey(u64);
 
@@ -116,7 +116,7 @@ impl CellTable {
             hole = (hole + 1) & mask;
         }
         let value = self.slots[hole].1;
-        // Later entries of the same run move back, unless that would put them before their home slot.
+        // Later entries of the same run move back, but not before their home slot.
         let mut next = (hole + 1) & mask;
         while self.slots[next].0 != EMPTY {
             let home = self.home_slot(self.slots[next].0);
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_round_trip() {
+    fn a_key_returns_the_coordinates_of_its_cell() {
         for cell in [[0, 0, 0], [-1, 2, -3], [BIAS - 1, 1 - BIAS, 77]] {
             assert_eq!(CellKey::new(cell).cell(), cell);
         }

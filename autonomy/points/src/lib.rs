@@ -1,6 +1,6 @@
 //! Point clouds: voxel downsampling, filters, hashed maps of running Gaussians, and range images for free-space checks.
 //!
-//! Nothing here knows time or robots. Points are `f32` relative to an origin that the caller keeps in `f64`.
+//! The crate knows neither time nor robots. Points are `f32` relative to an origin that the caller keeps in `f64`.
 
 pub mod downsample;
 pub mod filter;

@@ -1,5 +1,5 @@
-//! The ranges that a sensor measured from one place, as an image over directions. It answers for any point whether the sensor's
-//! rays passed through it (free-space check).
+//! The ranges that a sensor measured from one pose, as an image over directions. It tells for any point whether the sensor's rays passed through
+//! it (free-space check).
 
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
@@ -34,7 +34,7 @@ impl Default for RangeImageConfig {
     }
 }
 
-/// What a range image says about a point in space.
+/// Result of the free-space check of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Occupancy {
     /// All rays near the point's direction ended well behind the point, so nothing is there.
@@ -89,7 +89,7 @@ impl RangeImage {
         self.sensor
     }
 
-    /// What the image says about a point (base frame, metres).
+    /// Classifies a point (base frame, metres).
     pub fn classify(&self, point: &[f32; 3]) -> Occupancy {
         let Some(near) = self.neighbourhood(point) else { return Occupancy::Unobserved };
         if near.range_m < near.nearest_m - near.margin_m {
@@ -125,7 +125,7 @@ impl RangeImage {
         if self.cells[row * COLUMNS + column] == 0 {
             return None;
         }
-        // The eight cells around count too: a thin object or an edge may lie just beside the point's own cell.
+        // The eight cells around it count, too, because a thin object or an edge may lie just beside the point's own cell.
         let (mut nearest, mut farthest) = (u16::MAX, 0);
         for row in row.saturating_sub(1)..=(row + 1).min(ROWS - 1) {
             for step in [COLUMNS - 1, 0, 1] {
@@ -156,7 +156,7 @@ fn project(point: &[f32; 3], sensor: &[f32; 3], config: &RangeImageConfig) -> Op
     let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - sensor[axis]);
     let horizontal = (x * x + y * y).sqrt();
     let range_m = (horizontal * horizontal + z * z).sqrt();
-    // Written so that NaN is rejected.
+    // The negation rejects NaN, too.
     if !(range_m > config.min_range_m && range_m < config.max_range_m) {
         return None;
     }
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn free_occupied_occluded_and_unobserved_points_are_told_apart() {
+    fn free_occupied_occluded_and_unobserved_points_are_distinguished() {
         let image = wall_and_pole();
         assert_eq!(image.classify(&[4.0, 1.5, 0.5]), Occupancy::Free);
         assert_eq!(image.classify(&[5.9, 1.5, 0.5]), Occupancy::Occupied);

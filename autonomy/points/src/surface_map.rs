@@ -1,4 +1,4 @@
-//! The interface that scan registration needs from a map, whatever stores it.
+//! The interface through which scan registration reads any kind of map.
 
 use crate::{GaussianMap, Surface};
 

@@ -1,5 +1,4 @@
-//! Eigenvalues of symmetric 3x3 matrices in closed form. A surface normal costs tens of nanoseconds; an iterative decomposition
-//! costs hundreds.
+//! Eigenvalues of symmetric 3x3 matrices in closed form. A surface normal takes tens of nanoseconds. An iterative decomposition takes hundreds.
 
 /// A symmetric 3x3 matrix as `[xx, xy, xz, yy, yz, zz]`.
 pub type Symmetric3 = [f32; 6];
@@ -66,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sphere_a_point_a_line_and_garbage_have_no_normal() {
+    fn spheres_points_lines_and_matrices_that_are_not_finite_have_no_normal() {
         assert_eq!(principal_axes(&[1.0, 0.0, 0.0, 1.0, 0.0, 1.0]), None);
         assert_eq!(principal_axes(&[0.0; 6]), None);
         assert_eq!(principal_axes(&[f32::NAN; 6]), None);

@@ -1,4 +1,4 @@
-//! The fast structures of this crate against slow and obvious twins, on random inputs.
+//! Compares the fast structures of this crate with slow and simple implementations, on random inputs.
 #![allow(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 use geometry::{Matrix3, RngTree, Vector3, so3};
@@ -16,7 +16,7 @@ fn direction() -> impl Strategy<Value = Vector3> {
         .prop_map(|v| v.normalize())
 }
 
-/// What is done to a table of cells.
+/// An operation on a table of cells.
 #[derive(Clone, Copy, Debug)]
 enum Operation {
     Insert([i64; 3], u32),
@@ -25,7 +25,7 @@ enum Operation {
 }
 
 fn operation() -> impl Strategy<Value = Operation> {
-    // Few cells, so that the same one is met often; now and then one far away.
+    // There are few cells, so that the same one occurs often. One in 21 lies far away.
     let cell = || prop_oneof![20 => [-4..4_i64, -4..4_i64, -4..4_i64], 1 => [-2_000_000..2_000_000_i64, 0..1_i64, 0..1_i64]];
     prop_oneof![
         (cell(), any::<u32>()).prop_map(|(cell, value)| Operation::Insert(cell, value)),
@@ -59,14 +59,14 @@ fn ray(columns: std::ops::Range<i32>, rows: std::ops::Range<i32>) -> impl Strate
     })
 }
 
-/// Ranges of the rays in the cells about a query's, if its own cell has one.
+/// Ranges of the rays in the nine cells about a query's. `None` if its own cell has no ray.
 fn ranges_about(rays: &[Ray], query: &Ray) -> Option<Vec<f64>> {
     let is_in = |ray: &Ray, columns: i32, rows: i32| {
         let around = (ray.column - query.column).rem_euclid(COLUMNS);
         around.min(COLUMNS - around) <= columns && (ray.row - query.row).abs() <= rows
     };
     let ranges = rays.iter().filter(|ray| is_in(ray, 1, 1)).map(|ray| ray.range_m).collect();
-    // The nearest in each cell is what the image stores; only the farthest of these nearest ones depends on it.
+    // The image stores only the nearest range of each cell. So the farthest of these ranges is an upper bound of the image's.
     rays.iter().any(|ray| is_in(ray, 0, 0)).then_some(ranges)
 }
 
@@ -154,7 +154,7 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Without planes and children, every cube holds the batch mean and covariance of its points.
+    /// Without planes and children, every cube must hold the batch mean and covariance of its points.
     #[test]
     fn every_cube_has_the_statistics_of_an_ordered_map_of_points(seed in any::<u64>(), count in 100..4_000_usize) {
         let config = GaussianMapConfig { max_depth: 0, plane_thickness_m: 0.0,
@@ -183,7 +183,7 @@ proptest! {
         }
     }
 
-    /// A plane of any orientation is found, with the right distance, normal and variance.
+    /// A plane of any orientation must be found with the right distance, normal and variance.
     #[test]
     fn a_plane_of_any_orientation_is_found(seed in any::<u64>(), normal in direction(), offset in -3.0..3.0_f64) {
         let mut rng = RngTree::new(seed).rng();
@@ -212,7 +212,7 @@ proptest! {
                 );
             }
         }
-        // Small cut corners of cubes may hold too few points.
+        // Cut corners of cubes may hold too few points, so 180 of 200 queries must succeed.
         prop_assert!(good >= 180, "{good} of 200");
     }
 }
@@ -220,7 +220,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// The image against a search through all rays, at the seam between the last column and the first. Ranges are stored in whole centimetres, so near a threshold nothing is asserted.
+    /// Compares the image with a search through all rays, at the seam between the last column and the first. The image stores whole centimetres,
+    /// so nothing is asserted within 2 cm of a threshold.
     #[test]
     fn the_free_space_check_agrees_with_a_search_through_all_rays(
         rays in prop::collection::vec(ray(177..183, 3..9), 1..60), query in ray(177..183, 3..9),
@@ -253,7 +254,7 @@ proptest! {
     }
 
     #[test]
-    fn the_image_is_bounded_above(rays in prop::collection::vec(ray(178..182, 28..36), 1..40)) {
+    fn points_above_the_top_row_are_unobserved(rays in prop::collection::vec(ray(178..182, 28..36), 1..40)) {
         let image = RangeImage::new(rays.iter().map(|ray| &ray.xyz), [0.0; 3]);
         for ray in &rays {
             let found = image.classify(&ray.xyz);
