@@ -1,4 +1,4 @@
-//! Derivatives against central differences, known poses recovered, and degenerate directions, on random inputs.
+//! Derivatives equal central differences, known poses are recovered, and degenerate directions are found, on random inputs.
 #![allow(clippy::unwrap_used, reason = "a test stops at what it did not expect")]
 
 use geometry::{Isometry, Matrix6, Rng, RngTree, Rotation, Vector3, Vector6, se3, so3};
@@ -103,8 +103,8 @@ proptest! {
         }
     }
 
-    /// With a very wide kernel all weights are 1, and the gradient is half the derivative of the cost. The points stay away from the
-    /// borders of cubes, where the surface changes.
+    /// With a very wide kernel all weights are 1, and the gradient is half the derivative of the cost. The points stay away from the borders of
+    /// cubes, where the surface changes.
     #[test]
     fn the_gradient_matches_central_differences_of_the_cost(
         height in -0.02..0.02_f64,
@@ -130,9 +130,9 @@ proptest! {
         }
     }
 
-    /// A direction that only noise informs is dropped; the others keep nearly everything.
+    /// Subtracts the same amount from every eigenvalue, but never below zero. Directions that remain keep their solution.
     #[test]
-    fn shrinking_takes_the_same_amount_from_every_eigenvalue(seed in any::<u64>(), share in 1e-4..0.5_f64) {
+    fn shrinking_subtracts_the_same_amount_from_every_eigenvalue(seed in any::<u64>(), share in 1e-4..0.5_f64) {
         let mut rng = RngTree::new(seed).rng();
         let information = random_information(&mut rng);
         let solution = Vector6::from_fn(|_, _| rng.normal());
@@ -147,7 +147,7 @@ proptest! {
         for (before_value, after_value) in before.iter().zip(&after) {
             prop_assert!((after_value - (before_value - share * before[5]).max(0.0)).abs() < 1e-9 * before[5]);
         }
-        // The solution of the remaining equations is the same in all directions that remain.
+        // In the remaining directions the solution is unchanged.
         prop_assert!((shrunk.information * solution - shrunk.gradient).norm() < 1e-8 * before[5]);
     }
 
@@ -168,9 +168,9 @@ proptest! {
         }
     }
 
-    /// Planes whose normals are all at right angles to an axis leave a translation along that axis undetermined.
+    /// Planes whose normals are all perpendicular to an axis leave the translation along it undetermined.
     #[test]
-    fn the_axis_that_no_normal_has_a_part_of_is_degenerate(seed in any::<u64>(), axis in direction(), also_end in any::<bool>()) {
+    fn an_axis_perpendicular_to_all_normals_is_degenerate(seed in any::<u64>(), axis in direction(), also_end in any::<bool>()) {
         let mut rng = RngTree::new(seed).rng();
         let mut information = Matrix6::zeros();
         let frame = Rotation::rotation_between(&Vector3::x(), &axis).unwrap_or_else(|| so3::exp(&(Vector3::z() * std::f64::consts::PI)));
@@ -206,9 +206,9 @@ proptest! {
     }
 }
 
-/// 49 degrees of yaw and 0.5 m are too far for one start, and not too far for many.
+/// 49 degrees of yaw and 0.5 m are too far for one initial pose, but not for many.
 #[test]
-fn a_rotated_scan_is_found_from_many_starts() {
+fn multi_start_finds_a_rotated_scan_that_one_start_misses() {
     let truth = Isometry::new(Vector3::new(0.4, -0.3, 0.1), Vector3::new(0.05, -0.08, 0.85));
     let scan = scan_from(&truth);
     let matching = MatchingConfig { gate_m: 0.2, noise_m: 0.03, ..MatchingConfig::default() };
