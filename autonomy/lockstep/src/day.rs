@@ -1,4 +1,4 @@
-//! A robot that is driven by an operator who sees where it is, and the map of a first day: what several tests share.
+//! A simulated robot that an operator drives in sight, and the map of a first day. Several tests share them.
 
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
@@ -14,22 +14,22 @@ use vocab::{ClientId, CommandId, GoalId, MapId, Pose, SessionId, Span};
 /// The map of the first day.
 pub(crate) const FIRST: MapId = MapId(Uuid::from_u128(5));
 
-/// A robot driven along routes, and what its stack says.
+/// A robot driven along routes, and the state that its stack publishes.
 pub(crate) struct Day {
     pub(crate) lockstep: Lockstep,
     commands: u128,
     pub(crate) estimate: Pose,
     pub(crate) graph: Arc<PoseGraph>,
     pub(crate) mapping: MappingState,
-    /// Every state of mapping.
+    /// Every published state of mapping.
     pub(crate) states: Vec<MappingState>,
     pub(crate) localisation: LocalisationState,
-    /// Every state of localisation.
+    /// Every published state of localisation.
     pub(crate) localisations: Vec<LocalisationState>,
     pub(crate) docks: Arc<[PoseInMap]>,
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
-    /// The newest question to a known map, with its job.
+    /// The newest relocalisation request, with its job.
     pub(crate) asked: Option<(u64, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
 }
@@ -39,7 +39,7 @@ impl Day {
         Self::among(0, start, seed, session)
     }
 
-    /// With this number of people walking about.
+    /// With this number of people walking on the site.
     pub(crate) fn among(people: u32, start: Start, seed: u64, session: Option<SessionId>) -> Self {
         Self::on(SiteName::B1, people, start, seed, session)
     }
@@ -77,7 +77,7 @@ impl Day {
         self.lockstep.give(Input::Command(Command { id, by: Principal::operator(by), kind: order }));
     }
 
-    /// Begins a goal of an identity of its own.
+    /// Starts a goal with a new id.
     pub(crate) fn start_goal(&mut self, kind: GoalKind) -> GoalId {
         let goal = GoalId(Uuid::from_u128(self.commands + 1));
         self.order(CommandKind::StartGoal { goal, kind });
@@ -105,7 +105,7 @@ impl Day {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
             StackEffect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
             StackEffect::Publish(Publication::GraphDelta(delta)) => {
-                assert!(Arc::make_mut(graph).apply(delta), "changes of another graph");
+                assert!(Arc::make_mut(graph).apply(delta), "the delta belongs to another graph");
             }
             StackEffect::Publish(Publication::Mapping(now)) => {
                 *mapping = now.clone();
@@ -124,7 +124,7 @@ impl Day {
         });
     }
 
-    /// By an operator who sees where the robot is.
+    /// Drives like an operator who sees the robot.
     pub(crate) fn drive(&mut self, start: Start, waypoints: &[[f64; 2]]) {
         let route = Route { name: "day", start, waypoints: waypoints.to_vec(), speed: 0.9 };
         let mut walker = RouteFollower::new(route);
@@ -152,13 +152,13 @@ impl Day {
         vec_from_plain(self.lockstep.simulator().truth().site_from_base.position)
     }
 
-    /// How far the estimate is off, in the frame of a map that began at `origin` with the site's heading, metres.
+    /// Error of the estimate in the frame of a map that began at `origin` with the site's heading, metres.
     pub(crate) fn error(&mut self, origin: &Vector3) -> f64 {
         (self.true_place() - origin - vec_from_plain(self.estimate.position)).norm()
     }
 }
 
-/// The map of a round through the main hall, what was saved, and where it began.
+/// The map of the short route through the main hall, what was saved, and its origin in the site.
 pub(crate) fn first() -> &'static (Arc<PriorMap>, Arc<FinishedMap>, Vector3) {
     static FIRST_DAY: OnceLock<(Arc<PriorMap>, Arc<FinishedMap>, Vector3)> = OnceLock::new();
     FIRST_DAY.get_or_init(|| {
@@ -168,7 +168,7 @@ pub(crate) fn first() -> &'static (Arc<PriorMap>, Arc<FinishedMap>, Vector3) {
         let origin = day.true_place();
         day.drive(route.start, &route.waypoints);
         let finished = day.finish(FIRST);
-        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
         (known, finished, origin)
     })
 }

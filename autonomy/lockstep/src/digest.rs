@@ -1,10 +1,10 @@
-//! A fingerprint of everything a stack does, to compare two runs over one log.
+//! A digest of all effects of a stack, to compare two runs over one log.
 
 use messages::{Input, StackEffect};
 use stack::Stack;
 use vocab::Stamp;
 
-/// Anything with a stack's entrance, so that the check itself can be checked with a broken one.
+/// The interface of [`Stack::step`], so that the replay check can be tested with a faulty stack.
 pub trait Stepper {
     /// See [`Stack::step`].
     fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>);
@@ -16,7 +16,7 @@ impl Stepper for Stack {
     }
 }
 
-/// BLAKE3 over the effects in their order, each with its instant.
+/// BLAKE3 hash over the effects in order, each with its time stamp.
 #[derive(Clone, Debug, Default)]
 pub struct Digest {
     hasher: blake3::Hasher,
@@ -28,24 +28,24 @@ impl Digest {
     pub fn add(&mut self, at: Stamp, effects: &[StackEffect]) {
         for effect in effects {
             self.hasher.update(&at.nanos().to_le_bytes());
-            // An effect that cannot be encoded counts as nothing in both runs; postcard refuses none of these types.
+            // An effect that cannot be encoded is ignored in both runs. Postcard can encode all of these types.
             self.hasher.update(&postcard::to_stdvec(effect).unwrap_or_default());
             self.effects += 1;
         }
     }
 
-    /// How many effects went in.
+    /// Number of effects added.
     pub fn effects(&self) -> u64 {
         self.effects
     }
 
-    /// The fingerprint so far, 64 hexadecimal digits.
+    /// The digest so far, 64 hexadecimal digits.
     pub fn hex(&self) -> String {
         self.hasher.finalize().to_hex().to_string()
     }
 }
 
-/// Steps a stack through a log and takes the fingerprint.
+/// Steps a stack through a log and returns the digest.
 pub fn replay(log: impl IntoIterator<Item = (Stamp, Input)>, stack: &mut impl Stepper) -> Digest {
     let mut digest = Digest::default();
     let mut effects = Vec::new();

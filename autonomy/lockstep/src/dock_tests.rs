@@ -1,4 +1,4 @@
-//! Docks: learnt where the robot is charged while it is localised; they resolve its place where the LiDAR alone cannot.
+//! Docks: their pose is learnt when the robot charges while it is localised. They resolve the pose where the LiDAR alone cannot.
 
 use crate::day::{Day, FIRST, first};
 use crate::replay;
@@ -18,7 +18,7 @@ fn at([x, y]: [f64; 2], yaw: f64) -> Start {
     Start { position: Vec3::new(x, y, 0.0), yaw }
 }
 
-/// For this number of tenths of a second, in contact with a dock that the site does not have.
+/// Runs for this number of tenths of a second, in contact with a dock that the site does not have.
 fn charged(day: &mut Day, tenths: u32) {
     for _ in 0..tenths {
         let stamp = day.lockstep.now();
@@ -28,11 +28,11 @@ fn charged(day: &mut Day, tenths: u32) {
     }
 }
 
-/// The map of both rooms and the corridor between them, and where it begins in the site.
+/// The map of both rooms and the corridor between them, and its origin in the site.
 fn twins() -> &'static (Arc<PriorMap>, Vector3) {
     static TWINS: OnceLock<(Arc<PriorMap>, Vector3)> = OnceLock::new();
     TWINS.get_or_init(|| {
-        // It sets out along x, so that the map has the site's heading.
+        // The robot starts along x, so that the map has the site's heading.
         let start = at([13.0, 3.5], 0.0);
         let mut day = Day::on(SiteName::Twins, 0, start, 41, Some(SessionId(uuid::Uuid::from_u128(1))));
         day.run(1.0);
@@ -42,13 +42,13 @@ fn twins() -> &'static (Arc<PriorMap>, Vector3) {
         let corridor = [[9.0, -1.5], [43.0, -1.5], [43.0, 2.4]];
         day.drive(start, &[&room(6.0)[..], &corridor, &room(40.0)].concat());
         day.finish(FIRST);
-        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
         (known, origin)
     })
 }
 
 #[test]
-fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it_was() {
+fn in_one_of_two_equal_rooms_the_robot_leaves_by_itself_and_finds_its_pose() {
     let (known, origin) = twins();
     let mut day = Day::on(SiteName::Twins, 0, at([47.0, 8.0], 0.0), 44, None);
     day.lockstep.keep_map(Arc::clone(known));
@@ -59,7 +59,7 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
         day.run(0.1);
         tenths += 1;
     }
-    // It had to go out by the door, 10 m away, and by no way round.
+    // The robot had to leave by the door, 10 m away, on the shortest path: the whole search takes at most 35 s.
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(origin) < 0.5, "{} m", day.error(origin));
     let place = day.true_place();
@@ -74,7 +74,7 @@ fn out_of_one_of_two_rooms_built_alike_it_walks_by_itself_and_knows_which_one_it
 }
 
 #[test]
-fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
+fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
     let (known, origin) = twins();
     let another_day = |docks: Arc<[PoseInMap]>| {
         let mut day = Day::on(SiteName::Twins, 0, at([47.0, 3.5], 0.0), 42, None);
@@ -88,9 +88,9 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     day.order(CommandKind::Localise { map: FIRST, at: None });
     charged(&mut day, 60);
     let LocalisationState::Relocalising { hypotheses: 2.., .. } = day.localisation else {
-        panic!("nobody knows a dock: {:?}", day.localisation)
+        panic!("no dock is known: {:?}", day.localisation)
     };
-    // A little off, as docks are that somebody has bumped into.
+    // The dock's stored pose is about 0.2 m wrong, as if somebody had pushed the dock.
     let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
     let dock = PoseInMap { map: FIRST, map_from_base: Pose { position, ..Pose::IDENTITY } };
     let mut day = another_day(Arc::from([dock]));
@@ -99,20 +99,20 @@ fn between_rooms_built_alike_the_contacts_of_a_dock_tell_which_one_it_is() {
     assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "not charged yet");
     day.start_goal(GoalKind::Relocalise);
     charged(&mut day, 30);
-    assert_eq!(day.motion, MotionState::Idle, "there is nothing left to look for");
+    assert_eq!(day.motion, MotionState::Idle, "the search must end once the pose is known");
     assert_eq!(day.localisation, LOCALISED);
-    // The map itself is off by a third of a metre here, after a bare corridor; the other room is 34 m away.
+    // The map itself is wrong by a third of a metre here, because it was made along a bare corridor. The other room is 34 m away.
     assert!(day.error(origin) < 0.5, "{} m", day.error(origin));
 }
 
 #[test]
-fn where_it_is_charged_it_learns_a_dock() {
+fn a_localised_robot_learns_the_dock_at_which_it_charges() {
     let (known, _, origin) = first();
     let dock = Vec3::new(16.4, 23.5, 0.0);
     let mut day = Day::begin(Start { position: dock, yaw: 0.0 }, 43, None);
     day.lockstep.keep_map(Arc::clone(known));
     day.run(6.0);
-    assert!(day.docks.is_empty(), "in no map");
+    assert!(day.docks.is_empty(), "no dock must be learnt without a map");
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(8.0);
     assert_eq!(day.localisation, LOCALISED);

@@ -1,4 +1,4 @@
-//! Going on from a saved map: from where it ends, and from anywhere in it on another day.
+//! Extending a saved map: from its end, and from anywhere in it on another day.
 
 use crate::day::{Day, FIRST, first};
 use crate::replay;
@@ -13,7 +13,7 @@ use vocab::{MapId, SessionId, Vec3};
 const LARGER: MapId = MapId(Uuid::from_u128(6));
 
 #[test]
-fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
+fn on_another_day_the_robot_localises_in_the_map_and_adds_only_new_ground() {
     let (known, finished, origin) = first();
     let old = finished.graph.nodes.len();
     assert_eq!(known.keyframes.len(), old);
@@ -26,10 +26,10 @@ fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
     assert!(day.states.iter().any(|state| matches!(state, MappingState::Loading { map: FIRST, .. })));
     day.order(CommandKind::FinishMapping { map: LARGER, name: "Early".to_owned() });
     day.run(0.2);
-    assert_eq!(day.refusals.len(), 1, "nothing was added yet");
+    assert_eq!(day.refusals.len(), 1, "finishing must be refused before localisation");
     assert!(day.refusals.drain(..).all(|reason| reason.contains("not localised in that map")));
 
-    // Through what the map shows, and on into the corridor.
+    // Through mapped ground, then into the corridor, which is not mapped.
     let known_part = [[29.0, 17.2], [21.0, 17.2], [21.0, 23.0], [18.2, 23.5]];
     day.drive(start, &known_part);
     assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
@@ -47,16 +47,16 @@ fn another_day_elsewhere_in_it_the_robot_finds_itself_and_adds_what_is_new() {
         assert!((a - b).norm() < 0.03, "{:?} has moved by {} m", old.id, (a - b).norm());
         assert_eq!((old.id, old.stamp), (now.id, now.stamp));
     }
-    // The walk of that day alone, all of it in the map's frame.
+    // The trajectory holds the walk of that day only, in the map's frame.
     let (_, began) = larger.trajectory[0];
     let error = (vec_from_plain(began.position) + origin - vec_from_plain(start.position)).xy().norm();
-    assert!(error < 0.3, "it stood {error} m from its start");
+    assert!(error < 0.3, "the trajectory begins {error} m from the true start");
     let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), day.lockstep.digest().hex());
 }
 
 #[test]
-fn where_it_has_just_been_saved_the_robot_need_not_look_for_itself() {
+fn a_map_that_was_just_saved_is_extended_without_relocalisation() {
     let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
     let mut day = Day::begin(route.start, 5, Some(SessionId(Uuid::from_u128(1))));
     day.drive(route.start, &route.waypoints[..1]);
@@ -72,7 +72,7 @@ fn where_it_has_just_been_saved_the_robot_need_not_look_for_itself() {
 }
 
 #[test]
-fn a_map_that_cannot_be_read_leaves_no_session_behind() {
+fn a_map_that_cannot_be_read_starts_no_session() {
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
     let mut broken = first().0.as_ref().clone();

@@ -1,4 +1,4 @@
-//! Working by a map that no robot has walked: a cloud of points, without any place it was seen from.
+//! Localisation in a map that no robot has recorded: a point cloud without viewpoints.
 
 use crate::day::{Day, first};
 use geometry::{Vector3, isometry_from_pose, pose_from_isometry};
@@ -11,10 +11,10 @@ use uuid::Uuid;
 use vocab::{KeyframeId, MapId, Stamp, Vec3};
 
 const FOREIGN: MapId = MapId(Uuid::from_u128(9));
-/// Of the points that keyframes hold, metres.
+/// Resolution of the points in keyframes, metres.
 const STEP: f32 = 0.002;
 
-/// All points of the first day's map, thinned.
+/// All points of the first day's map, downsampled to voxels of 0.1 m.
 fn cloud() -> Vec<[f32; 3]> {
     let known = &first().0;
     let mut all = Vec::new();
@@ -30,7 +30,7 @@ fn cloud() -> Vec<[f32; 3]> {
     thinned.into_iter().map(|centroid| centroid.xyz).collect()
 }
 
-/// A map of what is seen from where one could stand.
+/// A map of what a robot would see from virtual viewpoints in the cloud.
 fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     let options = ViewpointConfig::default();
     let VirtualViewpoints { viewpoints: places, connections: ways } =
@@ -62,7 +62,7 @@ fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
 }
 
 #[test]
-fn a_robot_finds_itself_in_a_cloud_of_somebody_elses_and_keeps_its_place() {
+fn a_robot_localises_in_an_imported_cloud_and_keeps_its_pose() {
     let origin = first().2;
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::among(6, start, 21, None);

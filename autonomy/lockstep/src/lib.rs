@@ -1,4 +1,4 @@
-//! Stack and simulator in one thread, faster than time; and the check that a log repeats bit for bit.
+//! Stack and simulator in one thread, faster than real time, and a check that replaying a log gives the same bits.
 
 mod digest;
 mod walk;

@@ -1,4 +1,4 @@
-//! Localisation in a saved map: found while standing, set by a person, kept while walking among people, lost and found again.
+//! Localisation in a saved map: from standstill, from a given pose, while walking among people, after losing the pose.
 
 use crate::day::{Day, FIRST, first};
 use crate::{JobPace, replay};
@@ -25,7 +25,7 @@ fn at([x, y]: [f64; 2], yaw: f64) -> Start {
 }
 
 #[test]
-fn switched_on_somewhere_in_its_map_the_robot_finds_itself_and_keeps_its_place_among_people() {
+fn a_robot_switched_on_in_its_map_localises_and_keeps_its_pose_among_people() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 14);
@@ -52,7 +52,7 @@ fn switched_on_somewhere_in_its_map_the_robot_finds_itself_and_keeps_its_place_a
 }
 
 #[test]
-fn a_person_tells_the_place_roughly_and_it_snaps() {
+fn a_roughly_given_pose_is_refined() {
     let origin = first().2;
     let start = at([21.0, 17.2], 0.0);
     let mut day = another_day(start, 15);
@@ -64,15 +64,15 @@ fn a_person_tells_the_place_roughly_and_it_snaps() {
     assert!(day.error(&origin) < 0.05, "{} m", day.error(&origin));
 }
 
-/// In the torus, whose eighths look alike: a place on the outer ring at this angle from the x axis, degrees.
+/// A point on the outer ring of the torus, at this angle from the x axis, degrees. Its octants look alike.
 fn on_the_ring(degrees: f64) -> [f64; 2] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     [16.1 * cos, 16.1 * sin]
 }
 
 #[test]
-fn shown_a_place_that_looks_like_its_own_it_does_not_believe_that_it_is_there() {
-    // It sets out along x, so that the map has the site's heading.
+fn a_wrong_pose_at_a_place_that_looks_alike_is_not_accepted() {
+    // The robot starts along x, so that the map has the site's heading.
     let ring = |from: i32, to: i32| (from..=to).step_by(5).map(|degrees| on_the_ring(f64::from(degrees)));
     let start = at(on_the_ring(-90.0), 0.0);
     let mut day = Day::on(SiteName::Torus, 0, start, 31, Some(SessionId(uuid::Uuid::from_u128(1))));
@@ -103,7 +103,7 @@ fn shown_a_place_that_looks_like_its_own_it_does_not_believe_that_it_is_there() 
 }
 
 #[test]
-fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
+fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 21);
@@ -112,14 +112,14 @@ fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
     assert_eq!(day.localisation, LOCALISED);
     let found_by = day.asked.take();
     assert!(found_by.is_some());
-    // Nobody answers in time, so that somebody else can.
+    // Jobs take 5 s, so that the test can give its own result first.
     day.lockstep.pace_jobs(JobPace { ticks: 100, newest_first: false });
     for _ in 0..40 {
         if day.asked.is_none() {
             push(&mut day, 0.8, 0.0, 2);
         }
     }
-    let Some((job, task)) = day.asked.take() else { panic!("it never asked whether it might be elsewhere") };
+    let Some((job, task)) = day.asked.take() else { panic!("no periodic check was requested") };
     assert_eq!(day.localisation, LOCALISED);
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
     let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, violation_share: 0.0 };
@@ -136,7 +136,7 @@ fn where_another_place_fits_better_neither_is_believed_until_that_is_decided() {
 }
 
 #[test]
-fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soon_after() {
+fn after_twenty_seconds_with_a_blind_lidar_the_robot_is_localised_again() {
     let origin = first().2;
     let start = at([29.0, 21.5], -1.5);
     let mut day = another_day(start, 17);
@@ -158,7 +158,7 @@ fn blinded_for_twenty_seconds_while_it_walks_the_robot_knows_its_place_again_soo
 }
 
 #[test]
-fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
+fn a_robot_that_is_carried_away_reports_that_it_is_lost_and_relocalises() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 18);
     day.order(CommandKind::Localise { map: FIRST, at: None });
@@ -167,7 +167,7 @@ fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
     day.run(10.0);
     assert_ne!(day.localisation, LOCALISED);
-    // While it says that it knows, it does.
+    // Whenever the robot reports that it is localised, its error must be below 0.1 m.
     let mut again = None;
     for tenth in 0..150 {
         day.run(0.1);
@@ -183,8 +183,8 @@ fn carried_away_it_says_that_it_is_lost_and_finds_itself_again() {
 }
 
 #[test]
-fn carried_along_a_corridor_that_looks_alike_everywhere_it_says_that_it_does_not_know_its_place() {
-    // It sets out along x, so that the map has the site's heading.
+fn a_robot_that_is_carried_along_a_featureless_corridor_reports_that_it_is_lost() {
+    // The robot starts along x, so that the map has the site's heading.
     let start = at([-8.0, -1.5], 0.0);
     let mut day = Day::on(SiteName::Twins, 0, start, 51, Some(SessionId(uuid::Uuid::from_u128(1))));
     day.run(1.0);
@@ -199,7 +199,7 @@ fn carried_along_a_corridor_that_looks_alike_everywhere_it_says_that_it_does_not
     day.run(3.0);
     day.drive(start, &[[12.0, -1.5]]);
     assert_eq!(day.localisation, LOCALISED);
-    // Heading and place across are as before, so that everything fits where it was.
+    // Heading and lateral position stay the same, so every scan still fits the old pose.
     day.lockstep.simulator().carry(at([26.0, -1.5], 0.0), Span::from_millis(12_000));
     day.run(11.0);
     assert!(matches!(day.localisation, LocalisationState::Relocalising { .. }), "{:?}", day.localisation);
@@ -210,7 +210,7 @@ fn carried_along_a_corridor_that_looks_alike_everywhere_it_says_that_it_does_not
     }
 }
 
-/// Runs until the robot has come to the end of a walk, or for this time, seconds.
+/// Runs until the robot has ended its walk, but at most for this time, seconds.
 fn until_it_stands(day: &mut Day, seconds: u32) {
     for _ in 0..seconds * 10 {
         day.run(0.1);
@@ -221,7 +221,7 @@ fn until_it_stands(day: &mut Day, seconds: u32) {
 }
 
 #[test]
-fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_help() {
+fn a_robot_that_is_carried_away_during_a_walk_relocalises_and_reaches_its_goal_by_itself() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 18);
     day.order(CommandKind::Localise { map: FIRST, at: None });
@@ -235,12 +235,12 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
     day.run(10.0);
     assert!(
         matches!(day.motion, MotionState::Looking { goal: Some(_) }),
-        "it felt that somebody carried it: {:?}",
+        "the robot must notice that it was carried: {:?}",
         day.motion
     );
     day.start_goal(GoalKind::WalkTo(goal));
     day.run(0.1);
-    assert_eq!(day.refusals.len(), 1, "it does not know where that is");
+    assert_eq!(day.refusals.len(), 1, "a walk must be refused while the pose is unknown");
     until_it_stands(&mut day, 90);
     assert_eq!((day.motion.clone(), day.localisation), (MotionState::Idle, LOCALISED));
     let place = day.true_place() - origin;
@@ -250,7 +250,7 @@ fn carried_away_on_its_way_it_looks_about_and_walks_to_its_goal_with_nobody_s_he
 }
 
 #[test]
-fn blinded_on_its_way_it_waits_and_goes_on() {
+fn a_walk_waits_while_the_lidar_is_blind_and_then_goes_on() {
     let origin = first().2;
     let mut day = another_day(at([29.0, 17.2], 3.0), 19);
     day.order(CommandKind::Localise { map: FIRST, at: None });
@@ -266,7 +266,7 @@ fn blinded_on_its_way_it_waits_and_goes_on() {
     let waits = day.true_place();
     assert!(matches!(day.motion, MotionState::Waiting { .. }), "{:?}", day.motion);
     day.run(16.5);
-    assert!((day.true_place() - waits).norm() < 0.1, "nobody knows what stands there");
+    assert!((day.true_place() - waits).norm() < 0.1, "the robot must not walk without seeing the ground");
     until_it_stands(&mut day, 30);
     let place = day.true_place() - origin;
     assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
@@ -274,7 +274,7 @@ fn blinded_on_its_way_it_waits_and_goes_on() {
 }
 
 #[test]
-fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_since() {
+fn a_restarted_robot_is_localised_at_its_last_pose_or_at_a_new_one() {
     let origin = first().2;
     for (was, is) in [([29.3, 21.2], [29.0, 21.5]), ([21.0, 17.2], [29.0, 21.5])] {
         let mut day = another_day(at(is, -1.5), 20);
@@ -290,7 +290,7 @@ fn switched_on_again_it_is_localised_where_it_was_or_where_somebody_has_put_it_s
 }
 
 #[test]
-fn a_map_that_does_not_exist_is_said_and_left() {
+fn localisation_in_an_absent_map_stays_idle_and_leaving_a_map_ends_it() {
     let mut day = another_day(at([29.0, 21.5], -1.5), 16);
     let absent = MapId(uuid::Uuid::from_u128(99));
     day.start_goal(GoalKind::Relocalise);
@@ -298,7 +298,7 @@ fn a_map_that_does_not_exist_is_said_and_left() {
     assert_eq!(
         (day.motion.clone(), day.refusals.len()),
         (MotionState::Idle, 1),
-        "there is nothing to look for"
+        "relocalisation must be refused without a map"
     );
     day.order(CommandKind::Localise { map: absent, at: None });
     day.run(0.5);
@@ -310,7 +310,7 @@ fn a_map_that_does_not_exist_is_said_and_left() {
     assert_eq!((day.localisation, day.refusals.len()), (LocalisationState::Idle, 1));
 }
 
-/// Drives by hand at a speed (m/s), turning (rad/s), for this number of tenths of a second.
+/// Drives by hand at a speed (m/s) and a turning rate (rad/s) for this number of tenths of a second.
 fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
     let [linear, angular] = [Vec3::new(forward, 0.0, 0.0), Vec3::new(0.0, 0.0, turn)];
     for _ in 0..tenths {
@@ -320,7 +320,7 @@ fn push(day: &mut Day, forward: f64, turn: f64, tenths: u32) {
     day.run(0.5);
 }
 
-/// A map of two metres, and the robot two metres past its end, where much of what it sees is in no map.
+/// A map of two metres, and the robot two metres beyond its end, where the map lacks much of what the robot sees.
 fn past_the_end_of_a_short_map() -> (Day, Vector3) {
     let session = Some(SessionId(uuid::Uuid::from_u128(1)));
     let mut day = Day::begin(at([29.0, 21.5], 0.0), 1, session);
@@ -333,7 +333,7 @@ fn past_the_end_of_a_short_map() -> (Day, Vector3) {
 }
 
 #[test]
-fn where_a_map_has_just_been_made_the_robot_knows_its_place_in_it_at_once() {
+fn in_a_map_that_was_just_made_the_robot_is_localised_within_two_seconds() {
     let (mut day, origin) = past_the_end_of_a_short_map();
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(1.5);
@@ -342,16 +342,16 @@ fn where_a_map_has_just_been_made_the_robot_knows_its_place_in_it_at_once() {
 }
 
 #[test]
-fn past_the_end_of_a_map_it_finds_itself_once_it_has_walked() {
+fn beyond_the_end_of_a_map_the_robot_localises_after_walking() {
     let (mut day, origin) = past_the_end_of_a_short_map();
     let (truth, known) = (day.lockstep.simulator().truth().site_from_base, day.lockstep.map(FIRST).cloned());
     let yaw = 2.0 * truth.orientation.z.atan2(truth.orientation.w);
     let mut other = Day::among(2, Start { position: Vec3 { z: 0.0, ..truth.position }, yaw }, 7, None);
-    other.lockstep.keep_map(known.unwrap_or_else(|| panic!("not kept")));
+    other.lockstep.keep_map(known.unwrap_or_else(|| panic!("the map was not kept")));
     other.order(CommandKind::Localise { map: FIRST, at: None });
     other.run(3.0);
     let looking = LocalisationState::Relocalising { map: FIRST, hypotheses: 0 };
-    assert_eq!(other.localisation, looking, "one spot is not enough");
+    assert_eq!(other.localisation, looking, "one viewpoint must not be enough");
     push(&mut other, 0.8, -0.3, 35);
     assert_eq!(other.localisation, LOCALISED);
     assert!(other.error(&origin) < 0.05, "{} m", other.error(&origin));

@@ -1,4 +1,4 @@
-//! Loop closure of the whole stack: a walk that returns to its start with an odometry that drifted.
+//! Loop closure of the whole stack: a walk that returns to its start with drifted odometry.
 
 use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
@@ -22,8 +22,8 @@ struct Walk {
     truths: Vec<GroundTruth>,
 }
 
-/// Out of a hall, through a door into a room, and home. On the way in the LiDAR is silent and the feet slip to the side: what it sees in
-/// the room then has nothing to do with what it saw before.
+/// From a hall through a door into a room, and back. On the way in, the LiDAR is silent and the legs slip sideways. So the scans in the room
+/// share no surface with the scans before.
 fn walk() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| {
@@ -64,7 +64,7 @@ fn walk() -> &'static Walk {
     })
 }
 
-/// A stack that has stepped through that walk, with its effects.
+/// A stack that has processed that walk, with its effects.
 struct StackRun {
     stack: Stack,
     log: Vec<(Stamp, Input)>,
@@ -73,9 +73,9 @@ struct StackRun {
     graph: Arc<PoseGraph>,
     decisions: Vec<LoopDecision>,
     answers: Vec<Option<String>>,
-    /// The map that it asked to save.
+    /// The map that the stack asked to save.
     finished: Option<Arc<FinishedMap>>,
-    /// Results of jobs that have not been returned to it.
+    /// Results of jobs that the stack has not received yet.
     done: VecDeque<JobDone>,
     commands: u128,
 }
@@ -96,7 +96,7 @@ impl StackRun {
         }
     }
 
-    /// Steps it through the whole walk. `deliver` decides before each tick which of the waiting results arrive.
+    /// Steps the stack through the whole walk. Before each tick, `deliver` decides which of the waiting results arrive.
     fn walking(leave_open: bool, mut deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
         let mut run = Self::nothing();
         for (at, input) in &walk().inputs {
@@ -114,7 +114,7 @@ impl StackRun {
         run
     }
 
-    /// The same, and all results are handed in at the end.
+    /// Like [`Self::walking`], and delivers all remaining results at the end.
     fn walked(leave_open: bool, deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
         let mut run = Self::walking(leave_open, deliver);
         run.finish_jobs();
@@ -152,7 +152,10 @@ impl StackRun {
                 StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 StackEffect::Publish(Publication::Graph(graph)) => self.graph = graph,
                 StackEffect::Publish(Publication::GraphDelta(delta)) => {
-                    assert!(Arc::make_mut(&mut self.graph).apply(&delta), "changes of another graph");
+                    assert!(
+                        Arc::make_mut(&mut self.graph).apply(&delta),
+                        "the delta belongs to another graph"
+                    );
                 }
                 StackEffect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
                 StackEffect::Answer { refused, .. } => self.answers.push(refused),
@@ -184,7 +187,7 @@ impl StackRun {
         aligned_rmse(&pairs).unwrap_or(f64::NAN)
     }
 
-    /// Greatest distance of a keyframe from its place in another graph, which has all of them and perhaps more, metres.
+    /// Greatest distance of a keyframe from its position in another graph, which must contain all of them, metres.
     fn apart(&self, other: &PoseGraph) -> f64 {
         let place = |stamp: Stamp| {
             let node = other.nodes.iter().find(|node| node.stamp == stamp);
@@ -207,7 +210,7 @@ fn true_place(stamp: Stamp) -> Vector3 {
     a + (b - a) * share
 }
 
-/// Results come with the next tick.
+/// Delivers every result at the next tick.
 fn promptly(done: &mut VecDeque<JobDone>) -> Vec<JobDone> {
     done.drain(..).collect()
 }
@@ -217,14 +220,14 @@ fn prompt() -> &'static StackRun {
     RUN.get_or_init(|| StackRun::walked(false, promptly))
 }
 
-/// By odometry alone.
+/// The walk by odometry alone.
 fn open() -> &'static StackRun {
     static RUN: OnceLock<StackRun> = OnceLock::new();
     RUN.get_or_init(|| StackRun::walked(true, promptly))
 }
 
 #[test]
-fn coming_home_closes_loops_and_the_map_is_better() {
+fn returning_to_the_start_closes_loops_and_reduces_the_map_error() {
     let (open, closed) = (open(), prompt());
     assert!(open.decisions.is_empty() && open.loops().is_empty());
     assert!(open.error() > 0.05, "the odometry should drift: {} m", open.error());
@@ -239,17 +242,17 @@ fn coming_home_closes_loops_and_the_map_is_better() {
 }
 
 #[test]
-fn a_log_with_loops_repeats_bit_for_bit_without_their_work() {
+fn a_log_with_loop_results_replays_bit_for_bit_without_running_jobs() {
     let run = prompt();
     let again = replay(run.log.iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), run.digest.hex());
-    // Another result of a job is another run.
+    // A changed result of a job must change the digest.
     let mut changed = run.log.clone();
     let result = changed.iter_mut().rev().find_map(|(_, input)| match input {
         Input::JobDone(JobDone { result: JobResult::LoopVerified(found), .. }) => Some(found),
         _ => None,
     });
-    let Some(result) = result else { panic!("no loop was looked at") };
+    let Some(result) = result else { panic!("no loop was verified") };
     result.evidence.residual += 1e-15;
     assert_ne!(replay(changed, &mut Stack::new()).hex(), run.digest.hex());
 }
@@ -258,10 +261,10 @@ mod nightly {
     use super::*;
 
     #[test]
-    fn late_results_in_another_order_close_the_walk_all_the_same() {
+    fn loops_are_closed_when_results_arrive_late_and_in_another_order() {
         let mut ticks = 0;
         let run = StackRun::walked(false, |done| {
-            // Two seconds late or more, the newest first.
+            // Results arrive up to two seconds late, the newest first.
             ticks += 1;
             if ticks % 40 == 0 { done.drain(..).rev().collect() } else { Vec::new() }
         });
@@ -280,7 +283,10 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     for done in late {
         run.step(run.at, Input::JobDone(done));
     }
-    assert!(run.decisions.is_empty() && run.done.is_empty(), "neither decided nor followed by others");
+    assert!(
+        run.decisions.is_empty() && run.done.is_empty(),
+        "results of an ended session must not cause decisions or jobs"
+    );
     assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 }
 
@@ -304,7 +310,7 @@ fn a_finished_map_waits_for_its_last_loops() {
     assert!(map.graph.edges.iter().any(|edge| edge.kind == EdgeKind::Loop) && !map.decisions.is_empty());
     assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 
-    // Whoever looks at pairs may have died; the map is saved all the same.
+    // A job that never ends must not prevent the map from being saved.
     let mut run = StackRun::walking(false, |_| Vec::new());
     assert_eq!(run.order(finish()), None);
     let asked = run.at;
@@ -316,18 +322,18 @@ fn a_finished_map_waits_for_its_last_loops() {
 }
 
 #[test]
-fn a_person_takes_loops_back_and_closes_them_again() {
+fn a_person_rejects_loops_and_accepts_them_again() {
     let mut run = StackRun::walked(false, promptly);
     let loops = run.loops();
     let (closed, by_odometry) = (run.graph.clone(), open().graph.clone());
     for &(from, to) in &loops {
-        // Which is named first does not matter.
+        // The order of the two keyframes does not matter.
         assert_eq!(run.order(CommandKind::RejectLoop { from: to, to: from }), None);
-        let Some(last) = run.decisions.last() else { panic!("not said") };
+        let Some(last) = run.decisions.last() else { panic!("no decision was published") };
         assert_eq!((last.verdict, last.by_hand, last.task.from), (LoopVerdict::Rejected, true, from));
     }
     assert!(run.loops().is_empty());
-    // Over metres that were a guess, relinearisation leaves millimetres.
+    // Where odometry was dead reckoning, relinearisation leaves errors of millimetres.
     assert!(run.apart(&by_odometry) < 5e-3, "{} m from the odometry", run.apart(&by_odometry));
     for &(from, to) in &loops {
         assert_eq!(run.order(CommandKind::AcceptLoop { from, to }), None);
@@ -338,7 +344,7 @@ fn a_person_takes_loops_back_and_closes_them_again() {
 }
 
 #[test]
-fn a_pair_that_a_person_proposes_is_looked_at() {
+fn a_pair_that_a_person_proposes_is_verified() {
     let mut run = StackRun::walked(false, promptly);
     let Some(&(from, to)) = run.loops().last() else { panic!("no loop") };
     let refused = run.order(CommandKind::ProposeLoop { from, to, guess: Pose::IDENTITY });
@@ -346,12 +352,12 @@ fn a_pair_that_a_person_proposes_is_looked_at() {
     assert_eq!(run.order(CommandKind::RejectLoop { from, to }), None);
     let edge = run.decisions.iter().rev().find(|d| (d.task.from, d.task.to) == (from, to));
     let Some(pose) = edge.and_then(|d| isometry_from_pose(&d.from_from_to)) else { panic!("no edge") };
-    // Half a metre off, and seen from the newer one.
+    // The guess is half a metre wrong and given from the newer keyframe.
     let mut guess = geometry::pose_from_isometry(&pose.inverse());
     guess.position.x += 0.5;
     assert_eq!(run.order(CommandKind::ProposeLoop { from: to, to: from, guess }), None);
     run.finish_jobs();
-    let Some(last) = run.decisions.last() else { panic!("not decided") };
+    let Some(last) = run.decisions.last() else { panic!("the pair was not decided") };
     assert_eq!((last.task.from, last.task.to, last.task.source), (from, to, LoopSource::Person));
     assert_ne!(last.verdict, LoopVerdict::Rejected, "{}", last.reason);
     let found =
@@ -360,7 +366,7 @@ fn a_pair_that_a_person_proposes_is_looked_at() {
 }
 
 #[test]
-fn orders_about_loops_that_cannot_be_done_are_refused_with_a_reason() {
+fn invalid_loop_commands_are_refused_with_a_reason() {
     let mut run = StackRun::nothing();
     let (id, no) = (KeyframeId, Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..Pose::IDENTITY });
     run.step(Stamp::EPOCH, walk().inputs[0].1.clone());

@@ -1,4 +1,4 @@
-//! Whole behaviour, closed loop: the stack sees sensors only; the truth is used to judge it.
+//! Closed-loop tests of the whole stack: the stack reads sensors only, and the ground truth judges it.
 
 use crate::{Lockstep, Stepper, replay};
 use messages::{
@@ -87,7 +87,7 @@ fn forward(speed: f64) -> CommandKind {
 }
 
 #[test]
-fn drives_by_hand_and_stops_half_a_second_after_the_last_word() {
+fn driving_by_hand_stops_half_a_second_after_the_last_command() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let start = scene.true_position();
@@ -100,12 +100,12 @@ fn drives_by_hand_and_stops_half_a_second_after_the_last_word() {
     scene.run(1.5);
     let stopped = scene.true_position();
     scene.run(1.0);
-    assert!(apart(stopped, scene.true_position()) < 0.02, "still walks");
+    assert!(apart(stopped, scene.true_position()) < 0.02, "the robot still moves");
     assert_eq!(scene.motion, MotionState::Idle);
 }
 
 #[test]
-fn walks_to_a_point_and_knows_where_it_is() {
+fn a_walk_reaches_its_goal_and_the_estimate_is_right() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let start = scene.true_position();
@@ -113,7 +113,7 @@ fn walks_to_a_point_and_knows_where_it_is() {
     scene.run(0.2);
     assert!(matches!(scene.motion, MotionState::Walking { .. }), "{:?} {:?}", scene.motion, scene.refusals);
     scene.run(14.0);
-    assert_eq!(scene.motion, MotionState::Idle, "arrived");
+    assert_eq!(scene.motion, MotionState::Idle, "the robot must have arrived");
     let [accepted, running @ .., reached] = &scene.goals[..] else { panic!("no goal") };
     assert_eq!(*accepted, GoalStatus::Accepted);
     assert!(running.len() > 10 && running.iter().all(|status| matches!(status, GoalStatus::Running(_))));
@@ -139,14 +139,14 @@ fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     scene.order(2, CommandKind::AllowMotion);
     scene.run(0.5);
     assert_eq!(scene.refusals.len(), 2, "{:?}", scene.refusals);
-    assert!(matches!(scene.motion, MotionState::Stopped { .. }), "2 does not hold the lease");
+    assert!(matches!(scene.motion, MotionState::Stopped { .. }), "operator 2 does not hold the lease");
     scene.order(1, CommandKind::AllowMotion);
     scene.run(0.2);
     assert_eq!(scene.motion, MotionState::Idle);
 }
 
 #[test]
-fn a_repeated_command_is_answered_but_done_once() {
+fn a_repeated_command_is_answered_each_time_but_executed_once() {
     let mut scene = Scene::new(false);
     scene.run(3.0);
     let id = CommandId(Uuid::from_u128(77));
@@ -157,10 +157,10 @@ fn a_repeated_command_is_answered_but_done_once() {
         scene.run(0.2);
     }
     assert_eq!((scene.accepted, scene.jobs), (3, 1));
-    assert_eq!(scene.mapping, MappingState::Idle, "saved");
+    assert_eq!(scene.mapping, MappingState::Idle, "the map must have been saved");
 }
 
-/// A stack whose output depends on the process it runs in, as a forgotten hash map's would.
+/// A stack whose output depends on the process it runs in, like one that iterates over a standard hash map.
 struct Broken {
     stack: Stack,
     hasher: RandomState,
@@ -176,7 +176,7 @@ impl Stepper for Broken {
 }
 
 #[test]
-fn a_log_repeats_bit_for_bit_and_a_broken_stack_is_found_out() {
+fn a_log_replays_bit_for_bit_and_a_nondeterministic_stack_is_detected() {
     let mut scene = Scene::new(true);
     scene.run(2.5);
     scene.walk_to(Vec3::new(2.0, 0.3, 0.0));
@@ -190,5 +190,5 @@ fn a_log_repeats_bit_for_bit_and_a_broken_stack_is_found_out() {
     assert_ne!(replay(log.iter().cloned(), &mut broken).hex(), live);
     let lost =
         log.iter().enumerate().filter(|(index, _)| *index != log.len() / 2).map(|(_, entry)| entry.clone());
-    assert_ne!(replay(lost, &mut Stack::new()).hex(), live, "a lost input must show");
+    assert_ne!(replay(lost, &mut Stack::new()).hex(), live, "a lost input must change the digest");
 }

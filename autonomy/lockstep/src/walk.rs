@@ -1,4 +1,4 @@
-//! A simulated robot and its stack, taken forward together as fast as the machine allows.
+//! A simulated robot and its stack, stepped together faster than real time.
 
 use crate::Digest;
 use messages::{Input, Job, JobDone, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect};
@@ -8,19 +8,19 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use vocab::{MapId, SessionId, Span, Stamp};
 
-/// Ticks come at 20 Hz, and commands reach the body with them.
+/// Ticks come at 20 Hz. Drive commands reach the body at ticks.
 const TICK: Span = Span::from_millis(50);
 
-/// When the results of jobs come back.
+/// When the results of jobs arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct JobPace {
-    /// Ticks that a job takes; its result comes with the next one after that.
+    /// Number of ticks that a job takes. Its result arrives with the tick after them.
     pub ticks: u32,
-    /// Whether of several results the newest comes first.
+    /// Whether the newest of several results arrives first.
     pub newest_first: bool,
 }
 
-/// Both in one thread. Saving a map always succeeds; what is saved can be gone on from.
+/// Simulator and stack in one thread. Saving a map always succeeds, and a saved map can be used and extended.
 pub struct Lockstep {
     simulator: Simulator,
     stack: Stack,
@@ -28,18 +28,18 @@ pub struct Lockstep {
     log: Option<Vec<(Stamp, Input)>>,
     waiting: VecDeque<Input>,
     pace: JobPace,
-    /// Results, with the ticks that are left.
+    /// Results with their remaining ticks.
     working: Vec<(u32, JobDone)>,
     maps: BTreeMap<MapId, Arc<PriorMap>>,
-    /// What the keyframes of the running session saw.
+    /// Keyframe contents of the running session.
     keyframes: Vec<PriorKeyframe>,
     events: Vec<SimEvent>,
     effects: Vec<StackEffect>,
 }
 
 impl Lockstep {
-    /// Boots the stack with the simulated robot's own record, mapping from the first scan if `session` is given.
-    /// `keep_log` keeps every input in memory for a replay.
+    /// Boots the stack with the simulated robot's boot record. If `session` is given, mapping starts with the first scan. `keep_log` keeps every
+    /// input in memory for a replay.
     pub fn new(config: SimConfig, session: Option<SessionId>, keep_log: bool) -> Self {
         let simulator = Simulator::new(config);
         let mut boot = simulator.boot();
@@ -62,7 +62,7 @@ impl Lockstep {
         lockstep
     }
 
-    /// The simulator, for its clock, truth and faults.
+    /// The simulator, for its clock, ground truth and faults.
     pub fn simulator(&mut self) -> &mut Simulator {
         &mut self.simulator
     }
@@ -72,17 +72,17 @@ impl Lockstep {
         self.simulator.now()
     }
 
-    /// Gives the stack an input (a command, mostly) at the next tick.
+    /// Gives the stack an input, such as a command, at the next tick.
     pub fn give(&mut self, input: Input) {
         self.waiting.push_back(input);
     }
 
-    /// Makes jobs take longer, or come back in another order, from now on.
+    /// Sets the delay and the order of job results from now on.
     pub fn pace_jobs(&mut self, pace: JobPace) {
         self.pace = pace;
     }
 
-    /// Runs until `until`, showing every effect.
+    /// Runs until `until` and calls `watch` with every effect.
     pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &StackEffect)) {
         while self.now() < until {
             let next = (self.now() + TICK).min(until);
@@ -102,7 +102,7 @@ impl Lockstep {
         }
     }
 
-    /// A map that was saved.
+    /// A saved map.
     pub fn map(&self, map: MapId) -> Option<&Arc<PriorMap>> {
         self.maps.get(&map)
     }
@@ -112,17 +112,17 @@ impl Lockstep {
         self.maps.insert(map.map, map);
     }
 
-    /// Everything done so far.
+    /// Digest of all effects so far.
     pub fn digest(&self) -> &Digest {
         &self.digest
     }
 
-    /// Every input so far, if they are kept.
+    /// All inputs so far, if they are kept.
     pub fn log(&self) -> &[(Stamp, Input)] {
         self.log.as_deref().unwrap_or_default()
     }
 
-    /// Results that are due, in their order.
+    /// Results that are due, in order of arrival.
     fn finished(&mut self) -> Vec<JobDone> {
         let (due, later): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.working).into_iter().partition(|(ticks, _)| *ticks == 0);
