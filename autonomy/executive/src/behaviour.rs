@@ -1,4 +1,4 @@
-//! What a behaviour is: a small state machine that sets the robot's velocity until it has reached what it is for.
+//! The interface of behaviours. A behaviour is a small state machine that sets the robot's velocity until its goal is reached.
 
 use geometry::{Isometry, Vector3};
 use localisation::ExplorationHint;
@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use std::task::Poll;
 use vocab::{Stamp, Twist};
 
-/// How a behaviour ended.
+/// Outcome of a behaviour.
 pub type Outcome = Result<(), GoalFailure>;
 
 /// A behaviour. The executive updates one at a time; dropping it ends it.
@@ -16,47 +16,47 @@ pub trait Behaviour: Debug + Send + Sync {
     /// One step, at 20 Hz. Sets [`BehaviourContext::velocity`]; zero stands.
     fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome>;
 
-    /// How far it is.
+    /// Progress towards the goal.
     fn progress(&self, _odom_from_base: &Isometry) -> GoalProgress {
         GoalProgress::default()
     }
 
-    /// The path that it follows, odometry's frame; empty without one.
+    /// The path that it follows, in the odometry frame. Empty if it follows none.
     fn path(&self) -> &[Vector3] {
         &[]
     }
 
-    /// What it has tried so far.
+    /// Attempts so far.
     fn attempts(&self) -> Vec<GoalAttempt> {
         Vec::new()
     }
 }
 
-/// What a behaviour sees of the world, and the velocity that it sets.
+/// What a behaviour reads of the robot's situation, and the velocity that it sets.
 #[derive(Debug)]
 pub struct BehaviourContext<'a> {
-    /// Now.
+    /// Present time.
     pub at: Stamp,
-    /// Where the robot is.
+    /// Poses of the robot.
     pub frames: Frames,
-    /// Where it can walk, odometry's frame.
+    /// Terrain, in the odometry frame.
     pub terrain: &'a ElevationMap,
-    /// Whether the ground was seen lately. A behaviour that walks by itself stands while it was not.
+    /// Whether the ground was seen lately. A behaviour that walks by itself stands still while it was not.
     pub sees_ground: bool,
-    /// Whether the place in the saved map in use is known and nothing speaks against it.
+    /// Whether the robot's pose in the saved map is known and not in doubt.
     pub is_place_known: bool,
-    /// What is known of the place while it is looked for.
+    /// Plan of localisation for finding the pose by walking.
     pub exploration_hint: &'a ExplorationHint,
-    /// Wanted velocity of the base in its own frame; zero at the beginning of every update.
+    /// Commanded velocity of the base in its own frame. Zero at the beginning of every update.
     pub velocity: Twist,
 }
 
-/// Where everything is at an instant.
+/// Poses of the frames at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames {
-    /// Odometry's frame in the map.
+    /// Odometry frame in the map.
     pub map_from_odom: Isometry,
-    /// Base in odometry's frame.
+    /// Base in the odometry frame.
     pub odom_from_base: Isometry,
 }
 
@@ -66,12 +66,12 @@ impl Frames {
         self.map_from_odom * self.odom_from_base
     }
 
-    /// A point of odometry's frame in the map.
+    /// A point of the odometry frame in the map.
     pub fn to_map(self, point: &Vector3) -> Vector3 {
         self.map_from_odom.rotation * point + self.map_from_odom.translation.vector
     }
 
-    /// A point of the map in odometry's frame.
+    /// A point of the map in the odometry frame.
     pub fn to_odom(self, point: &Vector3) -> Vector3 {
         self.map_from_odom.rotation.inverse() * (point - self.map_from_odom.translation.vector)
     }

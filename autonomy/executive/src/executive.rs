@@ -20,50 +20,50 @@ use vocab::{ClientId, GoalId, Span, Stamp, Twist};
 /// Parameters of the executive and its behaviours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExecutiveConfig {
-    /// Of walking.
+    /// Parameters of walks.
     pub walk: WalkConfig,
-    /// Of looking for the place.
+    /// Parameters of the search for the pose.
     pub relocalisation: RelocalisationConfig,
-    /// Of what is remembered of the ground.
+    /// Parameters of the terrain around the robot.
     pub surroundings: SurroundingsConfig,
 }
 
-/// What the executive reads of localisation and odometry.
+/// The state of localisation and odometry that the executive reads.
 #[derive(Clone, Debug)]
 pub struct Situation {
-    /// Where the robot is.
+    /// Poses of the robot.
     pub frames: Frames,
-    /// Whether a saved map is in use, in which the place is known or looked for.
+    /// Whether a saved map is in use: the pose in it is known or searched for.
     pub is_in_saved_map: bool,
-    /// Whether the place in it is known and nothing speaks against it.
+    /// Whether the pose in it is known and not in doubt.
     pub is_place_known: bool,
-    /// Whether the place in it is looked for, or might yet be another.
+    /// Whether the pose in it is searched for, or may be wrong.
     pub is_place_sought: bool,
-    /// What is known of the place while it is looked for.
+    /// Plan of localisation for finding the pose by walking.
     pub exploration_hint: ExplorationHint,
 }
 
-/// Goals whose ids are remembered, so that asking again does nothing.
+/// Number of goal ids that are remembered, so that a repeated request has no effect.
 const KNOWN_GOALS: usize = 64;
 
-/// The executive. Effects are appended in the order to be done.
+/// The executive. Effects are appended in order of execution.
 #[derive(Debug)]
 pub struct Executive {
     config: ExecutiveConfig,
     profile: RobotProfile,
     surroundings: Surroundings,
     state: ExecutiveState,
-    /// Since when, and why.
+    /// Start of the present state, and the event that caused it.
     entered: (Stamp, ExecutiveEvent),
     pub(crate) behaviour: Option<Box<dyn Behaviour>>,
     goal: Option<RunningGoal>,
     known_goals: VecDeque<GoalId>,
     stopped_by: Option<ClientId>,
-    /// A walk that failed and after which nothing has happened yet.
+    /// A walk that failed. It is kept until the next event.
     blocked: Option<(Vector3, GoalFailure)>,
     published: Option<ExecutiveStatus>,
     published_motion: Option<MotionState>,
-    /// Rows of the table that were taken, for tests.
+    /// Indices of the table rows that were taken, for tests.
     #[cfg(test)]
     pub(crate) taken: Vec<usize>,
 }
@@ -76,11 +76,11 @@ struct RunningGoal {
     by: Principal,
     accepted: Stamp,
     status: GoalStatus,
-    /// By behaviours that have ended: those before and after the place was lost.
+    /// Attempts of behaviours that have ended, before and after the pose was lost.
     tried: Vec<GoalAttempt>,
 }
 
-/// What comes with an event.
+/// The data of an event.
 #[derive(Debug, Default)]
 struct Trigger {
     by: Option<Principal>,
@@ -90,9 +90,9 @@ struct Trigger {
 }
 
 impl Executive {
-    /// Of a robot that stands, with nothing seen yet.
+    /// The executive of a standing robot that has not seen the ground yet.
     pub fn new(config: ExecutiveConfig, profile: &RobotProfile) -> Self {
-        // The profile limits the robot's own speed whatever the followers' configs say.
+        // The profile's speed limits override the followers' own limits.
         let mut config = config;
         for follower in [&mut config.walk.follower, &mut config.relocalisation.follower] {
             follower.speed_max_mps = profile.autonomous_limits.forward_mps;
@@ -116,15 +116,15 @@ impl Executive {
         }
     }
 
-    /// The ground as it has been seen; scans go here.
+    /// The terrain around the robot, for inserting scans.
     pub fn surroundings(&mut self) -> &mut Surroundings {
         &mut self.surroundings
     }
 
-    /// Begins a goal.
+    /// Starts a goal.
     ///
     /// # Errors
-    /// One sentence for people: why it cannot begin.
+    /// One sentence for people: why the goal cannot start.
     pub fn start_goal(
         &mut self,
         at: Stamp,
@@ -155,7 +155,7 @@ impl Executive {
         )
     }
 
-    /// Cancels a goal, if it runs.
+    /// Cancels a goal if it is running.
     pub fn cancel_goal(
         &mut self,
         at: Stamp,
@@ -169,10 +169,10 @@ impl Executive {
         }
     }
 
-    /// Drives by hand.
+    /// Drives by hand with a velocity.
     ///
     /// # Errors
-    /// One sentence for people: why not.
+    /// One sentence for people: why the velocity is refused.
     pub fn drive(
         &mut self,
         at: Stamp,
@@ -194,7 +194,7 @@ impl Executive {
         self.fire(at, ExecutiveEvent::StopRequested, Some(by), situation, effects);
     }
 
-    /// Takes in an event that brings nothing else with it.
+    /// Handles an event without data.
     pub fn handle_event(
         &mut self,
         at: Stamp,
@@ -205,10 +205,11 @@ impl Executive {
         self.fire(at, event, None, situation, effects);
     }
 
-    /// Time passes: the behaviour moves the robot. At 20 Hz.
+    /// Updates the behaviour, which moves the robot. To be called at 20 Hz.
     pub fn update(&mut self, at: Stamp, situation: &Situation, effects: &mut Vec<StackEffect>) {
         if self.state == ExecutiveState::Recovering && situation.is_place_known {
-            // Localisation says so once only, and the place may have been in doubt then; after a restart of odometry it may not say so at all.
+            // Localisation reports a found pose only once. The pose may have been in doubt then, and after a restart of odometry there may be no
+            // report.
             self.fire(at, ExecutiveEvent::PlaceFound, None, situation, effects);
         }
         let Some(behaviour) = &mut self.behaviour else { return };
@@ -233,18 +234,18 @@ impl Executive {
                     (_, Err(_)) => ExecutiveEvent::BehaviourFailed,
                 };
                 let trigger = Trigger { failure: outcome.err(), ..Trigger::default() };
-                // No row of these refuses anything.
+                // No row of these events refuses anything.
                 let _ = self.apply(at, event, trigger, situation, effects);
             }
         }
     }
 
-    /// Whether a goal waits until the place is found.
+    /// Whether a goal waits until the pose is found.
     pub fn is_recovering(&self) -> bool {
         self.state == ExecutiveState::Recovering
     }
 
-    /// Publishes the state of the executive and of motion, if they have changed.
+    /// Publishes the state of the executive and of motion if they have changed.
     pub fn publish_changes(&mut self, at: Stamp, frames: &Frames, effects: &mut Vec<StackEffect>) {
         let status = ExecutiveStatus {
             state: self.state,
@@ -262,7 +263,7 @@ impl Executive {
         }
     }
 
-    /// State of motion, for display: derived from the state and its goal.
+    /// State of motion for display, derived from the state and its goal.
     fn motion(&self, at: Stamp, frames: &Frames) -> MotionState {
         let point = self.goal.as_ref().and_then(|goal| match goal.kind {
             GoalKind::WalkTo(point) => Some(point),
@@ -310,7 +311,7 @@ impl Executive {
         }
     }
 
-    /// The behaviour of a goal that goes on.
+    /// The behaviour of a goal that is resumed.
     fn resume(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Box<dyn Behaviour> {
         match kind {
             GoalKind::WalkTo(point) => Box::new(WalkBehaviour::resume(
@@ -336,11 +337,11 @@ impl Executive {
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) {
-        // Only velocities and goals are ever refused, and those do not come this way.
+        // Only velocities and goals can be refused, and they do not use this function.
         let _ = self.apply(at, event, Trigger { by, ..Trigger::default() }, situation, effects);
     }
 
-    /// The first row that fits.
+    /// Index of the first row that matches.
     fn find_row(&self, event: ExecutiveEvent, situation: &Situation) -> Option<usize> {
         let kind = self.goal.as_ref().map(|goal| goal.kind);
         let in_map = situation.is_in_saved_map;
@@ -357,7 +358,7 @@ impl Executive {
         })
     }
 
-    /// Takes the row of an event, if there is one.
+    /// Takes the row of an event, if there is one. An event without a row changes nothing.
     fn apply(
         &mut self,
         at: Stamp,
@@ -465,13 +466,13 @@ impl Executive {
         }
     }
 
-    /// Publishes the one outcome of a goal.
+    /// Publishes the outcome of a goal.
     fn end(&mut self, mut goal: RunningGoal, outcome: GoalStatus, effects: &mut Vec<StackEffect>) {
         goal.status = outcome;
         effects.push(goal.update());
     }
 
-    /// Adds what the behaviour has tried to the goal's attempts.
+    /// Adds the behaviour's attempts to those of the goal.
     fn keep_attempts(&mut self) {
         let Some(behaviour) = self.behaviour.take() else { return };
         let Some(goal) = &mut self.goal else { return };
@@ -511,7 +512,7 @@ impl RunningGoal {
     }
 }
 
-/// Adds an attempt to another of the same kind.
+/// Adds an attempt to another one of the same kind.
 fn add(known: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
     let sum = |a: &mut Span, b: &Span| *a = *a + *b;
     match (known, attempt) {

@@ -1,8 +1,8 @@
-//! The executive: the one place that decides what moves the robot, and the behaviours that move it.
+//! The executive: the only component that decides what moves the robot, and the behaviours that move it.
 //!
-//! [`TABLE`] holds every state and transition; `docs/executive.md` is printed from it. [`Executive`] applies the table: it takes commands and
-//! events, keeps the running goal with its one outcome, and lets one [`Behaviour`] at a time set the velocity. Mapping and localisation are services:
-//! the executive reads their state ([`Situation`]) and does not know how they work.
+//! [`TABLE`] holds all states and transitions. `docs/executive.md` is printed from it. [`Executive`] applies the table: it handles commands and
+//! events, keeps the running goal until its outcome, and lets one [`Behaviour`] at a time set the velocity. Mapping and localisation are
+//! services: the executive reads their state ([`Situation`]) and does not know how they work.
 
 mod behaviour;
 mod executive;

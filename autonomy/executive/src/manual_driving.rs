@@ -14,7 +14,7 @@ pub struct ManualDriving {
 }
 
 impl ManualDriving {
-    /// A velocity that came at `at`, cut to the limits. Only the parts that a walking robot has are kept.
+    /// A velocity commanded at `at`, clamped to the limits. Only forward, sideways and turning velocity are kept.
     pub fn new(at: Stamp, velocity: &Twist, limits: &SpeedLimits, watchdog: Span) -> Self {
         let SpeedLimits { forward_mps, sideways_mps, turn_radps } = *limits;
         let velocity = Twist {
@@ -39,7 +39,7 @@ impl Behaviour for ManualDriving {
     }
 }
 
-/// Stands still for ever.
+/// Stands still until it is replaced.
 #[derive(Clone, Copy, Debug)]
 pub struct StandStill;
 

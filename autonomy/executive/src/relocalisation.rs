@@ -1,8 +1,8 @@
-//! Finding the place in the map by moving: active localisation.
+//! Active localisation: finding the pose in the map by walking.
 //!
-//! The robot stands, so that what it sees can be recognised. If it is not, it walks a little over ground that it has seen, to where it has not been,
-//! and stands again. Where what it sees is recognised in several places, only walking tells them apart: then it walks without standing, on the path
-//! that localisation has planned for it, as far as it sees that way.
+//! First the robot stands, so that its surroundings can be recognised. If they are not, it walks a short path over seen ground to an unvisited
+//! point, and stands again. If several poses fit, only walking distinguishes them. Then the robot walks without standing, along the path that
+//! localisation has planned for this, as far as it sees the ground.
 
 use crate::walk::twist;
 use crate::{Behaviour, BehaviourContext, Outcome};
@@ -19,37 +19,37 @@ use vocab::{Span, Stamp};
 /// Parameters of [`RelocalisationBehaviour`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationConfig {
-    /// The robot stands for this time before its first walk. Recognising a place takes half a second.
+    /// The robot stands for this time before its first walk. Relocalisation takes half a second.
     pub first_stand: Span,
     /// The robot stands for this time between walks.
     pub stand: Span,
-    /// Where there is no walk, one is looked for again after this time.
+    /// If there is no path, the robot searches for one again after this time.
     pub retry_period: Span,
-    /// A path is planned anew after this time, because the terrain has been seen better.
+    /// A path is planned again after this time, because the terrain has been seen better.
     pub replan_period: Span,
-    /// Distance that is looked ahead along the path that tells places apart, metres.
+    /// Look-ahead distance along the hint's path, metres.
     pub hint_ahead_m: f64,
-    /// A piece of that path may be longer by this because it leads round obstacles, metres.
+    /// A planned piece of the hint's path may be longer than that path by this detour, metres.
     pub hint_detour_max_m: f64,
-    /// Pieces of that path that are shorter than this are not walked, metres.
+    /// Pieces of the hint's path that are shorter than this are not walked, metres.
     pub hint_piece_min_m: f64,
-    /// With several places to tell apart, the next walk begins at this distance before the end of one, metres.
+    /// With several hypotheses, the next walk starts at this distance before the end of the last one, metres.
     pub continue_before_end_m: f64,
-    /// A path that is planned anew may be longer than the straight line by this, metres.
+    /// A path that is planned again may be longer than the straight line by this, metres.
     pub replan_detour_max_m: f64,
-    /// Spacing of the places that are remembered as visited, metres.
+    /// Least distance between points that are remembered as visited, metres.
     pub visited_spacing_m: f64,
-    /// A robot that has moved less than this in `stuck_timeout` is stuck, metres: something that it does not see is in its way.
+    /// A robot that has moved less than this within `stuck_timeout` is stuck, metres: an unseen obstacle blocks it.
     pub stuck_distance_m: f64,
     /// See `stuck_distance_m`.
     pub stuck_timeout: Span,
-    /// The search is given up after this time, not counting time without sight.
+    /// The search ends after this time, without the time in which the ground is not seen.
     pub search_timeout: Span,
-    /// How places to walk to are chosen.
+    /// Parameters of the choice of points to walk to.
     pub exploration: ExplorationConfig,
-    /// How paths are planned.
+    /// Parameters of path planning.
     pub planner: PlannerConfig,
-    /// How paths are followed.
+    /// Parameters of path following.
     pub follower: PathFollowerConfig,
 }
 
@@ -76,18 +76,18 @@ impl Default for RelocalisationConfig {
     }
 }
 
-/// Looks for the place in the map until it is known.
+/// Searches for the pose in the map until it is known.
 #[derive(Debug)]
 pub struct RelocalisationBehaviour {
     config: RelocalisationConfig,
-    /// Where it has looked, odometry's frame.
+    /// Points where the robot has been, odometry frame.
     visited: Vec<Vector3>,
-    /// Time that it has looked with sight.
+    /// Search time while the ground was seen.
     searched: Span,
-    /// When `searched` was last added to; none after time without sight.
+    /// Time at which `searched` was last increased. `None` after time without sight.
     searched_at: Option<Stamp>,
     walks: u32,
-    /// A hint's path on which it was stuck.
+    /// The hint's path on which the robot got stuck.
     barred: Option<Arc<[Vector3]>>,
     phase: Phase,
 }
@@ -96,24 +96,24 @@ pub struct RelocalisationBehaviour {
 enum Phase {
     Standing {
         since: Stamp,
-        /// When it last looked for a walk.
+        /// Time of the last search for a path.
         tried: Option<Stamp>,
     },
     Walking {
-        /// The hint's path, if this walk is a piece of it.
+        /// The hint's path, if this walk follows a piece of it.
         hint: Option<Arc<[Vector3]>>,
         follower: PathFollower,
         planned_at: Stamp,
-        /// Where the robot was, and when, as it last moved.
+        /// Time and position of the robot when it last moved.
         moved: (Stamp, Vector3),
     },
 }
 
-/// A path, with the hint's path if it is a piece of that.
+/// A path, and the hint's path if the first is a piece of it.
 type Piece = (Option<Arc<[Vector3]>>, Vec<Vector3>);
 
 impl RelocalisationBehaviour {
-    /// Stands first.
+    /// Begins with standing.
     pub fn new(config: RelocalisationConfig, at: Stamp) -> Self {
         Self {
             config,
@@ -130,7 +130,7 @@ impl RelocalisationBehaviour {
         self.phase = Phase::Standing { since: at, tried: None };
     }
 
-    /// Counts time and remembers the place.
+    /// Adds up the search time and remembers the robot's position.
     fn record_visit(&mut self, at: Stamp, here: &Vector3) {
         self.searched = self.searched + self.searched_at.replace(at).map_or(Span::ZERO, |last| at - last);
         if self.visited.iter().all(|visited| (visited - here).norm() >= self.config.visited_spacing_m) {
@@ -147,7 +147,7 @@ impl RelocalisationBehaviour {
             *moved = (at, here);
         }
         if at - moved.0 > self.config.stuck_timeout {
-            // Not there again.
+            // The end of the path counts as visited, so that it is not chosen again.
             self.visited.extend(follower.path().last());
             self.barred = hint.take().or(self.barred.take());
             return self.stand(at);
@@ -171,8 +171,8 @@ impl RelocalisationBehaviour {
         }
     }
 
-    /// The next walk of a robot that has stood for this time, if there is one. Standing tells no look-alikes apart, so that the robot goes at once where
-    /// no path is known that does, and soon where people may stand in that path.
+    /// The next path of a robot that has stood for this time, if there is one. Standing does not distinguish poses that look alike. So without a
+    /// path that does, the robot explores at once. With such a path that is blocked, perhaps by people, it explores after `stand`.
     fn next_walk(
         &self,
         stood: Span,
@@ -190,13 +190,13 @@ impl RelocalisationBehaviour {
         self.follow_hint(terrain, here, hint).or_else(explore)
     }
 
-    /// A path to where it has not been.
+    /// A path to an unvisited point.
     fn explore(&self, terrain: &ElevationMap, here: &Vector3) -> Option<Piece> {
         let RelocalisationConfig { exploration, planner, .. } = &self.config;
         explore(exploration, planner, terrain, here, &self.visited).map(|path| (None, path))
     }
 
-    /// A path on along the hint's path, from where that passes by to its farthest point to which a short path over seen ground leads.
+    /// A path to the farthest point of the hint's path, within the look-ahead distance, that a short path over seen ground reaches.
     fn follow_hint(&self, terrain: &ElevationMap, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
         let way = hint.path.as_ref().filter(|way| {
             hint.hypotheses > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
@@ -224,8 +224,8 @@ impl RelocalisationBehaviour {
         Some((Some(Arc::clone(way)), path))
     }
 
-    /// The path to the end of another one as the terrain is seen now. None where it is longer than the whole other path, and much longer than the
-    /// straight line.
+    /// A new path to the end of another one, on the terrain as it is known now. `None` if it is longer than the other path and much longer than
+    /// the straight line.
     fn replan(&self, terrain: &ElevationMap, here: &Vector3, path: &[Vector3]) -> Option<Vec<Vector3>> {
         let end = path.last()?;
         let straight_m = (end - here).norm() + self.config.replan_detour_max_m;

@@ -1,4 +1,4 @@
-//! The ground round the robot as it has been seen: what walking by itself needs.
+//! The terrain around the robot, which autonomous walking needs.
 
 use geometry::Isometry;
 use messages::RobotProfile;
@@ -12,7 +12,7 @@ pub struct SurroundingsConfig {
     pub cell_size_m: f64,
     /// Points farther than this are not inserted into the terrain, metres.
     pub range_max_m: f64,
-    /// The ground counts as seen for this time after a scan: slow LiDARs turn twice a second.
+    /// The ground counts as seen for this time after a scan. The slowest LiDARs scan twice a second.
     pub sight_timeout: Span,
 }
 
@@ -22,17 +22,17 @@ impl Default for SurroundingsConfig {
     }
 }
 
-/// ElevationMap in odometry's frame, in which nothing jumps unless odometry begins anew.
+/// Elevation map in the odometry frame. That frame does not jump unless odometry restarts.
 #[derive(Debug)]
 pub struct Surroundings {
     config: SurroundingsConfig,
     terrain: ElevationMap,
-    /// When the ground was seen last.
+    /// Time at which the ground was last seen.
     seen: Option<Stamp>,
 }
 
 impl Surroundings {
-    /// Nothing seen yet, for a robot of this profile.
+    /// An empty map, for a robot of this profile.
     pub fn new(config: SurroundingsConfig, profile: &RobotProfile) -> Self {
         let shape = RobotShape {
             radius: profile.footprint_radius_m,
@@ -43,7 +43,7 @@ impl Surroundings {
         Self { config, terrain: ElevationMap::new(config.cell_size_m, shape), seen: None }
     }
 
-    /// Inserts a scan. `points` and the `sensor` that saw them in the base frame, metres.
+    /// Inserts a scan. `points`, and the `sensor` position from which they were seen, are in the base frame, metres.
     pub fn insert_scan(
         &mut self,
         at: Stamp,
@@ -55,13 +55,13 @@ impl Surroundings {
         self.terrain.insert_scan(odom_from_base, sensor, points, self.config.range_max_m);
     }
 
-    /// Forgets everything: the frame is another one from now on.
+    /// Removes everything, because the odometry frame has changed.
     pub fn clear(&mut self) {
         self.terrain = ElevationMap::new(self.terrain.cell_size(), *self.terrain.shape());
         self.seen = None;
     }
 
-    /// Where the robot can walk, odometry's frame.
+    /// The terrain, odometry frame.
     pub fn terrain(&self) -> &ElevationMap {
         &self.terrain
     }

@@ -8,24 +8,24 @@ use std::fmt::Write;
 pub struct Transition {
     /// State in which the event is expected.
     pub from: ExecutiveState,
-    /// The cause.
+    /// The event.
     pub event: ExecutiveEvent,
-    /// What must hold besides.
+    /// Additional condition.
     pub guard: Guard,
     /// State afterwards.
     pub to: ExecutiveState,
-    /// What is done, in this order.
+    /// Actions in order of execution.
     pub actions: &'static [Action],
 }
 
 /// A condition of a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
-    /// None.
+    /// No condition.
     Always,
-    /// A saved map is in use and the running goal needs the place in it.
+    /// A saved map is in use, and the running goal needs the pose in it.
     GoalNeedsPlace,
-    /// A saved map is in use and the running goal is to find the place in it.
+    /// A saved map is in use, and the running goal is to find the pose in it.
     GoalFindsPlace,
     /// A saved map is in use.
     InSavedMap,
@@ -33,12 +33,12 @@ pub enum Guard {
     NotInSavedMap,
 }
 
-/// Something that a transition does.
+/// An action of a transition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Refuse the command: motion is stopped.
+    /// Refuse the command because motion is stopped.
     Refuse,
-    /// Tell the robot to stop, at once.
+    /// Command the robot to stop immediately.
     StopRobot,
     /// Stand still from now on.
     StandStill,
@@ -46,23 +46,23 @@ pub enum Action {
     Drive,
     /// Accept the goal and begin its behaviour.
     BeginGoal,
-    /// The running goal ends: cancelled.
+    /// End the running goal as cancelled.
     CancelGoal(CancelReason),
-    /// The running goal ends: succeeded.
+    /// End the running goal as succeeded.
     SucceedGoal,
-    /// The running goal ends: failed with the reason that the behaviour gives.
+    /// End the running goal as failed, with the behaviour's reason.
     FailGoal,
-    /// The running goal ends: failed with this reason.
+    /// End the running goal as failed, with this reason.
     FailGoalBecause(GoalFailure),
-    /// The running goal waits; look for the place.
+    /// Suspend the running goal and search for the pose.
     SuspendGoal,
-    /// Go on with the goal that waits.
+    /// Resume the suspended goal.
     ResumeGoal,
-    /// Begin to look for the place anew.
+    /// Restart the search for the pose.
     RestartSearch,
 }
 
-/// How a transition cancels a goal; as [`CancelCause`], which also names the goal that takes its place.
+/// Cause of a cancellation by a transition. [`CancelCause`] also names the goal that replaces the cancelled one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CancelReason {
     /// [`CancelCause::Requested`].
@@ -76,7 +76,7 @@ pub enum CancelReason {
 }
 
 impl CancelReason {
-    /// The cause to publish; `by` is the goal that takes the place.
+    /// The cause to publish. `by` is the goal that replaces the cancelled one.
     pub(crate) fn cause(self, by: Option<vocab::GoalId>) -> CancelCause {
         match (self, by) {
             (Self::Replaced, Some(goal)) => CancelCause::Replaced(goal),
@@ -143,7 +143,7 @@ const fn row(
     Transition { from, event, guard, to, actions }
 }
 
-/// States with what they mean, the first in precedence first.
+/// States with descriptions, in order of precedence.
 const STATES: [(ExecutiveState, &str); 5] = [
     (Stopped, "Somebody has stopped motion. The robot stands until somebody allows motion again."),
     (
@@ -158,7 +158,7 @@ const STATES: [(ExecutiveState, &str); 5] = [
     (Idle, "The robot stands and is free to move."),
 ];
 
-/// Events with what they mean.
+/// Events with descriptions.
 const EVENTS: [(ExecutiveEvent, &str); 13] = [
     (On::StopRequested, "Somebody stops motion. This needs no lease."),
     (On::MotionAllowed, "Somebody allows motion again."),
@@ -181,7 +181,7 @@ const EVENTS: [(ExecutiveEvent, &str); 13] = [
     (On::MapReplaced, "Another map is in use, or none, or the map's frame has moved to another place."),
 ];
 
-/// `docs/executive.md`.
+/// The text of `docs/executive.md`.
 pub fn to_markdown() -> String {
     let mut text = String::from(
         "# The executive's state table\n\nPrinted from `autonomy/executive/src/table.rs` by its test; do not edit. The first row that fits is taken. An event \

@@ -1,4 +1,4 @@
-//! Behaviours on a level floor, moved by a perfect robot.
+//! Behaviours on a level floor, with a robot that moves exactly as commanded.
 
 use crate::*;
 use geometry::{Isometry, Vector3, so3, vec_to_plain};
@@ -16,7 +16,7 @@ pub(crate) fn operator(number: u128) -> Principal {
     Principal::operator(ClientId(Uuid::from_u128(number)))
 }
 
-/// What a room of 8 by 8 metres shows of itself from its middle.
+/// What a LiDAR sees of a room of 8 by 8 metres from its middle.
 pub(crate) fn room() -> Vec<[f32; 3]> {
     let mut points: Vec<[f32; 3]> = Vec::new();
     for x in -40..=40_i8 {
@@ -38,12 +38,12 @@ pub(crate) fn post(place: &Vector3) -> impl Iterator<Item = [f32; 3]> + use<> {
     })
 }
 
-/// An executive with a robot that moves exactly as it is told, at 20 Hz.
+/// An executive with a robot that moves exactly as commanded, at 20 Hz.
 pub(crate) struct Rig {
     pub executive: Executive,
     pub situation: Situation,
     pub now: Stamp,
-    /// What the robot can see, odometry's frame; empty in the dark.
+    /// Points that the robot can see, odometry frame. Empty when it sees nothing.
     pub points: Vec<[f32; 3]>,
     pub motion: MotionState,
     pub effects: Vec<StackEffect>,
@@ -71,7 +71,7 @@ impl Rig {
         }
     }
 
-    /// In the room, having looked round for a second.
+    /// A robot that has scanned the room for a second.
     fn in_room(map_from_odom: Isometry) -> Self {
         let mut rig = Self::new();
         rig.situation.frames.map_from_odom = map_from_odom;
@@ -89,7 +89,7 @@ impl Rig {
         self.start(GoalKind::WalkTo(vec_to_plain(&Vector3::new(x, y, -0.5))))
     }
 
-    /// The place in a saved map is lost.
+    /// The pose in a saved map is lost.
     pub fn lose_place(&mut self) {
         self.situation.is_in_saved_map = true;
         self.situation.is_place_sought = true;
@@ -97,7 +97,7 @@ impl Rig {
         self.fire(ExecutiveEvent::PlaceLost);
     }
 
-    /// It is found.
+    /// The pose is found.
     pub fn find_place(&mut self) {
         self.situation.is_in_saved_map = true;
         self.situation.is_place_sought = false;
@@ -109,7 +109,7 @@ impl Rig {
         self.executive.handle_event(self.now, event, &self.situation, &mut self.effects);
     }
 
-    /// One step of 50 ms. The robot cannot enter what is not open.
+    /// One step of 50 ms. The robot cannot enter points for which `is_open` is false.
     pub fn step(&mut self, is_open: &dyn Fn(&Vector3) -> bool) {
         self.now += Span::from_millis(50);
         let odom_from_base = self.situation.frames.odom_from_base;
@@ -146,7 +146,7 @@ impl Rig {
         }
     }
 
-    /// Steps for this time, seconds. Returns where the robot went.
+    /// Steps for this time, seconds. Returns the robot's positions.
     pub fn run(&mut self, seconds: f64, is_open: &dyn Fn(&Vector3) -> bool) -> Vec<Vector3> {
         let mut track = Vec::new();
         for _ in 0..(seconds * 20.0).round() as u32 {
@@ -163,13 +163,15 @@ impl Rig {
 
     fn path_end(&self) -> Vector3 {
         let path = self.executive.behaviour.as_ref().map(|behaviour| behaviour.path().to_vec());
-        path.and_then(|path| path.last().copied()).unwrap_or_else(|| panic!("walks nowhere"))
+        path.and_then(|path| path.last().copied()).unwrap_or_else(|| panic!("the robot follows no path"))
     }
 }
 
-/// Where the path ends and how near it passes to a post, by the published state.
+/// End of the published path, and its least distance from a post.
 fn path(rig: &Rig, post: (f64, f64)) -> ((f64, f64), f64) {
-    let MotionState::Walking { path, .. } = &rig.motion else { panic!("does not walk: {:?}", rig.motion) };
+    let MotionState::Walking { path, .. } = &rig.motion else {
+        panic!("the robot does not walk: {:?}", rig.motion)
+    };
     let mut nearest = f64::INFINITY;
     for pair in path.windows(2) {
         for step in 0..=20 {
@@ -182,7 +184,7 @@ fn path(rig: &Rig, post: (f64, f64)) -> ((f64, f64), f64) {
 }
 
 #[test]
-fn a_loop_closure_moves_the_goal_and_leaves_obstacles_where_they_are() {
+fn a_loop_closure_moves_the_goal_but_not_the_obstacles() {
     let mut rig = Rig::new();
     rig.points.extend(post(&Vector3::new(1.5, 0.0, 0.0)));
     rig.situation.frames.map_from_odom = shifted(10.0, 0.0);
@@ -191,7 +193,7 @@ fn a_loop_closure_moves_the_goal_and_leaves_obstacles_where_they_are() {
     rig.run(0.05, &|_| false);
     let (end, nearest) = path(&rig, (11.5, 0.0));
     assert!((end.0 - 13.0).hypot(end.1) < 0.15 && nearest > 0.2, "{end:?} {nearest}");
-    // A loop moves the map by 0.6 m under the robot. The next step comes before the path is planned anew as a matter of course.
+    // A loop closure moves the map by 0.6 m under the robot. The next step comes before the regular replanning.
     rig.situation.frames.map_from_odom = shifted(10.0, 0.6);
     rig.run(0.05, &|_| false);
     let (end, nearest) = path(&rig, (11.5, 0.6));
@@ -199,7 +201,7 @@ fn a_loop_closure_moves_the_goal_and_leaves_obstacles_where_they_are() {
 }
 
 #[test]
-fn a_robot_that_sees_nothing_waits_and_goes_on_when_it_sees() {
+fn a_walk_waits_while_the_robot_sees_nothing_and_then_goes_on() {
     let mut rig = Rig::in_room(shifted(10.0, 0.0));
     assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
     rig.run(1.0, &|_| true);
@@ -216,21 +218,24 @@ fn a_robot_that_sees_nothing_waits_and_goes_on_when_it_sees() {
 }
 
 #[test]
-fn a_robot_that_loses_its_place_looks_within_what_it_sees_and_goes_on_to_its_goal() {
+fn a_robot_that_loses_its_pose_searches_on_seen_ground_and_resumes_its_goal() {
     let mut rig = Rig::in_room(shifted(10.0, 0.0));
     assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
     rig.lose_place();
-    assert!(rig.effects.contains(&StackEffect::Drive(messages::Drive::default())), "stops at once");
+    assert!(
+        rig.effects.contains(&StackEffect::Drive(messages::Drive::default())),
+        "the robot must stop immediately"
+    );
     let track = rig.run(2.0, &|_| true);
     assert!(
         track.iter().all(|place| place.norm() < 0.01),
-        "it stands first, so that its place can be recognised"
+        "the robot must stand first, so that its surroundings can be recognised"
     );
     let track = rig.run(20.0, &|_| true);
     assert!(matches!(rig.motion, MotionState::Looking { goal: Some(_) }));
     let far = track.iter().map(|place| place.norm()).fold(0.0, f64::max);
     assert!(far > 2.0 && track.iter().all(|place| place.x.abs().max(place.y.abs()) < 3.6), "{far}");
-    // The map turns out to lie elsewhere.
+    // The found pose moves the map by 1 m.
     rig.situation.frames.map_from_odom = shifted(11.0, 0.0);
     rig.find_place();
     rig.run(12.0, &|_| true);
@@ -241,7 +246,7 @@ fn a_robot_that_loses_its_place_looks_within_what_it_sees_and_goes_on_to_its_goa
 }
 
 #[test]
-fn a_search_without_success_ends_and_a_stop_is_a_stop() {
+fn a_search_without_success_ends_and_a_stopped_robot_stays_stopped() {
     let mut rig = Rig::in_room(shifted(0.0, 0.0));
     assert_eq!(rig.walk_to(3.0, 0.0), Ok(()));
     rig.lose_place();
@@ -275,7 +280,7 @@ fn driving_by_hand_is_limited_by_the_profile() {
     assert!(rig.executive.drive(rig.now, broken, operator(1), &rig.situation, &mut rig.effects).is_err());
 }
 
-/// A robot in the room that looks for its place, and where it goes first.
+/// A robot in the room that searches for its pose, and the end of its first path.
 fn searching() -> (Rig, Vector3) {
     let mut rig = searching_by(ExplorationHint::default());
     rig.run(3.0, &|_| true);
@@ -283,7 +288,7 @@ fn searching() -> (Rig, Vector3) {
     (rig, end)
 }
 
-/// A robot in the room that has been told to look for its place just now.
+/// A robot in the room that has just started to search for its pose.
 fn searching_by(hint: ExplorationHint) -> Rig {
     let mut rig = Rig::in_room(shifted(0.0, 0.0));
     rig.lose_place();
@@ -293,7 +298,7 @@ fn searching_by(hint: ExplorationHint) -> Rig {
 }
 
 #[test]
-fn a_search_goes_round_what_comes_into_its_path() {
+fn a_search_walks_round_a_new_obstacle_on_its_path() {
     let (mut rig, end) = searching();
     let place = end * 0.6;
     rig.points.extend(post(&place));
@@ -304,7 +309,7 @@ fn a_search_goes_round_what_comes_into_its_path() {
 }
 
 #[test]
-fn a_search_turns_elsewhere_where_something_unseen_stops_it() {
+fn a_search_walks_elsewhere_when_an_unseen_obstacle_stops_it() {
     let (mut rig, end) = searching();
     let that_way = end.normalize();
     let track = rig.run(30.0, &|place: &Vector3| place.dot(&that_way) < 0.5);
@@ -312,7 +317,7 @@ fn a_search_turns_elsewhere_where_something_unseen_stops_it() {
     assert!(farthest > 1.5, "{farthest} m");
 }
 
-/// Two places, and a path between them round two corners.
+/// Two hypotheses, and a path with two corners that distinguishes them.
 fn two_places() -> ExplorationHint {
     let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
     ExplorationHint {
@@ -322,29 +327,35 @@ fn two_places() -> ExplorationHint {
 }
 
 #[test]
-fn a_search_between_two_places_walks_at_once_on_the_path_that_tells_them_apart() {
+fn a_search_with_two_hypotheses_walks_the_distinguishing_path_without_standing() {
     let track = searching_by(two_places()).run(12.0, &|_| true);
-    assert!(track[20..].windows(10).take(100).all(|part| part[0] != part[9]), "it does not stand on the way");
+    assert!(
+        track[20..].windows(10).take(100).all(|part| part[0] != part[9]),
+        "the robot must not stand on the way"
+    );
     let near =
         |x: f64, y: f64| track.iter().map(|at| (at.x - x).hypot(at.y - y)).fold(f64::INFINITY, f64::min);
     assert!(near(-3.0, 3.0) < 0.6);
-    assert!(track.iter().take(160).all(|at| at.x < 0.6 && at.y > -0.6), "straight there");
+    assert!(
+        track.iter().take(160).all(|at| at.x < 0.6 && at.y > -0.6),
+        "the robot must follow the path directly"
+    );
 }
 
 #[test]
-fn a_search_stands_until_the_path_that_tells_places_apart_is_computed() {
+fn a_search_stands_until_the_distinguishing_path_is_computed() {
     let track = searching_by(ExplorationHint { hypotheses: 2, path: None }).run(2.0, &|_| true);
     assert!(track.iter().all(|at| at.norm() < 0.01));
-    // There is none: it explores.
+    // An empty path means that no path distinguishes the hypotheses, so the robot explores.
     let track =
         searching_by(ExplorationHint { hypotheses: 2, path: Some(Arc::from([])) }).run(8.0, &|_| true);
     assert!(track.iter().any(|at| at.norm() > 2.0));
 }
 
 #[test]
-fn a_search_leaves_a_path_that_something_unseen_bars() {
+fn a_search_leaves_a_path_that_an_unseen_obstacle_blocks() {
     let mut rig = searching_by(two_places());
     rig.run(1.0, &|_| true);
     let track = rig.run(25.0, &|at: &Vector3| at.y < 1.0);
-    assert!(track.iter().any(|at| at.xy().norm() > 2.0), "it stays before it");
+    assert!(track.iter().any(|at| at.xy().norm() > 2.0), "the robot must leave the blocked path");
 }

@@ -1,7 +1,7 @@
-//! Transcripts: every file in `transcripts/` holds what happens (lines that begin with `>`) and what the executive makes of it. After a change that
-//! is meant, `UPDATE_EXPECT=1 cargo test -p executive` writes them anew, and `docs/executive.md` too.
+//! Transcripts: every file in `transcripts/` holds commands (lines that begin with `>`) and the executive's reactions. After an intended change,
+//! `UPDATE_EXPECT=1 cargo test -p executive` rewrites them and `docs/executive.md`.
 //!
-//! The robot stands in a room of 8 by 8 metres and moves exactly as it is told. Distances and the repeated drive commands are not printed.
+//! The robot stands in a room of 8 by 8 metres and moves exactly as commanded. Distances and repeated drive commands are not printed.
 
 use crate::tests::{Rig, operator, post, room};
 use crate::*;
@@ -13,7 +13,7 @@ use std::fmt::Write;
 use uuid::Uuid;
 use vocab::{GoalId, Stamp, Twist, Vec3};
 
-/// Every scenario: its text and its file.
+/// Every scenario: its commands and its file.
 fn scenarios() -> Vec<(&'static str, ExpectFile)> {
     macro_rules! files {
         ($($name:literal),* $(,)?) => {
@@ -37,7 +37,7 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
 }
 
 #[test]
-fn transcripts_are_as_written_and_take_every_row_of_the_table() {
+fn transcripts_equal_their_files_and_take_every_row_of_the_table() {
     let mut taken = BTreeSet::new();
     for (text, file) in scenarios() {
         let mut player = Player::new();
@@ -58,12 +58,12 @@ fn transcripts_are_as_written_and_take_every_row_of_the_table() {
 }
 
 #[test]
-fn the_committed_page_is_the_table() {
+fn the_committed_page_equals_the_table() {
     expect_file!["../../../docs/executive.md"].assert_eq(&to_markdown());
 }
 
 #[test]
-fn stopping_goes_before_everything_and_the_rows_of_an_event_do_not_hide_each_other() {
+fn a_stop_works_in_every_state_and_no_row_hides_a_later_one() {
     use messages::ExecutiveState::{Executing, Idle, ManualDriving, Recovering, Stopped};
     assert!(
         Stopped < ManualDriving && ManualDriving < Recovering && Recovering < Executing && Executing < Idle
@@ -77,21 +77,21 @@ fn stopping_goes_before_everything_and_the_rows_of_an_event_do_not_hide_each_oth
         let earlier = TABLE[..number].iter().filter(same);
         assert!(
             earlier.clone().all(|other| other.guard != Guard::Always && other.guard != row.guard),
-            "{row:?} is hidden"
+            "an earlier row hides {row:?}"
         );
     }
 }
 
 #[test]
-fn a_goal_that_is_asked_for_twice_begins_once() {
+fn a_goal_that_is_requested_twice_starts_once() {
     let mut player = Player::new();
     assert!(player.play("goal 1 walk 2 0").contains("accepted"));
     assert_eq!(player.play("goal 1 walk 2 0"), "");
     player.play("run 10");
-    assert_eq!(player.play("goal 1 walk 2 0"), "", "nor when it has ended");
+    assert_eq!(player.play("goal 1 walk 2 0"), "", "the goal must not start again after its end");
 }
 
-/// Plays commands and prints what changes.
+/// Plays commands and prints changes.
 struct Player {
     rig: Rig,
     moves: bool,
@@ -99,7 +99,7 @@ struct Player {
 }
 
 impl Player {
-    /// A robot that has looked round for a second.
+    /// A robot that has scanned the room for a second.
     fn new() -> Self {
         let mut rig = Rig::new();
         rig.run(1.0, &|_| true);
@@ -212,7 +212,7 @@ impl Player {
         }
     }
 
-    /// A goal's status without numbers that differ between steps; none if nothing else has changed.
+    /// A goal's status without numbers that differ between steps. `None` if nothing else has changed.
     fn status(&mut self, status: &GoalStatus) -> Option<String> {
         Some(match status {
             GoalStatus::Accepted => {

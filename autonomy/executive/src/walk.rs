@@ -1,7 +1,7 @@
-//! Walking to a point of the map.
+//! Walking to a point in the map.
 //!
-//! The path is kept in odometry's frame, in which nothing jumps. When a loop closure moves the map, obstacles stay where they are, the goal moves, and
-//! the path is planned anew.
+//! The path is kept in the odometry frame, which does not jump. When a loop closure moves the map, obstacles stay, the goal moves, and the path
+//! is planned again.
 
 use crate::{Behaviour, BehaviourContext, Frames, Outcome};
 use geometry::{Isometry, Vector3};
@@ -13,15 +13,15 @@ use vocab::{Span, Stamp, Twist, Vec3};
 /// Parameters of [`WalkBehaviour`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkConfig {
-    /// The path is planned anew after this time, because the terrain has been seen better.
+    /// The path is planned again after this time, because the terrain has been seen better.
     pub replan_period: Span,
-    /// The path is planned anew when its goal has moved by this in odometry's frame, metres: a loop was closed.
+    /// The path is planned again when a loop closure has moved its goal by this in the odometry frame, metres.
     pub replan_goal_shift_m: f64,
-    /// A path that stays blocked for this time ends the walk.
+    /// The walk fails when its path stays blocked for this time.
     pub blocked_timeout: Span,
-    /// How paths are planned.
+    /// Parameters of path planning.
     pub planner: PlannerConfig,
-    /// How paths are followed.
+    /// Parameters of path following.
     pub follower: PathFollowerConfig,
 }
 
@@ -37,28 +37,28 @@ impl Default for WalkConfig {
     }
 }
 
-/// A walk to a point of the map.
+/// A walk to a point in the map.
 #[derive(Debug)]
 pub struct WalkBehaviour {
     config: WalkConfig,
-    /// Map frame.
+    /// The goal, map frame.
     goal: Vector3,
-    /// Where the goal was in odometry's frame when the path was planned.
+    /// Position of the goal in the odometry frame when the path was planned.
     planned_to: Vector3,
-    /// In odometry's frame.
+    /// Follower of the path, odometry frame.
     follower: PathFollower,
     planned_at: Stamp,
     plans: u32,
-    /// Since when no path has been found, if so.
+    /// Start of the present blockage; `None` if there is a path.
     blocked_since: Option<Stamp>,
-    /// Time that the robot stood before blocked paths that became free again.
+    /// Time that the robot waited in front of blocked paths that became free again.
     waited: Span,
     /// Whether the robot stands because it does not see the ground.
     is_blind: bool,
 }
 
 impl WalkBehaviour {
-    /// To `goal`, map frame, metres.
+    /// A walk to `goal`, map frame, metres.
     ///
     /// # Errors
     /// When there is no path.
@@ -74,7 +74,7 @@ impl WalkBehaviour {
         Ok(Self::on(config, at, goal, planned_to, path, None))
     }
 
-    /// The same for a robot that was on its way already: where there is no path now, it waits for one.
+    /// Like [`Self::begin`], for a walk that is resumed: if there is no path now, it waits for one.
     pub fn resume(
         config: WalkConfig,
         at: Stamp,
@@ -109,7 +109,7 @@ impl WalkBehaviour {
         }
     }
 
-    /// Plans to where the walk's goal is now in odometry's frame.
+    /// Plans to the goal's present position in the odometry frame.
     fn replan(&mut self, at: Stamp, terrain: &ElevationMap, odom_from_base: &Isometry, goal: Vector3) {
         (self.planned_at, self.planned_to) = (at, goal);
         self.plans += 1;
@@ -130,7 +130,7 @@ impl Behaviour for WalkBehaviour {
         let at = context.at;
         self.is_blind = !context.sees_ground;
         if self.is_blind {
-            // Time without sight is not time before a blocked path.
+            // Time without sight does not count as time in front of a blocked path.
             self.blocked_since = self.blocked_since.map(|_| at);
             return Poll::Pending;
         }
@@ -140,7 +140,7 @@ impl Behaviour for WalkBehaviour {
             self.replan(at, context.terrain, &context.frames.odom_from_base, goal);
         }
         if let Some(since) = self.blocked_since {
-            // People may walk on.
+            // The wait gives people time to leave the path.
             if at - since > self.config.blocked_timeout {
                 self.waited = self.waited + (at - since);
                 return Poll::Ready(Err(GoalFailure::PathBlocked));
@@ -162,7 +162,7 @@ impl Behaviour for WalkBehaviour {
             (false, Some(_)) => Some(WaitReason::FreePath),
             (false, None) => None,
         };
-        // Rounded to 0.1 m, so that it is not published 20 times a second.
+        // Rounded to 0.1 m, so that progress is not published 20 times a second.
         let remaining_m = (self.follower.remaining(odom_from_base) * 10.0).round() / 10.0;
         GoalProgress { remaining_m: Some(remaining_m), waits_for }
     }
@@ -180,7 +180,7 @@ impl Behaviour for WalkBehaviour {
     }
 }
 
-/// A velocity of the path follower for the robot.
+/// Converts the path follower's velocity to a twist.
 pub(crate) fn twist(velocity: Velocity) -> Twist {
     Twist { linear: Vec3::new(velocity.forward, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, velocity.turn) }
 }
