@@ -1,6 +1,6 @@
-//! What a simulated second costs: LiDAR rays per site, at full resolution, from a robot that walks; and everything else.
+//! Cost of a simulated second: LiDAR rays per site at full resolution, from a walking robot, and everything else.
 //!
-//! `cargo bench -p sim`: divan's items are rays, so time per item is nanoseconds a ray, body, IMU and noise included.
+//! `cargo bench -p sim`. Divan's items are rays, so the time per item is nanoseconds per ray, including body, IMU and noise.
 
 use divan::counter::ItemsCount;
 use sim::{
@@ -14,7 +14,7 @@ fn main() {
     divan::main();
 }
 
-/// A robot eight seconds into the short route of its site.
+/// A robot eight seconds into the short route of the site.
 fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
     let site = Arc::new(Site::new(site));
     let Some(route) = site.route("short").cloned() else { panic!("every site has a short route") };
@@ -29,7 +29,7 @@ fn under_way(site: SiteName, columns: u32) -> (Simulator, RouteFollower) {
     (simulator, walker)
 }
 
-/// A tenth of a second: one sweep.
+/// Simulates a tenth of a second: one sweep.
 fn tenth(simulator: &mut Simulator, walker: &mut RouteFollower) -> Vec<SimEvent> {
     let mut events = Vec::new();
     simulator.command(walker.drive(&simulator.truth()).unwrap_or_default());

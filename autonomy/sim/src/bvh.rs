@@ -1,7 +1,7 @@
-//! A tree of boxes over the solids of a site: nearest hit for packets of rays, and all solids near a point.
+//! A bounding volume hierarchy over the solids of a site: nearest hits for packets of rays, and all solids near a point.
 //!
-//! Built once by binned surface-area heuristic (Wald, *On fast construction of SAH-based bounding volume hierarchies*,
-//! 2007). Solids are stored in the order of the leaves, nodes in depth-first order: the left child follows its parent.
+//! It is built once by the binned surface-area heuristic (Wald, *On fast construction of SAH-based bounding volume hierarchies*, 2007). Solids
+//! are stored in the order of the leaves, nodes in depth-first order: the left child follows its parent.
 
 use crate::ray_packet::{PackedShape, RayPacket};
 use crate::shape::Solid;
@@ -10,18 +10,18 @@ use geometry::Vector3;
 const BINS: usize = 16;
 /// Leaves never hold more solids than this.
 const LEAF_MAX: usize = 4;
-/// Cost of entering a node against testing a solid.
+/// Cost of visiting a node, relative to testing a solid.
 const NODE_COST: f32 = 0.8;
-/// Deeper than any tree of 2³² solids that halves at least every other level; the builder stops splitting there.
+/// Greatest depth. The builder stops splitting there. Trees of 2³² solids that halve at least at every other level stay below it.
 const DEPTH_MAX: usize = 60;
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
     min: [f32; 3],
-    /// Leaf: first solid. Inner: index of the right child.
+    /// Leaf: index of its first solid. Inner node: index of the right child.
     link: u32,
     max: [f32; 3],
-    /// Solids of a leaf; 0 for inner nodes.
+    /// Number of solids in a leaf. 0 for inner nodes.
     count: u16,
     /// Axis along which an inner node is split.
     axis: u16,
@@ -46,7 +46,7 @@ impl Bounds {
 
     fn of(solid: &Solid) -> Self {
         let (min, max) = solid.shape.bounds();
-        // A hair wider than the shape, so that rounding to f32 never cuts it.
+        // The box is 0.1 mm wider than the shape on every side, so that rounding to f32 never cuts the shape.
         let pad = 1e-4;
         Self { min: [0, 1, 2].map(|i| (min[i] - pad) as f32), max: [0, 1, 2].map(|i| (max[i] + pad) as f32) }
     }
@@ -62,7 +62,7 @@ impl Bounds {
         (self.min[axis] + self.max[axis]) * 0.5
     }
 
-    /// Half the surface.
+    /// Half of the surface area.
     fn area(&self) -> f32 {
         let e = [0, 1, 2].map(|i| (self.max[i] - self.min[i]).max(0.0));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
@@ -87,12 +87,12 @@ impl Bvh {
         Self { nodes, packed, solids: items.into_iter().map(|item| item.solid).collect() }
     }
 
-    /// Solids in the order that [`RayPacket::solid`] counts.
+    /// Solids in the order of the numbers in [`RayPacket::solid`].
     pub fn solids(&self) -> &[Solid] {
         &self.solids
     }
 
-    /// Unit normal of solid `solid` (as numbered by [`RayPacket::solid`]) at a point of its surface.
+    /// Unit normal at a surface point of the solid with this number in [`RayPacket::solid`].
     pub(crate) fn normal(&self, solid: u32, point: [f32; 3]) -> [f32; 3] {
         self.packed[solid as usize].normal(point)
     }
@@ -102,7 +102,7 @@ impl Bvh {
         if self.nodes.is_empty() {
             return;
         }
-        // Near child first; the rays of a packet point the same way.
+        // The nearer child comes first. All rays of a packet point in nearly the same direction.
         let backwards = [0, 1, 2].map(|axis| packet.direction[axis][0] < 0.0);
         let mut stack = [0_u32; DEPTH_MAX + 4];
         let mut waiting = 1;
@@ -151,7 +151,7 @@ impl Bvh {
     }
 }
 
-/// Builds the subtree of `items`, whose first one is number `first` overall.
+/// Builds the subtree of `items`. `first` is the overall index of their first solid.
 fn build(items: &mut [Item], first: usize, depth: usize, nodes: &mut Vec<Node>) {
     let bounds = items.iter().fold(Bounds::EMPTY, |all, item| all.join(item.bounds));
     let index = nodes.len();
@@ -165,7 +165,7 @@ fn build(items: &mut [Item], first: usize, depth: usize, nodes: &mut Vec<Node>) 
             (axis, middle)
         }
         None if items.len() <= LEAF_MAX || depth >= DEPTH_MAX => return,
-        // Centres coincide: any halving will do.
+        // All centres coincide, so any split into halves is as good.
         None => (0, items.len() / 2),
     };
     let (left, right) = items.split_at_mut(middle);
@@ -175,7 +175,7 @@ fn build(items: &mut [Item], first: usize, depth: usize, nodes: &mut Vec<Node>) 
     nodes[index] = Node { link, count: 0, axis: axis as u16, ..leaf };
 }
 
-/// Axis and border that cost least, or `None` when a leaf is cheaper (and small enough) or no border divides.
+/// Axis and border of the cheapest split. `None` if a leaf is cheaper and small enough, or if no border divides the items.
 fn best_split(items: &[Item], bounds: &Bounds) -> Option<(usize, f32)> {
     if items.len() < 2 {
         return None;
@@ -213,7 +213,7 @@ fn best_split(items: &[Item], bounds: &Bounds) -> Option<(usize, f32)> {
     (worthwhile || items.len() > LEAF_MAX).then_some((axis, border))
 }
 
-/// Moves the items that belong left to the front, keeping neither order, and says how many they are.
+/// Moves the items that belong left to the front and returns their number. The order changes on both sides.
 fn partition(items: &mut [Item], belongs_left: impl Fn(&Item) -> bool) -> usize {
     let mut left = 0;
     for i in 0..items.len() {
@@ -222,6 +222,6 @@ fn partition(items: &mut [Item], belongs_left: impl Fn(&Item) -> bool) -> usize 
             left += 1;
         }
     }
-    // Rounding of the border may leave a side empty; then halve.
+    // Rounding of the border may leave one side empty. Then the items are split into halves.
     if left == 0 || left == items.len() { items.len() / 2 } else { left }
 }

@@ -1,8 +1,8 @@
-//! What trotting adds to the path of the body: bounce, roll, pitch, sway and the jolt of each footfall.
+//! The motion that trotting adds to the path of the body: bounce, roll, pitch, sway and the jolt of each footfall.
 //!
-//! A trot of about 2 strides a second puts down two diagonal pairs of feet per stride, so height and pitch swing at twice
-//! the stride frequency, roll and yaw at the stride frequency itself. Each footfall adds a damped 28 Hz oscillation
-//! and a small lasting lean of its own, both different every time.
+//! A trot of about 2 strides a second sets down two diagonal pairs of feet per stride. So height and pitch oscillate at twice the stride
+//! frequency, roll and yaw at the stride frequency. Each footfall adds a damped 28 Hz oscillation and a small lasting offset. Both differ from
+//! footfall to footfall.
 
 use crate::low_pass::LowPassFilter;
 use crate::timing::TICK_SECONDS;
@@ -34,7 +34,7 @@ impl PoseOffset {
     }
 }
 
-/// The trot: its phase, and what the last footfall left.
+/// The trot: its phase, and the effects of the last footfall.
 #[derive(Clone, Debug)]
 pub(crate) struct Gait {
     rng: Rng,

@@ -179,7 +179,7 @@ impl Locomotion {
             site.bvh().cast(&mut packet);
             std::array::from_fn::<f64, LANES, _>(|i| {
                 let height = top - f64::from(packet.range[i]);
-                // The feet avoid ground that is too high or too low for them; such probes count as level with the middle.
+                // The feet avoid ground that is too high or too low for them. Such probes count as level with the middle.
                 let reach = 0.14 + 0.75 * PROBE_FORWARD_M[i].abs();
                 if packet.solid[i] == NO_HIT || (height - middle).abs() > reach { middle } else { height }
             })

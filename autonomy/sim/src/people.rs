@@ -26,11 +26,11 @@ struct Person {
     /// Index of the corner that the person walks to.
     next: usize,
     forwards: bool,
-    /// At the feet, site frame, metres.
+    /// Position of the feet, site frame, metres.
     position: Vector3,
-    /// Horizontal unit vector.
+    /// Walking direction, a horizontal unit vector.
     heading: Vector3,
-    /// m/s.
+    /// Walking speed, m/s.
     speed: f64,
     /// Time for which the person still stands at a corner, seconds.
     pause_left_s: f64,

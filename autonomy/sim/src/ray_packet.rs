@@ -33,7 +33,7 @@ impl RayPacket {
         for axis in 0..3 {
             for lane in 0..LANES {
                 let d = direction[axis][lane];
-                // Never zero: an infinite inverse times a zero offset would be NaN.
+                // The component is never zero, because an infinite inverse times a zero offset would be NaN.
                 inverse[axis][lane] = 1.0 / if d.abs() < 1e-9 { 1e-9_f32.copysign(d) } else { d };
             }
         }
@@ -66,7 +66,7 @@ impl RayPacket {
         any
     }
 
-    /// The ray parameters at which ray `lane` enters and leaves the box; crossed where it misses.
+    /// The ray parameters at which ray `lane` enters and leaves the box. Entry is greater than exit if the ray misses it.
     #[inline(always)]
     fn slab(&self, lane: usize, min: &[f32; 3], max: &[f32; 3]) -> (f32, f32) {
         let ax = (min[0] - self.origin[0][lane]) * self.inverse[0][lane];
@@ -226,7 +226,7 @@ impl PackedShape {
     }
 }
 
-/// The face of a box (axis and side) that a point of its surface, given from its middle, lies on.
+/// The face (axis and side) of a box on which a surface point, relative to the box's middle, lies.
 fn face(offset: [f32; 3], half: &[f32; 3]) -> (usize, f32) {
     let excess = [0, 1, 2].map(|i| offset[i].abs() - half[i]);
     let axis = if excess[0] >= excess[1] && excess[0] >= excess[2] {
@@ -253,7 +253,7 @@ fn intersect_oriented_box(
         let (mut near, mut far) = (f32::MIN, f32::MAX);
         for i in 0..3 {
             let d = dot(axes[i], direction);
-            // Adding the tiny number to an exact zero keeps the division finite; elsewhere it is lost in rounding.
+            // The small number keeps the division by zero finite. In other cases rounding removes it.
             let inverse = 1.0 / (d + 1e-20);
             let o = dot(axes[i], offset);
             let (a, b) = ((-half[i] - o) * inverse, (half[i] - o) * inverse);
@@ -279,7 +279,7 @@ fn intersect_cylinder(
         let (rise, height) = (dot(direction, axis), dot(offset, axis));
         let across = [0, 1, 2].map(|i| offset[i] - axis[i] * height);
         let drift = [0, 1, 2].map(|i| direction[i] - axis[i] * rise);
-        // In the plane across the axis this is a line and a circle. Computing from the nearest point of the line keeps precision at long range.
+        // Projected along the axis, this is a line and a circle. Computing from the line's nearest point keeps precision at long range.
         let speed_squared = dot(drift, drift) + 1e-12;
         let middle = -dot(across, drift) / speed_squared;
         let miss = [0, 1, 2].map(|i| across[i] + drift[i] * middle);

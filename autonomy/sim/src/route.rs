@@ -1,8 +1,8 @@
-//! Set walks through a site.
+//! Fixed walks through a site.
 
 use vocab::Vec3;
 
-/// Where the robot stands at first, and its heading.
+/// Initial position and heading of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// Position on or somewhat above the ground, site frame, metres.
@@ -14,7 +14,7 @@ pub struct Start {
 /// A walk through a site.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
-    /// "round" or "short".
+    /// Name: "round" or "short".
     pub name: &'static str,
     /// Where the walk begins.
     pub start: Start,

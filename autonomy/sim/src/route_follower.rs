@@ -1,5 +1,5 @@
-//! The operator who drives the robot along a route. The operator sees the robot, so the true pose is used: this serves to make
-//! recordings, never to help the autonomy.
+//! An operator who drives the robot along a route. The operator sees the robot, so the true pose is used. Only for recordings and tests, never
+//! for the autonomy.
 
 use crate::ground_truth::GroundTruth;
 use crate::route::Route;
@@ -39,7 +39,7 @@ impl RouteFollower {
         Self { route, leg: 0, started_s: None, arrived_s: None }
     }
 
-    /// Number of waypoints reached, and of all waypoints.
+    /// Number of waypoints reached, and the number of all waypoints.
     pub fn progress(&self) -> (usize, usize) {
         (self.leg, self.route.waypoints.len())
     }

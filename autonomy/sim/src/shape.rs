@@ -54,7 +54,7 @@ impl Material {
     }
 }
 
-/// A closed shape in the site frame, metres. Triangles are sheets seen from both sides.
+/// A closed shape in the site frame, metres. Triangles are the exception: they are sheets, visible from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A box along the axes of the site.
@@ -112,7 +112,7 @@ pub struct Clearance {
 }
 
 impl Shape {
-    /// Least and greatest corner of the box along the axes that holds the shape.
+    /// Least and greatest corner of the axis-aligned bounding box.
     pub fn bounds(&self) -> (Vector3, Vector3) {
         match self {
             Self::AlignedBox { min, max } => (*min, *max),
@@ -185,7 +185,7 @@ fn unit_or_zero(v: &Vector3) -> Vector3 {
     v.try_normalize(1e-12).unwrap_or_else(Vector3::zeros)
 }
 
-/// `point` is in the box's frame, whose origin is its middle.
+/// `point` is in the frame of the box, whose origin is its middle.
 fn box_clearance(point: &Vector3, half: &Vector3) -> Clearance {
     let excess = point.abs() - half;
     let outside = excess.sup(&Vector3::zeros());

@@ -51,7 +51,7 @@ pub struct SimConfig {
     pub lidar_columns: u32,
     /// Number of people who walk on the site.
     pub people: u32,
-    /// Where the robot stands at first; without it, at the first dock of the site.
+    /// Start of the robot. `None` is the first dock of the site.
     pub start: Option<Start>,
     /// Faults, and when they happen.
     pub faults: Vec<ScheduledFault>,
@@ -124,7 +124,7 @@ impl CarriedMotion {
     fn sway(&self, seconds: f64) -> PoseOffset {
         let whole = self.blocks as f64 * BLOCK_SECONDS;
         let share = (seconds.min(whole - seconds) / LIFT_DURATION_S.min(whole / 2.0)).clamp(0.0, 1.0);
-        // Continuous in acceleration.
+        // The acceleration is continuous.
         let ease = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
         let swing = |steps: f64, phase: f64| ease * (TAU * STEP_FREQUENCY_HZ * steps * seconds + phase).sin();
         PoseOffset {
@@ -251,7 +251,7 @@ impl Simulator {
         let [x, y, yaw] = self.body.planar_pose();
         let feet = vec_from_plain(self.truth().site_from_base.position).z - STANDING_HEIGHT;
         let places = (0..CARRY_CANDIDATES).map(|number| {
-            // A spiral inwards; each candidate lies in another direction.
+            // The candidates form a spiral inwards, each in another direction.
             let (sin, cos) = (GOLDEN_ANGLE_RAD * (self.blocks + number) as f64).sin_cos();
             let away = CARRY_DISTANCE_MAX_M
                 - (CARRY_DISTANCE_MAX_M - CARRY_DISTANCE_MIN_M) * number as f64 / CARRY_CANDIDATES as f64;

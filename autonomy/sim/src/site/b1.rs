@@ -11,7 +11,7 @@ use vocab::Vec3;
 const LENGTH: f64 = 60.0;
 const WIDTH: f64 = 40.0;
 const HEIGHT: f64 = 9.0;
-/// Ceiling of the rooms.
+/// Height of the ceiling in the rooms, metres.
 const ROOM_HEIGHT: f64 = 3.2;
 const ROOM_WALL_X: f64 = 11.0;
 const CORRIDOR_WALL_X: f64 = 14.0;
@@ -50,7 +50,7 @@ fn shell(b: &mut Builder) {
         sheet,
     );
     b.wall(at(LENGTH + 0.15, 0.0, 0.0), [LENGTH + 0.15, WIDTH], HEIGHT, 0.3, &[gate(24.0)], sheet);
-    // The gate is shut: a roller door set back in its frame, with ribs.
+    // The gate is closed by a roller door, set back in its frame, with ribs.
     b.aligned_box(at(LENGTH + 0.1, 22.3, 0.0), at(LENGTH + 0.2, 25.7, 3.6), Material::Galvanised);
     for rib in 0..9 {
         let z = 0.2 + 0.4 * f64::from(rib);
@@ -207,7 +207,7 @@ fn machines(b: &mut Builder) {
     b.pallet(at(18.6, 6.2, 0.0), true, 1.1);
 }
 
-/// A steel frame of two platforms with a rig inside, stairs left out: people climb the ladder.
+/// A steel frame with two platforms and a rig inside. It has a ladder but no stairs.
 fn test_rig(b: &mut Builder) {
     let (x0, x1, y0, y1) = (41.5, 46.5, 6.0, 15.0);
     for x in [x0, x1] {
@@ -330,7 +330,7 @@ fn pipe_bridge(b: &mut Builder) {
     }
 }
 
-/// Clutter. Nothing of it reaches into an aisle that a route uses.
+/// Clutter. None of it reaches into an aisle that a route uses.
 fn clutter(b: &mut Builder) {
     for (x, y) in [(48.6, 1.2), (47.0, 1.3), (58.6, 27.6), (40.6, 1.3), (15.2, 30.2), (15.3, 26.6)] {
         b.pallet(at(x, y, 0.0), x > 50.0, 1.2);
@@ -402,7 +402,7 @@ fn routes() -> Vec<Route> {
         [49.5, 37.8],
         [49.5, 26.0],
         [44.2, 23.5],
-        // Home along the main aisle, with a look under the bridge.
+        // Back along the main aisle, with a detour under the bridge.
         [29.0, 23.5],
         [29.0, 17.2],
         [21.0, 17.2],

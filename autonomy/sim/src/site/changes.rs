@@ -57,7 +57,7 @@ pub(super) fn change(plan: &mut SitePlan, rng: &mut Rng, changed_share: f64) {
         index += 1;
         !removed[index - 1]
     });
-    // Their indices are of the solids before the removal.
+    // Their indices refer to the solids before the removal.
     plan.furniture.clear();
     plan.door_leaves.clear();
 }

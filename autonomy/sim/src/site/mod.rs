@@ -54,7 +54,7 @@ impl fmt::Display for SiteName {
     }
 }
 
-/// There is no site of this name.
+/// Error: there is no site of this name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownSite(String);
 
@@ -74,7 +74,7 @@ impl FromStr for SiteName {
     }
 }
 
-/// A site: its solids in a tree for ray casting, and what goes with them.
+/// A site: its solids in a tree for ray casting, its docks, routes and pedestrian paths.
 #[derive(Clone, Debug)]
 pub struct Site {
     name: SiteName,
@@ -102,7 +102,7 @@ fn plan_of(name: SiteName) -> SitePlan {
 }
 
 impl Site {
-    /// Builds a site. It is always the same: the seed of its clutter is fixed.
+    /// Builds a site. It is always the same, because the seed of its clutter is fixed.
     pub fn new(name: SiteName) -> Self {
         Self::from_plan(name, plan_of(name))
     }
@@ -126,7 +126,7 @@ impl Site {
         }
     }
 
-    /// Its name.
+    /// Name of the site.
     pub fn name(&self) -> SiteName {
         self.name
     }
@@ -188,7 +188,7 @@ impl Site {
         (solid != NO_HIT).then(|| (f64::from(packet.range[0]), &self.bvh.solids()[solid as usize]))
     }
 
-    /// Whether a robot can stand with its feet there: on a floor, inside the ground plan, and without a surface too near.
+    /// Whether a robot can stand with its feet there: on a floor, inside the ground plan, and with enough clearance.
     pub fn has_room(&self, feet: &Vector3) -> bool {
         let on_floor = self
             .cast_ray(&(feet + Vector3::z() * CLEARANCE_HEIGHTS_M[0]), &-Vector3::z(), 1.0)
@@ -202,7 +202,7 @@ impl Site {
             })
     }
 
-    /// Whether a point is inside the ground plan, by the parity of the edges that a ray along x crosses.
+    /// Whether a point is inside the ground plan: a ray along x crosses an odd number of edges.
     fn is_inside(&self, point: &Vector3) -> bool {
         let next = self.outline.iter().cycle().skip(1);
         let crossed = self.outline.iter().zip(next).filter(|(a, b)| {

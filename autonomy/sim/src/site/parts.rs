@@ -1,4 +1,4 @@
-//! Building blocks of sites: walls, beams, pipes, stairs and railings, put down by a [`Builder`].
+//! Building elements of sites: walls, beams, pipes, stairs and railings, added by a [`Builder`].
 
 use super::plan::SitePlan;
 use crate::shape::{Material, Shape, Solid};
@@ -9,7 +9,7 @@ pub(super) const fn at(x: f64, y: f64, z: f64) -> Vector3 {
     Vector3::new(x, y, z)
 }
 
-/// A hole in a wall: where it begins along the wall, its width, and its lower and upper edge over the wall's foot.
+/// A hole in a wall: its start along the wall, its width, and its lower and upper edge above the wall's foot.
 #[derive(Clone, Copy)]
 pub(super) struct Opening {
     pub(super) along: f64,
@@ -18,7 +18,7 @@ pub(super) struct Opening {
     pub(super) head: f64,
 }
 
-/// A doorway 1.4 m wide and 2.2 m high, centred `along` metres from the wall's beginning.
+/// A doorway 1.4 m wide and 2.2 m high, centred `along` metres from the start of the wall.
 pub(super) const fn door(along: f64) -> Opening {
     Opening { along: along - 0.7, width: 1.4, sill: 0.0, head: 2.2 }
 }
@@ -33,10 +33,10 @@ pub(super) const fn window(along: f64, width: f64) -> Opening {
     Opening { along: along - width / 2.0, width, sill: 1.0, head: 2.1 }
 }
 
-/// Collects solids.
+/// Collects the solids of a site.
 pub(super) struct Builder {
     pub(super) plan: SitePlan,
-    /// For clutter; its seed is the site's name.
+    /// Random numbers for clutter. The seed is the site's name.
     pub(super) rng: Rng,
 }
 
@@ -49,7 +49,7 @@ impl Builder {
         self.plan.solids.push(Solid { shape, material });
     }
 
-    /// What `put` puts down is a piece of furniture: it may stand elsewhere on another day.
+    /// The solids that `put` adds form a piece of furniture, which may stand elsewhere on another day.
     pub(super) fn movable(&mut self, put: impl FnOnce(&mut Self)) {
         let first = self.plan.solids.len();
         put(self);
@@ -82,7 +82,7 @@ impl Builder {
         self.add(Shape::Triangle([a, c, d]), material);
     }
 
-    /// A bar of rectangular section along a segment; `width` is level, `height` across it.
+    /// A bar of rectangular section along a segment. `width` is horizontal, `height` is perpendicular to it.
     pub(super) fn beam(&mut self, from: Vector3, to: Vector3, width: f64, height: f64, material: Material) {
         let span = to - from;
         let axes = span.iter().filter(|c| c.abs() > 1e-9).count();
@@ -102,7 +102,7 @@ impl Builder {
         self.add(Shape::OrientedBox { center: (from + to) / 2.0, half, site_from_box }, material);
     }
 
-    /// A wall from `from` to `to` (its foot at height `from.z`) with openings in order of `along`.
+    /// A wall from `from` to `to`, with its foot at height `from.z`. The openings are in order of `along`.
     pub(super) fn wall(
         &mut self,
         from: Vector3,

@@ -1,4 +1,4 @@
-//! What the author of a site puts down.
+//! The description of a site from which it is built.
 
 use crate::route::Route;
 use crate::shape::Solid;

@@ -8,12 +8,12 @@ use crate::shape::Material;
 use geometry::Vector3;
 use vocab::Vec3;
 
-/// Of the upper floor: 24 steps of 17 cm.
+/// Height of the upper floor, metres: 24 steps of 17 cm.
 const UPPER: f64 = 4.08;
 const ROOF: f64 = 8.2;
 const EAST: f64 = 36.0;
 const NORTH: f64 = 24.0;
-/// Where the long corridor ends.
+/// x at which the long corridor ends, metres.
 const PUMP_HOUSE: f64 = 96.0;
 
 pub(super) fn plan() -> SitePlan {
@@ -94,7 +94,7 @@ fn shell(b: &mut Builder) {
     );
 }
 
-/// The upper floor, with the hole through which tall vessels reach and the one for the stairs.
+/// The upper floor, with openings for the tall vessels and for the stairs.
 fn upper_slab(b: &mut Builder) {
     let (low, high) = (UPPER - 0.22, UPPER);
     let mut slab = |x0: f64, y0: f64, x1: f64, y1: f64| {
@@ -227,7 +227,7 @@ fn upper_floor(b: &mut Builder) {
     b.extinguisher(at(23.9, 12.6, z), -Vector3::x());
 }
 
-/// Sixty metres without a feature: smooth walls, ceiling and floor.
+/// A corridor of 60 m without features: smooth walls, ceiling and floor.
 fn corridor(b: &mut Builder) {
     let (from, plaster) = (EAST + 0.3, Material::Plaster);
     b.aligned_box(at(from, 14.5, 0.0), at(PUMP_HOUSE, 14.7, 2.9), plaster);

@@ -62,7 +62,7 @@ impl Builder {
         }
     }
 
-    /// A pallet with goods, its middle at `foot`, not higher than `height` in all.
+    /// A pallet with goods, its middle at `foot`, at most `height` high.
     pub(super) fn pallet(&mut self, foot: Vector3, turned: bool, height: f64) {
         self.movable(|b| b.put_pallet(foot, turned, height));
     }
@@ -312,7 +312,7 @@ impl Builder {
         }
     }
 
-    /// A table with legs and things on it; `size` is its top.
+    /// A table with legs and objects on it. `size` is the size of its top.
     pub(super) fn table(&mut self, foot: Vector3, size: [f64; 2], yaw: f64) {
         self.movable(|b| b.put_table(foot, size, yaw));
     }

@@ -1,5 +1,5 @@
-//! `torus`: a round hall of 40 m with a fusion machine in the middle, after the JET torus hall. The machine repeats every 45°, and so
-//! does much of the hall, so octants are hard to distinguish. Two neutral-beam boxes, the entrance and clutter break the symmetry.
+//! `torus`: a round hall of 20 m radius with a fusion machine in the middle, after the JET torus hall. The machine and much of the hall repeat
+//! every 45°, so octants are hard to distinguish. Two neutral-beam boxes, the entrance and clutter break the symmetry.
 
 use super::parts::{Builder, at};
 use super::plan::SitePlan;
@@ -9,20 +9,20 @@ use geometry::Vector3;
 use std::f64::consts::PI;
 use vocab::Vec3;
 
-/// From the middle to the walls.
+/// Distance of the walls from the axis, metres.
 const WALL_RADIUS: f64 = 20.0;
 const HEIGHT: f64 = 12.0;
 const FACETS: usize = 24;
-/// Middle of the vessel's tube: distance from the axis and height.
+/// Centre of the vessel's tube: distance from the axis and height, metres.
 const VESSEL_RADIUS: f64 = 4.2;
 const VESSEL_HEIGHT: f64 = 4.6;
-/// Half axes of the tube.
+/// Semi-axes of the tube, metres.
 const TUBE_WIDTH: f64 = 1.9;
 const TUBE_HEIGHT: f64 = 2.5;
-/// Walking is on two rings: outside of the cubicles, and between them and the machine.
+/// Radii of the two rings for walking, metres: outside the cubicles, and between the cubicles and the machine.
 const OUTER_RING: f64 = 16.1;
 const INNER_RING: f64 = 12.2;
-/// Octants (in degrees) with neutral-beam boxes, which close the inner ring.
+/// Angles of the octants with neutral-beam boxes, degrees. The boxes block the inner ring.
 const BEAM_BOXES: [f64; 2] = [90.0, 225.0];
 
 pub(super) fn plan() -> SitePlan {
@@ -44,13 +44,13 @@ pub(super) fn plan() -> SitePlan {
     b.plan
 }
 
-/// At a distance from the axis, an angle from x in degrees, and a height.
+/// A point in cylindrical coordinates: distance from the axis, angle from x in degrees, and height.
 fn polar(radius: f64, degrees: f64, z: f64) -> Vector3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     at(radius * cos, radius * sin, z)
 }
 
-/// Corner `i` of the hall's polygon blown up to `radius`.
+/// Corner `i` of the hall's polygon, scaled to `radius`.
 fn ring_corner(radius: f64, i: f64) -> [f64; 2] {
     let corner = polar(radius, i * 360.0 / FACETS as f64, 0.0);
     [corner.x, corner.y]
@@ -74,7 +74,7 @@ fn hall(b: &mut Builder) {
         let degrees = 15.0 * (i as f64 + 0.5);
         radial_box(b, WALL_RADIUS - 0.05, degrees, 0.0, [0.5, 0.6, HEIGHT], Material::Concrete);
     }
-    // The other entrance is shut: a shield door on rails.
+    // The other entrance is closed by a shield door on rails.
     radial_box(b, WALL_RADIUS - 0.3, 180.0, 0.0, [0.5, 3.6, 4.2], Material::YellowPaint);
     for side in [-2.6, 2.6] {
         b.beam(
@@ -327,7 +327,7 @@ fn routes() -> Vec<Route> {
     let start = Start { position: Vec3::new(29.6, 0.0, 0.0), yaw: PI };
     let legs = [
         arc(OUTER_RING, 0.0, 360.0),
-        // Along the machine up to the beam boxes.
+        // Along the machine as far as the beam boxes.
         arc(INNER_RING, 360.0, 315.0),
         arc(INNER_RING, 315.0, 255.0),
         arc(OUTER_RING, 255.0, 195.0),

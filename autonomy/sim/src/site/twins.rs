@@ -1,5 +1,5 @@
-//! `twins`: two identical rooms with identical furniture on one side of a bare corridor, and a lobby at its end. From inside a room the two
-//! cannot be distinguished; only the path there distinguishes them. It tests perceptual aliasing.
+//! `twins`: two identical rooms with identical furniture on one side of a bare corridor, and a lobby at its end. Scans inside a room do not
+//! distinguish the two. Only the path to the room does. The site tests perceptual aliasing.
 
 use super::parts::{Builder, at, door, gate};
 use super::plan::SitePlan;
@@ -13,9 +13,9 @@ const HEIGHT: f64 = 3.2;
 const ROOMS: [f64; 2] = [6.0, 40.0];
 const ROOM_LENGTH: f64 = 14.0;
 const ROOM_DEPTH: f64 = 12.0;
-/// x at which the corridor ends, which begins at the lobby, metres.
+/// x at which the corridor ends, metres. It begins at the lobby.
 const CORRIDOR_END: f64 = 64.0;
-/// The corridor lies south of the rooms, metres.
+/// Width of the corridor, metres. It lies south of the rooms.
 const CORRIDOR_WIDTH: f64 = 3.0;
 /// Distance of the middle of a room's door from its west wall, metres.
 const DOOR: f64 = 3.0;
@@ -53,7 +53,7 @@ pub(super) fn plan() -> SitePlan {
     b.plan
 }
 
-/// One of the two rooms. All coordinates are relative to its own corner.
+/// One of the two rooms. All coordinates are relative to the room's corner.
 fn room(b: &mut Builder, west: f64) {
     let place = |x: f64, y: f64, z: f64| at(west + x, y, z);
     for x in [-0.1, ROOM_LENGTH + 0.1] {
@@ -83,7 +83,7 @@ fn room(b: &mut Builder, west: f64) {
     );
 }
 
-/// A bare corridor, so that nothing along it distinguishes places.
+/// A bare corridor. No feature distinguishes places along it.
 fn corridor(b: &mut Builder) {
     let doors = ROOMS.map(|west| door(west + DOOR));
     b.wall(at(0.0, -0.1, 0.0), [CORRIDOR_END, -0.1], HEIGHT, 0.2, &doors, Material::Plaster);

@@ -32,7 +32,7 @@ fn drive(forward: f64, left: f64, turn: f64) -> Drive {
     Drive { velocity }
 }
 
-/// Runs for `tenths` of a second under a command that is repeated all along.
+/// Runs for `tenths` of a second and repeats the command at every step.
 fn run(simulator: &mut Simulator, command: Drive, tenths: usize) -> Vec<SimEvent> {
     let mut events = Vec::new();
     for _ in 0..tenths {

@@ -1,4 +1,4 @@
-//! Body, walls, ground, gait and inertial unit.
+//! Body, collisions, ground, gait and IMU.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
 use crate::{GRAVITY, RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
@@ -8,7 +8,7 @@ use std::sync::Arc;
 use vocab::{Span, Vec3};
 
 #[test]
-fn the_body_never_enters_walls_whatever_is_commanded() {
+fn the_body_never_enters_walls_under_any_command() {
     for name in SiteName::ALL {
         let site = Arc::new(Site::new(name));
         for seed in 0..4 {
@@ -51,7 +51,7 @@ fn speed_is_limited_and_ends_when_commands_cease() {
 }
 
 #[test]
-fn standing_still_the_imu_feels_gravity_only() {
+fn the_imu_of_a_standing_robot_measures_gravity_only() {
     let mut simulator = Simulator::new(ideal_blind(SiteName::B1));
     let base_from_imu = isometry_from_pose(&simulator.boot().mounting.base_from_imu.unwrap()).unwrap();
     let samples = imu(&run(&mut simulator, drive(0.0, 0.0, 0.0), 10));
@@ -78,7 +78,7 @@ fn the_imu_integrates_back_to_the_true_path() {
     let truth = simulator.take_ground_truth().pop().unwrap();
     let (mut jerky, mut half_turn) = (0.0_f64, so3::exp(&Vector3::zeros()));
     for sample in imu(&events).into_iter().filter(|sample| (from..truth.stamp).contains(&sample.stamp)) {
-        // A sample is the mean over a period about its stamp: half a turn, then the push, then the other half.
+        // A sample is the mean over a period around its stamp. So half of the rotation comes before the acceleration and half after it.
         half_turn = so3::exp(&(vec_from_plain(sample.angular_velocity) * (dt / 2.0)));
         attitude *= half_turn;
         let push = attitude * vec_from_plain(sample.specific_force) - Vector3::z() * GRAVITY;
@@ -87,7 +87,7 @@ fn the_imu_integrates_back_to_the_true_path() {
         velocity += push * dt;
         attitude *= half_turn;
     }
-    // The last period ended half a period before the truth was noted.
+    // The last period ends half a period before the truth's stamp.
     place += velocity * (dt / 2.0);
     attitude *= half_turn;
     let site_from_imu: Isometry = site_from_base(&truth) * base_from_imu;
@@ -95,7 +95,7 @@ fn the_imu_integrates_back_to_the_true_path() {
     let turned = so3::log(&(site_from_imu.rotation.inverse() * attitude)).norm();
     assert!(error < 0.004, "{error} m after six seconds");
     assert!(turned < 0.001, "{turned} rad after six seconds");
-    assert!(jerky > 3.0, "footfalls jolt: {jerky} m/s²");
+    assert!(jerky > 3.0, "footfalls must jolt the IMU: {jerky} m/s²");
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn stairs_lift_the_robot_to_the_upper_floor() {
     assert!((z - 4.08 - STANDING_HEIGHT).abs() < 0.02, "ended at {z} m");
     assert!(highest < z + 0.05, "jumped to {highest} m");
     // 17 cm over 28 cm is 31 degrees.
-    assert!((0.45..0.62).contains(&steepest), "nose up to {steepest}");
+    assert!((0.45..0.62).contains(&steepest), "sine of the steepest pitch: {steepest}");
 }
 
 #[test]
@@ -141,12 +141,12 @@ fn a_carried_robot_measures_motion_with_its_imu_alone() {
     for event in &events {
         if let Sensor::Legs(legs) = &event.sensor {
             let v = legs.base_velocity.linear;
-            assert!(v.x.hypot(v.y) < 0.01, "the legs hang: {v:?}");
+            assert!(v.x.hypot(v.y) < 0.01, "hanging legs must measure no motion: {v:?}");
         }
     }
     run(&mut simulator, drive(0.5, 0.0, 0.0), 20);
     let after = site_from_base(&simulator.truth()).translation.vector;
-    assert!((after - place).norm() > 0.4, "it walks on");
+    assert!((after - place).norm() > 0.4, "the robot must walk again");
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! The fast ray caster against an obvious slow one.
+//! Compares the fast ray caster with a slow and simple one.
 
 use crate::{LANES, NO_HIT, RayPacket, Site, SiteName, Solid};
 use geometry::{Rng, RngTree, Vector3};
 
-/// Marches along the ray by the distance to the nearest solid (sphere tracing) to the range of the first surface; shares
-/// no code with the caster.
+/// Range of the first surface along the ray, found in steps of the distance to the nearest solid (sphere tracing). It shares no code with the
+/// ray caster.
 fn march(solids: &[&Solid], origin: &Vector3, direction: &Vector3, reach: f64) -> Option<f64> {
     let mut range = 0.0;
     while range < reach {
@@ -40,7 +40,7 @@ fn random_direction(rng: &mut Rng) -> Vector3 {
 }
 
 #[test]
-fn the_tree_finds_what_marching_finds() {
+fn the_tree_finds_the_same_ranges_as_sphere_tracing() {
     for name in SiteName::ALL {
         let (site, mut rng) = (Site::new(name), RngTree::new(5).rng());
         let all: Vec<&Solid> = site.solids().iter().collect();
@@ -48,7 +48,7 @@ fn the_tree_finds_what_marching_finds() {
         for _ in 0..12 {
             let origin = free_point(&site, &mut rng);
             let middle = random_direction(&mut rng);
-            // Eight rays that differ as those of a packet do, or wildly.
+            // The eight rays differ as little as those of a packet, or widely.
             let spread = if rng.uniform() < 0.5 { 0.01 } else { 1.0 };
             let directions: [Vector3; LANES] =
                 std::array::from_fn(|_| (middle + random_direction(&mut rng) * spread).normalize());
@@ -72,7 +72,7 @@ fn the_tree_finds_what_marching_finds() {
                 }
             }
         }
-        // A ray along an edge may end on either side of it.
+        // A ray along an edge may hit or miss it, so 2 % may differ.
         assert!(differ.len() * 50 <= rays, "{name}: {} of {rays} differ: {:?}", differ.len(), &differ[..3]);
     }
 }
@@ -89,17 +89,17 @@ fn normals_point_away_from_surfaces_and_single_casts_agree_with_packets() {
             let mut packet = RayPacket::single(&origin, &direction, 60.0);
             site.bvh().cast(&mut packet);
             let fast = site.bvh().normal(packet.solid[LANES - 1], packet.end(LANES - 1));
-            // A little outside of the surface the distance field's gradient is the normal, except at edges.
+            // Just outside the surface the gradient of the distance is the normal, except at edges.
             let outside = solid.shape.clearance(&(origin + direction * (range - 2e-3))).outward;
             let agreement = (0..3).map(|i| f64::from(fast[i]) * outside[i]).sum::<f64>();
             odd += usize::from(agreement.abs() < 0.98);
         }
-        assert!(hits > 200 && odd * 25 < hits, "{name}: {odd} odd normals of {hits}");
+        assert!(hits > 200 && odd * 25 < hits, "{name}: {odd} wrong normals of {hits}");
     }
 }
 
 #[test]
-fn a_tree_of_nothing_is_met_by_nothing() {
+fn rays_miss_an_empty_tree() {
     let tree = crate::Bvh::new(&[]);
     let mut packet = RayPacket::single(&Vector3::zeros(), &Vector3::x(), 10.0);
     tree.cast(&mut packet);

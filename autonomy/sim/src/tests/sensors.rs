@@ -1,4 +1,4 @@
-//! LiDAR, legs, battery and people against the truth.
+//! Compares LiDAR, legs, battery and people with the ground truth.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
 use crate::{RINGS, SWEEP_HZ, ScheduledFault, SimConfig, SimEvent, Simulator, SiteName};
@@ -6,7 +6,7 @@ use geometry::{Isometry, Vector3, isometry_from_pose, se3, vec_from_plain};
 use messages::{BatteryState, LegOdometry, Sensor};
 use vocab::{Span, Vec3};
 
-/// Distance of every point of a walk from the site's surfaces, each moved by the true pose of its own instant.
+/// Distance of every point of a walk from the site's surfaces. Each point is moved by the true pose at its own instant.
 fn distances(config: SimConfig) -> Vec<f64> {
     let mut simulator = Simulator::new(config);
     let base_from_lidar = isometry_from_pose(&simulator.boot().mounting.base_from_lidar.unwrap()).unwrap();
@@ -31,11 +31,11 @@ fn distances(config: SimConfig) -> Vec<f64> {
 }
 
 #[test]
-fn points_land_on_surfaces_when_moved_by_the_truth() {
+fn points_lie_on_surfaces_when_moved_by_the_true_pose() {
     let mut config = quiet(SiteName::B1);
     config.ideal = true;
     let exact = distances(config);
-    // Truth is kept at 100 Hz only; between records the jolts of the gait are not.
+    // The truth has 100 Hz. Between its records the jolts of the gait are missing, so 2 % may be off.
     let off = exact.iter().filter(|d| **d > 5e-3).count();
     assert!(exact.len() > 10_000 && off * 50 < exact.len(), "{off} of {} points off", exact.len());
 
@@ -72,7 +72,7 @@ fn a_scan_has_the_timing_and_the_rings_of_the_real_sensor() {
             let elevation = (point.z / point.norm()).asin().to_degrees();
             assert!((elevation - (15.0 - f64::from(*ring))).abs() < 1e-3, "{elevation} in ring {ring}");
             assert_eq!(i64::from(*offset) % 1_000_000, 1512 * i64::from(*ring));
-            // Backwards at the start, then clockwise.
+            // The head faces backwards at the start and then turns clockwise.
             let turned = std::f64::consts::TAU * f64::from(*offset) * 1e-9 * f64::from(SWEEP_HZ);
             let azimuth = std::f64::consts::PI - turned;
             let across = point.y * azimuth.cos() - point.x * azimuth.sin();
@@ -99,7 +99,7 @@ fn people_walk_and_are_seen() {
     let events = run(&mut simulator, drive(0.0, 0.0, 0.0), 150);
     let moved = |(a, b): (&Vec3, &Vec3)| (vec_from_plain(*a) - vec_from_plain(*b)).norm() > 1.0;
     assert!(before.iter().zip(&simulator.people()).filter(|pair| moved(*pair)).count() >= 3);
-    // The robot stands still, so points off all surfaces are people.
+    // The robot stands still, so points away from all surfaces are people.
     let base_from_lidar = isometry_from_pose(&simulator.boot().mounting.base_from_lidar.unwrap()).unwrap();
     let site_from_lidar = site_from_base(&simulator.truth()) * base_from_lidar;
     let points = scans(&events).iter().flat_map(|scan| scan.xyz.clone()).collect::<Vec<_>>();
@@ -119,7 +119,7 @@ fn legs(events: &[SimEvent]) -> Vec<LegOdometry> {
 }
 
 #[test]
-fn legs_integrate_to_the_path_and_drift_when_they_err() {
+fn legs_without_errors_integrate_to_the_path_and_with_errors_drift() {
     let travel = |config| {
         let mut simulator = Simulator::new(config);
         let start = site_from_base(&simulator.truth());
@@ -170,7 +170,7 @@ fn the_battery_charges_at_the_dock_and_drains_elsewhere() {
 }
 
 #[test]
-fn faults_begin_and_end_when_they_should() {
+fn faults_begin_and_end_at_their_times() {
     let mut config = quiet(SiteName::B1);
     let span = |from, until| (Span::from_millis(from), Span::from_millis(until));
     let (from, until) = span(1000, 2000);

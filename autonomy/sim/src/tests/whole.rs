@@ -20,7 +20,7 @@ fn events(seed: u64, chunk: Span) -> Vec<SimEvent> {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_bytes_however_time_is_cut() {
+fn the_same_seed_gives_the_same_bytes_for_every_step_length() {
     let once = events(3, Span::from_millis(1000));
     assert!(once.len() > 1500);
     assert!(once == events(3, Span::from_millis(1000)), "a second run differs");
@@ -75,9 +75,9 @@ fn sites_have_names_docks_outlines_and_pedestrian_paths() {
         assert_eq!(name.to_string().parse(), Ok(name));
         let site = Site::new(name);
         assert!(!site.docks().is_empty() && site.outline().len() > 3 && site.pedestrian_paths().len() > 2);
-        // The twins are meant to be plain.
+        // The twins have few solids on purpose.
         let least = if name == SiteName::Twins { 400 } else { 1500 };
-        assert!(site.solids().len() > least, "{name} is bare: {}", site.solids().len());
+        assert!(site.solids().len() > least, "{name} has too few solids: {}", site.solids().len());
     }
     let unknown: Result<SiteName, UnknownSite> = "b2".parse();
     let text = unknown.unwrap_err().to_string();
@@ -92,5 +92,5 @@ fn changes_differ_by_seed_and_are_the_same_for_the_same_seed() {
     assert!(one.solids() != usual.solids() && one.solids() != other.solids());
     let kept = one.solids().iter().filter(|solid| usual.solids().contains(solid)).count();
     let share = kept as f64 / usual.solids().len() as f64;
-    assert!((0.6..0.99).contains(&share), "{share} of all solids are where they were");
+    assert!((0.6..0.99).contains(&share), "{share} of all solids have not moved");
 }
