@@ -3,7 +3,7 @@ use crate::localisation_map::LocalisationMap;
 use crate::testing::{at, room_keyframe, rooms, rooms_keyframes};
 use vocab::Span;
 
-/// A robot that stands in the site of [`rooms`], its odometry's frame being the map.
+/// A robot that stands in the site of [`rooms`]. Its odometry frame is the map frame.
 struct Robot {
     localiser: Localiser,
     pose: Isometry,
@@ -39,7 +39,7 @@ impl Robot {
         self.localiser.update(&scan, &self.docks)
     }
 
-    /// Starts the pending relocalisation request. Returns its job; none if none is pending.
+    /// Starts the pending relocalisation request. Returns its job, or `None` if no request is pending.
     fn start_job(&mut self) -> Option<u64> {
         self.jobs += 1;
         self.localiser.start_relocalisation(self.jobs).map(|_| self.jobs)
@@ -61,7 +61,7 @@ impl Robot {
         }
     }
 
-    /// Scans until a transition, ten times at most.
+    /// Inserts scans until a transition, ten at most.
     fn scan_until_transition(&mut self) -> Option<LocalisationTransition> {
         (0..10).find_map(|_| self.scan())
     }
@@ -104,8 +104,8 @@ fn a_robot_in_one_of_two_equal_rooms_keeps_several_hypotheses_and_asks_for_a_pat
     assert_eq!(robot.scan_until_transition(), None);
     let hint = robot.localiser.exploration_hint();
     assert!(robot.hypotheses() >= 2 && hint.hypotheses == robot.hypotheses());
-    assert!(robot.localiser.exploration_hint().path.is_none(), "not planned yet");
-    let Some(id) = robot.localiser.start_disambiguation(50) else { panic!("a path was asked for") };
+    assert!(robot.localiser.exploration_hint().path.is_none(), "the path must not be planned yet");
+    let Some(id) = robot.localiser.start_disambiguation(50) else { panic!("no path was requested") };
     let Some(LocalisationWork::PlanDisambiguation(work)) = robot.localiser.work(50) else {
         panic!("the job needs nothing")
     };
@@ -116,7 +116,7 @@ fn a_robot_in_one_of_two_equal_rooms_keeps_several_hypotheses_and_asks_for_a_pat
 }
 
 #[test]
-fn a_given_pose_is_unconfirmed_until_the_whole_map_has_been_searched() {
+fn a_given_pose_is_unconfirmed_until_a_search_of_the_whole_map() {
     let mut robot = Robot::new(37.2, 0.2, 0.4, Some(InitialPose::MapFromBase(at(37.5, 0.0, 0.5))));
     robot.scan();
     robot.relocalise();
@@ -132,8 +132,8 @@ fn a_given_pose_is_unconfirmed_until_the_whole_map_has_been_searched() {
 }
 
 #[test]
-fn a_pose_given_by_odometry_is_moved_to_the_base() {
-    // Odometry's frame is the map, but for 20 cm.
+fn a_pose_given_for_the_odometry_frame_is_applied_to_the_base() {
+    // The odometry frame is shifted by 20 cm from the map frame.
     let initial = InitialPose::MapFromOdom(Isometry::translation(0.2, 0.0, 0.0));
     let mut robot = Robot::new(37.2, 0.2, 0.4, Some(initial));
     robot.scan();
@@ -150,15 +150,19 @@ fn a_pose_that_fits_better_contradicts_the_tracked_one_and_both_become_hypothese
     robot.relocalise();
     assert_eq!(robot.scan_until_transition(), FOUND);
     robot.scan();
-    let Some(job) = robot.start_job() else { panic!("the pose is not confirmed") };
+    let Some(job) = robot.start_job() else { panic!("no check of the unconfirmed pose was requested") };
     let found = [pose(at(12.0, 0.0, 0.0), 0.99), pose(truth, 0.5)];
-    assert_eq!(robot.localiser.finish_relocalisation(job + 1, Some(&found)), None, "another job");
+    assert_eq!(
+        robot.localiser.finish_relocalisation(job + 1, Some(&found)),
+        None,
+        "the result of another job must be ignored"
+    );
     let lost = robot.localiser.finish_relocalisation(job, Some(&found));
     assert_eq!((lost, robot.hypotheses()), (Some(LocalisationTransition::PoseLost), 2));
 }
 
 #[test]
-fn a_robot_without_hypotheses_asks_again_after_two_seconds() {
+fn a_robot_without_hypotheses_requests_relocalisation_again_after_two_seconds() {
     let mut robot = Robot::new(37.2, 0.2, 0.4, None);
     robot.scan();
     let Some(job) = robot.start_job() else { panic!("it does not know its pose") };
@@ -172,7 +176,7 @@ fn a_robot_without_hypotheses_asks_again_after_two_seconds() {
 }
 
 #[test]
-fn a_scan_that_odometry_could_not_align_is_not_asked_about() {
+fn a_dead_reckoned_scan_does_not_request_relocalisation() {
     let mut robot = Robot::new(37.2, 0.2, 0.4, None);
     robot.scan_as(true);
     assert_eq!(robot.start_job(), None);
@@ -186,7 +190,7 @@ fn a_charged_robot_tries_the_docks_once() {
     robot.docks = vec![at(25.3, 6.2, 0.3)];
     robot.scan();
     robot.relocalise();
-    assert_eq!(robot.hypotheses(), 1, "the contacts decide between the rooms");
+    assert_eq!(robot.hypotheses(), 1, "the dock must decide between the rooms");
     assert_eq!(robot.scan_until_transition(), FOUND);
     assert!(robot.is_localised_at(&at(25.0, 6.0, 0.4)) && !robot.localiser.is_confirmed());
 
@@ -218,7 +222,7 @@ fn without_scans_or_odometry_the_pose_degrades() {
 }
 
 #[test]
-fn a_new_initial_pose_starts_relocalisation_again_and_none_does_not() {
+fn only_a_new_initial_pose_starts_relocalisation_again() {
     let mut robot = Robot::new(37.2, 0.2, 0.4, None);
     robot.scan();
     robot.relocalise();
