@@ -1,15 +1,15 @@
-//! Loops that may deform the map, and loops that must not.
+//! Which loops may deform the map, and which may not.
 
 use super::*;
 use crate::testing::{at, edge};
 use crate::verification::CandidateSource;
 use vocab::Stamp;
 
-/// Number of loops held at most.
+/// Greatest number of held loops.
 const MAX_HELD: usize = 64;
-/// Deviations of odometry's edges, radians and metres a step.
+/// Standard deviations of odometry edges, radians and metres per step.
 const STEP: (f64, f64) = (1e-3, 5e-3);
-/// Of loops.
+/// Standard deviations of loops, radians and metres.
 const LOOP: (f64, f64) = (3e-3, 0.02);
 
 fn verified(edge: Edge) -> VerifiedPair {
@@ -36,7 +36,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// Walked along `poses` with steps of these deviations.
+    /// A graph along `poses`, whose steps have these standard deviations.
     fn walked(poses: &[Isometry], step: (f64, f64)) -> Self {
         let (mut graph, check) = (PoseGraph::default(), LoopConsistencyCheck::default());
         graph.add_keyframe(Stamp::EPOCH, &poses[0], None);
@@ -65,7 +65,7 @@ impl Bench {
     }
 }
 
-/// Straight on for 50 m, and back 1 m beside.
+/// 50 m straight ahead, and back at a lateral distance of 1 m.
 fn there_and_back() -> Vec<Isometry> {
     let there = (0..50).map(|i| at(f64::from(i), 0.0, 0.0));
     let back = (0..50).rev().map(|i| at(f64::from(i), 1.0, std::f64::consts::PI));
@@ -86,7 +86,7 @@ fn an_expected_loop_is_accepted_and_lowers_the_uncertainty() {
     let decisions = bench.evaluate(&verified(right));
     assert_eq!(decisions.iter().map(|d| d.verdict).collect::<Vec<_>>(), [Verdict::Accepted]);
     assert!(deviation(&bench) < 0.3 * before, "{before} {}", deviation(&bench));
-    // A person may remove it, but no odometry edge.
+    // A person may remove the loop, but no odometry edge.
     assert!(bench.remove_loop(0, 99) && !bench.remove_loop(4, 5));
     assert!((deviation(&bench) - before).abs() < 1e-12);
 }
@@ -101,21 +101,21 @@ fn a_rejected_pair_is_reported_with_its_reason() {
     assert_eq!(bench.check.held_count(), 0);
 }
 
-/// Two rooms built alike: every loop between them is off by the same 30 m, so all of them agree with each other.
+/// Two identical rooms. Every loop between them is wrong by the same 30 m, so all of them agree with each other.
 #[test]
-fn rooms_built_alike_stay_apart_however_many_loops_agree() {
+fn loops_between_identical_rooms_are_never_accepted_even_if_many_agree() {
     for step in [STEP, (3e-3, 0.05), (0.01, 0.3)] {
         let poses: Vec<Isometry> = (0..60).map(|i| at(f64::from(i), 0.0, 0.0)).collect();
         let mut bench = Bench::walked(&poses, step);
         let before = bench.poses_in(5)[35];
         let mut decisions = Vec::new();
         for i in 0..12 {
-            // What registration says: the robot is where it was 30 m before.
+            // Registration finds the robot at its pose of 30 m before.
             decisions.extend(bench.evaluate(&verified(edge(5 + i, 35 + i, Isometry::identity(), LOOP))));
         }
         assert_eq!(accepted(&decisions), 0, "{step:?}");
-        assert_eq!(bench.poses_in(5)[35], before, "the graph is as it was");
-        // A person rejects one and accepts another: neither is held any more.
+        assert_eq!(bench.poses_in(5)[35], before, "the graph must not change");
+        // A person rejects one loop and accepts another. Neither is held any more.
         let waiting = bench.check.held_count();
         assert!(bench.remove_loop(5, 35) && !bench.remove_loop(5, 35));
         assert!(bench.accept(&edge(6, 36, Isometry::identity(), LOOP)));
@@ -125,28 +125,28 @@ fn rooms_built_alike_stay_apart_however_many_loops_agree() {
 }
 
 #[test]
-fn where_the_graph_is_uncertain_three_loops_must_agree() {
+fn an_uncertain_graph_needs_three_agreeing_loops() {
     let poses = there_and_back();
     let mut bench = Bench::walked(&poses, (0.01, 0.1));
-    // The truth is half a deviation off.
+    // The true pose is half a standard deviation away from the graph's.
     let truth = |i: u32| {
         let newer = 99 - i;
         let moved = poses[newer as usize].translation.vector + Vector3::new(0.3, 0.4, 0.0);
         let pose = Isometry::from_parts(moved.into(), poses[newer as usize].rotation);
         verified(edge(i, newer, poses[i as usize].inverse() * pose, LOOP))
     };
-    // One that is wrong by 4 m agrees with the vague graph as well, but with no other.
+    // A loop that is wrong by 4 m also agrees with the uncertain graph, but with no other loop.
     let mut wrong = truth(2);
     wrong.edge.from_from_to.translation.vector.x += 4.0;
     assert_eq!(bench.evaluate(&wrong)[0].verdict, Verdict::Held);
     assert_eq!(bench.evaluate(&truth(0))[0].verdict, Verdict::Held);
-    // The same place once more is no support.
+    // A second loop at the same place is not independent support.
     assert_eq!(accepted(&bench.evaluate(&truth(1))), 0);
     let decisions = bench.evaluate(&truth(3));
     assert_eq!(accepted(&decisions), 3, "{decisions:?}");
     assert!(decisions.iter().all(|d| d.edge != wrong.edge && d.agreeing >= 3));
-    assert_eq!(bench.check.held_count(), 1, "the wrong one still waits");
-    // And will be dropped one day.
+    assert_eq!(bench.check.held_count(), 1, "the wrong loop must still be held");
+    // The wrong loop must never be accepted.
     assert_ne!(bench.evaluate(&wrong)[0].verdict, Verdict::Accepted);
 }
 
@@ -154,7 +154,7 @@ fn where_the_graph_is_uncertain_three_loops_must_agree() {
 fn an_unnoticed_slip_is_corrected_by_many_loops_from_far_apart() {
     let poses = there_and_back();
     let mut bench = Bench::walked(&poses, STEP);
-    // The robot slipped by half a metre at the turn; odometry claims a few centimetres.
+    // The robot slipped by half a metre at the turn. The odometry reports a deviation of a few centimetres.
     let slipped = |i: u32| {
         let newer = (99 - i) as usize;
         let moved = poses[newer].translation.vector + Vector3::new(0.0, 0.5, 0.0);
@@ -167,7 +167,7 @@ fn an_unnoticed_slip_is_corrected_by_many_loops_from_far_apart() {
         found += accepted(&bench.evaluate(&slipped(i)));
         needed += u32::from(found == 0);
     }
-    assert!(needed >= 9, "held until they are 18 m apart: {needed}");
+    assert!(needed >= 9, "loops must be held until they span 18 m: {needed}");
     assert!(found >= 10, "{found} accepted");
 }
 
@@ -184,6 +184,6 @@ fn invalid_loops_are_held_and_the_oldest_is_dropped() {
     }
     assert_eq!((bench.check.held_count(), dropped), (MAX_HELD, 90 - MAX_HELD));
     let unknown = verified(edge(7, 4_000, Isometry::identity(), LOOP));
-    assert_eq!(accepted(&bench.evaluate(&unknown)), 0, "a keyframe that is not there");
+    assert_eq!(accepted(&bench.evaluate(&unknown)), 0, "a loop to an unknown keyframe must not be accepted");
     assert!(!bench.accept(&unknown.edge) && bench.poses_in(0).len() == 100);
 }

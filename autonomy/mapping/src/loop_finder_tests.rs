@@ -1,11 +1,11 @@
-//! Loop finding as a whole, in a ring of corridors around a block.
+//! Tests of loop finding as a whole, in a ring of corridors around a block.
 
 use super::*;
 use crate::testing::{SENSOR, at, edge, ring, ring_poses, scan};
 use crate::verify;
 use std::sync::OnceLock;
 
-/// Twice round, the second time a little aside.
+/// Two rounds. The second one runs 0.3 m beside the first.
 fn poses() -> Vec<Isometry> {
     [ring_poses(0.0), ring_poses(0.3)].concat()
 }
@@ -16,7 +16,7 @@ struct Walked {
     graph: PoseGraph,
 }
 
-/// Walks the ring with odometry that turns too far by `bias` radians a step.
+/// Walks the ring. The odometry rotates too far by `bias` radians per step.
 fn walk(bias: f64) -> Walked {
     let (world, poses) = (ring(), poses());
     let (mut finder, mut graph) = (LoopFinder::new(LoopConfig::default()), PoseGraph::default());
@@ -45,7 +45,7 @@ fn walked() -> &'static Walked {
 }
 
 #[test]
-fn the_second_round_is_closed_onto_the_first_and_nothing_else_is() {
+fn loops_join_the_second_round_to_the_first_and_nothing_else() {
     let (poses, walked) = (poses(), walked());
     let mut closed = Vec::new();
     for decision in walked.decisions.iter().filter(|d| d.verdict == Verdict::Accepted) {
@@ -57,17 +57,17 @@ fn the_second_round_is_closed_onto_the_first_and_nothing_else_is() {
         );
         closed.push(to);
     }
-    // From one walk round (50 m) on, every few metres.
+    // After one round (50 m) there must be a loop every few metres.
     let open = (50..poses.len()).filter(|newer| !closed.iter().any(|to| to.abs_diff(*newer) <= 4)).count();
     assert!(open <= 2, "{open} keyframes far from any loop; closed {closed:?}");
     assert!(closed.iter().all(|to| *to >= 43), "{closed:?}");
 }
 
 #[test]
-fn the_same_walk_gives_the_same_bits() {
+fn equal_walks_give_equal_bits() {
     let (once, again) = (walked(), walk(1e-3));
     assert_eq!(once.decisions, again.decisions);
-    assert!(walk(2e-3).decisions != again.decisions, "and another walk others");
+    assert!(walk(2e-3).decisions != again.decisions, "another walk must give other decisions");
 }
 
 #[test]

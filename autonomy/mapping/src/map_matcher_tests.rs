@@ -1,9 +1,9 @@
-//! Maps of one site, of two sites, and of places built alike.
+//! Alignment of maps of one site, of two sites, and of sites with symmetry.
 
 use super::*;
 use crate::testing::{SENSOR, World, at, ring, ring_poses, room, scan};
 
-/// A map of a walk whose own frame lies at `map_from_world`.
+/// A map of a walk. The map's frame lies at `map_from_world`.
 fn matcher(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u64) -> MapMatcher {
     let mut matcher = MapMatcher::default();
     for (seed, pose) in (seed..).zip(poses) {
@@ -13,10 +13,10 @@ fn matcher(world: &World, poses: &[Isometry], map_from_world: &Isometry, seed: u
 }
 
 #[test]
-fn a_part_walked_another_day_is_found_and_placed() {
+fn a_partial_map_of_another_day_is_aligned() {
     let world = ring();
     let mut first = matcher(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
-    // The other way round, two sides of four, in a frame of its own.
+    // In the opposite direction along two of four sides, in a frame of its own.
     let part: Vec<Isometry> =
         ring_poses(-0.3)[5..32].iter().rev().map(|pose| pose * at(0.0, 0.0, 3.0)).collect();
     let second_from_world = at(-40.0, 13.0, 2.2);
@@ -37,7 +37,7 @@ fn a_part_walked_another_day_is_found_and_placed() {
 }
 
 #[test]
-fn another_site_is_not_taken_for_this_one() {
+fn a_map_of_another_site_is_not_aligned() {
     let mut first = matcher(&ring(), &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
     let hall = room([-15.0, -11.0], [14.0, 9.0]);
     let walk: Vec<Isometry> = (0..24).map(|x| at(f64::from(x) - 12.0, -4.0, 0.3)).collect();
@@ -51,8 +51,8 @@ fn another_site_is_not_taken_for_this_one() {
 }
 
 #[test]
-fn what_fits_in_two_ways_is_not_decided() {
-    // A ring that looks the same from the other side: its block alone, without cupboards.
+fn an_ambiguous_alignment_is_refused() {
+    // A ring that looks the same from the opposite side: the block alone, without cupboards.
     let world: World = ring().into_iter().take(7).collect();
     let mut first = matcher(&world, &ring_poses(0.0), &at(0.0, 0.0, 0.0), 0);
     let mut second = matcher(&world, &ring_poses(0.1)[3..40], &at(5.0, 5.0, 1.0), 800);

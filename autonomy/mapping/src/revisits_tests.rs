@@ -1,4 +1,4 @@
-//! Known ground: which waypoints are kept, and the robot's pose there.
+//! Revisits of mapped ground: which waypoints become keyframes, and the robot's pose there.
 
 use super::*;
 use crate::testing::{SENSOR, World, at, edge, ring, ring_poses, room, scan};
@@ -7,15 +7,15 @@ use crate::{
 };
 use geometry::{Matrix6, se3};
 
-/// A robot whose odometry turns too far by `bias` radians a waypoint.
+/// A robot whose odometry rotates too far by `bias` radians per waypoint.
 struct Robot {
     world: World,
     finder: LoopFinder,
     graph: PoseGraph,
     bias: f64,
-    /// Of every waypoint, truly.
+    /// True pose of every waypoint.
     walked: Vec<Isometry>,
-    /// Of every keyframe, truly.
+    /// True pose of every keyframe.
     keyframes: Vec<Isometry>,
     decisions: Vec<Decision>,
     results: Vec<(u64, RevisitResult)>,
@@ -54,7 +54,7 @@ impl Robot {
         )
     }
 
-    /// As [`Self::ground`]; hands over what is to be compared with a revisit.
+    /// Like [`Self::ground`]. Verifies loops and returns the revisit to be compared.
     fn arrive(&mut self, pose: &Isometry) -> Option<Revisit> {
         match self.ground(pose) {
             Novelty::Keyframe { id, tasks } => {
@@ -67,11 +67,11 @@ impl Robot {
                 None
             }
             Novelty::Revisit(revisit) => revisit,
-            Novelty::Unlocalised(number) => panic!("lost at waypoint {number}"),
+            Novelty::Unlocalised(number) => panic!("not localised at waypoint {number}"),
         }
     }
 
-    /// As [`Self::arrive`], and compares at once.
+    /// Like [`Self::arrive`], and compares immediately.
     fn walk(&mut self, pose: &Isometry) {
         if let Some(revisit) = self.arrive(pose) {
             let result = self.complete(&revisit);
@@ -91,7 +91,7 @@ impl Robot {
 }
 
 #[test]
-fn rounds_over_known_ground_add_no_keyframes_and_keep_the_pose() {
+fn rounds_on_known_ground_add_no_keyframes_and_keep_the_pose() {
     let mut robot = Robot::new(ring(), 1e-3);
     let rounds = 4;
     let mut after = Vec::new();
@@ -114,7 +114,7 @@ fn rounds_over_known_ground_add_no_keyframes_and_keep_the_pose() {
             }
         })
         .collect();
-    // Three rounds of 50 m, a comparison every other metre.
+    // Three rounds of 50 m, with a comparison every other metre.
     assert!(
         reanchored.len() >= 55 && reanchored.len() * 10 >= robot.results.len() * 9,
         "{} of {}",
@@ -126,7 +126,7 @@ fn rounds_over_known_ground_add_no_keyframes_and_keep_the_pose() {
         assert!(error < 0.04, "revisit {number}: {error} m");
         assert_eq!(reanchoring.since, Stamp::from_parts(*number as i64, 0));
     }
-    // What is loops of keyframes is true, and is loops of each pair once at most.
+    // Edges between keyframes must be right, and there must be at most one per keyframe.
     let mut loops = Vec::new();
     for verified in reanchored.iter().filter_map(|(_, reanchoring)| reanchoring.edge) {
         let Edge { from, to, from_from_to, information } = verified.edge;
@@ -149,7 +149,7 @@ fn a_room_behind_a_wall_is_new_ground() {
     }
     let keyframes = robot.keyframes.len();
     assert_eq!(keyframes, 17);
-    // Carried through the wall, as far as odometry is concerned: 1.4 m aside.
+    // In the odometry frame the robot was carried 1.4 m sideways, through the wall.
     for x in (-8..=8).rev() {
         robot.walk(&at(f64::from(x), 1.0, std::f64::consts::PI));
     }
@@ -157,8 +157,8 @@ fn a_room_behind_a_wall_is_new_ground() {
 }
 
 #[test]
-fn a_finished_map_is_extended_from_where_the_robot_is_found() {
-    // Two sides of the ring, each way with its own errors.
+fn a_finished_map_is_extended_from_the_pose_where_the_robot_localises() {
+    // Two sides of the ring. Each walk has its own odometry errors.
     let poses = ring_poses(0.0);
     let mut first = Robot::new(ring(), 0.0);
     poses[..30].iter().for_each(|pose| first.walk(pose));
@@ -183,24 +183,26 @@ fn a_finished_map_is_extended_from_where_the_robot_is_found() {
         map_from_keyframe: *pose,
     });
     let Ok(graph) = PoseGraph::resume(nodes.collect(), edges, Vec::new(), OptimiserConfig::default()) else {
-        panic!("not resumed")
+        panic!("the graph was not resumed")
     };
     robot.graph = graph;
     robot.finder = LoopFinder::resume(LoopConfig::default(), &map, &mut robot.graph);
     robot.keyframes = poses[..30].to_vec();
-    // Not known yet: nothing is kept.
+    // The robot is not localised yet, so no keyframes are added.
     for pose in &poses[20..23] {
         assert!(matches!(robot.ground(pose), Novelty::Unlocalised(_)));
     }
     let found =
         UncertainPose { pose: poses[21].inverse() * poses[21], covariance: Matrix6::identity() * 1e-4 };
     assert_eq!(robot.finder.localise_in_map(1, KeyframeId(90), &found), None);
-    let Some(now) = robot.finder.localise_in_map(1, KeyframeId(21), &found) else { panic!("not placed") };
+    let Some(now) = robot.finder.localise_in_map(1, KeyframeId(21), &found) else {
+        panic!("the robot was not localised in the map")
+    };
     assert!(robot.true_error(KeyframeId(21), 2, &now) < 0.02);
     for pose in &poses[23..] {
         robot.walk(pose);
     }
-    // On through the other two sides, and home.
+    // Along the other two sides and back to the start.
     assert!(
         (poses.len() - 3..=poses.len() + 2).contains(&robot.keyframes.len()),
         "{}",
@@ -214,7 +216,7 @@ fn a_finished_map_is_extended_from_where_the_robot_is_found() {
     }
 }
 
-/// Once round the ring and a little more: on known ground, with comparisons not made yet.
+/// One round of the ring and four more waypoints on known ground, whose comparisons are still pending.
 fn returned() -> (Robot, Vec<Revisit>) {
     let mut robot = Robot::new(ring(), 5e-4);
     ring_poses(0.0).iter().for_each(|pose| robot.walk(pose));
@@ -233,12 +235,16 @@ fn late_results_do_not_change_newer_ones() {
     let (RevisitResult::Reanchored(reanchoring), newest) =
         (robot.complete(&revisits[last]), robot.walked.len() - 1)
     else {
-        panic!("the last revisit is found again")
+        panic!("the last revisit was not reanchored")
     };
     let error = robot.true_error(reanchoring.anchor, newest, &reanchoring.anchor_from_waypoint);
-    assert!(error < 0.05, "{error} m, walked on since");
+    assert!(error < 0.05, "{error} m at the newest waypoint");
     assert_eq!(robot.complete(&revisits[last - 1]), RevisitResult::Confirmed);
-    assert_eq!(robot.complete(&revisits[last]), RevisitResult::Rejected, "it is not under way any more");
+    assert_eq!(
+        robot.complete(&revisits[last]),
+        RevisitResult::Rejected,
+        "a second result of the same revisit must be rejected"
+    );
 }
 
 #[test]
@@ -269,7 +275,7 @@ fn unexpected_results_are_rejected() {
 fn unconfirmed_ground_is_mapped_again() {
     let (mut robot, _) = returned();
     let before = robot.keyframes.len();
-    // No comparison ever comes to an end.
+    // No comparison is completed.
     for pose in &ring_poses(0.1)[4..40] {
         robot.arrive(pose);
     }
@@ -281,7 +287,7 @@ fn a_revisit_compared_after_known_ground_was_left_is_a_loop() {
     let (mut robot, revisits) = returned();
     let last = &revisits[revisits.len() - 1];
     let compared = compare(&last.comparison, &robot.finder.config().verification);
-    // Farther aside than any keyframe overlooks.
+    // The robot moves until it adds a keyframe.
     let before = robot.keyframes.len();
     let mut pose = robot.walked[robot.walked.len() - 1];
     while robot.keyframes.len() == before {
@@ -301,7 +307,7 @@ fn a_revisit_compared_after_known_ground_was_left_is_a_loop() {
 }
 
 impl LoopFinder {
-    /// As if no comparison had succeeded for long.
+    /// Sets the state that arises when no comparison has succeeded for a long distance.
     fn expire_confirmation(&mut self) {
         if let Some(position) = &mut self.revisits.position {
             position.unconfirmed_m = 2.0 * self.config.revisits.max_unconfirmed_m;

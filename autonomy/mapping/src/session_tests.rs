@@ -1,10 +1,10 @@
-//! Sessions: which scans become keyframes, the information of edges, and corrections.
+//! Sessions: which scans become keyframes, the information of edges, and corrections of the keyframes.
 
 use super::*;
 use geometry::Vector3;
 use nalgebra::Translation3;
 
-/// Least standard deviations of an edge.
+/// Least standard deviation of an edge.
 const FLOOR_RAD: f64 = 1e-3;
 const FLOOR_M: f64 = 5e-3;
 
@@ -32,7 +32,7 @@ fn walk(session: &mut Session, poses: impl Iterator<Item = Isometry>) {
 }
 
 #[test]
-fn the_map_begins_at_the_base_level_and_facing_x() {
+fn the_map_frame_is_the_first_base_pose_with_vertical_z_and_zero_yaw() {
     let tilted = Isometry::from_parts(
         Translation3::new(3.0, -2.0, 0.5),
         so3::exp(&(Vector3::z() * 1.1)) * so3::exp(&(Vector3::x() * 0.2)),
@@ -57,7 +57,11 @@ fn keyframes_follow_distance_and_rotation() {
     assert_eq!(session.graph().nodes().len(), 5, "0.0, 1.1, 2.2, 3.3, 4.4");
     assert!((session.distance_m() - 5.0).abs() < 1e-9);
     walk(&mut session, (0..=20).map(|i| at(5.0, f64::from(i) * 0.05)));
-    assert_eq!(session.graph().nodes().len(), 6, "and one for turning by more than half a radian");
+    assert_eq!(
+        session.graph().nodes().len(),
+        6,
+        "one more keyframe after a rotation of more than half a radian"
+    );
     assert_eq!(session.graph().edges().len(), 5);
 }
 
@@ -66,36 +70,36 @@ fn a_correction_moves_the_trajectory_rigidly_with_its_keyframes() {
     let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     walk(&mut session, (0..=40).map(|i| at(f64::from(i) * 0.1, 0.0)));
     let (before, stretch) = (session.graph().nodes().to_vec(), session.trajectory().to_vec());
-    // Found while the last keyframe was made: the others turned about the first and one shifted.
+    // The correction was computed before the last keyframe was added. It rotates the others about the first and shifts one.
     let turn = at(0.0, 0.3);
     let mut poses: Vec<Isometry> = before[..3].iter().map(|n| turn * n.map_from_keyframe).collect();
     poses[1].translation.vector.z += 0.2;
     session.move_keyframes(&poses);
     assert!(session.graph().nodes().iter().zip(&poses).all(|(node, pose)| node.map_from_keyframe == *pose));
     let near = |a: &Isometry, b: &Isometry| (a.inverse() * b).translation.vector.norm() < 1e-9;
-    // The new one and the robot keep their place beside the last one that was found.
+    // The last keyframe and the robot keep their pose relative to the last corrected keyframe.
     assert!(near(&session.graph().nodes()[3].map_from_keyframe, &(turn * before[3].map_from_keyframe)));
     assert!(near(session.map_from_odom(), &turn));
     let last = stretch.len() - 1;
     assert!(near(&session.trajectory()[last].1, &(turn * stretch[last].1)));
     assert!(
         (session.trajectory()[15].1.translation.vector.z - 0.2).abs() < 1e-9,
-        "after the second keyframe"
+        "poses after the second keyframe must follow its shift"
     );
-    // What is walked next is measured as if nothing had happened.
+    // The correction does not affect later measurements.
     let next = session.add_scan(&scan(Stamp::from_nanos(1), &at(5.0, 0.0), false));
     assert!(next.is_some_and(|node| near(&node.map_from_keyframe, &(turn * at(5.0, 0.0)))));
     let edge = session.graph().edges()[3].from_from_to;
     assert!((edge.translation.vector.x - (5.0 - 3.3)).abs() < 1e-9, "{edge}");
-    // A pose that is not finite moves nothing.
+    // A pose that is not finite changes nothing.
     let held = session.graph().nodes().to_vec();
     session.move_keyframes(&[at(f64::NAN, 0.0)]);
     assert_eq!(session.graph().nodes(), held);
 }
 
-/// As on a long walk with many loops: poses chained over the session's own edges are set again and again.
+/// Poses chained over the session's own edges are set again and again, as on a long walk with many loops.
 #[test]
-fn rounding_does_not_add_up_over_hundreds_of_closed_loops() {
+fn rounding_errors_do_not_accumulate_over_hundreds_of_closed_loops() {
     let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     let step =
         Isometry::from_parts(Translation3::new(1.2, 0.1, 0.03), so3::exp(&Vector3::new(0.01, -0.02, 0.3)));
@@ -134,7 +138,7 @@ fn loops_are_added_and_removed() {
 }
 
 #[test]
-fn edges_have_the_covariance_that_the_filter_gained_or_lost() {
+fn an_edge_has_the_covariance_by_which_the_filter_grew_or_shrank() {
     let mut grown = Matrix6::zeros();
     grown[(3, 3)] = 0.25;
     let information = edge_information(
@@ -146,7 +150,7 @@ fn edges_have_the_covariance_that_the_filter_gained_or_lost() {
     );
     assert!((information[(3, 3)] - 4.0).abs() < 1e-9);
     assert!((information[(4, 4)] - 1.0 / (FLOOR_M * FLOOR_M)).abs() < 1e-3);
-    // And where it regained certainty, having found its place again.
+    // The covariance may also shrink, after the pose was found again.
     let information = edge_information(
         &grown,
         &Matrix6::zeros(),
@@ -171,7 +175,7 @@ fn an_edge_without_scans_is_less_certain() {
     assert_eq!(
         session.graph().edges()[2].information[(0, 0)],
         FLOOR_RAD.powi(-2),
-        "the IMU holds the heading"
+        "the IMU must keep the heading certain"
     );
 }
 
@@ -212,7 +216,7 @@ fn covariance_inflation_affects_one_edge_only() {
 }
 
 #[test]
-fn degenerate_scans_join_into_segments() {
+fn consecutive_degenerate_scans_form_segments() {
     let mut session = Session::new(&at(0.0, 0.0), SessionConfig::default());
     for index in 0..60_i64 {
         let degenerate = (10..20).contains(&index) || (40..45).contains(&index);

@@ -1,4 +1,4 @@
-//! Pairs that are loops, and pairs that only look like one.
+//! Which pairs are accepted as loops, and which only look alike.
 
 use super::*;
 use crate::testing::{World, at, corridor, furnished, room, submap};
@@ -28,7 +28,7 @@ fn truth() -> Isometry {
 }
 
 #[test]
-fn a_revisited_room_is_registered_to_a_centimetre() {
+fn a_revisited_room_is_registered_within_a_centimetre() {
     let task = task(&furnished(), &furnished(), at(0.1, 1.0, 1.85), CandidateSource::Geometry);
     let found = verify(&task, &VerificationConfig::default());
     assert_eq!(found.rejection, None, "{:?}", found.evidence);
@@ -38,7 +38,7 @@ fn a_revisited_room_is_registered_to_a_centimetre() {
     assert!(error.dot(&(found.edge.information * error)) < CHI_99, "{}", found.edge.information);
     assert_eq!(found.evidence.degenerate_directions, 0);
     assert!(found.evidence.free_space_violation.iter().all(|share| *share < 0.02), "{:?}", found.evidence);
-    assert_eq!(verify(&task, &VerificationConfig::default()), found, "the same bits again");
+    assert_eq!(verify(&task, &VerificationConfig::default()), found, "a second run must give the same bits");
 }
 
 const CHI_99: f64 = 16.8;
@@ -46,7 +46,7 @@ const CHI_99: f64 = 16.8;
 #[test]
 fn a_similar_room_with_a_wall_elsewhere_violates_free_space() {
     let mut larger = furnished();
-    // The far wall stands 1.5 m farther out.
+    // In the larger room the far wall is 1.5 m farther away.
     larger[3] = [[6.5, -4.0, -0.5], [6.7, 4.0, 2.5]];
     larger[4] = [[-5.0, -4.2, -0.5], [6.5, -4.0, 2.5]];
     larger[5] = [[-5.0, 4.0, -0.5], [6.5, 4.2, 2.5]];
@@ -73,7 +73,7 @@ fn a_bare_corridor_is_degenerate_along_its_axis() {
     let found = verify(&looks, &VerificationConfig::default());
     assert_eq!(found.rejection, Some(RejectionReason::Degenerate), "{:?}", found.evidence);
 
-    // Where the graph knows the pose, it may be an edge that says nothing about the axis.
+    // If the graph knows the pose well, the pair may become an edge without information along the axis.
     let mut known = task(&corridor(), &corridor(), at(1.0, 0.4, 2.0), CandidateSource::Geometry);
     if let Some(expected) = &mut known.comparison.expected {
         expected.covariance *= 0.1;
@@ -81,7 +81,7 @@ fn a_bare_corridor_is_degenerate_along_its_axis() {
     let found = verify(&known, &VerificationConfig::default());
     assert_eq!((found.rejection, found.evidence.degenerate_directions), (None, 1), "{:?}", found.evidence);
     let measured = UncertainPose::from_information(found.edge.from_from_to, &found.edge.information);
-    // The axis in the frame of the newer base.
+    // The corridor's axis in the frame of the newer base.
     let axis = truth().rotation.inverse() * Vector3::x();
     let across = truth().rotation.inverse() * Vector3::y();
     let block = measured.covariance.fixed_view::<3, 3>(3, 3).into_owned();
@@ -97,8 +97,8 @@ fn a_bare_corridor_is_degenerate_along_its_axis() {
 }
 
 #[test]
-fn repeating_places_are_ambiguous_where_the_graph_is_uncertain() {
-    // A comb of equal niches, 1.2 m apart, along a corridor.
+fn repeating_structure_is_ambiguous_if_the_graph_is_uncertain() {
+    // Equal niches, 1.2 m apart, along a corridor.
     let mut comb = corridor();
     for i in -40..40 {
         let x = 1.2 * f64::from(i);

@@ -1,4 +1,4 @@
-//! Two rooms joined by a door, with a table and a cupboard, as a cloud without viewpoints.
+//! A cloud without viewpoints, of two rooms with a door between them, a table and a cupboard.
 
 use super::*;
 
@@ -14,7 +14,7 @@ fn plane(out: &mut Vec<[f32; 3]>, corner: [f32; 3], u: [f32; 3], v: [f32; 3]) {
     }
 }
 
-/// 12 m along x, 6 along y, 2.6 high, a wall at x = 6 with a door from y = 2.5 to 3.5, a table and a cupboard.
+/// 12 m along x, 6 m along y, 2.6 m high. A wall at x = 6 m with a door from y = 2.5 m to 3.5 m, a table and a cupboard.
 fn rooms() -> Vec<[f32; 3]> {
     let mut out = Vec::new();
     for z in [0.0, 2.6] {
@@ -43,7 +43,7 @@ fn viewpoints_are_on_the_floor_and_connections_go_through_the_door() {
         found.viewpoints.iter().map(|place| place.map_from_base.translation.vector).collect();
     assert!((10..40).contains(&places.len()), "{}", places.len());
     for (place, seen) in places.iter().zip(&found.viewpoints) {
-        // Neither the table nor the ceiling's upper side is ground.
+        // Neither the table nor the upper side of the ceiling is ground.
         assert!((place.z - 0.55).abs() < 0.11, "{place}");
         let on_table = place.z < 1.0 && (2.0..3.4).contains(&place.x) && (4.0..4.8).contains(&place.y);
         assert!(!on_table && seen.visible.len() > 100, "{place}: {}", seen.visible.len());

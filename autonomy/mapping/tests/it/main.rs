@@ -1,4 +1,4 @@
-//! Loop finding on the simulator's walks, through odometry, judged by the truth.
+//! Loop finding on simulated walks with estimated odometry, compared with the ground truth.
 
 mod support;
 mod twins;

@@ -1,4 +1,4 @@
-//! A walk through a site as keyframes of the odometry, kept in memory.
+//! Simulates a walk through a site and keeps the odometry's keyframes in memory.
 
 use geometry::{Isometry, isometry_from_pose, vec_from_plain};
 use mapping::{Edge, PoseGraph, ScanPose, Session, SessionConfig};
@@ -20,7 +20,7 @@ pub struct Walk {
     pub edges: Vec<Edge>,
 }
 
-/// Walks a route with few LiDAR columns and somebody about.
+/// Walks a route with 200 LiDAR columns and one person on the site.
 pub fn walk(site: SiteName, route: Route) -> Walk {
     let mut config = SimConfig { lidar_columns: 200, people: 1, ..SimConfig::new(site, 5) };
     config.start = Some(route.start);

@@ -1,4 +1,4 @@
-//! Two rooms built and furnished alike: into the first, into the second, and back into the first.
+//! Two identical rooms. The walk enters the first, then the second, then the first again.
 
 use crate::support::{Walk, walk};
 use mapping::{Decision, Edge, LoopConfig, LoopFinder, NewKeyframe, PoseGraph, Verdict, verify};
@@ -6,7 +6,7 @@ use sim::{Route, SiteName, Start};
 use std::sync::OnceLock;
 use vocab::Vec3;
 
-/// From one room to the other, metres.
+/// Distance between the rooms, metres.
 const APART: f64 = 34.0;
 
 fn twins() -> &'static Walk {
@@ -22,7 +22,7 @@ fn twins() -> &'static Walk {
     })
 }
 
-/// Finds loops with odometry that owns up to `doubt` times its deviations.
+/// Finds loops. The odometry's standard deviations are multiplied by `doubt`.
 fn decide(walk: &Walk, doubt: f64) -> Vec<Decision> {
     let (mut finder, mut graph) = (LoopFinder::new(LoopConfig::default()), PoseGraph::default());
     let doubted = |edge: &Edge| Edge { information: edge.information / (doubt * doubt), ..*edge };
@@ -45,7 +45,7 @@ fn decide(walk: &Walk, doubt: f64) -> Vec<Decision> {
     decisions
 }
 
-/// How far apart the two keyframes of a decision truly are, and the error of its pose, metres.
+/// True distance between the two keyframes of a decision, and the error of the decision's pose, metres.
 fn truth(walk: &Walk, decision: &Decision) -> (f64, f64) {
     let [from, to] =
         [decision.edge.from, decision.edge.to].map(|k| walk.keyframes[k.0 as usize].site_from_base);
@@ -55,7 +55,7 @@ fn truth(walk: &Walk, decision: &Decision) -> (f64, f64) {
 }
 
 #[test]
-fn the_first_room_is_recognised_and_the_second_is_not_taken_for_it() {
+fn loops_are_accepted_in_the_first_room_and_none_between_the_rooms() {
     let walk = twins();
     let accepted: Vec<Decision> =
         decide(walk, 1.0).into_iter().filter(|d| d.verdict == Verdict::Accepted).collect();
@@ -64,18 +64,18 @@ fn the_first_room_is_recognised_and_the_second_is_not_taken_for_it() {
         let (apart, error) = truth(walk, decision);
         assert!(apart < 4.0 && error < 0.03, "{apart} {error} {decision:?}");
     }
-    // Deep inside the room too, not only at its door.
+    // At least five of the loops must lie deep inside the room, not only at its door.
     let inside = |d: &&Decision| walk.keyframes[d.edge.to.0 as usize].site_from_base.translation.y > 2.0;
     assert!(accepted.iter().filter(inside).count() >= 5);
 }
 
 #[test]
-fn with_odometry_that_would_allow_it_the_twin_is_proposed_fits_and_is_still_not_accepted() {
+fn with_uncertain_odometry_pairs_between_the_rooms_are_verified_but_not_accepted() {
     let walk = twins();
     let decisions = decide(walk, 25.0);
     let alike = |d: &&Decision| truth(walk, d).0 > 0.8 * APART;
     let taken_for_the_other = decisions.iter().filter(alike).filter(|d| d.verdict == Verdict::Held).count();
-    assert!(taken_for_the_other > 0, "the test has no teeth");
+    assert!(taken_for_the_other > 0, "no pair between the rooms was held, so the test proves nothing");
     for decision in decisions.iter().filter(|d| d.verdict == Verdict::Accepted) {
         let (apart, error) = truth(walk, decision);
         assert!(apart < 6.0 && error < 0.2, "{apart} {error} {decision:?}");
