@@ -1,9 +1,9 @@
-//! A LiDAR in the centre of a round hall of 6 m radius, with objects that stand there and leave.
+//! A LiDAR in the centre of a round hall of 6 m radius, with objects that stand there and are removed.
 
 use super::*;
 use geometry::Vector3;
 
-/// The base is 0.55 m over the floor, the LiDAR 0.2 m over the base.
+/// Height of the floor in the base frame, metres. The LiDAR is 0.2 m above the base.
 const FLOOR: f64 = -0.55;
 const SENSOR: [f32; 3] = [0.0, 0.0, 0.2];
 
@@ -17,7 +17,7 @@ struct Cylinder {
 
 const PERSON: Cylinder = Cylinder { centre: [2.0, 0.3], radius: 0.25, heights: (0.0, 1.7) };
 
-/// Where a ray from the LiDAR ends: 6 m away at the latest.
+/// Range of a ray from the LiDAR, metres. The wall is at a horizontal distance of 6 m.
 fn cast(ray: &Vector3, objects: &[Cylinder]) -> f64 {
     let floor = if ray.z < 0.0 { (FLOOR - f64::from(SENSOR[2])) / ray.z } else { f64::INFINITY };
     let level = ray.xy().norm();
@@ -25,7 +25,7 @@ fn cast(ray: &Vector3, objects: &[Cylinder]) -> f64 {
         let along = (object.centre[0] * ray.x + object.centre[1] * ray.y) / level;
         let aside = (object.centre[0] * ray.y - object.centre[1] * ray.x) / level;
         let half = (object.radius.powi(2) - aside.powi(2)).max(0.0).sqrt();
-        // In steps of 2 cm through the object, so that a hanging object is met from below too.
+        // The steps of 2 cm through the object also hit a hanging object from below.
         let steps = (2.0 * half / 0.02) as usize;
         (along > 0.0 && half > 0.0).then_some(0..=steps)?.find_map(|step| {
             let range = (along - half + 0.02 * step as f64) / level;
@@ -58,18 +58,18 @@ fn insert_scans(terrain: &mut ElevationMap, scan: &[[f32; 3]], times: usize) {
 }
 
 #[test]
-fn people_who_leave_are_cleared_where_the_robot_sees_no_ground() {
+fn people_who_leave_are_cleared_even_without_sight_of_the_ground() {
     let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     insert_scans(&mut terrain, &scan(500, &[PERSON]), 20);
     let edge = terrain.index(1.8, 0.3);
     assert!(!terrain.is_free(edge));
-    // The lowest beam meets the floor 2.6 m away.
+    // The lowest beam hits the floor at a distance of 2.6 m.
     insert_scans(&mut terrain, &scan(500, &[]), 15);
     assert!(terrain.is_free(edge));
-    assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall stays");
+    assert!(!terrain.is_free(terrain.index(5.9, 0.0)), "the wall must stay");
 }
 
-/// Points of an object that is seen whole, and of the floor at its foot.
+/// Points of a completely visible object, and of the floor at its foot.
 fn points_of(object: &Cylinder) -> Vec<[f32; 3]> {
     let ([x, y], (foot, top)) = (object.centre.map(|c| c as f32), object.heights);
     let at = |share: f64| [x, y, (FLOOR + foot + (top - foot) * share) as f32];
@@ -82,13 +82,13 @@ fn points_of(object: &Cylinder) -> Vec<[f32; 3]> {
 fn objects_that_rays_miss_stay() {
     let low = Cylinder { centre: [0.95, 0.05], radius: 0.1, heights: (0.0, 0.4) };
     let table = Cylinder { centre: [2.05, 0.05], radius: 0.4, heights: (0.70, 0.78) };
-    // The bars of a railing: from close by no ray meets them, and some pass between them.
+    // The bars of a railing. Nearby, no ray hits them, and some pass between them.
     let bars = [0.5, 1.05].map(|height| Cylinder {
         centre: [0.65, 0.05],
         radius: 0.1,
         heights: (height - 0.02, height + 0.02),
     });
-    // Between two beams of the LiDAR.
+    // A rope between two beams of the LiDAR.
     let rope = Cylinder { centre: [1.55, 0.05], radius: 0.1, heights: (0.758, 0.768) };
     for objects in [&[low][..], &[table], &bars, &[rope]] {
         let mut terrain = ElevationMap::new(0.1, RobotShape::default());
@@ -103,7 +103,7 @@ fn objects_that_rays_miss_stay() {
 }
 
 #[test]
-fn a_pole_that_every_third_scan_meets_stays() {
+fn a_pole_that_every_third_scan_hits_stays() {
     let pole = Cylinder { centre: [3.05, 0.05], radius: 0.04, heights: (0.0, 3.0) };
     let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let cell = terrain.index(pole.centre[0], pole.centre[1]);
@@ -115,12 +115,12 @@ fn a_pole_that_every_third_scan_meets_stays() {
         assert!(terrain.is_obstacle(cell));
     }
     insert_scans(&mut terrain, &missed, 12);
-    assert!(!terrain.is_obstacle(cell), "pulled out");
+    assert!(!terrain.is_obstacle(cell), "a removed pole must be cleared");
 }
 
 #[test]
-fn of_two_objects_above_each_other_the_one_that_left_is_cleared() {
-    // A sign above a box. From close by no ray meets the sign.
+fn a_box_stays_an_obstacle_when_the_sign_above_it_is_removed() {
+    // A sign above a box. Nearby, no ray hits the sign.
     let [carton, sign] =
         [(0.0, 0.45), (0.9, 1.2)].map(|heights| Cylinder { centre: [0.95, 0.05], radius: 0.1, heights });
     let mut terrain = ElevationMap::new(0.1, RobotShape::default());
@@ -134,7 +134,7 @@ fn of_two_objects_above_each_other_the_one_that_left_is_cleared() {
 }
 
 #[test]
-fn an_object_whose_foot_is_out_of_sight_is_not_ground() {
+fn an_object_with_a_hidden_foot_is_not_ground() {
     let mut terrain = ElevationMap::new(0.1, RobotShape::default());
     let near = Cylinder { centre: [1.3, 0.3], ..PERSON };
     insert_scans(&mut terrain, &scan(500, &[near]), 20);
@@ -147,7 +147,7 @@ fn an_object_whose_foot_is_out_of_sight_is_not_ground() {
 
 #[test]
 fn stairs_are_ground_and_an_arm_is_not() {
-    // Seven steps of 17 cm, from 3 m on.
+    // Seven steps of 17 cm, beginning at 3 m.
     let mut points = scan(500, &[]);
     points.retain(|[x, y, _]| *x < 3.0 || *x > 4.96 || y.abs() > 0.5);
     for step in 0..7_u8 {
@@ -199,7 +199,7 @@ fn an_object_on_the_floor_below_a_hanging_one_is_an_obstacle() {
 }
 
 #[test]
-fn runs_hold_neighbouring_bits() {
+fn runs_group_neighbouring_bits() {
     assert_eq!(runs(0b1000_0000_0110_1110).collect::<Vec<_>>(), [(1, 3), (5, 2), (15, 1)]);
     assert_eq!(runs(u16::MAX).collect::<Vec<_>>(), [(0, 16)]);
     assert_eq!(runs(0).count(), 0);

@@ -1,4 +1,4 @@
-//! Walks an ideal body along paths.
+//! Follows paths with an ideal body.
 
 use super::*;
 use geometry::so3;
@@ -22,13 +22,13 @@ fn walk(path: &[[f64; 2]], start_yaw: f64) -> (Isometry, f64, usize) {
             .fold(f64::INFINITY, f64::min);
         worst = worst.max(off);
         steps += 1;
-        assert!(steps < 4000, "never arrives");
+        assert!(steps < 4000, "the body does not arrive");
     }
     (pose, worst, steps)
 }
 
 #[test]
-fn arrives_and_stays_near_the_path() {
+fn the_follower_arrives_and_stays_near_the_path() {
     for yaw in [0.0, 1.5, 3.1, -2.0] {
         let (end, worst, _) = walk(&[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [1.0, 3.0]], yaw);
         assert!((end.translation.vector.xy() - Vector3::new(1.0, 3.0, 0.0).xy()).norm() < 0.16);
@@ -37,7 +37,7 @@ fn arrives_and_stays_near_the_path() {
 }
 
 #[test]
-fn remaining_shrinks_to_nothing() {
+fn the_remaining_distance_is_measured_along_the_path() {
     let path = vec![Vector3::zeros(), Vector3::new(3.0, 0.0, 0.0), Vector3::new(3.0, 4.0, 0.0)];
     let follower = PathFollower::new(PathFollowerConfig::default(), path);
     let at = |x: f64, y: f64| follower.remaining(&Isometry::translation(x, y, 0.0));

@@ -1,4 +1,4 @@
-//! Plans drawn as text: `#` an obstacle as tall as the robot, `.` floor seen, ` ` never seen, `S` start, `G` goal.
+//! Plans drawn as text: `#` an obstacle as tall as the robot, `_` a step, `.` seen floor, ` ` unseen, `S` start, `G` goal.
 
 use super::*;
 use crate::RobotShape;
@@ -6,7 +6,7 @@ use expect_test::{Expect, expect};
 use geometry::Isometry;
 
 const SIZE: f64 = 0.25;
-/// A sensor far above the ground: nothing hides anything, and no ray passes through anything.
+/// A sensor far above the ground, from which every point is visible and no ray clears another cell.
 const FROM_ABOVE: [f32; 3] = [0.0, 0.0, 500.0];
 
 /// Inserts the points that a LiDAR would see in the drawing.
@@ -136,7 +136,7 @@ fn the_path_avoids_a_step_that_is_too_high() {
 }
 
 #[test]
-fn people_who_leave_free_the_path() {
+fn a_person_who_leaves_is_cleared() {
     let mut terrain = ElevationMap::new(SIZE, RobotShape::default());
     let person = [[2.0, 0.0, -0.4], [2.0, 0.0, 0.6]];
     let floor = [[2.0, 0.0, -0.55]];
