@@ -1,4 +1,4 @@
-//! Faulty sensors and setups: each has to be reported, and none may cause a panic or impair the other sensors.
+//! Faulty sensors and setups. Each fault must be reported. None may cause a panic or impair the other sensors.
 
 use crate::support::{b1, config, feed, poses, run};
 use geometry::{Isometry, Transform, Vector3};
@@ -18,7 +18,7 @@ fn kinds(events: &[OdometryEvent]) -> Vec<FindingKind> {
     events.iter().filter_map(kind).collect()
 }
 
-/// The first messages of the walk, with the readings of the IMU changed.
+/// The first messages of the walk, with changed IMU readings.
 fn with_imu(count: usize, change: impl Fn(&mut messages::ImuSample)) -> impl Iterator<Item = Sensor> {
     b1().messages.iter().take(count).cloned().map(move |mut message| {
         if let Sensor::Imu(imu) = &mut message {
@@ -56,7 +56,7 @@ fn a_saturated_gyroscope_is_reported_and_tolerated() {
     let events = run(
         config(b1(), &[]),
         with_imu(12_000, |imu| {
-            // The range of this gyroscope ends at two turns a second, and a knock reaches it once a second.
+            // The gyroscope's range ends at two turns a second. A shock reaches it once a second.
             if imu.stamp.nanos() % 1_000_000_000 < 12_000_000 {
                 imu.angular_velocity.y = 12.566;
             }

@@ -1,4 +1,4 @@
-//! The odometry as a whole: on simulated walks with truth, on real recordings, and on broken input.
+//! Tests of the whole odometry: on simulated walks with ground truth, on real recordings, and on faulty input.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,

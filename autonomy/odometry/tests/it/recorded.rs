@@ -6,7 +6,7 @@ use odometry::{Odometry, OdometryConfig, ScanView};
 use std::path::PathBuf;
 use vocab::Stamp;
 
-/// A file or folder of the shared data, or `None` with a line that says so.
+/// Path of a file or folder of the shared data. `None`, with a printed line, if it is not there.
 fn data(path: &str) -> Option<PathBuf> {
     let root = std::env::var_os("AUTOINSPECT_DATA").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"),
@@ -101,8 +101,8 @@ fn a_hand_held_imu_predicts_the_rotations_of_its_trajectory() {
     assert!(error < 0.01, "{error}");
 }
 
-/// Clouds of a fast-turning LiDAR with published corrections. A motion with eight knots in the sweep, much coarser than the pose
-/// table of the odometry, leaves millimetres.
+/// Clouds of a fast-turning LiDAR with published corrections. A motion with eight knots per sweep, much coarser than the odometry's pose table,
+/// leaves errors of millimetres.
 #[test]
 fn a_fast_turning_sweep_is_corrected() {
     let Some(folder) = data("deskew-newer06") else { return };

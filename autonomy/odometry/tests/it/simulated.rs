@@ -18,7 +18,7 @@ fn all_sources_together_stay_within_millimetres() {
     assert!(error < 0.005, "{error}");
     let findings: Vec<_> = events.iter().filter(|event| matches!(event, OdometryEvent::Finding(_))).collect();
     assert!(findings.is_empty(), "{findings:?}");
-    // The pose at the scan's own stamp is as good.
+    // The pose at the scan's own stamp is as accurate.
     let start = &found[200];
     let moved = found[199].estimate.odom_from_base.inverse() * start.odom_from_base_at_scan;
     let truth = walk.truth_at(found[199].estimate.stamp).inverse() * walk.truth_at(start.scan_stamp);
@@ -26,7 +26,7 @@ fn all_sources_together_stay_within_millimetres() {
 }
 
 #[test]
-fn the_covariance_is_of_the_size_of_the_error() {
+fn the_covariance_has_the_size_of_the_error() {
     let walk = b1();
     let found = poses(&run(config(walk, &[]), walk.messages.iter().cloned()));
     let first = &found[5].estimate;
@@ -54,7 +54,7 @@ fn lidar_alone_lidar_with_imu_and_lidar_with_legs_are_enough() {
 }
 
 #[test]
-fn the_lidar_alone_tracks_through_doors_behind_which_all_is_new() {
+fn the_lidar_alone_tracks_through_doors_into_unseen_rooms() {
     let walk = narrow_doors();
     let found = poses(&run(config(walk, &["lidar"]), walk.messages.iter().cloned()));
     let error = walk.error(&found);
@@ -62,8 +62,8 @@ fn the_lidar_alone_tracks_through_doors_behind_which_all_is_new() {
 }
 
 #[test]
-fn lost_tracking_is_reported_and_the_estimate_begins_anew() {
-    // Ten seconds in one place, then scans of another place at once.
+fn lost_tracking_is_reported_and_the_estimate_restarts() {
+    // Ten seconds at one place, then immediately scans of another place.
     let (here, there) = (b1(), narrow_doors());
     let lidar = |message: &&Sensor| matches!(message, Sensor::Scan(_));
     let before = here.messages.iter().filter(lidar).take(100);
@@ -95,7 +95,7 @@ fn lost_tracking_is_reported_and_the_estimate_begins_anew() {
 
 /// While the robot is carried with a covered LiDAR, its legs report standstill and its IMU moves.
 #[test]
-fn a_robot_carried_with_a_covered_lidar_begins_anew_where_it_is_put_down() {
+fn after_being_carried_with_a_covered_lidar_the_estimate_restarts() {
     let (walk, put_down) = carried();
     let events = run(config(walk, &[]), walk.messages.iter().cloned());
     let lost: Vec<FindingKind> = events
@@ -111,9 +111,9 @@ fn a_robot_carried_with_a_covered_lidar_begins_anew_where_it_is_put_down() {
         let at = *put_down + Span::from_secs_f64(seconds);
         found.iter().find(|pose| pose.estimate.stamp >= at).unwrap().estimate
     };
-    // The carrying is detected while it lasts.
+    // The carrying is detected while the robot is carried.
     assert!(after(-4.0).covariance[(3, 3)].sqrt() > 3.0, "{}", after(-4.0).covariance);
-    // Three seconds after the robot was put down, the estimate stands still and upright.
+    // Three seconds after the robot was put down, the estimate no longer moves and is upright.
     let (first, last) = (after(3.0), found.last().unwrap().estimate);
     let moved = first.odom_from_base.inverse() * last.odom_from_base;
     assert!(moved.translation.vector.norm() < 0.02, "{moved}");
@@ -122,7 +122,7 @@ fn a_robot_carried_with_a_covered_lidar_begins_anew_where_it_is_put_down() {
     let up = last.odom_from_base.rotation.inverse() * Vector3::z();
     assert!(up.angle(&truth) < 0.01, "{}", up.angle(&truth));
     assert!(found.last().unwrap().registration.inlier_share > 0.8);
-    // The place where it stands is unknown.
+    // The robot's new position is unknown.
     assert!(last.covariance[(3, 3)].sqrt() > 5.0 && last.covariance[(2, 2)].sqrt() > 0.5);
 }
 
@@ -145,7 +145,7 @@ fn legs_and_imu_carry_on_during_a_lidar_outage() {
     assert!(error < 5.0 * deviation(last));
 }
 
-/// The walk through b1 with the LiDAR covered for a number of seconds from its tenth second on.
+/// The walk through b1, with the LiDAR covered for this number of seconds from its tenth second on.
 fn covered(walk: &Walk, seconds: f64) -> impl Iterator<Item = Sensor> {
     let from = walk.messages[0].stamp() + Span::from_millis(10_000);
     let until = from + Span::from_secs_f64(seconds);
@@ -159,12 +159,12 @@ fn covered(walk: &Walk, seconds: f64) -> impl Iterator<Item = Sensor> {
 }
 
 #[test]
-fn after_a_lidar_outage_most_of_what_a_scan_sees_may_be_new() {
+fn after_a_lidar_outage_a_mostly_unmapped_scan_is_accepted() {
     let walk = b1();
     let events = run(config(walk, &[]), covered(walk, 16.0));
     assert!(
         !events.iter().any(|event| matches!(event, OdometryEvent::Finding(_))),
-        "the robot was not carried"
+        "nothing must be reported, because the robot was not carried"
     );
     let found = poses(&events);
     let uncovered_at = walk.messages[0].stamp() + Span::from_millis(26_000);
@@ -194,7 +194,7 @@ fn an_estimate_far_faster_than_the_legs_loses_tracking() {
     });
     let events = run(config(walk, &[]), pushed);
     let lost = |event: &OdometryEvent| matches!(event, OdometryEvent::Finding(f) if f.kind == FindingKind::TrackingLost);
-    // With the first scans after the outage, and not only after the time limit of rejected scans.
+    // Tracking must be lost with the first scans after the outage, not only after the time limit of rejected scans.
     let before = events.iter().take_while(|event| !lost(event)).cloned().collect::<Vec<_>>();
     assert!(before.len() < events.len());
     let seen = poses(&before).last().unwrap().scan_stamp - walk.messages[0].stamp();
@@ -231,7 +231,7 @@ fn an_imu_that_falls_silent_is_replaced_and_used_again() {
 }
 
 #[test]
-fn same_messages_same_bits() {
+fn equal_messages_give_equal_bits() {
     let walk = b1();
     let once = || run(config(walk, &[]), walk.messages.iter().take(6_000).cloned());
     let (first, second) = (once(), once());

@@ -14,7 +14,7 @@ pub struct Walk {
     truth: Vec<(Stamp, Isometry)>,
 }
 
-/// The first half minute of the round through b1 at a quarter of the LiDAR's resolution. Simulated once.
+/// The first half minute of the route "round" through b1 at a quarter of the LiDAR's resolution. Simulated once.
 pub fn b1() -> &'static Walk {
     static WALK: OnceLock<Walk> = OnceLock::new();
     WALK.get_or_init(|| walk(SiteName::B1, 30.0))
@@ -32,8 +32,8 @@ pub fn narrow_doors() -> &'static Walk {
     })
 }
 
-/// Ten seconds of walking in b1, ten of being carried to a room with the LiDAR covered, and fifteen of standing there, with the time
-/// at which the robot is put down. Simulated once.
+/// Ten seconds of walking in b1, ten of being carried to a room with the LiDAR covered, and fifteen of standing there. The stamp is the time at
+/// which the robot is put down. Simulated once.
 pub fn carried() -> &'static (Walk, Stamp) {
     static WALK: OnceLock<(Walk, Stamp)> = OnceLock::new();
     WALK.get_or_init(|| {
