@@ -58,7 +58,7 @@ pub enum RelativePose {
 #[derive(Clone, Debug, Default)]
 pub struct Linearised {
     rows: usize,
-    /// First column of each variable; the residual's column is the last.
+    /// First column of each variable. The last entry is the residual's column.
     starts: Vec<usize>,
     data: Vec<f64>,
 }

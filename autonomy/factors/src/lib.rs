@@ -1,11 +1,11 @@
-//! Factor graphs: estimates of poses, landmarks, velocities and biases from measurements that tie a few of them together.
+//! Factor graphs: they estimate poses, landmarks, velocities and biases from measurements that each constrain a few of them.
 //!
-//! [`Values`] hold the variables, a [`Graph`] the factors. [`optimise`] solves a whole graph (Gauss-Newton, Levenberg-Marquardt or
-//! Dogleg); [`Incremental`] keeps a solution up to date while variables and factors come and go (iSAM2).
+//! [`Values`] hold the variables, a [`Graph`] the factors. [`optimise`] solves a whole graph (Gauss-Newton, Levenberg-Marquardt or Dogleg).
+//! [`Incremental`] keeps a solution up to date while variables and factors are added and removed (iSAM2).
 //!
 //! Conventions: metres, radians, seconds. Errors move poses on the right. SE(3) errors are `[rotation; translation]`, SE(2) errors are
-//! `[x; y; yaw]`. Equal input gives equal bits on equal processors. Nothing panics on input: a graph that cannot be solved gives an error that names the
-//! variable. docs/maths/factors.md has the equations.
+//! `[x; y; yaw]`. Equal input gives equal bits on equal processors. Nothing panics on input: a graph that cannot be solved gives an error that
+//! names the variable. docs/maths/factors.md has the equations.
 
 mod batch;
 mod error;

@@ -231,9 +231,10 @@ impl Rounds<'_> {
         }
     }
 
-    /// Rejects suspects that the graph *without them* contradicts; returns whether there were any. Where nothing else measures, a wrong loop bends the
-    /// graph until its own residual is small. Its innovation reveals it (docs/maths/factors.md, equation 17): with whitened residual `r`, Jacobian `J` and
-    /// covariance `Σ` of the present solution, `rᵀ (I - J Σ Jᵀ)⁻¹ r` is the squared residual that the suspect would have if it had not been used.
+    /// Rejects suspects that the graph *without them* contradicts. Returns whether there were any. If few other factors constrain a part of the
+    /// graph, a wrong loop deforms it until its own residual is small. Its innovation reveals it (docs/maths/factors.md, equation 17): with
+    /// whitened residual `r`, Jacobian `J` and covariance `Σ` of the present solution, `rᵀ (I - J Σ Jᵀ)⁻¹ r` is the squared residual that the
+    /// suspect would have if it had not been used.
     fn review(&mut self, values: &Values, scale: f64) -> Result<bool, SolveError> {
         let marginals = Marginals::new(&self.graph, values)?;
         let mut scratch = Linearised::default();

@@ -162,7 +162,7 @@ impl Incremental {
         Ok(())
     }
 
-    /// Current estimate of a variable; the first estimate while it is staged.
+    /// Current estimate of a variable. A staged variable has its first estimate.
     ///
     /// # Errors
     /// When there is no such variable, or it was marginalised.
