@@ -11,9 +11,9 @@ use vocab::{Stamp, Twist};
 /// Outcome of a behaviour.
 pub type Outcome = Result<(), GoalFailure>;
 
-/// A behaviour. The executive updates one at a time; dropping it ends it.
+/// A behaviour. The executive updates one at a time. It ends a behaviour by dropping it.
 pub trait Behaviour: Debug + Send + Sync {
-    /// One step, at 20 Hz. Sets [`BehaviourContext::velocity`]; zero stands.
+    /// One step, at 20 Hz. Sets [`BehaviourContext::velocity`]. With zero velocity the robot stands.
     fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome>;
 
     /// Progress towards the goal.

@@ -45,7 +45,7 @@ impl Downsampler {
         let mut last = (CellKey::new([i64::MAX; 3]), 0_usize);
         for (index, &point) in xyz.iter().enumerate() {
             let key = CellKey::new(point.map(|c| i64::from(floor(c * voxels_per_metre))));
-            // Consecutive points of a sweep often share a voxel: the last one is looked up without the table.
+            // Consecutive points of a sweep often share a voxel, so the last voxel is tried before the table.
             let voxel = if key == last.0 {
                 last.1
             } else {

@@ -47,12 +47,12 @@ pub enum Occupancy {
     Unobserved,
 }
 
-/// Nearest range in each cell of directions about a sensor; axes parallel to those of the base. 11.5 kB.
+/// Nearest range in each cell of directions around a sensor. The axes are parallel to those of the base. An image takes 11.5 kB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RangeImage {
     config: RangeImageConfig,
     sensor: [f32; 3],
-    /// Centimetres; 0 where nothing returned.
+    /// Ranges in centimetres. 0 where no ray returned.
     cells: Arc<[u16]>,
 }
 
@@ -79,7 +79,7 @@ impl RangeImage {
         (cells.len() == COLUMNS * ROWS).then_some(Self { config, sensor, cells })
     }
 
-    /// The nearest range in each cell, row by row, centimetres; 0 where nothing returned.
+    /// The nearest range in each cell, row by row, centimetres. 0 where no ray returned.
     pub fn cells(&self) -> &Arc<[u16]> {
         &self.cells
     }

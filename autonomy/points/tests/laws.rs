@@ -34,7 +34,7 @@ fn operation() -> impl Strategy<Value = Operation> {
     ]
 }
 
-/// Columns and rows of a range image, and their size in radians, as its format says.
+/// Number of columns and rows of a range image, and their size in radians, as in its format.
 const COLUMNS: i32 = 180;
 const ROWS: i32 = 32;
 const COLUMN_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;

@@ -7,9 +7,9 @@
 //! - `shape`, `ray_packet`, `bvh`: solids, and rays cast at them;
 //! - `site`: places built of solids, with docks, routes and the paths of people;
 //! - `low_pass`, `gait`, `locomotion`, `body`: the robot's trajectory;
-//! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: what else moves;
-//! - `faults`: what goes wrong, and when;
-//! - `simulator`: all of it in blocks of 10 ms; `route_follower` drives it along a route for recordings.
+//! - `lidar`, `imu`, `legs`, `battery`: the sensors that observe the body; `people`: walking people;
+//! - `faults`: sensor faults and their times;
+//! - `simulator`: the whole simulation in blocks of 10 ms; `route_follower` drives it along a route for recordings.
 
 mod battery;
 mod body;

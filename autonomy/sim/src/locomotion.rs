@@ -20,7 +20,7 @@ const STEP_MAX_M: f64 = 0.27;
 const PROBE_FORWARD_M: [f64; LANES] = [-0.42, -0.30, -0.18, -0.06, 0.06, 0.18, 0.30, 0.42];
 /// Distance of the two rows of probes from the middle of the body, metres.
 const PROBE_LEFT_M: f64 = 0.18;
-/// Height above the last ground from which probes look down, metres.
+/// Start of the downward probes above the last ground height, metres.
 const PROBE_HEIGHT_M: f64 = 0.45;
 /// Length of a probe, metres.
 const PROBE_LENGTH_M: f32 = 1.5;
