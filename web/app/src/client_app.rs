@@ -4,7 +4,7 @@ use crate::runtime::{ClientRuntime, EncodedKeyframeScan, RuntimeConfig, install_
 use crate::scene_sync::SceneSync;
 use crate::text_inputs::TextInputElements;
 use crate::viewport::{Viewport, ViewportConfig};
-use crate::{aria, browser, graphics, storage};
+use crate::{aria, browser, graphics, storage, texts};
 use client_model::{ClientCommand, ClientEvent, Ids, Model, Theme};
 use panels::PanelState;
 use panels::theme::{self, Tokens};
@@ -155,7 +155,7 @@ impl ClientApp {
                         "the scan of keyframe {} could not be decoded: {error}",
                         keyframe.0
                     ));
-                    Err(format!("The scan of keyframe {} cannot be read. Reload the page.", keyframe.0))
+                    Err(texts::scan_unreadable(keyframe))
                 }
             };
             runtime.apply(ClientEvent::CloudFetched { session, keyframe, result });

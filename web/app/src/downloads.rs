@@ -1,6 +1,7 @@
 //! Downloads: tiles, tile lists, pose graphs, scans of keyframes.
 
 use crate::inbox::{InboundMessage, Inbox};
+use crate::texts;
 use api::TileHash;
 use client_model::ClientEvent;
 use std::cell::RefCell;
@@ -89,9 +90,8 @@ impl Downloads {
 
 /// The body of a successful response; else a message for the operator.
 async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> {
-    let window = crate::browser::window().ok_or("there is no page")?;
-    let unreachable =
-        |_: JsValue| "The robot's server does not answer. Check the network, then try again.".to_owned();
+    let window = crate::browser::window().ok_or(texts::NO_PAGE)?;
+    let unreachable = |_: JsValue| texts::SERVER_SILENT.to_owned();
     let response = JsFuture::from(window.fetch_with_str_and_init(path, init)).await.map_err(unreachable)?;
     let response: Response = response.dyn_into().map_err(unreachable)?;
     let body = response.array_buffer().map_err(unreachable)?;
@@ -101,12 +101,11 @@ async fn fetch_bytes(path: &str, init: &RequestInit) -> Result<Vec<u8>, String> 
     }
     Err(match serde_json::from_slice::<api::Problem>(&body) {
         Ok(problem) => problem.detail,
-        Err(_) => format!("The robot's server answered with error {}. Try again.", response.status()),
+        Err(_) => texts::server_error(response.status()),
     })
 }
 
 async fn fetch_json<T: serde::de::DeserializeOwned>(path: &str) -> Result<T, String> {
     let body = fetch_bytes(path, &RequestInit::new()).await?;
-    serde_json::from_slice(&body)
-        .map_err(|_| "The server sent a document this page cannot read. Reload the page.".to_owned())
+    serde_json::from_slice(&body).map_err(|_| texts::DOCUMENT_UNREADABLE.to_owned())
 }

@@ -30,6 +30,8 @@ mod storage;
 #[cfg(target_arch = "wasm32")]
 mod text_inputs;
 #[cfg(target_arch = "wasm32")]
+mod texts;
+#[cfg(target_arch = "wasm32")]
 mod uploads;
 #[cfg(target_arch = "wasm32")]
 mod viewport;

@@ -4,6 +4,7 @@
 
 use crate::browser;
 use crate::inbox::Inbox;
+use crate::texts;
 use client_model::ClientEvent;
 use gloo_events::EventListener;
 use std::cell::RefCell;
@@ -87,7 +88,7 @@ fn start(inbox: &Inbox, current: &CurrentUpload, file: &File) {
     inbox.push_event(ClientEvent::UploadStarted { upload, file: file.name() });
     match send(inbox, current, upload, file) {
         Some(running) => *current.borrow_mut() = Some(running),
-        None => finish(inbox, upload, Err("This browser cannot send files.".to_owned())),
+        None => finish(inbox, upload, Err(texts::UPLOAD_UNSUPPORTED.to_owned())),
     }
 }
 
@@ -123,13 +124,11 @@ fn send(inbox: &Inbox, current: &CurrentUpload, upload: UploadId, file: &File) -
     let listeners = [
         EventListener::new(&sending, "progress", on_progress),
         on_end("load", response_result),
-        on_end("error", |_| Err(UNREACHABLE.to_owned())),
+        on_end("error", |_| Err(texts::UPLOAD_INCOMPLETE.to_owned())),
     ];
     request.send_with_opt_blob(Some(file)).ok()?;
     Some(RunningUpload { upload, request, _listeners: listeners })
 }
-
-const UNREACHABLE: &str = "The robot's server did not take all of it. Check the network, then try again.";
 
 /// The result that the server's response reports.
 fn response_result(request: &XmlHttpRequest) -> Result<(), String> {
@@ -140,6 +139,6 @@ fn response_result(request: &XmlHttpRequest) -> Result<(), String> {
     let body = request.response_text().ok().flatten().unwrap_or_default();
     Err(match serde_json::from_str::<api::Problem>(&body) {
         Ok(problem) => problem.detail,
-        Err(_) => format!("The robot's server answered with error {status}. Try again."),
+        Err(_) => texts::server_error(status),
     })
 }

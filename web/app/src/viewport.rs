@@ -1,7 +1,7 @@
 //! The viewport: gestures move the camera, clicks select things or set a goal.
 
 use crate::scene_sync::{BASE_HEIGHT_M, SceneSync, SharedRenderer, vector};
-use crate::{browser, scene_labels};
+use crate::{browser, scene_labels, texts};
 use client_model::{Bookmark, CameraMove, ClientCommand, LoopPair, Model, Selection, ViewSettings};
 use eframe::egui_wgpu;
 use egui::{PointerButton, Response, Sense, Ui};
@@ -126,7 +126,7 @@ impl Viewport {
         let response = ui.interact(rect, ui.scope_id().with("scene"), Sense::click_and_drag());
         ui.ctx().accesskit_node_builder(response.id, |node| {
             node.set_role(egui::Role::Canvas);
-            node.set_label("Map in 3D");
+            node.set_label(texts::SCENE);
         });
         self.free_area = Some(free_area(ui.ctx(), rect));
         self.switch_map(model);

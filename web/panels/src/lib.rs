@@ -1,5 +1,6 @@
 //! What the operator sees and touches: egui views that read a [`client_model::Model`] and emit
-//! [`client_model::ClientCommand`]s. They change nothing themselves but [`PanelState`]: what is unfolded and half typed.
+//! [`client_model::ClientCommand`]s. The only thing that they change themselves is [`PanelState`]: what is unfolded, and text that is
+//! not submitted yet.
 //!
 //! # Names of the controls
 //!

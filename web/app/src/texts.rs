@@ -1,0 +1,24 @@
+//! Texts of transfers, decoding and the page for the operator, by key. Messages of the browser's log stand where they are logged.
+
+use vocab::KeyframeId;
+
+/// Accessible name of the 3D view.
+pub(crate) const SCENE: &str = "Map in 3D";
+
+pub(crate) const NO_PAGE: &str = "there is no page";
+pub(crate) const SERVER_SILENT: &str =
+    "The robot's server does not answer. Check the network, then try again.";
+pub(crate) const DOCUMENT_UNREADABLE: &str =
+    "The server sent a document this page cannot read. Reload the page.";
+pub(crate) const UPLOAD_UNSUPPORTED: &str = "This browser cannot send files.";
+pub(crate) const UPLOAD_INCOMPLETE: &str =
+    "The robot's server did not take all of it. Check the network, then try again.";
+
+/// A response without an explanation, with its HTTP status.
+pub(crate) fn server_error(status: u16) -> String {
+    format!("The robot's server answered with error {status}. Try again.")
+}
+
+pub(crate) fn scan_unreadable(keyframe: KeyframeId) -> String {
+    format!("The scan of keyframe {} cannot be read. Reload the page.", keyframe.0)
+}
