@@ -110,6 +110,10 @@ pub enum Command {
 /// Pairs of points of [`Command::AlignMap`] at most.
 pub const MAX_PAIRS: usize = 32;
 
+/// Greatest root mean square distance of corresponding points after an alignment, metres. People pick a point to about 0.1 m; points that are
+/// farther apart than this are not the same in both maps.
+pub const MAX_PAIR_RMS_M: f64 = 0.5;
+
 /// A fault that can be injected into a simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SimulatedFault {

@@ -23,7 +23,7 @@ pub mod paths;
 mod socket;
 
 pub use codec::{DecodeError, MAX_MESSAGE_BYTES, decode, encode};
-pub use command::{Command, CommandOutcome, MAX_PAIRS, SimulatedFault};
+pub use command::{Command, CommandOutcome, MAX_PAIR_RMS_M, MAX_PAIRS, SimulatedFault};
 pub use core_link::{CoreMessage, GatewayMessage};
 pub use event::*;
 pub use goal::*;

@@ -28,7 +28,7 @@ pub struct AlignmentConfig {
     pub agreeing_scans_min: usize,
     /// The best other alignment may have at most this share of the scans of the best one.
     pub other_share_max: f64,
-    /// Greatest root mean square distance of picked points after the alignment, metres. People pick to a hand's breadth.
+    /// Greatest root mean square distance of picked points after the alignment, metres: [`api::MAX_PAIR_RMS_M`], which the client checks too.
     pub pair_rms_max_m: f64,
     /// Greatest distance by which picked points may move a cloud, metres: beyond it, coordinates were mistyped.
     pub distance_max_m: f64,
@@ -42,7 +42,7 @@ impl Default for AlignmentConfig {
             agreement_distance_m: 0.5,
             agreeing_scans_min: 5,
             other_share_max: 0.5,
-            pair_rms_max_m: 0.5,
+            pair_rms_max_m: api::MAX_PAIR_RMS_M,
             distance_max_m: 1e5,
         }
     }

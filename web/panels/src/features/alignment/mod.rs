@@ -8,14 +8,11 @@ use crate::button::{Button, Kind};
 use crate::features::{imports, maps};
 use crate::theme::Tokens;
 use crate::{icon, widgets, words};
-use api::Import;
+use api::{Import, MAX_PAIR_RMS_M};
 use client_model::{ClientCommand, MapAlignment, Model};
 use egui::Ui;
 use vocab::MapId;
 
-/// Root mean square distance of corresponding points above which they contradict each other, metres. The robot's computer refuses to align
-/// by such points.
-const MAX_RESIDUAL_M: f64 = 0.5;
 /// The least residual that is shown, metres.
 const LEAST_RESIDUAL_M: f64 = 1e-3;
 /// Pairs of points that an alignment needs.
@@ -94,7 +91,7 @@ fn show_agreement(
     widgets::fact(ui, tokens, texts::PAIRS, &words::count(alignment.pairs.len() as u64));
     let Some(residual_m) = alignment.rms_residual_m() else { return false };
     widgets::fact(ui, tokens, texts::RESIDUAL, &words::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
-    let contradictory = residual_m > MAX_RESIDUAL_M;
+    let contradictory = residual_m > MAX_PAIR_RMS_M;
     if contradictory {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
             widgets::sentence(ui, tokens, texts::CONTRADICTION)
