@@ -3,7 +3,7 @@
 use api::{DegradationReason, Localisation};
 
 pub(super) const USE_SHORT: &str = "Use this map";
-pub(super) const USE_HINT: &str = "The robot localises itself in it and walks by it.";
+pub(super) const USE_HINT: &str = "The robot localises itself in this map and plans its paths in it.";
 pub(super) const LEAVE_SHORT: &str = "Leave this map";
 pub(super) const SET_POSE: &str = "Set the pose";
 pub(super) const RELOCALISE: &str = "Relocalise";

@@ -20,7 +20,7 @@ pub(super) const LINK_LOST: &str = "The link to the robot is lost. It comes back
 // Proposing a loop.
 pub(super) const GRAPH_DISTANCE: &str = "Apart in the graph";
 pub(super) const INITIAL_GUESS: &str =
-    "From where shall the comparison start? A metre or two off is near enough.";
+    "The pose from which the comparison starts. An error of one or two metres is small enough.";
 pub(super) const GUESS_GRAPH: &str = "From the graph";
 pub(super) const GUESS_SAME_POSITION: &str = "Same place";
 pub(super) const ADJACENT: &str =
@@ -43,7 +43,7 @@ pub(super) const REJECT_SHORT: &str = "Reject";
 pub(super) const EFFECT_OF_REJECTING: &str =
     "Reject takes the edge out, and the map moves back to fit without it.";
 pub(super) const EFFECT_OF_DECIDING: &str =
-    "Accept joins the two places, and the map moves to fit. Reject stops waiting for others.";
+    "Accept joins the two places, and the map moves to fit. Reject stops waiting for loops that confirm it.";
 pub(super) const EFFECT_OF_ACCEPTING: &str =
     "Accept joins the two places as they were found, and the map moves to fit.";
 pub(super) const NOT_REGISTERED: &str =

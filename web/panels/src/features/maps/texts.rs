@@ -11,7 +11,7 @@ pub(super) const VIEW_SHORT: &str = "View";
 pub(super) const CLOSE_SHORT: &str = "Close";
 pub(super) const EXTEND_SHORT: &str = "Extend this map";
 pub(super) const EXTEND_HINT: &str =
-    "Goes on mapping where this map ends. It is kept; the larger one is saved beside it.";
+    "Goes on mapping where this map ends. This map is kept; the larger one is saved beside it.";
 
 pub(super) fn view(map: &str) -> String {
     format!("View {map}")

@@ -26,7 +26,7 @@ pub(super) fn reason(reason: SurveyReason) -> String {
     match reason {
         SurveyReason::FromAfar(area_m2) => format!("{} seen from afar only", words::area(area_m2)),
         SurveyReason::Uncertain(sigma_m) => {
-            format!("Known to {} only: come back to where you began", words::accuracy(sigma_m))
+            format!("Known to {} only: drive back to where you began", words::accuracy(sigma_m))
         }
     }
 }
