@@ -11,8 +11,8 @@ use std::f64::consts::{PI, TAU};
 pub struct CameraConfig {
     /// Duration of a flight, s.
     pub flight_duration_s: f64,
-    /// Shortest distance between camera and target, m. A hand's breadth, so that a surface can be looked at closely; ten times
-    /// [`CameraProjection::NEAR_M`].
+    /// Shortest distance between camera and target, m. Ten times [`CameraProjection::NEAR_M`]; close
+    /// enough to inspect a surface.
     pub min_distance_m: f64,
     /// Longest distance between camera and target, m.
     pub max_distance_m: f64,
@@ -116,7 +116,7 @@ impl FreeArea {
     }
 }
 
-/// A camera that people move.
+/// A camera that gestures and flights move.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Camera {
     config: CameraConfig,
@@ -147,7 +147,7 @@ impl Camera {
         self.flight.is_some()
     }
 
-    /// Takes a pose at once.
+    /// Sets the pose without a flight.
     pub fn jump_to(&mut self, pose: CameraPose) {
         self.flight = None;
         self.pose = pose.clamped(&self.config, &self.pose);
@@ -185,7 +185,7 @@ impl Camera {
         true
     }
 
-    /// Ends a flight at its goal.
+    /// Ends a flight and sets the pose that it would have reached.
     pub fn finish_flight(&mut self) {
         self.advance(self.config.flight_duration_s);
     }
@@ -253,7 +253,7 @@ impl Camera {
         let (forward, right, up) = (self.pose.forward(), self.pose.right(), self.pose.up());
         let centre = 0.5 * (min + max);
         // A corner at (across, depth) from the centre appears (focal across - offset depth) / (distance + depth) pixels from the centre's pixel.
-        // That is within half the free area from this distance on.
+        // The result is the distance at which this equals half the free area.
         let distance_for = |corner: DVec3| {
             let relative = corner - centre;
             let depth = relative.dot(forward);

@@ -1,7 +1,7 @@
 //! Frame pacing: lowers the rendering quality on slow machines so that movement stays smooth.
 //!
-//! A browser does not tell how long the GPU took, but a machine that cannot follow delays the next frame. While frames come late the
-//! quality falls. While they come in time it recovers. Once nothing moves, the image is drawn again with a higher quality.
+//! A browser does not report the GPU time of a frame, but an overloaded GPU delays the next frame. Late frames lower the quality, and
+//! frames in time raise it. Once nothing moves, the image is drawn again with a higher quality.
 
 use crate::renderer::Renderer;
 use crate::view::{Options, View};
@@ -15,13 +15,13 @@ pub struct FramePacingConfig {
     pub min_interval_s: f64,
     /// A longer interval is a pause and is not a measure of the machine's speed, s.
     pub pause_s: f64,
-    /// Time without a change after which the image is refined, and refined again until it has full quality, s.
+    /// Time without a change after which the image is refined, s. The refinement is repeated until the image has full quality.
     pub rest_s: f64,
-    /// Factor of quality from one image to the next refinement.
+    /// Factor by which one refinement raises the quality.
     pub refinement_gain: f32,
     /// Lowest quality.
     pub min_quality: f32,
-    /// The quality falls with the interval, but by no more than this factor at once: one slow frame may be chance.
+    /// Smallest factor by which one frame lowers the quality: one slow frame may be an outlier.
     pub max_decrease: f32,
     /// Factor by which one frame in time raises the quality.
     pub increase: f32,
@@ -73,7 +73,7 @@ impl Default for FramePacer {
 }
 
 impl FramePacer {
-    /// Begins with a share of the full quality (0 to 1); less than 1 on machines known to be slow.
+    /// `quality`: initial share of the full quality (0 to 1); less than 1 on machines known to be slow.
     pub fn new(config: FramePacingConfig, quality: f32) -> Self {
         Self { quality: quality.clamp(config.min_quality, 1.0), config, last: None, drawn_quality: 0.0 }
     }
@@ -116,7 +116,7 @@ impl FramePacer {
         (drawn, (quality < 1.0).then_some(self.config.rest_s))
     }
 
-    /// Takes in the interval between this frame and the one before.
+    /// Adapts the quality to the interval between this frame and the one before, s.
     fn update_quality(&mut self, interval_s: f64) {
         let config = &self.config;
         // The interval after a refinement measures how long nothing moved.

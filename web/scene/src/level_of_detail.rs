@@ -1,4 +1,4 @@
-//! Level of detail: selects the tiles of a frame, those whose point spacing appears largest first, until the point budget is spent.
+//! Level of detail: selects the tiles of a frame in descending order of their point spacing on the screen, until the point budget is spent.
 
 use crate::projection::CameraProjection;
 use crate::tiles::{AnchorId, TileId};
@@ -7,11 +7,11 @@ use glam::DVec3;
 /// Parameters of [`select_tiles`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LevelOfDetailConfig {
-    /// A level adds nothing to see if the spacing of the coarser level before it is below this on the screen, px.
+    /// A level is not drawn if the spacing of the next coarser level is below this on the screen, px: it would add nothing visible.
     pub(crate) min_spacing_px: f64,
     /// Spacing of a level relative to the next finer one: an octree halves it.
     pub(crate) level_spacing_ratio: f64,
-    /// Assumed for a tile of unknown spacing, m. Large, so that it is drawn early, as a coarse level is.
+    /// Assumed spacing of a tile of unknown spacing, m. It is large, so that the tile is drawn as early as a coarse level.
     pub(crate) default_spacing_m: f64,
     /// Shorter distances count as this one, m, so that the size of a tile around the camera is finite.
     pub(crate) min_distance_m: f64,
@@ -41,7 +41,7 @@ pub(crate) struct TileCandidate {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SelectedTile {
     pub(crate) tile: TileId,
-    /// Distance between points at this place once all selected tiles are drawn, m.
+    /// Distance between points in the tile's volume once all selected tiles are drawn, m.
     pub(crate) spacing: f32,
 }
 
@@ -79,7 +79,7 @@ fn spacing_px(config: &LevelOfDetailConfig, candidate: &TileCandidate, projectio
     spacing * projection.focal_px() / (to_centre - candidate.radius).max(config.min_distance_m)
 }
 
-/// The finest spacing of all selected tiles at the place of `candidate`: finer levels close the gaps of coarser ones.
+/// The finest spacing of the selected tiles in the volume of `candidate`: finer levels close the gaps of coarser ones.
 fn combined_spacing(candidate: &TileCandidate, selected: &[&TileCandidate]) -> f32 {
     let shares_place = |other: &&&TileCandidate| {
         let apart = candidate.centre.distance(other.centre);

@@ -1,16 +1,16 @@
 //! The 3D scene of the operator's client: point clouds, robot, graph, trajectory, markers.
 //!
-//! It draws with wgpu on WebGPU and on WebGL2, so it uses neither compute shaders nor storage buffers. It knows neither the user interface
-//! nor the server's API: callers pass plain slices, poses and colours.
+//! It draws with wgpu on WebGPU and on WebGL2, so it uses neither compute shaders nor storage buffers. It depends neither on the user
+//! interface nor on the server's API: callers pass plain slices, poses and colours.
 //!
 //! A frame is drawn in these steps:
 //!
 //! 1. [`Renderer::prepare`] selects tiles by the spacing of their points on the screen (level of detail), coarse first, until the point
 //!    budget is spent. It draws them as single pixels into colour and packed depth, and the robot's mesh with them.
-//! 2. Two passes fill the gaps: they grow every point to the size of its spacing, nearest first. This closes surfaces with one vertex a
-//!    point.
+//! 2. Two passes fill the gaps: they grow every point to the size of its spacing, nearest first. This closes surfaces with one vertex
+//!    for each point.
 //! 3. Eye-dome lighting shades the result by its depth, in front of the background's gradient.
-//! 4. Grid, lines and markers are drawn on top, faintly where something is in front of them.
+//! 4. Grid, lines and markers are drawn on top, faintly where a surface hides them.
 //! 5. [`Renderer::paint`] copies the image into the caller's render pass.
 //!
 //! Steps 1 to 4 run only when something changed; see [`Renderer::needs_redraw`]. Positions are in metres in the map frame, z up. After a

@@ -8,9 +8,9 @@ use glam::DVec3;
 /// State of a loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LoopState {
-    /// Rejected.
+    /// Rejected: not an edge of the graph.
     Rejected,
-    /// Under test: it waits for loops that are consistent with it.
+    /// Undecided: it waits for loops that are consistent with it.
     Open,
     /// An edge of the graph.
     #[default]
@@ -24,7 +24,7 @@ pub struct LoopEdge {
     pub nodes: [u32; 2],
     /// Their positions, m, map frame.
     pub ends: [DVec3; 2],
-    /// Its state.
+    /// State, which selects colour and dashes.
     pub state: LoopState,
 }
 

@@ -10,12 +10,12 @@ use glam::DVec3;
 /// Parameters of the overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OverlayConfig {
-    /// Shortest drawn step of a trajectory, m. Its points come with every scan; shorter steps cannot be seen.
+    /// Shortest drawn step of a trajectory, m. Every scan adds a point; shorter steps cannot be seen.
     pub(crate) min_trajectory_step_m: f64,
     /// Length of the robot's mesh, m: from the head to the hind legs.
     pub(crate) robot_length_m: f64,
-    /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place. Some
-    /// 48 px are needed to tell the front of the mesh.
+    /// Shortest length of the robot's mesh on the screen, logical px. Below it a marker with the robot's heading takes its place. About
+    /// 48 px are needed to recognise the front of the mesh.
     pub(crate) min_robot_px: f64,
     /// Radius of that marker, logical px.
     pub(crate) robot_marker_radius_px: f32,
@@ -53,16 +53,16 @@ const LIFT: DVec3 = DVec3::new(0.0, 0.0, 0.05);
 /// Shape of a marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shape {
-    /// A place.
+    /// A position without direction.
     #[default]
     Disc,
     /// An inspection point.
     Diamond,
     /// A dock.
     Square,
-    /// A direction; points along [`Marker::ahead`].
+    /// A direction: an arrow head along [`Marker::ahead`].
     Arrow,
-    /// Around something.
+    /// A circle around a position.
     Ring,
     /// A disc with a point along [`Marker::ahead`]: a position and a heading.
     Heading,
@@ -77,7 +77,7 @@ pub struct Marker {
     pub position: DVec3,
     /// Direction of an arrow, map frame; zero for upright.
     pub ahead: DVec3,
-    /// Its shape.
+    /// Shape.
     pub shape: Shape,
     /// Radius, logical px.
     pub radius: f32,
@@ -208,7 +208,7 @@ impl Overlay {
         };
         let ring = Stroke { width: 2.5, ..path };
         push_polyline(segments, &circle(goal + LIFT, 0.35), ring, 0.0);
-        // A pin, which is visible from far away and over racks.
+        // A pin of 0.9 m height, which is visible from far away and over racks.
         let top = goal + DVec3::new(0.0, 0.0, 0.9);
         push_polyline(segments, &[goal, top], ring, 0.0);
         markers.push(MarkerInstance {
@@ -244,7 +244,7 @@ impl Overlay {
             push_polyline(segments, &circle(feet, robot.ring_radius() + 0.12), halo, 0.0);
         }
         let ahead = robot.ahead();
-        // The arrow belongs to the mesh, and the marker with the heading takes the place of both.
+        // The arrow is drawn with the mesh. The marker with the heading replaces both.
         const ARROW_RADIUS_M: f32 = 0.17;
         let least_px_per_m = (config.min_robot_px / config.robot_length_m) as f32;
         markers.push(MarkerInstance {
@@ -279,7 +279,7 @@ pub(crate) fn lifted(points: &[DVec3]) -> Vec<DVec3> {
     points.iter().map(|p| *p + LIFT).collect()
 }
 
-/// From one colour to another, clamped to 0..=1.
+/// Mixes two colours; `share` is clamped to 0..=1.
 fn between(from: Colour, to: Colour, share: f32) -> Colour {
     let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 1.0 };
     std::array::from_fn(|i| {
@@ -302,7 +302,7 @@ fn instance_of(marker: &Marker) -> MarkerInstance {
     }
 }
 
-/// Number of a shape, as `edge_distance` of overlay.wgsl has it.
+/// Number of a shape in `edge_distance` of overlay.wgsl.
 fn shape_number(shape: Shape) -> f32 {
     match shape {
         Shape::Disc => 0.0,

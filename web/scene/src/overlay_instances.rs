@@ -13,7 +13,7 @@ pub(crate) struct LineInstance {
     pub(crate) colour: Colour,
     /// Logical pixels.
     pub(crate) width: f32,
-    /// Opacity where something stands in front.
+    /// Opacity where a surface hides it.
     pub(crate) behind: f32,
     /// Length of a dash and its gap, metres; 0 for a solid line.
     pub(crate) dash: f32,
@@ -35,18 +35,18 @@ pub(crate) struct MarkerInstance {
     pub(crate) radius_min: f32,
     /// Radius in the map, m, which perspective scales; 0 draws the largest radius at every distance.
     pub(crate) radius_world: f32,
-    /// Number of the shape, as `edge_distance` of overlay.wgsl has it.
+    /// Number of the shape in `edge_distance` of overlay.wgsl.
     pub(crate) shape: f32,
-    /// Opacity where something stands in front.
+    /// Opacity where a surface hides it.
     pub(crate) behind: f32,
     /// Range of the projected radius in which the marker is drawn, logical pixels.
     pub(crate) visible_px: [f32; 2],
 }
 
-/// Visible at every distance.
+/// The value of [`MarkerInstance::visible_px`] for markers that are drawn at every distance.
 pub(crate) const ALWAYS_VISIBLE: [f32; 2] = [0.0, 1e9];
 
-/// How a line looks.
+/// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stroke {
     pub(crate) colour: Colour,

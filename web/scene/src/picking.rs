@@ -1,7 +1,7 @@
-//! Picking: finds what is under a pixel, on the processor.
+//! Picking: finds the thing under a pixel, on the CPU.
 //!
-//! Robot, nodes, markers and loops are compared on the screen, so that a finger hits them. Points are compared with a cone around the
-//! ray; the drawn point inside it that is nearest to the camera is picked.
+//! Robot, nodes, markers and loops are picked by their distance on the screen, so that a finger hits them. Of the drawn points in a cone
+//! around the ray, the nearest to the camera is picked.
 
 use crate::loops::LoopEdge;
 use crate::projection::{CameraProjection, Ray};
@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec2, DVec3};
 pub struct PickOptions {
     /// Robot, nodes and markers, physical px; 22 logical px make a touch target of 44.
     pub target_px: f64,
-    /// Within this distance a node or marker precedes every line, physical px: its drawn radius.
+    /// Distance within which a node or marker precedes every line, physical px: its drawn radius.
     pub marker_px: f64,
     /// Lines of loops, physical px.
     pub line_px: f64,
@@ -43,8 +43,8 @@ pub(crate) struct PickTarget {
     pub(crate) position: DVec3,
 }
 
-/// The target nearest to a pixel on the screen, within `max_distance_px`, and its distance in px. Of two at the same distance the one
-/// nearer to the camera.
+/// The target nearest to a pixel on the screen, within `max_distance_px`, and its distance in px. Of two at the same distance,
+/// the one nearer to the camera.
 pub(crate) fn nearest_target(
     targets: &[PickTarget],
     projection: &CameraProjection,
@@ -86,8 +86,8 @@ pub(crate) fn nearest_loop(
     best.map(|(_, edge)| Hit::Loop(edge.nodes))
 }
 
-/// Decides between a target (with its distance) and a line near a pixel: the target where it is drawn, else the line, which is much
-/// narrower than a finger, else the target.
+/// Decides between a target (with its distance, px) and a line near a pixel. Within `marker_px` the target precedes the line; beyond it
+/// the line precedes the target, because the line is much narrower than a finger.
 pub(crate) fn resolve_pick(target: Option<(f64, Hit)>, line: Option<Hit>, marker_px: f64) -> Option<Hit> {
     match (target, line) {
         (Some((apart, target)), Some(line)) => Some(if apart <= marker_px { target } else { line }),
@@ -95,7 +95,7 @@ pub(crate) fn resolve_pick(target: Option<(f64, Hit)>, line: Option<Hit>, marker
     }
 }
 
-/// A narrow cone with its tip in the camera, and the heights between which points are drawn.
+/// A narrow cone with its tip in the camera, limited to the heights between which points are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PickCone {
     pub(crate) ray: Ray,

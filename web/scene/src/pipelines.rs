@@ -1,4 +1,4 @@
-//! Everything that is compiled once: shaders, layouts, pipelines.
+//! Shaders, layouts and pipelines, which are compiled once.
 
 use crate::overlay_instances::{LineInstance, MarkerInstance};
 use crate::render_targets::{DEPTH_FORMAT, FORMAT};
@@ -30,7 +30,7 @@ pub(crate) struct OverlayPipelines {
 }
 
 impl Pipelines {
-    /// `target_format`: of the pass that [`crate::Renderer::paint`] draws into.
+    /// `target_format`: format of the pass that [`crate::Renderer::paint`] draws into.
     pub(crate) fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
         let frame_layout = layout(device, "scene: frame", &[uniform::<FrameUniforms>(0, false)]);
         let draw_layout = layout(device, "scene: draw", &[uniform::<DrawUniforms>(0, true)]);
@@ -78,7 +78,7 @@ impl Pipelines {
 }
 
 impl OverlayPipelines {
-    /// For images whose points `pipelines` draws.
+    /// Pipelines for the images whose points `pipelines` draws.
     pub(crate) fn new(device: &wgpu::Device, pipelines: &Pipelines) -> Self {
         let builder = PipelineBuilder::new(device, &["meshes", "overlay"]);
         let draw = [&pipelines.frame_layout, &pipelines.draw_layout];
@@ -153,7 +153,7 @@ struct PipelineParameters<'a> {
     targets: &'a [wgpu::TextureFormat],
     /// Whether the z buffer is tested and written.
     depth: bool,
-    /// Whether colours are premultiplied and laid over what is there.
+    /// Whether colours are premultiplied and blended over the target.
     blend: bool,
 }
 

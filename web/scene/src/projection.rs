@@ -31,11 +31,11 @@ pub struct CameraProjection {
 impl CameraProjection {
     /// Tangent of half the vertical field of view (50 degrees).
     pub const TAN_HALF_FOV: f64 = 0.466_307_658_154_998_6;
-    /// Depth of the near plane, m: nearer points are not drawn. A tenth of the shortest camera distance. The depth buffer is reversed and
-    /// in floats, so a near plane this close costs no precision.
+    /// Depth of the near plane, m: nearer points are not drawn. A tenth of the shortest camera distance. The depth buffer holds reversed
+    /// floats, so a near plane this close costs no precision.
     pub const NEAR_M: f64 = 0.01;
 
-    /// For a viewport of at least one pixel.
+    /// Projects into a viewport, which counts as one pixel at least along each side.
     pub fn new(pose: CameraPose, viewport_px: [u32; 2]) -> Self {
         let viewport_px = DVec2::new(f64::from(viewport_px[0].max(1)), f64::from(viewport_px[1].max(1)));
         Self { pose, camera_position: pose.position(), viewport_px }
@@ -92,7 +92,7 @@ impl CameraProjection {
     pub fn project_line(&self, ends_in_map: [DVec3; 2]) -> Option<[DVec2; 2]> {
         let [a, b] = ends_in_map;
         let (depth_a, depth_b) = (self.depth(a), self.depth(b));
-        // A little beyond the plane, so that rounding does not put the cut before it.
+        // 0.1 % beyond the plane, so that rounding does not put the cut before it.
         let plane = Self::NEAR_M * 1.001;
         let cut = |from: DVec3, to: DVec3, near: f64, far: f64| {
             if near >= plane { from } else { from.lerp(to, (plane - near) / (far - near)) }

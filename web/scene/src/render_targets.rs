@@ -1,6 +1,6 @@
 //! Render targets: the textures between the passes, sized to the viewport.
 
-/// Of colour and of packed depth: every browser can draw into it and read it.
+/// Format of colour and of packed depth: every browser can draw into it and read it.
 pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -8,7 +8,7 @@ pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub(crate) struct ColourDepthTarget {
     pub(crate) colour: wgpu::TextureView,
     pub(crate) depth: wgpu::TextureView,
-    /// Both, for a pass that reads them.
+    /// Bindings of both for a pass that reads them.
     pub(crate) group: wgpu::BindGroup,
 }
 
@@ -17,9 +17,9 @@ pub(crate) struct RenderTargets {
     pub(crate) size: [u32; 2],
     /// Points and meshes; after the fill passes the filled image.
     pub(crate) scene: ColourDepthTarget,
-    /// Between the two fill passes.
+    /// The image between the two fill passes.
     pub(crate) rows: ColourDepthTarget,
-    /// For the depth test of the first pass.
+    /// Depth buffer of the first pass.
     pub(crate) z: wgpu::TextureView,
     /// The finished image.
     pub(crate) finished: wgpu::TextureView,
@@ -73,9 +73,9 @@ impl ColourDepthTarget {
         Self { colour, depth, group }
     }
 
-    /// For a pass that draws into both; `clear` empties them first.
+    /// Attachments of a pass that draws into both; `clear` empties them first.
     pub(crate) fn attachments(&self, clear: bool) -> [Option<wgpu::RenderPassColorAttachment<'_>>; 2] {
-        // Three full bytes say that nothing is there; the fourth is a radius of 0.
+        // Three full bytes mean an empty pixel; the fourth is a radius of 0.
         let nothing = wgpu::Color { r: 1.0, g: 1.0, b: 1.0, a: 0.0 };
         [(&self.colour, wgpu::Color::TRANSPARENT), (&self.depth, nothing)].map(|(view, colour)| {
             let load = if clear { wgpu::LoadOp::Clear(colour) } else { wgpu::LoadOp::Load };
@@ -84,7 +84,7 @@ impl ColourDepthTarget {
     }
 }
 
-/// A colour attachment that is kept.
+/// A colour attachment whose result is stored.
 pub(crate) fn attachment(
     view: &wgpu::TextureView,
     load: wgpu::LoadOp<wgpu::Color>,

@@ -1,4 +1,4 @@
-//! The renderer: the content of the scene, and how it changes. How a frame is drawn is in `renderer/frame.rs`.
+//! The renderer: it holds the content of the scene. `renderer/frame.rs` draws a frame of it.
 
 mod frame;
 
@@ -28,15 +28,15 @@ struct RendererConfig {
     overlay: OverlayConfig,
 }
 
-/// Draws the scene and finds what is under a pixel.
+/// Draws the scene and finds the thing under a pixel.
 pub struct Renderer {
     config: RendererConfig,
     device: wgpu::Device,
     queue: wgpu::Queue,
     pipelines: Pipelines,
-    /// Compiled when they are first needed.
+    /// Compiled for the first image that has an overlay.
     overlay_pipelines: Option<OverlayPipelines>,
-    /// Whether the next image may leave them out.
+    /// Whether the next image may be drawn without the overlay.
     overlay_deferred: bool,
     frame_uniforms: UniformBuffer,
     draw_uniforms: UniformBuffer,
@@ -97,9 +97,9 @@ struct DrawCall<'a> {
 }
 
 impl Renderer {
-    /// - `device`, `queue`: kept (they are handles) until the renderer is dropped; after a loss make a new renderer.
-    /// - `target_format`: of the pass that [`Self::paint`] draws into. Colours are gamma-encoded; a format that
-    ///   encodes by itself gets them decoded.
+    /// - `device`, `queue`: handles, kept until the renderer is dropped. After a lost device, make a new renderer.
+    /// - `target_format`: format of the pass that [`Self::paint`] draws into. Colours are gamma-encoded; they are decoded for an sRGB
+    ///   format, which encodes them again.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, target_format: wgpu::TextureFormat) -> Self {
         let pipelines = Pipelines::new(device, target_format);
         let mesh = robot::mesh();
@@ -139,8 +139,8 @@ impl Renderer {
         }
     }
 
-    /// Lets the next image show points alone, without robot, grid, lines and markers. The image after it has all of them, and
-    /// [`Self::needs_redraw`] asks for it. Compiling their pipelines takes as long as those of the points.
+    /// Draws the next image without robot, grid, lines and markers, because compiling their pipelines takes as long as those of the points.
+    /// The image after it has all of them; [`Self::needs_redraw`] asks for it.
     pub fn defer_overlay(&mut self) {
         self.overlay_deferred = true;
     }
@@ -249,7 +249,7 @@ impl Renderer {
         }
     }
 
-    /// Replaces the caller's own lines and markers.
+    /// Replaces the caller's additional lines and markers.
     pub fn set_annotations(&mut self, lines: Vec<Polyline>, markers: Vec<Marker>) {
         if self.overlay.lines != lines || self.overlay.markers != markers {
             self.change_overlay(|overlay| {
@@ -274,7 +274,7 @@ impl Renderer {
         self.finished_view != Some(*view)
     }
 
-    /// Draws the scene into its own texture, if anything changed. Call it before the pass begins that paints it.
+    /// Draws the scene into its own texture, if anything changed. Call it before the pass of [`Self::paint`] begins.
     pub fn prepare(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View) {
         if !self.needs_redraw(view) {
             return;
@@ -305,7 +305,7 @@ impl Renderer {
         }
     }
 
-    /// Finds what is under a pixel (from the top left corner of the viewport, y down) of a view.
+    /// Finds the thing under a pixel (from the top left corner of the viewport, y down) of a view.
     pub fn pick(&self, view: &View, pixel: DVec2, options: &PickOptions) -> Option<Hit> {
         let projection = CameraProjection::new(view.camera, view.viewport_px);
         let target = nearest_target(&self.pick_targets(), &projection, pixel, options.target_px);
@@ -314,7 +314,7 @@ impl Renderer {
             .or_else(|| self.pick_point(view, &projection, pixel, options.point_px).map(Hit::Point))
     }
 
-    /// The nearest drawn point under a pixel (m, map frame), through robot, nodes and markers.
+    /// The nearest drawn point under a pixel (m, map frame). Robot, nodes and markers do not hide it.
     pub fn pick_point(
         &self,
         view: &View,

@@ -13,7 +13,7 @@ pub struct RobotState {
     pub position: DVec3,
     /// Orientation of the base frame in the map.
     pub orientation: DQuat,
-    /// Whether it is in order; if not, it is drawn in [`crate::Palette::bad`] with a dashed ring.
+    /// Whether it needs no attention; otherwise it is drawn in [`crate::Palette::bad`] with a dashed ring.
     pub ok: bool,
     /// Whether the operator selected it.
     pub selected: bool,
@@ -53,7 +53,7 @@ pub(crate) struct Vertex {
     pub(crate) colour: [u8; 4],
 }
 
-/// Replaced by the theme's colour.
+/// Colour of the body: an opacity of one half, so the theme's colour replaces it.
 const BODY: [u8; 4] = [255, 255, 255, 128];
 const DARK: [u8; 4] = [44, 49, 58, 255];
 const DARKER: [u8; 4] = [28, 32, 39, 255];
@@ -159,7 +159,7 @@ impl Mesh {
         }
     }
 
-    /// A flat face, its normal away from `inside`.
+    /// A flat face whose normal points away from `inside`.
     fn quad(&mut self, [a, b, c, d]: [Vec3; 4], inside: Vec3, colour: [u8; 4]) {
         let normal = flat_normal([a, b, c], inside);
         self.triangle([a, b, c], normal, colour);

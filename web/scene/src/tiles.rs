@@ -1,4 +1,4 @@
-//! Points of tiles in main memory: a copy for picking, beside the one on the GPU.
+//! Copies of the tiles' points in main memory, for picking.
 
 use glam::{DAffine3, DVec3, Mat4};
 
@@ -55,7 +55,7 @@ pub(crate) struct TilePoints {
 }
 
 impl TilePoints {
-    /// None for a block without points or with an invalid lattice.
+    /// `None` for a block without points or with an invalid lattice.
     pub(crate) fn new(anchor: AnchorId, block: &PointBlock) -> Option<Self> {
         let origin = DVec3::from_array(block.origin.map(f64::from));
         let step = f64::from(block.step);
@@ -86,8 +86,8 @@ impl TilePoints {
         self.origin + lattice([point[0], point[1], point[2]]) * self.step
     }
 
-    /// From lattice coordinates to metres relative to the camera, along the map's axes. Computed in f64, so that
-    /// a map kilometres from its origin does not jitter.
+    /// Transform from lattice coordinates to metres relative to the camera, along the map's axes. It is computed in f64, so that points
+    /// kilometres from the map's origin do not jitter.
     pub(crate) fn relative_from_lattice(&self, map_from_anchor: &DAffine3, camera_position: DVec3) -> Mat4 {
         let map_from_lattice = *map_from_anchor
             * DAffine3::from_translation(self.origin)

@@ -1,4 +1,4 @@
-//! Uniforms of the shaders, laid out as WGSL does: every field is a multiple of 16 bytes.
+//! Uniforms of the shaders in WGSL's layout: every field is a multiple of 16 bytes.
 
 use crate::colour_map::STOPS;
 use crate::projection::CameraProjection;
@@ -11,13 +11,13 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 pub(crate) struct PointSizeConfig {
     /// Largest radius of a point, logical px.
     pub(crate) max_radius_px: f32,
-    /// Largest radius of a point, physical px. The fill passes read this many pixels to each side. The packed radius has room for just
-    /// under 16.
+    /// Largest radius of a point, physical px. The fill passes read this many pixels to each side. The packed radius holds values
+    /// below 16.
     pub(crate) max_fill_px: f32,
-    /// Smallest radius of a point, px. It reaches the eight neighbours: a spacing of just over a pixel would leave a lattice of holes.
+    /// Smallest radius of a point, px. It covers the eight neighbours, because a spacing of just over one pixel would leave a lattice of holes.
     pub(crate) min_radius_px: f32,
-    /// Radius of a point in halves of its spacing. The corner of a square is 1.4 half edges away; a little more closes surfaces that are
-    /// seen obliquely.
+    /// Radius of a point in halves of its spacing. The corner of a square is 1.4 half edges away; a larger value also closes surfaces
+    /// that are seen obliquely.
     pub(crate) radius_per_half_spacing: f32,
     /// Points of a coarser spacing than this grow no larger, m. While finer levels are missing, dots with gaps between them read better
     /// than large discs.
@@ -25,8 +25,8 @@ pub(crate) struct PointSizeConfig {
     /// Smallest radius of a point that is too near to close a surface, logical px. The nearer it is, the more it shrinks from the largest
     /// radius to this one: dots with gaps read better than large discs with gaps.
     pub(crate) dot_radius_px: f32,
-    /// Spacing that is assumed of a scan's points, m. The rings of a scan are far apart, so its points are drawn a little larger than a
-    /// dot and do not close a surface.
+    /// Assumed spacing of a scan's points, m. The rings of a scan are farther apart, so its points are drawn slightly larger than a dot and
+    /// do not close a surface.
     pub(crate) scan_spacing_m: f32,
 }
 
@@ -70,9 +70,9 @@ impl PointSizeConfig {
 #[repr(C)]
 pub(crate) struct FrameUniforms {
     clip_from_relative: Mat4,
-    /// CameraProjection in the map (m), pixels a metre spans at one metre.
+    /// Position of the camera in the map (m), pixels that a metre spans at a depth of 1 m.
     camera: Vec4,
-    /// Width, height, physical pixels a point, largest radius of a point in this frame.
+    /// Width and height (px), physical pixels for each logical one, largest radius of a point in this frame (px).
     viewport: Vec4,
     /// Floor, ceiling, lowest height of the colour map and its range, m.
     heights: Vec4,
@@ -88,7 +88,7 @@ pub(crate) struct FrameUniforms {
 }
 
 impl FrameUniforms {
-    /// `max_radius_px`: of all points of this frame; see [`PointSizeConfig::radius_px`].
+    /// `max_radius_px`: largest radius of all points of this frame; see [`PointSizeConfig::radius_px`].
     pub(crate) fn new(
         config: &PointSizeConfig,
         view: &View,
@@ -128,15 +128,15 @@ impl FrameUniforms {
     }
 }
 
-/// Uniforms of one draw call (a tile, a scan or a mesh), as draw.wgsl has them.
+/// Uniforms of one draw call (a tile, a scan or a mesh): the struct of draw.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct DrawUniforms {
-    /// To metres relative to the camera, along the map's axes.
+    /// Transform to metres relative to the camera, along the map's axes.
     pub(crate) relative_from_local: Mat4,
     /// Half the spacing (m), age between 0 and 1, 0, 1 to apply floor and ceiling.
     pub(crate) kind: Vec4,
-    /// Colour with which points and meshes are tinted; w is its share for points.
+    /// Tint of points and meshes; w is its share for points.
     pub(crate) tint: Vec4,
 }
 
@@ -149,7 +149,7 @@ pub(crate) fn unit_range(colour: Colour) -> Vec4 {
     Vec3::new(r, g, b).extend(a)
 }
 
-/// The grid reaches three camera distances. Its lines are 1, 10 or 100 m apart, some twenty across the image.
+/// The grid reaches three camera distances. Its lines are 1, 10 or 100 m apart, about twenty across the image.
 fn grid_shape(distance: f64) -> Vec2 {
     let spacing = (distance / 12.0).max(1.0).log10().floor();
     Vec2::new((distance * 3.0) as f32, 10_f64.powf(spacing) as f32)

@@ -6,14 +6,14 @@ use crate::colour_map::ColourMap;
 /// Red, green, blue and opacity, gamma-encoded, not premultiplied.
 pub type Colour = [u8; 4];
 
-/// Everything that a frame depends on, apart from the scene's content.
+/// Inputs of a frame other than the scene's content.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Pose of the camera.
     pub camera: CameraPose,
     /// Size of the image, physical px.
     pub viewport_px: [u32; 2],
-    /// Physical pixels for each logical one. Widths of lines and markers are in logical ones.
+    /// Physical pixels for each logical one. Widths of lines and markers are in logical pixels.
     pub pixels_per_point: f32,
     /// Options of the user.
     pub options: Options,
@@ -22,7 +22,7 @@ pub struct View {
 }
 
 impl View {
-    /// The view with the size of its render targets: scaled by its resolution, within the limits of a texture.
+    /// The view at the size of its render targets: scaled by its resolution, within the largest side of a texture.
     pub(crate) fn as_drawn(&self, max_side_px: u32) -> Self {
         let resolution = self.options.resolution;
         let scale = if resolution.is_nan() { 1.0 } else { resolution.clamp(0.25, 1.0) };
@@ -42,11 +42,11 @@ pub enum ColourBy {
     Intensity,
     /// Time of measurement.
     Age,
-    /// None: all points have [`Palette::plain`].
+    /// No quantity: all points have [`Palette::plain`].
     Plain,
 }
 
-/// Options of the user.
+/// Display options of the user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// The quantity that the points' colours show.
@@ -61,7 +61,7 @@ pub struct Options {
     pub floor: f32,
     /// Points higher than this (m, map frame) are neither drawn nor picked.
     pub ceiling: f32,
-    /// Size of points relative to their spacing. At 1 a surface seen from the front just closes.
+    /// Size of points relative to their spacing. At 1, a surface that is seen from the front has no gaps.
     pub point_size: f32,
     /// Strength of eye-dome lighting; 0 turns it off, 1 is the default.
     pub edl: f32,
@@ -109,7 +109,7 @@ pub struct Palette {
     pub ground_bottom: Colour,
     /// Points when [`ColourBy::Plain`].
     pub plain: Colour,
-    /// Mixed into the points of the current scan; its opacity is its share.
+    /// Tint of the current scan's points; its opacity is its share.
     pub live: Colour,
     /// Ground grid.
     pub grid: Colour,

@@ -1,4 +1,4 @@
-//! One frame: its draw calls and its passes.
+//! Draws one frame: its draw calls and its passes.
 
 use super::*;
 
@@ -230,7 +230,7 @@ impl Tile {
 }
 
 impl UniformBuffer {
-    /// For `count` entries, of which a shader sees `size` bytes at a time.
+    /// A buffer for `count` entries; a shader reads `size` bytes of one entry.
     pub(super) fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, count: u64, size: u64) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene: uniforms"),
@@ -281,7 +281,7 @@ impl InstanceBuffer {
     }
 }
 
-/// A vertex buffer that holds `bytes` (a multiple of four of them).
+/// A vertex buffer that holds `bytes`, whose number is a multiple of four.
 pub(super) fn buffer_with(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

@@ -1,4 +1,4 @@
-// Colour and packed depth that earlier passes drew.
+// Bindings of the colour and the packed depth that earlier passes drew.
 
 @group(1) @binding(0) var colour_texture: texture_2d<f32>;
 @group(1) @binding(1) var depth_texture: texture_2d<f32>;

@@ -17,9 +17,8 @@ struct FrameUniforms {
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;
 
-// Depth is kept as a logarithm in 24 bits of an ordinary colour target, because not every browser can draw into
-// floats: 0.008 m to 8 km in steps of 1.2 millionths of an octave. All ones means that the pixel is empty. The fourth byte is the
-// radius to which the point there grows, in sixteenths of a pixel.
+// Depth is stored as a logarithm in 24 bits of a colour target, because not every browser can draw into floats. It covers 0.008 m to
+// 8 km in steps of 1.2e-6 octaves. All ones mean an empty pixel. The fourth byte is the radius of the point, in sixteenths of a pixel.
 const DEPTH_LEAST_LOG2: f32 = -7.0;
 const DEPTH_OCTAVES: f32 = 20.0;
 const DEPTH_STEPS: f32 = 16777215.0;
@@ -53,7 +52,7 @@ fn colour_map_at(value: f32) -> vec3<f32> {
     return mix(frame.colour_map[below].rgb, frame.colour_map[below + 1u].rgb, position - f32(below));
 }
 
-// A triangle that covers the whole target.
+// A corner of the triangle that covers the whole target.
 fn full_screen_triangle(vertex: u32) -> vec4<f32> {
     let corner = vec2<f32>(f32((vertex << 1u) & 2u), f32(vertex & 2u));
     return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);

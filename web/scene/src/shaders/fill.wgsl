@@ -6,8 +6,8 @@ struct Filled {
     @location(1) depth: vec4<f32>,
 }
 
-// A neighbour takes an occupied pixel only if it is in front by this share of the depth range, 0.0216 octaves or about 1.5 %. Points
-// of one surface so keep their own pixels and colours.
+// A neighbour takes an occupied pixel only if it is in front by this share of the depth range, 0.0216 octaves or about 1.5 %. So
+// points of one surface keep their own pixels and colours.
 const FRONT_BY: f32 = 0.00108;
 
 @vertex
@@ -31,7 +31,7 @@ fn fill(pixel: vec2<i32>, along: vec2<i32>) -> Filled {
         let offset = abs(f32(i));
         if offset <= unpack_radius(candidate) && i != 0 {
             let depth = unpack_depth(candidate);
-            // Of points at one depth the closer one on the screen wins, so that colours do not smear in one direction.
+            // Of points at one depth, the one nearer on the screen is taken, so that colours do not smear in one direction.
             if depth < 0.9999995 && depth + 0.00002 * offset < best_depth {
                 best = candidate;
                 best_depth = depth + 0.00002 * offset;

@@ -1,4 +1,4 @@
-// The robot's mesh: a key light, a light at the camera and ambient light from the sky.
+// Draws the robot's mesh, with a key light, a light at the camera and ambient light from the sky.
 
 struct Solid {
     @builtin(position) clip: vec4<f32>,

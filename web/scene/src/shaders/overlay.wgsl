@@ -1,6 +1,6 @@
-// Lines, markers and the grid, on top of the shaded image. Where something stands in front of them they are drawn faintly.
+// Draws lines, markers and the grid on top of the shaded image, faintly where a surface hides them.
 
-// Lines lie on floors that are drawn as points. A line still counts as in front up to this distance (m) and ratio of depths behind a
+// Lines lie on floors that are drawn as points. So a line counts as visible up to this distance (m) and ratio of depths behind a
 // point.
 const BEHIND_BY: f32 = 0.12;
 const BEHIND_RATIO: f32 = 1.015;
@@ -31,8 +31,8 @@ fn corner_of(vertex: u32) -> vec2<f32> {
     return vec2<f32>(select(-1.0, 1.0, right), select(-1.0, 1.0, top));
 }
 
-// Positions are already divided by w, so that pixels are interpolated evenly across the screen; what belongs to the
-// world is carried divided by depth instead.
+// Positions are already divided by w, so that pixels are interpolated evenly across the screen. Quantities of the map are therefore
+// divided by depth before interpolation.
 struct Line {
     @builtin(position) clip: vec4<f32>,
     @location(0) colour: vec4<f32>,
@@ -44,7 +44,7 @@ struct Line {
     @location(3) over_depth: vec2<f32>,
 }
 
-// A little beyond `CameraProjection::NEAR_M`, m.
+// Depth of the cut, m: 20 % beyond `CameraProjection::NEAR_M`.
 const NEAR: f32 = 0.012;
 
 @vertex
@@ -61,7 +61,7 @@ fn vs_lines(
         out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
         return out;
     }
-    // Cut at the near plane: behind it a projection points the wrong way.
+    // Cut at the near plane, because points behind the camera project to the wrong side.
     var cut = vec2<f32>(0.0, 1.0);
     if from_clip.w < NEAR {
         cut.x = (NEAR - from_clip.w) / (to_clip.w - from_clip.w);
@@ -138,7 +138,7 @@ fn vs_markers(
     let radius = select(clamp(world_px, style.y * scale, style.x * scale), style.x * scale, style.z <= 0.0);
     let margin = radius + 2.0;
     let corner = corner_of(vertex) * margin;
-    // Turned so that its local x points where `ahead` does on the screen.
+    // The direction of `ahead` on the screen, which is the marker's local x axis.
     var axis = vec2<f32>(1.0, 0.0);
     if dot(ahead, ahead) > 0.0 {
         let tip = clip_of(centre_map + ahead * 0.2);
@@ -210,7 +210,7 @@ fn line_share(place: vec2<f32>, spacing: f32, width: vec2<f32>) -> f32 {
     let cell = place / spacing;
     let from_line = abs(fract(cell - 0.5) - 0.5) * spacing;
     let share = clamp(1.0 - from_line / max(width, vec2<f32>(1e-6)), vec2<f32>(0.0), vec2<f32>(1.0));
-    // Where lines come closer than pixels they would only shimmer.
+    // Lines closer together than pixels are faded out, because they would shimmer.
     let calm = clamp(0.25 * spacing / max(width.x, width.y) - 0.5, 0.0, 1.0);
     return max(share.x, share.y) * calm;
 }

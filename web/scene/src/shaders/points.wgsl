@@ -17,7 +17,7 @@ fn vs_points(@location(0) point: vec4<u32>) -> Point {
         out.clip = vec4<f32>(2.0, 2.0, 2.0, 1.0);
     }
     let depth = max(out.clip.w, 0.001);
-    // As `point_radius_px` in uniforms.rs.
+    // The same formula as `PointSizeConfig::radius_px` in uniforms.rs.
     let radius = draw.kind.x * frame.camera.w / depth * frame.style.x;
     out.depth = pack_depth(log_depth(depth), drawn_radius(radius));
     out.colour = vec4<f32>(mix(point_colour(height, f32(point.w & 255u) / 255.0), draw.tint.rgb, draw.tint.w), 1.0);
@@ -41,7 +41,7 @@ fn point_colour(height: f32, intensity: f32) -> vec3<f32> {
     } else if mode > 1.5 {
         return colour_map_at(draw.kind.y);
     } else if mode > 0.5 {
-        // Most surfaces reflect little; the square root spreads their values.
+        // Most surfaces reflect little; the square root spreads low intensities.
         return colour_map_at(sqrt(intensity));
     }
     return colour_map_at((height - frame.heights.z) / frame.heights.w);

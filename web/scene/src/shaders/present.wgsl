@@ -1,4 +1,4 @@
-// Copies the finished image into the caller's pass, whose viewport places it.
+// Copies the finished image into the viewport of the caller's pass.
 
 @group(0) @binding(0) var finished: texture_2d<f32>;
 @group(0) @binding(1) var finished_sampler: sampler;
@@ -19,7 +19,7 @@ fn fs_present(in: Corner) -> @location(0) vec4<f32> {
     return vec4<f32>(textureSample(finished, finished_sampler, in.uv).rgb, 1.0);
 }
 
-// For targets that encode what they are given.
+// For sRGB targets, which encode the colours that are written.
 @fragment
 fn fs_present_srgb(in: Corner) -> @location(0) vec4<f32> {
     let gamma = textureSample(finished, finished_sampler, in.uv).rgb;

@@ -8,11 +8,11 @@ fn vs_shade(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f32> 
 
 fn in_front(pixel: vec2<i32>, offset: vec2<f32>, depth: f32) -> f32 {
     let neighbour = unpack_depth(packed_at(pixel + vec2<i32>(round(offset))));
-    // Limited, so that an object far in front does not draw a halo around itself.
+    // Limited, so that an object far in front has no dark halo.
     return clamp((depth - neighbour) * DEPTH_OCTAVES, 0.0, 0.35);
 }
 
-// Four neighbours: `along` and those a quarter turn from it.
+// Compares with four neighbours: at `along` and at its three quarter turns.
 fn occlusion(pixel: vec2<i32>, depth: f32, along: vec2<f32>) -> f32 {
     let turned = vec2<f32>(-along.y, along.x);
     let sum = in_front(pixel, along, depth) + in_front(pixel, -along, depth)

@@ -27,7 +27,7 @@ proptest! {
     }
 
     #[test]
-    fn the_matrix_and_the_projection_agree(pose in any_pose(), x in 0.0..1200.0_f64, y in 0.0..800.0_f64) {
+    fn clip_matrix_and_projection_give_the_same_pixel(pose in any_pose(), x in 0.0..1200.0_f64, y in 0.0..800.0_f64) {
         let projection = CameraProjection::new(pose, VIEWPORT);
         let ray = projection.ray(DVec2::new(x, y));
         let clip = projection.clip_from_relative() * (ray.direction * 10.0).as_vec3().extend(1.0);
@@ -81,7 +81,7 @@ proptest! {
 }
 
 #[test]
-fn an_empty_box_or_area_fits_nothing() {
+fn fitting_an_empty_box_or_area_keeps_the_pose() {
     let camera = Camera::new(CameraConfig::default(), CameraPose::default());
     let covered = FreeArea { min_px: DVec2::splat(500.0), max_px: DVec2::splat(500.0) };
     let whole = FreeArea::whole(VIEWPORT);
@@ -90,7 +90,7 @@ fn an_empty_box_or_area_fits_nothing() {
 }
 
 #[test]
-fn zooming_in_on_a_surface_ends_a_hands_breadth_from_it() {
+fn zooming_in_on_a_surface_ends_at_the_shortest_camera_distance() {
     let mut camera = Camera::new(CameraConfig::default(), CameraPose { pitch: 0.5, ..CameraPose::default() });
     let pixel = DVec2::new(350.0, 300.0);
     let surface = CameraProjection::new(camera.pose(), VIEWPORT).ray(pixel).at_height(1.5).unwrap();
@@ -123,14 +123,14 @@ fn moving_the_target_to_a_depth_changes_no_pixel() {
 }
 
 #[test]
-fn a_flight_arrives_on_time_the_short_way_round() {
+fn a_flight_arrives_on_time_and_turns_by_the_smaller_angle() {
     let start = CameraPose { yaw: 6.2, ..CameraPose::default() };
     let end = CameraPose { yaw: 0.1, target: DVec3::new(5.0, 0.0, 1.0), ..start };
     let mut camera = Camera::new(CameraConfig::default(), start);
     camera.fly_to(end);
     assert!(camera.advance(FLIGHT_S / 2.0) && camera.is_flying());
     let middle = camera.pose().yaw;
-    assert!(!(0.2..=6.1).contains(&middle), "turned the long way: {middle}");
+    assert!(!(0.2..=6.1).contains(&middle), "turned by the larger angle: {middle}");
     assert!(camera.advance(FLIGHT_S / 2.0 + 1e-9) && !camera.is_flying());
     assert!(camera.pose().target.distance(end.target) < 1e-9 && (camera.pose().yaw - 0.1).abs() < 1e-9);
     assert!(!camera.advance(1.0));

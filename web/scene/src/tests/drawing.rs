@@ -1,6 +1,6 @@
-//! Draws for real where an adapter exists (any will do, lavapipe and llvmpipe included), and looks at the pixels.
+//! Draws on every graphics adapter that exists, software devices such as lavapipe and llvmpipe included, and checks the pixels.
 //!
-//! `AUTOINSPECT_SCENE_PICTURES=DIR` keeps the pictures as PNG files for people to look at.
+//! `AUTOINSPECT_SCENE_PICTURES=DIR` stores the pictures as PNG files.
 
 use super::{TestTile, palette, view};
 use crate::render_targets::attachment;
@@ -16,7 +16,7 @@ struct TestGpu {
 }
 
 impl TestGpu {
-    /// One for each back end that works here; says so when there is none.
+    /// One for each back end that works on this machine; prints a note when there is none.
     fn all() -> Vec<Self> {
         let studios: Vec<Self> =
             [wgpu::Backends::VULKAN, wgpu::Backends::GL].into_iter().filter_map(Self::on).collect();
@@ -32,7 +32,7 @@ impl TestGpu {
         let instance = wgpu::Instance::new(descriptor);
         let options = wgpu::RequestAdapterOptions::default();
         let adapter = pollster::block_on(instance.request_adapter(&options)).ok()?;
-        // What WebGL2 guarantees must be enough.
+        // The scene must draw within the limits that WebGL2 guarantees.
         let limits = wgpu::Limits::downlevel_webgl2_defaults();
         let descriptor =
             wgpu::DeviceDescriptor { required_limits: limits, ..wgpu::DeviceDescriptor::default() };
@@ -44,7 +44,7 @@ impl TestGpu {
         Renderer::new(&self.device, &self.queue, wgpu::TextureFormat::Rgba8Unorm)
     }
 
-    /// Prepares and paints a view, and reads it back.
+    /// Prepares and paints a view, and returns its pixels.
     fn render(&self, renderer: &mut Renderer, view: &View, name: &str) -> Image {
         let [width, height] = view.viewport_px;
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
@@ -115,7 +115,7 @@ impl Image {
     }
 }
 
-/// A hall of 24 x 16 m with racks and a pipe, cut into levels as a map is.
+/// A hall of 24 x 16 m with racks and a pipe, in three levels of detail like a map.
 fn hall() -> Vec<TestTile> {
     let mut levels: Vec<Vec<DVec3>> = vec![Vec::new(); 3];
     let mut put = |x: f64, y: f64, z: f64, i: i64, j: i64| {
@@ -202,14 +202,14 @@ fn differs(a: [u8; 3], b: [u8; 3], by: u8) -> bool {
 }
 
 #[test]
-fn surfaces_are_closed_and_the_background_is_the_themes() {
+fn surfaces_have_no_holes_and_the_background_has_the_themes_colour() {
     for gpu in TestGpu::all() {
         let mut renderer = furnished_hall(&gpu);
         let view = hall_view();
         let picture = gpu.render(&mut renderer, &view, "hall");
         let projection = CameraProjection::new(view.camera, SIZE);
         assert!(!differs(picture.at(DVec2::new(640.0, 2.0)), [13, 17, 23], 3), "{}", gpu.name);
-        // Every pixel of the open floor shows floor: slate, the low end of the ramp, and no hole.
+        // The open floor has the lowest colour of the colour map, slate. Other pixels count as holes.
         let mut holes = 0;
         for i in 0..400 {
             let at = DVec3::new(-8.0 + f64::from(i % 20) * 0.2, -7.0 + f64::from(i / 20) * 0.12, 0.0);
@@ -218,17 +218,17 @@ fn surfaces_are_closed_and_the_background_is_the_themes() {
             let [r, _, b] = if inside { picture.at(pixel) } else { [44, 62, 88] };
             holes += usize::from(b < r || b < 40);
         }
-        assert!(holes < 8, "{}: {holes} holes in 400 places of the floor", gpu.name);
+        assert!(holes < 8, "{}: {holes} holes in 400 points of the floor", gpu.name);
         assert!(renderer.statistics().points > 300_000);
     }
 }
 
 #[test]
-fn the_clip_opens_the_ceiling_and_the_robot_is_yellow() {
+fn a_lower_ceiling_limit_uncovers_the_yellow_robot() {
     for gpu in TestGpu::all() {
         let mut renderer = furnished_hall(&gpu);
         let mut view = hall_view();
-        // Near enough for the robot's mesh, and over the ceiling.
+        // The camera is above the ceiling and near enough for the robot's mesh.
         view.camera = CameraPose { target: robot().position, distance: 12.0, ..view.camera };
         let open = robot_pixels(&gpu.render(&mut renderer, &view, "open"), &view, 12);
         assert!(open > 60, "{}: {open} yellow pixels", gpu.name);
@@ -328,7 +328,7 @@ fn an_empty_scene_is_only_background() {
 }
 
 #[test]
-fn compared_scans_have_their_own_colours_and_the_map_can_step_back() {
+fn compared_scans_have_their_own_colours_and_the_map_can_be_hidden() {
     for gpu in TestGpu::all() {
         let mut renderer = furnished_hall(&gpu);
         let wall = |x: f64| -> Vec<DVec3> {
@@ -413,7 +413,7 @@ fn loops_are_drawn_in_their_colours_and_the_selected_one_stands_out() {
     }
 }
 
-/// Pixels of the robot's colour, within `reach_px` of where the robot is.
+/// Number of pixels of the robot's colour within `reach_px` of the robot's position.
 fn robot_pixels(image: &Image, view: &View, reach_px: i32) -> usize {
     let (middle, _) = CameraProjection::new(view.camera, view.viewport_px).project(robot().position).unwrap();
     let around = (-reach_px..=reach_px).flat_map(|x| (-reach_px..=reach_px).map(move |y| (x, y)));
@@ -422,7 +422,7 @@ fn robot_pixels(image: &Image, view: &View, reach_px: i32) -> usize {
 }
 
 #[test]
-fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
+fn the_robot_is_drawn_as_a_mesh_nearby_and_as_a_marker_of_constant_size_far_away() {
     for gpu in TestGpu::all() {
         let mut renderer = gpu.renderer();
         renderer.set_robot(Some(robot()));
@@ -430,7 +430,7 @@ fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
             let camera = CameraPose { target: robot().position, yaw: 0.4, pitch: 0.9, distance };
             view(camera, SIZE)
         };
-        // A disc of 18 x 0.62 logical pixels, less its rim, fills the square around its centre.
+        // A disc with a radius of 18 x 0.62 logical pixels, less its rim, fills the square around its centre.
         for distance in [60.0, 300.0, 2900.0] {
             let view = at_distance(distance);
             let filled = robot_pixels(&gpu.render(&mut renderer, &view, "robot-far"), &view, 6);
@@ -440,8 +440,8 @@ fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
         }
         let dense = View { pixels_per_point: 2.0, ..at_distance(300.0) };
         let filled = robot_pixels(&gpu.render(&mut renderer, &dense, "robot-far-dense"), &dense, 12);
-        assert!(filled > 600, "{}: {filled} of 625 with two physical pixels a logical one", gpu.name);
-        // 0.9 m of mesh at 14 m are 55 pixels: legs and sensor leave gaps that the marker would fill.
+        assert!(filled > 600, "{}: {filled} of 625 with two physical pixels for each logical one", gpu.name);
+        // The mesh of 0.9 m spans 55 pixels at 14 m. Legs and sensor leave gaps that the marker would fill.
         let near = at_distance(14.0);
         let filled = robot_pixels(&gpu.render(&mut renderer, &near, "robot-near"), &near, 6);
         assert!((1..120).contains(&filled), "{}: {filled} of 169", gpu.name);
@@ -449,7 +449,7 @@ fn the_robot_is_a_mesh_nearby_and_a_marker_of_constant_size_far_away() {
 }
 
 #[test]
-fn surfaces_are_drawn_a_hands_breadth_from_the_camera() {
+fn surfaces_are_drawn_at_the_shortest_camera_distance() {
     for gpu in TestGpu::all() {
         let mut renderer = gpu.renderer();
         let positions: Vec<DVec3> =

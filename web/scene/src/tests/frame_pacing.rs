@@ -1,4 +1,4 @@
-//! Slow machines draw less while things move, and more once nothing moves.
+//! Tests: late frames lower the quality, and frames in time and rest raise it.
 
 use super::view;
 use crate::{CameraPose, FramePacer, View};
@@ -7,7 +7,7 @@ fn requested() -> View {
     view(CameraPose::default(), [800, 600])
 }
 
-/// Draws changed frames at an interval; returns when the last was and what it was.
+/// Draws changed frames at an interval, s; returns the time (s) and the view of the last one.
 fn run(pacer: &mut FramePacer, from: f64, interval: f64, frames: u32) -> (f64, View) {
     (1..=frames).fold((from, requested()), |_, i| {
         let now = from + interval * f64::from(i);
@@ -16,7 +16,7 @@ fn run(pacer: &mut FramePacer, from: f64, interval: f64, frames: u32) -> (f64, V
 }
 
 #[test]
-fn late_frames_cost_points_and_pixels_and_a_rest_brings_some_back() {
+fn late_frames_lower_points_and_pixels_and_rest_raises_them() {
     let mut pacer = FramePacer::default();
     assert_eq!(pacer.plan_frame(0.0, &requested(), true), (requested(), None));
     let (now, slow) = run(&mut pacer, 0.0, 1.0, 6);
@@ -30,7 +30,7 @@ fn late_frames_cost_points_and_pixels_and_a_rest_brings_some_back() {
         (0..4).fold((still, due), |_, i| pacer.plan_frame(now + 1.0 + f64::from(i), &requested(), false));
     assert_eq!((full, due), (requested(), None), "refined up to the full quality");
     let (moved, _) = pacer.plan_frame(now + 5.0, &requested(), true);
-    assert_eq!(moved, slow, "the time at rest is no measure of speed");
+    assert_eq!(moved, slow, "the time at rest does not change the quality");
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn frames_in_time_restore_the_quality_and_scans_at_ten_hertz_do_not_lower_it() {
 }
 
 #[test]
-fn a_pause_says_nothing_about_speed_and_a_moved_camera_is_a_change() {
+fn a_pause_does_not_lower_the_quality_and_a_moved_camera_is_a_change() {
     let mut pacer = FramePacer::default();
     assert_eq!(run(&mut pacer, 0.0, 20.0, 20).1, requested());
     let moved = View { pixels_per_point: 2.0, ..requested() };

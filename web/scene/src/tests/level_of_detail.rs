@@ -1,4 +1,4 @@
-//! The budget is kept, coarse tiles come first, and nothing out of sight is drawn.
+//! Tests: the point budget is kept, coarse tiles come first, and tiles outside the image are not drawn.
 
 use crate::level_of_detail::{LevelOfDetailConfig, SelectedTile, TileCandidate, select_tiles};
 use crate::{CameraPose, CameraProjection, TileId, WHOLE_MAP};
@@ -31,7 +31,7 @@ fn coarse_and_near_tiles_come_first_until_the_budget_is_spent() {
 }
 
 #[test]
-fn tiles_out_of_sight_or_finer_than_a_pixel_are_left_out() {
+fn tiles_outside_the_image_or_finer_than_a_pixel_are_not_drawn() {
     let behind = candidate(1, -20.0, 0.4);
     let too_fine = candidate(2, 300.0, 0.05);
     let fine_but_near = candidate(3, 0.0, 0.05);

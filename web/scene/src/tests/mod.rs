@@ -1,4 +1,4 @@
-//! Tests of the scene: on the processor wherever possible, on a GPU where there is one.
+//! Tests of the scene. Only `drawing` needs a GPU.
 
 mod camera;
 mod drawing;
@@ -10,7 +10,7 @@ mod shaders;
 use crate::*;
 use glam::DVec3;
 
-/// The theme's dark colours, near enough.
+/// Colours similar to those of the dark theme.
 pub(crate) fn palette() -> Palette {
     Palette {
         ground_top: [13, 17, 23, 255],
@@ -37,7 +37,7 @@ pub(crate) fn view(camera: CameraPose, viewport_px: [u32; 2]) -> View {
     View { camera, viewport_px, pixels_per_point: 1.0, options: Options::default(), palette: palette() }
 }
 
-/// A block of points from metres, at 5 mm around an origin.
+/// A block of points around an origin, on a lattice of 5 mm.
 pub(crate) struct TestTile {
     pub(crate) origin: [f32; 3],
     pub(crate) points: Vec<[u16; 4]>,

@@ -1,4 +1,4 @@
-//! Picking against the slow obvious way: every point of every tile.
+//! Tests of picking, also against a search over every point of every tile.
 
 use super::TestTile;
 use crate::picking::{Hit, PickCone, PickTarget, nearest_loop, nearest_point, nearest_target, resolve_pick};
@@ -23,14 +23,14 @@ fn brute_force(points: &TilePoints, map_from_anchor: &DAffine3, cone: &PickCone)
 
 proptest! {
     #[test]
-    fn picking_agrees_with_looking_at_every_point(
+    fn picking_finds_the_same_point_as_a_search_over_all_points(
         positions in prop::collection::vec(prop::array::uniform3(-6.0..6.0_f64), 1..3000),
         towards in prop::array::uniform3(-1.0..1.0_f64),
         from in prop::array::uniform3(-9.0..9.0_f64),
         turn in 0.0..6.0_f64, slope in 0.005..0.2_f64, floor in -7.0..0.0_f64, ceiling in 0.0..7.0_f64,
     ) {
         let mut positions: Vec<DVec3> = positions.into_iter().map(DVec3::from_array).collect();
-        // Blocks are only small boxes when neighbours follow each other.
+        // Sorted, so that consecutive points are neighbours and the boxes of blocks are small.
         positions.sort_by(|a, b| a.x.total_cmp(&b.x));
         let made = TestTile::new(&positions, 0.1);
         let points = TilePoints::new(WHOLE_MAP, &made.block()).unwrap();
@@ -48,7 +48,7 @@ proptest! {
 }
 
 #[test]
-fn points_above_the_clip_are_looked_through() {
+fn points_above_the_ceiling_limit_are_not_picked() {
     let wall: Vec<DVec3> = (0..100).map(|i| DVec3::new(5.0, 0.0, f64::from(i) * 0.05)).collect();
     let floor = [DVec3::new(9.0, 0.0, 0.0)];
     let pointss =
@@ -65,7 +65,7 @@ fn points_above_the_clip_are_looked_through() {
 }
 
 #[test]
-fn the_target_nearest_to_the_finger_is_picked() {
+fn the_target_nearest_to_the_pointer_is_picked() {
     let camera = CameraPose { target: DVec3::ZERO, yaw: 0.0, pitch: 0.5, distance: 10.0 };
     let projection = CameraProjection::new(camera, [1000, 800]);
     let place = |y: f64| DVec3::new(0.0, y, 0.0);
@@ -109,7 +109,7 @@ fn the_loop_whose_line_is_nearest_is_picked_and_only_near_it() {
 }
 
 #[test]
-fn of_loops_on_top_of_each_other_the_one_that_matters_more_is_picked() {
+fn of_loops_at_the_same_distance_the_one_with_the_higher_state_is_picked() {
     let projection = CameraProjection::new(CameraPose::default(), [1000, 800]);
     let ends = [[0.0; 3], [1.0, 1.0, 0.0]];
     let edges = [LoopState::Closed, LoopState::Rejected, LoopState::Open];
@@ -119,7 +119,7 @@ fn of_loops_on_top_of_each_other_the_one_that_matters_more_is_picked() {
 }
 
 #[test]
-fn a_node_is_picked_where_it_is_drawn_and_a_loop_beside_it() {
+fn a_node_is_picked_within_its_drawn_radius_and_a_loop_outside_it() {
     let (node, line) = (Hit::Node(3), Hit::Loop([3, 9]));
     assert_eq!(resolve_pick(Some((4.0, node)), Some(line), 9.0), Some(node));
     assert_eq!(resolve_pick(Some((15.0, node)), Some(line), 9.0), Some(line));

@@ -1,4 +1,4 @@
-//! Every shader compiles for WebGPU and for WebGL2, so that a slip fails here and not in somebody's browser.
+//! Every shader compiles for WebGPU and for WebGL2, so that an error fails here and not in a browser.
 
 use crate::shaders::sources;
 use naga::back::glsl;
