@@ -1,7 +1,7 @@
 //! The ARIA mirror: every control that egui draws is mirrored as an ARIA element over the canvas, in `<div id="aria">`.
 //!
 //! egui describes each frame as an AccessKit tree, which a plugin takes from its output. The elements have the role, name, value, state and
-//! position of the controls; the pointer passes through them to the canvas. A click by assistive technology (or `element.click()`) goes back
+//! position of the controls. They do not take pointer events, so the canvas gets them. A click by assistive technology (or `element.click()`) goes back
 //! to egui as an AccessKit action. Text inputs are elements of the page themselves; see `text_inputs.rs`.
 
 use crate::browser;
@@ -92,7 +92,7 @@ impl Mirror {
         }
     }
 
-    /// Creates, changes and removes elements as the tree says.
+    /// Creates, changes and removes elements so that they equal the tree.
     fn update(&mut self, update: &TreeUpdate) {
         let Some(root) = self.root.clone() else { return };
         let nodes: BTreeMap<NodeId, &Node> = update.nodes.iter().map(|(id, node)| (*id, node)).collect();
@@ -154,7 +154,7 @@ impl MirroredElement {
             set("role", Some(attributes.role));
             let focusable = matches!(attributes.role, "button" | "slider" | "textbox" | "checkbox");
             set("tabindex", focusable.then_some("0"));
-            // Values change ten times a second; a screen reader must not read each of them.
+            // Values change at 10 Hz; a screen reader must not announce each of them.
             set("aria-live", (attributes.role == "status").then_some("off"));
         }
         if attributes.name != old.name {

@@ -1,5 +1,5 @@
-//! The browser's page: elements, storage, time, randomness, address. Events and timers are those of `gloo`; docs/decisions/browser-wrappers.md
-//! says why not the rest of it.
+//! The browser's page: elements, storage, time, randomness, address. Events and timers are those of `gloo`;
+//! docs/decisions/browser-wrappers.md explains why its other modules are not used.
 
 use wasm_bindgen::JsCast;
 use web_sys::{Document, HtmlElement, Storage, Window};
@@ -84,7 +84,7 @@ pub(crate) fn tab_storage() -> Option<Storage> {
     window()?.session_storage().ok().flatten()
 }
 
-/// Storage that lasts until it is cleared.
+/// Storage that lasts until the user clears it.
 pub(crate) fn lasting_storage() -> Option<Storage> {
     window()?.local_storage().ok().flatten()
 }
@@ -94,13 +94,13 @@ pub(crate) fn log_warning(message: &str) {
     web_sys::console::warn_1(&message.into());
 }
 
-/// Adds a font to the page, for its text inputs. Where that fails they use the system's font.
+/// Adds a font to the page, for its text inputs. If that fails, they use the system's font.
 pub(crate) fn add_font(family: &str, file: &'static [u8]) {
     let buffer = js_sys::Uint8Array::from(file).buffer();
     if let (Some(document), Ok(font)) =
         (document(), web_sys::FontFace::new_with_array_buffer(family, &buffer))
     {
-        // The font is loaded already, because its bytes were given.
+        // The font needs no loading, because its bytes were given.
         let _ = document.fonts().add(&font);
     }
 }

@@ -15,9 +15,9 @@ use std::time::Duration;
 /// Parameters of [`ClientApp`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct ClientAppConfig {
-    /// Time for decoding tiles in one frame, ms. A tile that is begun is finished.
+    /// Time for decoding tiles in one frame, ms. The last tile may exceed it.
     decode_ms: f64,
-    /// Interval of frames while nothing moves: ages and countdowns change.
+    /// Interval of frames while nothing moves: shown ages and countdowns still change.
     idle_repaint: Duration,
     /// Interval of frames while the robot is driven by hand: its velocity is read from stick and keys in every frame.
     drive_repaint: Duration,
@@ -33,7 +33,7 @@ impl Default for ClientAppConfig {
     }
 }
 
-/// Begins to connect, before there is a graphics device: the server answers while the browser makes one.
+/// Begins to connect. This precedes the graphics device, so that the server answers while the browser makes it.
 pub(crate) fn connect() -> Rc<RefCell<ClientRuntime>> {
     let ids = Ids::new(browser::random_u128());
     let model = Model::new(storage::load_client_id(), ids, storage::load_view_settings(), now());
@@ -141,7 +141,7 @@ impl ClientApp {
         }
     }
 
-    /// Decodes scans of keyframes. There are two at a time at most, so this needs no time limit.
+    /// Decodes scans of keyframes. At most two wait at a time, so this needs no time limit.
     fn decode_keyframe_scans(&mut self, runtime: &mut ClientRuntime) {
         while let Some(scan) = runtime.decode_queue.pop_keyframe_scan() {
             let EncodedKeyframeScan { session, keyframe, bytes } = scan;
@@ -188,7 +188,7 @@ impl eframe::App for ClientApp {
         self.mark_startup();
         runtime.begin_frame();
         self.scene.update_ground(&runtime.model);
-        // Tiles are removed before others are inserted: it may be the same tile, fetched again.
+        // Tiles are removed before others are inserted, because a tile may be removed and fetched again.
         runtime.execute_scene_effects(&self.scene, &mut self.viewport);
         self.scene.switch_map(&runtime.model);
         self.update_live_scan(&mut runtime);
@@ -216,7 +216,7 @@ impl eframe::App for ClientApp {
             runtime.apply(ClientEvent::ViewpointChanged(viewpoint));
         }
         if std::mem::take(&mut self.is_first_frame) {
-            // The first frame shows the map only. Laying out all texts for the first time takes as long as everything else.
+            // The first frame shows the map only, because the first layout of all texts takes as long as the rest of the frame.
             ctx.request_repaint();
         } else {
             panels::show_labels(ui, &tokens, &self.viewport.labels(&runtime.model), &mut commands);
@@ -224,7 +224,7 @@ impl eframe::App for ClientApp {
             self.text_inputs.update(&self.panels.text_inputs, &tokens);
         }
         for command in commands.drain(..) {
-            // What a command changes is drawn at once. A velocity changes nothing that is drawn.
+            // The effect of a command is drawn at once. A velocity command changes nothing that is drawn.
             if !matches!(command, ClientCommand::SetVelocity(_)) {
                 ctx.request_repaint();
             }

@@ -32,7 +32,7 @@ enum SceneEffect {
 }
 
 impl EffectExecutor {
-    /// `inbox` receives what sockets, downloads and uploads report.
+    /// `inbox` receives the results and events of sockets, downloads and uploads.
     pub(crate) fn new(inbox: &Inbox) -> Self {
         Self {
             sockets: SocketConnections::new(inbox.clone()),

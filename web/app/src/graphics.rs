@@ -1,7 +1,7 @@
 //! The graphics backend: WebGL2, unless WebGPU is requested or was found usable.
 //!
-//! A browser may offer WebGPU on a software device whose images never reach the screen, and report success. WebGPU is therefore chosen
-//! only if its adapter is hardware. Requesting the adapter starts all of WebGPU, which takes half a second on a software device. So the
+//! A browser may offer WebGPU on a software device that reports success but displays no image. WebGPU is therefore chosen
+//! only if its adapter is hardware. Requesting the adapter initialises WebGPU, which takes 0.5 s on a software device. So the
 //! first visit draws with WebGL2, requests the adapter once the map is on the screen, and stores the result for the next visit.
 
 use crate::browser;
@@ -23,10 +23,10 @@ pub(crate) enum GraphicsBackend {
 const STORAGE_KEY: &str = "autoinspect.gpu";
 /// Its value if that was WebGPU.
 const WEBGPU: &str = "webgpu";
-/// Delay of the request for the WebGPU adapter: the first map is on the screen long before.
+/// Delay of the request for the WebGPU adapter after the start, longer than the time to the first image of the map.
 const PROBE_DELAY: Duration = Duration::from_secs(10);
 
-/// `?gpu=webgl` and `?gpu=webgpu` decide; else the backend that was usable at the last visit, if it still is.
+/// The backend of the parameter `?gpu=webgl` or `?gpu=webgpu`; without it the one that was usable at the last visit, if it still is.
 pub(crate) async fn choose_backend() -> GraphicsBackend {
     match browser::query("gpu").as_deref() {
         Some("webgpu") => GraphicsBackend::WebGpu,
@@ -82,7 +82,7 @@ pub(crate) fn web_options(back_end: GraphicsBackend) -> eframe::WebOptions {
     }
 }
 
-/// Quality of the first images on a software device, where an image at full quality takes a second.
+/// Quality of the first images on a software device, where an image at full quality takes 1 s.
 const SOFTWARE_QUALITY: f32 = 0.1;
 
 /// The frame pacer for a graphics adapter: it begins with a low quality on software devices.

@@ -6,18 +6,18 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Delay of the frame that an inbound message requests. State comes at 20 Hz and scans at 10 Hz: some ten frames a second show them and
-/// leave time to the processor.
+/// Delay of the frame that an inbound message requests. State arrives at 20 Hz and scans at 10 Hz. About 10 frames a second
+/// show them without loading the CPU more.
 const REPAINT_DELAY: Duration = Duration::from_millis(90);
 
-/// Something that came in.
+/// A message from outside the client.
 #[derive(Debug)]
 pub(crate) enum InboundMessage {
-    /// For the model.
+    /// An event for the model.
     Event(ClientEvent),
     /// A tile that was downloaded.
     Tile {
-        /// Its name.
+        /// Hash of its content.
         hash: api::TileHash,
         /// Its encoded points.
         bytes: Vec<u8>,
@@ -33,7 +33,7 @@ pub(crate) enum InboundMessage {
     },
 }
 
-/// A queue that requests a frame for what is pushed.
+/// A queue that requests a frame for each pushed message.
 #[derive(Clone, Default)]
 pub(crate) struct Inbox {
     queue: Rc<RefCell<VecDeque<InboundMessage>>>,
@@ -41,7 +41,7 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
-    /// From now on messages request frames of `ctx`.
+    /// Sets the context whose frames later messages request.
     pub(crate) fn set_context(&self, ctx: &egui::Context) {
         // There is one client and one context: a second call has the same context.
         let _ = self.ctx.set(ctx.clone());

@@ -1,7 +1,7 @@
 //! The runtime of the client: the model with its connections and timers. It does not depend on frames.
 //!
-//! A slow machine may draw one frame a second, and a browser draws none of a hidden tab. A timer of the page keeps pings, answers and
-//! driving going meanwhile. Decoding and drawing wait for the next frame.
+//! A slow machine may draw one frame a second, and a browser draws none of a hidden tab. Between frames a timer of the page handles
+//! pings, responses and driving. Decoding and drawing wait for the next frame.
 
 use crate::browser;
 use crate::effects::EffectExecutor;
@@ -23,14 +23,14 @@ pub(crate) struct RuntimeConfig {
     timer_period_ms: u32,
     /// Age of the last frame from which the page's own events decide whether keys and pointer are still held, ms.
     late_frame_ms: f64,
-    /// Age of the last frame from which driving stops, ms: the operator does not see where the robot goes.
+    /// Age of the last frame from which driving stops, ms: the operator no longer sees the robot's motion.
     max_blind_drive_ms: f64,
-    /// Longest wait for the tile list before the first frame, ms. A local server answers in half of it.
+    /// Longest wait for the tile list before the first frame, ms. A local server answers in half this time.
     max_list_wait_ms: f64,
-    /// Longest wait for the first tile before the first frame, ms. Without a tile the first image is empty, and a further image takes longer
-    /// than this on a software device.
+    /// Longest wait for the first tile before the first frame, ms. Without a tile the first image is empty, and on a software device the
+    /// next image takes longer than this wait.
     max_tile_wait_ms: f64,
-    /// Period of looking for the tile during that wait.
+    /// Period of the check for the tile during that wait.
     wait_period: Duration,
 }
 
@@ -131,7 +131,7 @@ impl ClientRuntime {
         self.decode_queue.has_tiles() || (tiles.listed() && tiles.is_empty())
     }
 
-    /// From now on inbound messages request frames of `ctx`.
+    /// Sets the context whose frames later inbound messages request.
     pub(crate) fn set_context(&self, ctx: &egui::Context) {
         self.inbox.set_context(ctx);
     }
@@ -167,7 +167,7 @@ impl ClientRuntime {
         self.apply(ClientEvent::Tick);
     }
 
-    /// A frame begins.
+    /// Begins a frame: records its time and handles inbound messages.
     pub(crate) fn begin_frame(&mut self) {
         self.last_frame_ms = browser::now_ms();
         self.process_inbox();
@@ -180,7 +180,7 @@ impl ClientRuntime {
         Some(scan)
     }
 
-    /// The page's timer.
+    /// Handles an event of the page's timer.
     fn on_timer(&mut self) {
         if browser::hidden() || browser::now_ms() - self.last_frame_ms > self.config.max_blind_drive_ms {
             self.stop_driving();
@@ -188,7 +188,7 @@ impl ClientRuntime {
         self.process_inbox();
     }
 
-    /// A key or the pointer was released. Frames that are in time detect that themselves.
+    /// Handles the release of a key or the pointer while frames are late. Frames in time detect it themselves.
     fn on_release(&mut self) {
         if browser::now_ms() - self.last_frame_ms > self.config.late_frame_ms {
             self.stop_driving();
@@ -213,7 +213,7 @@ pub(crate) async fn wait_for_first_tile(runtime: &Rc<RefCell<ClientRuntime>>) {
             let max_wait_ms = if listed { config.max_tile_wait_ms } else { config.max_list_wait_ms };
             (ready, max_wait_ms, config.wait_period)
         };
-        // Also when ready: the browser sends requests only while the client pauses.
+        // Waits also when ready, because the browser sends requests only while the client pauses.
         gloo_timers::future::sleep(period).await;
         if ready || browser::now_ms() - started_ms >= max_wait_ms {
             return;
@@ -238,7 +238,7 @@ pub(crate) fn install_page_events(runtime: &Rc<RefCell<ClientRuntime>>) {
 fn with_runtime(runtime: &Rc<RefCell<ClientRuntime>>, act: fn(&mut ClientRuntime)) -> impl FnMut() + 'static {
     let runtime = Rc::clone(runtime);
     move || {
-        // Borrowed only during a frame, which does the same work.
+        // The runtime is borrowed only during a frame, which does the same work.
         if let Ok(mut runtime) = runtime.try_borrow_mut() {
             act(&mut runtime);
         }

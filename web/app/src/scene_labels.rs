@@ -5,13 +5,13 @@ use client_model::{Model, Selection};
 use glam::DVec3;
 use panels::SceneLabel;
 
-/// Number of keyframes in the accessible tree: the nearest ones. More would hide everything else from a screen reader.
+/// Largest number of keyframes in the accessible tree. More would bury the other controls for users of a screen reader.
 const MAX_KEYFRAME_LABELS: usize = 24;
 
 /// Position on the screen (points) and depth (m).
 type ScreenPosition = (egui::Pos2, f64);
 
-/// Labels of what is in the image, the most important first. `project`: from a point of the map to the screen, if it is in the image.
+/// Labels of the things in the image, the most important first. `project` maps a point of the map to the screen, if it is in the image.
 pub(crate) fn scene_labels(
     model: &Model,
     project: impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -25,7 +25,7 @@ pub(crate) fn scene_labels(
     }
     dock_labels(model, &project, &mut labels);
     alignment_labels(model, &project, &mut labels);
-    // Keyframes would be in the way of the robot's pose or the points that are picked.
+    // Keyframes would hide the robot's pose or the points that are picked.
     let picking = model.is_picking_pose() || model.alignment().is_some();
     if (model.view_settings().graph || model.loop_pick().is_some()) && model.has_pose_graph() && !picking {
         keyframe_labels(model, &project, &mut labels);
@@ -33,7 +33,7 @@ pub(crate) fn scene_labels(
     labels
 }
 
-/// The robot and its goal.
+/// Labels of the robot and its goal.
 fn robot_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -53,7 +53,7 @@ fn robot_labels(
     }
 }
 
-/// Places to survey.
+/// Labels of the survey targets.
 fn survey_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -66,7 +66,7 @@ fn survey_labels(
     }
 }
 
-/// Docks.
+/// Labels of the docks.
 fn dock_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -79,7 +79,7 @@ fn dock_labels(
     }
 }
 
-/// Points that were picked to align two maps.
+/// Labels of the points that were picked to align two maps.
 fn alignment_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,
@@ -93,7 +93,7 @@ fn alignment_labels(
     }
 }
 
-/// The keyframes nearest to the camera, and the selected one. While mapping, its tag shows its standard deviation.
+/// Labels of the keyframes nearest to the camera and of the selected one. While mapping, its tag shows its standard deviation.
 fn keyframe_labels(
     model: &Model,
     project: &impl Fn(DVec3) -> Option<ScreenPosition>,

@@ -1,4 +1,4 @@
-//! Keeps the 3D scene in step with the model: what changed in the model is passed to the renderer.
+//! Passes changes of the model to the renderer of the 3D scene.
 
 use api::Quality;
 use client_model::{ColourBy, LoopPair, LoopPick, MapView, Model, ScanComparison, Selection, ViewSettings};
@@ -20,20 +20,20 @@ pub(crate) const BASE_HEIGHT_M: f64 = 0.5;
 /// Parameters of [`SceneSync`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SceneSyncConfig {
-    /// Smallest change of height that counts as another ground, m: a gait makes the base bounce by less.
+    /// Smallest change of height that counts as another floor, m. The base moves up and down by less while the robot walks.
     min_ground_step_m: f64,
-    /// Heights over the ground at the two ends of the colour map, m.
+    /// Heights above the ground at the two ends of the colour map, m.
     colour_heights_m: [f64; 2],
-    /// Points of one image. A laptop without a graphics card draws these in time.
+    /// Largest number of points in one image. A laptop without a graphics card draws them in time.
     point_budget: u32,
-    /// Distance between points of a keyframe's scan, m: they are averages in cells of this edge.
+    /// Distance between points of a keyframe's scan, m: each is the mean of a cell with this edge.
     keyframe_scan_spacing_m: f32,
-    /// Height of a marker over its position on the ground, m, so that the ground does not cover it.
+    /// Height of a marker above its position on the ground, m, so that the ground does not hide it.
     marker_height_m: f64,
     /// Standard deviation up to which a keyframe has the colour of a certain one, m.
     certain_deviation_m: f32,
-    /// Standard deviation from which a keyframe has the colour of an uncertain one, m. From here on the robot suggests to survey the place
-    /// again.
+    /// Standard deviation from which a keyframe has the colour of an uncertain one, m. From this value on the platform suggests to survey
+    /// the area again.
     uncertain_deviation_m: f32,
     /// Age of the last state from which the robot is drawn as one of unknown position, s.
     max_robot_age_s: f64,
@@ -59,7 +59,7 @@ pub(crate) type SharedRenderer = Rc<RefCell<Renderer>>;
 
 /// Keeps the renderer's content equal to the model's.
 pub(crate) struct SceneSync {
-    /// The paint callback finds it among egui's callback resources.
+    /// Also stored in egui's callback resources, for the paint callback.
     pub(crate) renderer: SharedRenderer,
     config: SceneSyncConfig,
     synced: SyncedRevisions,
@@ -83,7 +83,7 @@ struct SyncedRevisions {
 }
 
 impl SceneSync {
-    /// For an empty renderer.
+    /// Synchronises an empty renderer.
     pub(crate) fn new(renderer: Renderer) -> Self {
         Self {
             renderer: Rc::new(RefCell::new(renderer)),
@@ -155,9 +155,9 @@ impl SceneSync {
         // The graph is visible while keyframes are picked, and hidden while points are picked on the surfaces behind it.
         let graph_visible =
             (model.view_settings().graph || model.loop_pick().is_some()) && model.alignment().is_none();
-        // The virtual viewpoints of an imported map would hide it.
+        // The virtual viewpoints of an imported map are no path and would hide the map.
         let graph_visible = graph_visible && model.has_pose_graph();
-        // Saved maps have no quality.
+        // Saved maps have no quality values.
         let no_quality = Quality::default();
         let quality = if live { model.quality() } else { &no_quality };
         let graph_changed = self.synced.graph != Some(shown.graph_revision)
@@ -248,12 +248,12 @@ impl SceneSync {
         self.renderer.borrow_mut().set_compared(scans);
     }
 
-    /// The height at which the ceiling is cut off, m, map frame; the largest number if it is not.
+    /// Height above which points are hidden, m, map frame; the largest number if the ceiling is shown.
     pub(crate) fn ceiling(&self, settings: &ViewSettings) -> f32 {
         if settings.cut_ceiling { self.ground as f32 + settings.ceiling_m } else { f32::MAX }
     }
 
-    /// Follows the height of the ground.
+    /// Updates the height of the ground.
     pub(crate) fn update_ground(&mut self, model: &Model) {
         let base = match (&model.robot.estimate, model.viewed_map()) {
             (Some(estimate), None) => Some(estimate.value.map_from_base.position.z),
@@ -291,7 +291,7 @@ impl SceneSync {
                 ceiling: self.ceiling(settings),
                 point_size: settings.point_size,
                 point_budget: self.config.point_budget,
-                // The two scans that are compared take the map's place.
+                // Only the two scans that are compared are drawn, without the map.
                 map: self.synced.compared_scans < 2,
                 live_scan: model.viewed_map().is_none()
                     && model.has_pose_in_map()
@@ -303,7 +303,7 @@ impl SceneSync {
     }
 }
 
-/// The marker of a place to survey.
+/// The marker of a survey target.
 fn survey_marker(place: &api::SurveyTarget, palette: &Palette, height: f64) -> Marker {
     Marker {
         id: None,
@@ -342,7 +342,7 @@ fn picked_point_marker(position: DVec3, palette: &Palette) -> Marker {
     }
 }
 
-/// The pose of the robot that an operator drags, as a line with an arrow head.
+/// Line and arrow head of the robot's pose that an operator drags.
 fn pose_arrow([from, to]: [DVec3; 2], model: &Model, height: f64) -> (Polyline, Marker) {
     let accent = Tokens::of(model.view_settings().theme).accent;
     let colour = [accent.r(), accent.g(), accent.b(), 255];
@@ -403,7 +403,7 @@ fn uncertainty(config: &SceneSyncConfig, deviation: f32) -> f32 {
     (deviation / certain).log10() / (config.uncertain_deviation_m / certain).log10()
 }
 
-/// All loops: accepted ones from the graph, others from their latest decision.
+/// All loops: accepted ones from the graph, others with the state of their latest decision.
 fn loop_edges(model: &Model) -> Vec<LoopEdge> {
     let shown = model.displayed_map();
     let edge = |from: KeyframeId, to: KeyframeId, state| {

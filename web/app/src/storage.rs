@@ -1,6 +1,6 @@
 //! What the browser stores between visits: the view settings, and the client's id for as long as the tab is open.
 //!
-//! A browser may forbid storage or have none left. Then every visit starts with the defaults.
+//! A browser may forbid storage, or its storage may be full. Then every visit starts with the defaults.
 
 use crate::browser;
 use client_model::ViewSettings;

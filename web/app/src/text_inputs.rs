@@ -1,7 +1,7 @@
 //! The bridge of text inputs: an `<input>` or `<textarea>` of the page lies over every text field that the panels request.
 //!
 //! On-screen keyboards, selection, copy and paste, autocorrection, password managers and screen readers work with elements of the page and
-//! not with what egui draws. Fields are told apart by their id, so there may be any number of them.
+//! not with what egui draws. Each field has its own id, so there may be any number of them.
 
 use crate::browser;
 use egui::{Id, Rect};
@@ -27,7 +27,7 @@ struct TextInputElement {
     field: Field,
     kind: TextInputKind,
     events: EventQueue,
-    /// What the element shows now; the element is changed only where the request differs.
+    /// The element's present attributes; only those that differ from the request are set.
     shown: Option<Shown>,
     _listeners: Vec<EventListener>,
 }
@@ -101,12 +101,12 @@ impl Field {
 }
 
 impl TextInputElements {
-    /// `ctx` gets a frame for every event of an element.
+    /// Every event of an element requests a frame of `ctx`.
     pub(crate) fn new(ctx: egui::Context) -> Self {
         Self { ctx, elements: HashMap::new() }
     }
 
-    /// Hands the events since the last frame to the panels.
+    /// Passes the events since the last frame to the panels.
     pub(crate) fn take_events(&self, inputs: &mut TextInputs) {
         for (id, element) in &self.elements {
             for event in element.events.take() {
@@ -156,7 +156,7 @@ impl TextInputElement {
                 // Shortcuts of the client must not react to text.
                 event.stop_propagation();
                 let Some(key) = event.dyn_ref::<KeyboardEvent>() else { return };
-                // Enter that confirms a word of an input method does not submit.
+                // Enter also confirms a word of an input method; it does not submit then.
                 match key.key().as_str() {
                     "Enter" if !multiline && !key.is_composing() => push(TextInputEvent::Submitted),
                     // Fails only for an element that was removed.

@@ -1,6 +1,6 @@
 //! Uploads: a file that the operator chooses in the browser's dialog is sent to the server.
 //!
-//! With `XMLHttpRequest`, because `fetch` does not report the progress of a request's body.
+//! It uses `XMLHttpRequest`, because `fetch` does not report the progress of a request's body.
 
 use crate::browser;
 use crate::inbox::Inbox;
@@ -47,7 +47,7 @@ impl Uploads {
         }
         match &self.input {
             Some(input) => {
-                // Without this, choosing the same file again is no change.
+                // Otherwise the browser reports no change when the same file is chosen again.
                 input.set_value("");
                 input.click();
             }
@@ -77,7 +77,7 @@ impl Uploads {
             }
         };
         browser::document()?.body()?.append_child(&input).ok()?;
-        // The input stays as long as the page.
+        // The input exists as long as the page.
         EventListener::new(&input, "change", on_change).forget();
         Some(input)
     }
@@ -114,7 +114,7 @@ fn send(inbox: &Inbox, current: &CurrentUpload, upload: UploadId, file: &File) -
         let (inbox, current, ended) = (inbox.clone(), Rc::clone(current), request.clone());
         EventListener::once(&request, kind, move |_| {
             finish(&inbox, upload, result_of(&ended));
-            // Later, because this listener is a part of it.
+            // Deferred, because the running upload owns this listener, which must not drop itself.
             wasm_bindgen_futures::spawn_local(async move {
                 current.borrow_mut().take_if(|running| running.upload == upload);
             });

@@ -17,18 +17,18 @@ use vocab::MapId;
 /// Parameters of [`Viewport`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ViewportConfig {
-    /// Height of the camera's target over the ground while it follows the robot, m: the robot's body.
+    /// Height of the camera's target above the ground while it follows the robot, m: the height of the robot's body.
     followed_height_m: f64,
     /// Distance from the pointer within which robot, nodes and markers are picked, logical px: half of a touch target of 44.
     target_reach_px: f64,
-    /// Radius of drawn nodes and markers, logical px. Within it they precede the lines of loops.
+    /// Radius of drawn nodes and markers, logical px. Within it they precede the lines of loops when picking.
     marker_radius_px: f64,
     /// Distance from the pointer within which the line of a loop is picked, logical px.
     line_reach_px: f64,
     /// Distance from the pointer within which a point of the map is picked, logical px.
     point_reach_px: f64,
-    /// Zoom for each logical pixel of scrolling (natural logarithm of the factor). A notch of a wheel is about 50 px, so five double the
-    /// scale.
+    /// Zoom for each logical pixel of scrolling (natural logarithm of the factor). A notch of a wheel is about 50 px, so five notches double
+    /// the scale.
     zoom_per_px: f64,
     /// Shortest camera distance to a loop, m.
     min_loop_distance_m: f64,
@@ -38,13 +38,13 @@ pub(crate) struct ViewportConfig {
     min_loop_pitch_rad: f64,
     /// Longest camera distance after moving to the robot, m.
     max_robot_distance_m: f64,
-    /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away is an accident.
+    /// Longest distance of a goal from the camera, beyond the camera's distance to its target, m. A click farther away counts as accidental.
     max_goal_distance_m: f64,
     /// Share of the camera's distance that a double click leaves.
     double_click_ratio: f64,
     /// Shortest camera distance after a double click, m.
     min_double_click_distance_m: f64,
-    /// Where the pointer is over no point of the map, zooming goes to the ground there, up to this many camera distances away.
+    /// Longest distance of the ground point to which zooming goes where the pointer is over no point of the map, in camera distances.
     max_ground_focus_ratio: f64,
 }
 
@@ -78,18 +78,18 @@ pub(crate) struct Viewport {
     /// The view that was drawn last, perhaps at a lower quality than requested.
     view: Option<View>,
     frame_pacer: FramePacer,
-    /// The robot's position that an operator drags: where the ground was pressed, and where the pointer is, m, map frame.
+    /// The robot's pose that an operator drags: the pressed point of the ground and the point under the pointer, m, map frame.
     dragged_pose: Option<[DVec3; 2]>,
     /// The part of the viewport that no card covers.
     free_area: Option<FreeArea>,
-    /// The saved map on show.
+    /// The displayed saved map.
     viewed: Option<MapId>,
-    /// The last camera pose in the saved maps that were on show before.
+    /// The last camera pose in each saved map that was displayed before.
     last_poses: BTreeMap<MapId, CameraPose>,
 }
 
 impl Viewport {
-    /// `frame_pacer`: with the quality of the first images.
+    /// `frame_pacer`: starts with the quality of the first images.
     pub(crate) fn new(config: ViewportConfig, frame_pacer: FramePacer) -> Self {
         Self {
             config,
@@ -155,7 +155,7 @@ impl Viewport {
         self.clicks(&response, model, scene, out);
     }
 
-    /// The view to draw for a requested one: at the quality that the machine can do while things move, at a higher one once nothing moves.
+    /// The view to draw for a requested one. While things move it has the quality that the machine draws in time; at rest, a higher one.
     fn paced_view(&mut self, ctx: &egui::Context, requested: View, scene: &SceneSync) -> View {
         let now = browser::now_ms() * 1e-3;
         let (view, refine_in) = self.frame_pacer.next_view(now, &requested, &scene.renderer.borrow());
@@ -181,7 +181,7 @@ impl Viewport {
         scene_labels::scene_labels(model, project)
     }
 
-    /// Moves the camera. Returns the view settings if they changed by it.
+    /// Moves the camera. Returns the view settings if this changed them.
     pub(crate) fn move_camera(
         &mut self,
         to: &CameraMove,
@@ -244,7 +244,7 @@ impl Viewport {
         None
     }
 
-    /// The pose that shows the whole displayed map in the free area, up to the height at which the ceiling is cut off; with all its tiles,
+    /// The pose that shows the whole displayed map in the free area, up to the height above which points are hidden. All tiles count,
     /// loaded or not.
     fn pose_fitting_map(&self, model: &Model, scene: &SceneSync) -> Option<CameraPose> {
         let view = self.view?;
@@ -260,7 +260,7 @@ impl Viewport {
         ))
     }
 
-    /// Keeps the camera pose in the map that is not on show any more.
+    /// Stores the camera pose of the map that was displayed until now.
     fn switch_map(&mut self, model: &Model) {
         let viewed = model.viewed_map();
         if self.viewed != viewed {
@@ -366,7 +366,8 @@ impl Viewport {
         }
     }
 
-    /// Zooms to the point of the map under the pointer, else to the ground there; to the robot while the camera follows it.
+    /// Zooms to the point of the map under the pointer, or to the ground there if there is none. While the camera follows the robot, zooms to
+    /// the robot.
     fn zoom(&mut self, factor: f64, at: egui::Pos2, response: &Response, model: &Model, scene: &SceneSync) {
         let pose = self.camera.pose();
         let view = self.view.filter(|_| !model.view_settings().follow || model.viewed_map().is_some());
@@ -417,7 +418,7 @@ impl Viewport {
                 at,
                 self.config.point_reach_px * scale,
             );
-            // The second click of two would pick in the other map.
+            // The second click of a double click would pick in the other map.
             let point = point.filter(|_| !response.double_clicked());
             out.extend(
                 point.map(|point| ClientCommand::AddAlignmentPoint(vocab::Vec3::from(point.to_array()))),
@@ -464,7 +465,7 @@ impl Viewport {
     }
 }
 
-/// Positions of the two keyframes of a loop, m, map frame; none while they are unknown.
+/// Positions of the two keyframes of a loop, m, map frame; `None` while they are unknown.
 fn ends(model: &Model, pair: LoopPair) -> Option<[DVec3; 2]> {
     let pose_of = |id| model.displayed_map().map_from_anchor(api::Anchor::Keyframe(id));
     Some([vector(pose_of(pair.from)?.position), vector(pose_of(pair.to)?.position)])
@@ -525,7 +526,7 @@ fn pixel(at: egui::Pos2, response: &Response, view: &View) -> DVec2 {
     DVec2::new(f64::from(from_corner.x), f64::from(from_corner.y)) * f64::from(view.pixels_per_point)
 }
 
-/// Paints the scene into egui's image. Callbacks must be `Send`, which the renderer is not, so it is found among the resources.
+/// Paints the scene into egui's image. Callbacks must be `Send`. The renderer is not, so it is stored among egui's resources.
 struct ScenePaint {
     view: View,
 }
