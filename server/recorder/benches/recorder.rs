@@ -1,8 +1,8 @@
-//! What a full-resolution sweep (64,000 points, 10 Hz) costs to record and to read, and how far it packs.
+//! Time to record and to read a full-resolution sweep (64,000 points, 10 Hz), and its compressed size.
 //!
 //! `cargo bench -p recorder`
 
-#![allow(clippy::print_stdout, reason = "a bench may stop at the first surprise, and prints what it saw")]
+#![allow(clippy::print_stdout, reason = "a bench may panic at an error, and prints its results")]
 
 use divan::Bencher;
 use divan::counter::BytesCount;
@@ -29,7 +29,7 @@ fn main() {
     divan::main();
 }
 
-/// A 32-channel sweep of a hall of 60 x 40 x 8 m with 1 cm of range noise, as the simulator makes them.
+/// A 32-channel sweep of a hall of 60 x 40 x 8 m with 1 cm of range noise, like the simulator's.
 fn sweep(stamp: Stamp) -> Scan {
     const POINTS: usize = 64_000;
     let mut scan = Scan { stamp, ..Scan::default() };
@@ -71,7 +71,7 @@ fn decode_scan(bencher: Bencher) {
     });
 }
 
-/// One second of scans, to the file and back: divide by ten.
+/// Writes and reads one second of scans: the time of one scan is a tenth.
 #[divan::bench(args = [ChunkCompression::None, ChunkCompression::Zstd, ChunkCompression::Lz4], sample_count = 20)]
 fn record_ten_scans(bencher: Bencher, compression: ChunkCompression) {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! From a topic's bytes to the stack's own messages.
+//! Decodes the bytes of a topic into the stack's messages.
 
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
-/// The sensor message in `raw`, with a report of points that were left out of a scan.
+/// The sensor message in `raw`, with the counts of points that were left out of a scan.
 pub(crate) fn sensor(
     raw: &RawMessage,
     topic: &Topic,
@@ -43,7 +43,7 @@ pub(crate) fn sensor(
     })
 }
 
-/// The points in `raw`, as the file or message has them.
+/// The points in `raw`, with all fields of the file or message.
 pub(crate) fn cloud<'a>(raw: &'a RawMessage, topic: &Topic) -> Result<Option<PointCloud2<'a>>, ReadError> {
     let failed = |source| message_error(raw, topic, source);
     Ok(match topic.encoding {
@@ -76,7 +76,7 @@ pub(crate) fn is_known_journal(schema: &str) -> bool {
     [topics::INPUT_SCHEMA, INPUT_SCHEMA_V3].contains(&schema)
 }
 
-/// A value that takes up all of the bytes.
+/// Decodes a value that must use all bytes.
 fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(value),
@@ -85,7 +85,7 @@ fn whole<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     }
 }
 
-/// A true pose with its stamp.
+/// A ground-truth pose with its stamp.
 pub(crate) fn truth(raw: &RawMessage, topic: &Topic) -> Result<Option<(Stamp, Pose)>, ReadError> {
     let failed = |source| message_error(raw, topic, source);
     let MessageEncoding::Ros(encoding) = topic.encoding else { return Ok(None) };

@@ -9,7 +9,7 @@ impl fmt::Display for RecordingInfo {
         writeln!(f, "{}", self.path)?;
         let messages: u64 = self.topics.iter().map(|topic| topic.count).sum();
         write!(f, "{}, {}, {} messages", self.format, duration(self.duration), grouped(messages))?;
-        // A clock that was never set starts at 1970; its date means nothing.
+        // A clock that was never set starts at 1970, so its date is not shown.
         match self.start.filter(|start| start.secs_f64() > 1e8) {
             Some(start) => writeln!(f, ", from {} UTC", date(start))?,
             None => writeln!(f)?,
@@ -98,7 +98,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// `2026-11-21 10:32:05`. Counting years from March puts the leap day last.
+/// `2026-11-21 10:32:05`. Years are counted from March, so that the leap day is the last one.
 fn date(stamp: Stamp) -> String {
     let (seconds, _) = stamp.parts();
     let (days, time) = (seconds.div_euclid(86_400) + 719_468, seconds.rem_euclid(86_400));
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_and_durations_read_well() {
+    fn dates_durations_and_counts_are_formatted_for_reading() {
         assert_eq!(date(Stamp::from_parts(1_709_210_096, 0)), "2024-02-29 12:34:56");
         assert_eq!(date(Stamp::EPOCH), "1970-01-01 00:00:00");
         assert_eq!(duration(49.51), "49.5 s");

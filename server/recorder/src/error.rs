@@ -1,4 +1,4 @@
-//! Errors of opening, reading and writing recordings: one sentence each that says what to do.
+//! Errors of opening, reading and writing recordings. Each is one sentence with the remedy.
 
 use formats::FormatError;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub enum OpenError {
     NotARecording {
         /// The file or folder.
         path: PathBuf,
-        /// What it is instead, and the remedy.
+        /// The kind of file that it is, and the remedy.
         problem: String,
     },
     /// A recording of a known kind, but unreadable.
@@ -39,7 +39,7 @@ pub enum OpenError {
         /// What was expected.
         problem: String,
     },
-    /// The caller asked for a topic that is not there.
+    /// The caller asked for a topic that the recording does not have.
     #[error("topic '{topic}' is not in {}; the topics are: {present}", path.display())]
     NoSuchTopic {
         /// The file or folder.
@@ -49,7 +49,7 @@ pub enum OpenError {
         /// The topics that exist.
         present: String,
     },
-    /// The caller asked for a topic whose messages cannot serve that purpose.
+    /// The caller asked for a topic whose messages cannot have that role.
     #[error("topic '{topic}' holds {type_name}, which cannot serve as {purpose}; choose another topic")]
     WrongTopicType {
         /// The topic that was asked for.
@@ -72,17 +72,17 @@ pub enum ReadError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// A piece of the file is broken; what it held is lost.
+    /// A part of the file is damaged; its messages are lost.
     #[error("{} is damaged at byte {at}: {problem}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the piece begins.
+        /// Offset of the part in the file, bytes.
         at: u64,
-        /// What is wrong with it.
+        /// The damage.
         problem: String,
     },
-    /// A file of a scan folder or a bag that is broken.
+    /// A damaged file of a scan folder or a damaged bag.
     #[error("{} could not be read: {source}", path.display())]
     Format {
         /// The file.
@@ -90,7 +90,7 @@ pub enum ReadError {
         /// What is wrong.
         source: FormatError,
     },
-    /// A message that could not be understood; the others of its topic may be fine.
+    /// A message that could not be decoded; other messages of its topic may be readable.
     #[error("the message on '{topic}' logged at {:.3} s could not be read: {source}", at.secs_f64())]
     Message {
         /// Its topic.
@@ -111,7 +111,7 @@ pub enum ReadError {
         topic: String,
         /// When it was logged.
         at: Stamp,
-        /// By how much its own stamp is too early, seconds.
+        /// Time by which its own stamp is before the previous one, s.
         by: f64,
     },
     /// A scan without a usable point; it is left out.
@@ -125,7 +125,7 @@ pub enum ReadError {
         topic: String,
         /// When it was logged.
         at: Stamp,
-        /// Points it had.
+        /// Number of its points.
         points: usize,
     },
     /// The recording does not hold the inputs of a stack, so it cannot be replayed.
@@ -145,7 +145,7 @@ pub enum ReadError {
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The file could not be made.
+    /// The file could not be created.
     #[error("{} could not be created: {source}", path.display())]
     Create {
         /// The file.
@@ -153,12 +153,12 @@ pub enum WriteError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// The disk refused, most likely because it is full.
+    /// Writing failed, most likely because the disk is full.
     #[error("the recording {} could not be written: {source}; check the space on the disk", path.display())]
     Mcap {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// Error of the MCAP library.
         source: mcap::McapError,
     },
     /// An input could not be encoded.

@@ -13,11 +13,11 @@ pub(crate) struct SensorFrames {
     pub external: Option<String>,
 }
 
-/// Names for a robot's body, the most exact first.
+/// Common names of the base frame, the preferred one first.
 const BASE_NAMES: [&str; 5] = ["base_link", "base", "body", "trunk", "base_footprint"];
 
-/// Poses of the sensors in the base. The base is the first of [`BASE_NAMES`] that a transform mentions; where there
-/// is none the LiDAR is the base.
+/// Poses of the sensors in the base. The base is the first of [`BASE_NAMES`] that occurs in a transform, else the
+/// LiDAR.
 pub(crate) fn mounting(transforms: &[TransformStamped], sensors: &SensorFrames) -> Mounting {
     let mentioned = |name: &&&str| {
         transforms.iter().any(|transform| {
@@ -35,7 +35,7 @@ pub(crate) fn mounting(transforms: &[TransformStamped], sensors: &SensorFrames) 
     }
 }
 
-/// Pose of `child` in `parent` along any chain of transforms, or `None` where none connects them.
+/// Pose of `child` in `parent` along a chain of transforms, or `None` if no chain connects them.
 fn look_up(transforms: &[TransformStamped], parent: &str, child: &str) -> Option<Pose> {
     let mut reached = vec![(parent, geometry::Isometry::identity())];
     let mut seen = BTreeSet::from([plain(parent)]);
@@ -56,7 +56,7 @@ fn look_up(transforms: &[TransformStamped], parent: &str, child: &str) -> Option
     None
 }
 
-/// ROS 1 writes some frames with a leading slash and some without.
+/// The frame's name without the leading slash, which ROS 1 writes only for some frames.
 fn plain(frame: &str) -> &str {
     frame.trim_start_matches('/')
 }

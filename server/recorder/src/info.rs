@@ -1,4 +1,4 @@
-//! Content of a recording, what is missing in it, and the consequences: the answer of `autoinspect info`.
+//! Description of a recording for `autoinspect info`: its content, the missing inputs and their consequences.
 
 use crate::containers::Topic;
 use crate::selection::TopicRole;
@@ -13,9 +13,9 @@ use vocab::Stamp;
 pub struct RecordingInfo {
     /// Its file or folder.
     pub path: String,
-    /// Kind of file, for people: "MCAP", "ROS 1 bag".
+    /// Kind of file, such as "MCAP" or "ROS 1 bag".
     pub format: String,
-    /// Seconds from the first message to the last.
+    /// Time from the first message to the last, s.
     pub duration: f64,
     /// Log time of the first message.
     pub start: Option<Stamp>,
@@ -25,9 +25,9 @@ pub struct RecordingInfo {
     pub topics: Vec<TopicInfo>,
     /// Its sensors, one sentence each.
     pub sensors: Vec<String>,
-    /// What is missing, the consequence and the remedy, one sentence each.
+    /// Missing inputs with their consequence and remedy, one sentence each.
     pub missing: Vec<String>,
-    /// Damage, and decisions between several topics, one sentence each.
+    /// Damage, and choices between several topics, one sentence each.
     #[serde(rename = "complaints")]
     pub warnings: Vec<String>,
 }
@@ -41,9 +41,9 @@ pub struct TopicInfo {
     pub type_name: String,
     /// Number of messages.
     pub count: u64,
-    /// Messages a second, on average; `None` for fewer than two.
+    /// Mean rate of messages, Hz; `None` for fewer than two messages.
     pub hz: Option<f64>,
-    /// Its role; none if it is not used.
+    /// Its role; `None` if it is not used.
     #[serde(rename = "meaning")]
     pub role: Option<TopicRole>,
 }
@@ -61,10 +61,10 @@ pub(crate) struct ScanLayout {
     pub frame_id: String,
 }
 
-/// Everything that [`describe`] needs of an opened recording.
+/// Input of [`describe`].
 pub(crate) struct InfoSource<'a> {
     pub path: &'a Path,
-    /// Kind of file, for people.
+    /// Kind of file, such as "MCAP".
     pub format: &'a str,
     /// Log times of the first and last message.
     pub span: Option<(Stamp, Stamp)>,
@@ -75,7 +75,7 @@ pub(crate) struct InfoSource<'a> {
     pub warnings: Vec<String>,
 }
 
-/// The description for people and for `--json`.
+/// Describes a recording, for the terminal and for `--json`.
 pub(crate) fn describe(source: InfoSource) -> RecordingInfo {
     let InfoSource { path, format, span, topics, first_scan, mounting, warnings } = source;
     let duration = span.map_or(0.0, |(start, end)| (end - start).secs_f64());

@@ -1,7 +1,7 @@
-//! Journals of earlier programs: version 3 of `messages::Input`, as programs up to November 2026 wrote it.
+//! Reads journals of earlier programs: version 3 of `messages::Input`, which programs up to November 2026 wrote.
 //!
-//! Frozen copies of what has changed since, each with its way into the present. Types that have not changed are shared with
-//! `messages`. Whoever changes the layout of one of those copies it to this file first; a recording in `tests/fixtures` keeps watch.
+//! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
+//! `messages`. Before the layout of one of them changes, copy it to this file. A recording in `tests/fixtures` tests this.
 
 use messages::{
     BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input, JobDone,
@@ -37,7 +37,7 @@ pub(crate) struct BootRecordV3 {
     docks: Arc<[PoseInMap]>,
 }
 
-/// `messages::Command`, version 3: by a client without a role.
+/// `messages::Command`, version 3: its client has no role.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct CommandV3 {
     id: CommandId,
@@ -45,7 +45,7 @@ pub(crate) struct CommandV3 {
     order: OrderV3,
 }
 
-/// `messages::CommandKind`, version 3: walks and looking about were commands without an identity.
+/// `messages::CommandKind`, version 3: walks and relocalisation were commands without a goal id.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum OrderV3 {
     TakeControl { name: String },
@@ -101,7 +101,7 @@ impl From<InputV3> for Input {
 }
 
 impl From<BootRecordV3> for BootRecord {
-    /// The profile's default is what was compiled in then.
+    /// Uses the default profile, which equals the values that were compiled in then.
     fn from(record: BootRecordV3) -> Self {
         Self {
             profile: RobotProfile { name: record.robot, ..RobotProfile::default() },
@@ -117,7 +117,7 @@ impl From<BootRecordV3> for BootRecord {
 
 impl From<CommandV3> for Command {
     fn from(command: CommandV3) -> Self {
-        // A goal needs an identity of its own; the command's is as good.
+        // Version 3 had no goal ids, so the goal takes the command's id.
         let goal = GoalId(command.id.0);
         let kind = match command.order {
             OrderV3::TakeControl { name } => CommandKind::TakeControl { name },
@@ -165,7 +165,7 @@ mod tests {
     use messages::DisambiguationTask;
     use uuid::Uuid;
 
-    /// Encodes as the program of November 2026 did and decodes into the present.
+    /// Encodes in version 3 and decodes into the present types.
     fn read(input: &InputV3) -> Input {
         let bytes = postcard::to_stdvec(input).unwrap_or_default();
         match postcard::from_bytes::<InputV3>(&bytes) {
@@ -179,7 +179,7 @@ mod tests {
         let order = OrderV3::WalkTo(Vec3::new(1.0, 0.0, 0.0));
         let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
         let bytes = postcard::to_stdvec(&InputV3::Command(CommandV3 { id, by, order })).unwrap_or_default();
-        // Variant 3, two ids of 16 bytes behind their length, variant 6, three numbers.
+        // Variant 3, two ids of 16 bytes with their length before them, variant 6, three numbers.
         assert_eq!((bytes[0], bytes[1], bytes[17], bytes[18], bytes[34], bytes[35]), (3, 16, 7, 16, 8, 6));
         assert_eq!(bytes.len(), 1 + 17 + 17 + 1 + 24);
         let looked = InputV3::Command(CommandV3 { id, by, order: OrderV3::LookAbout });
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn walks_become_goals_and_failures_one() {
+    fn walks_become_goals_and_the_three_failures_become_one() {
         let (id, by) = (CommandId(Uuid::from_u128(7)), ClientId(Uuid::from_u128(8)));
         let point = Vec3::new(1.0, 2.0, 3.0);
         let walk = InputV3::Command(CommandV3 { id, by, order: OrderV3::WalkTo(point) });

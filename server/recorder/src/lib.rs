@@ -1,4 +1,4 @@
-//! Recordings: MCAP files, ROS bags and folders of scans are read through one interface. What is written is MCAP: a standard
+//! Recordings. MCAP files, ROS bags and folders of scans are read through one interface. MCAP files are written; each is a standard
 //! recording and at the same time the exact journal of the stack.
 
 mod containers;
@@ -22,7 +22,7 @@ pub use recording::{Inputs, Recording};
 pub use selection::{TopicRole, TopicSelection};
 pub use writer::{ChunkCompression, RecordingMeta, RecordingWriter, WriterConfig};
 
-/// Role of a topic in a file that the writer made; none if it does not belong to the journal.
+/// Role of a topic in a file of [`RecordingWriter`]; `None` if it does not belong to the journal.
 fn journal_role(topic: &str) -> Option<TopicRole> {
     Some(match topic {
         topics::LIDAR => TopicRole::Lidar,

@@ -7,7 +7,7 @@ use std::mem::{Discriminant, discriminant};
 /// Errors of reading a recording, grouped by kind and topic in the order of first appearance.
 #[derive(Debug, Default)]
 pub struct ReadProblems {
-    /// The first sentence of each group, and how many followed.
+    /// The first sentence of each group, and the number of further errors.
     groups: Vec<(String, u64)>,
     groups_of_topics: BTreeMap<String, Vec<(Discriminant<ReadError>, usize)>>,
 }
@@ -26,12 +26,12 @@ impl ReadProblems {
         }
     }
 
-    /// Whether nothing went wrong.
+    /// Whether there were no errors.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
 
-    /// One sentence for each group: its first error, and how many more there were.
+    /// One sentence for each group: its first error and the number of further errors.
     pub fn sentences(&self) -> Vec<String> {
         let sentence = |(first, more): &(String, u64)| match more {
             0 => first.clone(),
@@ -41,7 +41,7 @@ impl ReadProblems {
     }
 }
 
-/// Errors without a topic form one group of each kind.
+/// The error's topic; empty without one, so that such errors form one group for each kind.
 fn topic(error: &ReadError) -> &str {
     match error {
         ReadError::Message { topic, .. }
@@ -57,7 +57,7 @@ mod tests {
     use vocab::Stamp;
 
     #[test]
-    fn like_errors_are_counted_and_others_kept() {
+    fn errors_of_one_kind_and_topic_are_counted_and_others_are_listed() {
         let mut problems = ReadProblems::default();
         assert!(problems.is_empty());
         let backward = |topic: &str, by| ReadError::Backward { topic: topic.into(), at: Stamp::EPOCH, by };

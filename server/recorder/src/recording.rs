@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Stamp};
 
-/// An opened recording: its topics and their roles are known; its messages are still in the file.
+/// An opened recording: the topics and their roles. Messages are read from the file when needed.
 pub struct Recording {
     path: PathBuf,
     format: String,
@@ -29,7 +29,7 @@ impl Recording {
     /// Opens an MCAP file, a rosbag2 folder or database, a ROS 1 bag, a folder of scans or a single scan.
     ///
     /// # Errors
-    /// When there is nothing to read, it is of no known kind, or a named topic is missing or of a wrong type.
+    /// When there is nothing to read, the kind is unknown, or a named topic is missing or of a wrong type.
     pub fn open(path: &Path, topics: &TopicSelection) -> Result<Self, OpenError> {
         let (format, container) = containers::open(path)?;
         let mut recording = Self {
@@ -46,7 +46,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Description of the recording, for people and for `--json`.
+    /// Description of the recording, for the terminal and for `--json`.
     pub fn info(&self) -> RecordingInfo {
         info::describe(InfoSource {
             path: &self.path,
@@ -68,7 +68,7 @@ impl Recording {
     /// Checks that there are LiDAR scans, without which no map can be made.
     ///
     /// # Errors
-    /// One sentence that names the topics there are.
+    /// One sentence that names the topics of the recording.
     pub fn require_scans(&self) -> Result<(), OpenError> {
         if self.topic_of(TopicRole::Lidar).is_some() {
             return Ok(());
@@ -101,10 +101,10 @@ impl Recording {
         }
     }
 
-    /// The stack's inputs exactly as it got them, in the same order.
+    /// The inputs of the stack, bit for bit and in the same order.
     ///
     /// # Errors
-    /// When the recording was not written by the platform, or by one with another journal.
+    /// When the recording was not written by the platform, or its journal has an unknown version.
     pub fn journal(
         &self,
     ) -> Result<impl Iterator<Item = Result<(Stamp, Input), ReadError>> + Send, ReadError> {
@@ -127,7 +127,7 @@ impl Recording {
         }))
     }
 
-    /// Ground truth, if the recording has it: poses of the base in a fixed frame of its own.
+    /// Ground truth, if the recording has it: poses of the base in a fixed frame, which need not be the map frame.
     ///
     /// # Errors
     /// When the poses cannot be read.
@@ -153,7 +153,7 @@ impl Recording {
         self.roles.iter().map(|role| role.is_some_and(&is_wanted)).collect()
     }
 
-    /// Assigns a topic to every role: the one that the caller named, else the best candidate.
+    /// Assigns a topic to every role: the topic that the caller named, else the best candidate.
     fn assign(&mut self, selection: &TopicSelection) -> Result<(), OpenError> {
         let topics = self.container.topics().to_vec();
         for (topic, role) in topics.iter().zip(&mut self.roles) {
@@ -195,7 +195,7 @@ impl Recording {
         Ok(index)
     }
 
-    /// Of several candidates for a role keeps the one with most data, and adds a note.
+    /// Keeps the candidate for a role that has the most data, and adds a note if there are several.
     fn select_best_topic(&mut self, topics: &[Topic], role: TopicRole) {
         let candidates: Vec<usize> =
             (0..topics.len()).filter(|index| self.roles[*index] == Some(role)).collect();
@@ -207,7 +207,7 @@ impl Recording {
             let points = layouts[*nth].as_ref().map_or(1, |scan_layout| scan_layout.points as u64);
             topics[candidates[*nth]].count.saturating_mul(points)
         };
-        // The first of equals: topics of a file have a fixed order.
+        // Of equal candidates the first is kept, because topics of a file have a fixed order.
         let best = (0..candidates.len()).rev().max_by_key(weight);
         let Some(best) = best else { return };
         self.first_scan = self.first_scan.take().or(layouts[best].clone());
@@ -287,7 +287,7 @@ impl Recording {
     }
 }
 
-/// Sensor messages one after the other. See [`Recording::inputs`].
+/// Iterator over sensor messages. See [`Recording::inputs`].
 pub struct Inputs {
     messages: containers::Messages,
     container: Arc<dyn Container>,

@@ -27,7 +27,7 @@ pub enum TopicRole {
 }
 
 impl TopicRole {
-    /// For people.
+    /// The role's name in messages for people.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lidar => "LiDAR",
@@ -54,9 +54,9 @@ impl TopicRole {
     }
 }
 
-/// Topics named by the caller; what is `None` is guessed.
+/// Topics named by the caller. For a role without one, the topic is guessed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields are the purposes")]
+#[allow(missing_docs, reason = "the fields are named after the roles")]
 pub struct TopicSelection {
     pub lidar: Option<String>,
     pub imu: Option<String>,
@@ -67,10 +67,10 @@ pub struct TopicSelection {
 }
 
 impl TopicSelection {
-    /// Adds a choice as people type it: `lidar=/points`.
+    /// Adds a choice in the form `lidar=/points`.
     ///
     /// # Errors
-    /// A sentence for people if it is not of that form.
+    /// A sentence for people if the text has another form.
     pub fn choose(&mut self, text: &str) -> Result<(), String> {
         let explain =
             || format!("'{text}' is not PURPOSE=TOPIC with lidar, imu, legs, external, battery or truth");
@@ -110,7 +110,7 @@ pub(crate) fn can_serve(topic: &Topic, role: TopicRole) -> bool {
     }
 }
 
-/// The role of a topic by its type and name.
+/// Guesses the role of a topic from its type and name.
 pub(crate) fn guess_role(topic: &Topic) -> Option<TopicRole> {
     let name = topic.name.to_ascii_lowercase();
     let named = |words: &[&str]| words.iter().any(|word| name.contains(word));
@@ -131,6 +131,6 @@ pub(crate) fn guess_role(topic: &Topic) -> Option<TopicRole> {
 }
 
 fn is_tf(type_name: &str) -> bool {
-    // Old ROS 1 recordings use tf's own type of the same layout.
+    // Old ROS 1 recordings use the type of the package tf, which has the same layout.
     type_name == ros::TfMessage::TYPE || type_name == "tf/tfMessage"
 }

@@ -1,4 +1,4 @@
-//! Sentences about recordings that the program says to people, by key. English.
+//! Sentences about recordings that the program shows to people, by key. English.
 
 /// Raw packets instead of scans.
 pub(crate) fn only_packets(topic: &str, type_name: &str) -> String {
@@ -42,7 +42,7 @@ pub(crate) fn several_topics(count: usize, role: &str, chosen: &str, others: &st
     format!("{count} topics could serve as {role}; '{chosen}' has most data and is used, not {others}")
 }
 
-/// The same, for a file whose index at the end is damaged.
+/// A file whose index at the end is damaged.
 pub(crate) const INDEX_DAMAGED: &str =
     "the index at the end of the file is cut off or damaged; no message is lost, but opening takes longer";
 
@@ -59,7 +59,7 @@ pub(crate) fn unreadable_declaration(at: u64, error: &dyn std::fmt::Display) -> 
     format!("a declaration at byte {at} is unreadable and ignored: {error}")
 }
 
-/// A file that does not begin as its kind does.
+/// A file that does not begin with MCAP's magic bytes.
 pub(crate) const NOT_MCAP: &str = "it does not begin as an MCAP file does";
 /// A folder without anything to read.
 pub(crate) const NOTHING_IN_FOLDER: &str =
@@ -87,7 +87,7 @@ pub(crate) const BLOCK_ENDS_EARLY: &str = "a block of messages ends early, its l
 /// A chunk with a wrong checksum.
 pub(crate) const WRONG_CHECKSUM: &str = "the checksum of a chunk does not fit, so all its messages are lost";
 
-/// A chunk that claims too much.
+/// A chunk whose stated size is too large.
 pub(crate) fn chunk_too_large(bytes: u64) -> String {
     format!("a chunk claims to unpack to {bytes} bytes, which is more than is read")
 }
@@ -102,7 +102,7 @@ pub(crate) fn chunk_damaged(error: &dyn std::fmt::Display) -> String {
     format!("a chunk does not unpack ({error}), the rest of it is lost")
 }
 
-/// A chunk that unpacks to less than it states.
+/// A chunk whose decompressed data is shorter than stated.
 pub(crate) fn chunk_short(bytes: usize, stated: u64) -> String {
     format!("a chunk holds {bytes} of its {stated} bytes, the rest is lost")
 }
@@ -112,7 +112,7 @@ pub(crate) fn length_too_large(bytes: u64) -> String {
     format!("{bytes} bytes were announced, more than the file holds or than is read")
 }
 
-/// A read that the system refused.
+/// A failed read.
 pub(crate) fn read_failed(error: &dyn std::fmt::Display) -> String {
     format!("it could not be read: {error}")
 }

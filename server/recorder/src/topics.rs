@@ -1,4 +1,4 @@
-//! Names that recordings of the platform use.
+//! Names of topics, frames and schemas in recordings of the platform.
 
 /// LiDAR sweeps, `sensor_msgs/PointCloud2`.
 pub const LIDAR: &str = "/lidar/points";
@@ -18,7 +18,7 @@ pub const TRUTH: &str = "/truth";
 pub const POSE: &str = "/autoinspect/pose";
 /// All other inputs of the stack: `messages::Input` in postcard's encoding.
 pub const INPUT: &str = "/autoinspect/input";
-/// Name of the schema of [`INPUT`]; its number counts up with every change of `messages::Input`. Earlier ones are read too.
+/// Name of the schema of [`INPUT`]. Its version rises with every change of `messages::Input`; older versions are read too.
 pub const INPUT_SCHEMA: &str = "autoinspect.Input.v4";
 /// Message and schema encoding of [`INPUT`].
 pub const INPUT_ENCODING: &str = "postcard";

@@ -1,8 +1,8 @@
-//! Writing a recording: standard MCAP with ROS 2 messages that is at the same time the journal of the stack.
+//! Writes a recording: standard MCAP with ROS 2 messages that is at the same time the journal of the stack.
 //!
-//! Sensor inputs become ROS messages, every other input goes to [`topics::INPUT`] as it is. A sensor message
-//! that its ROS type could not give back bit for bit (a stamp outside 1970 to 2038, a point at the origin, columns
-//! of odd length) goes there too, so that reading the file always yields the very inputs the stack had.
+//! Sensor inputs are written as ROS messages, every other input unchanged to [`topics::INPUT`]. Some sensor messages cannot be restored bit
+//! for bit from their ROS type, for example with a stamp outside 1970 to 2038, a point at the origin, columns of unequal length. They are written to
+//! [`topics::INPUT`] too, so that reading the file always yields exactly the inputs of the stack.
 
 use crate::error::WriteError;
 use crate::topics;
@@ -23,9 +23,9 @@ pub struct WriterConfig {
     /// Compression of chunks.
     pub compression: ChunkCompression,
     /// Size at which a chunk is closed, bytes before compression. A full-resolution sweep is 1.4 MB, so a chunk holds a few of them and the small
-    /// messages between.
+    /// messages between them.
     pub chunk_bytes: u64,
-    /// Longest time that recorded data stays in memory, on the recording's own clock: what a crash loses.
+    /// Longest time that recorded data stays in memory, on the recording's clock. A crash loses at most the data of this time.
     pub flush_interval: Span,
 }
 
@@ -44,7 +44,7 @@ impl Default for WriterConfig {
 pub struct RecordingMeta {
     /// Name of the robot.
     pub robot: String,
-    /// Where the data comes from, for people: "simulated site b1, seed 3" or "live".
+    /// Source of the data, such as "simulated site b1, seed 3" or "live".
     pub origin: String,
 }
 
@@ -54,14 +54,13 @@ pub enum ChunkCompression {
     /// zstd level 1: smallest files.
     #[default]
     Zstd,
-    /// lz4: for slow computers.
+    /// lz4: less CPU time than zstd.
     Lz4,
-    /// None: least work, largest files.
+    /// No compression: least CPU time, largest files.
     None,
 }
 
-/// Writes one recording. [`RecordingWriter::finish`] ends the file; a file without that end can be read up to the
-/// last flush.
+/// Writes one recording. [`RecordingWriter::finish`] completes the file. An incomplete file can be read up to the last flush.
 pub struct RecordingWriter {
     path: PathBuf,
     mcap: Writer<BufWriter<File>>,
@@ -87,7 +86,7 @@ struct Channels {
 }
 
 impl RecordingWriter {
-    /// Creates the file, replacing one of that name.
+    /// Creates the file and replaces a file of the same name.
     ///
     /// # Errors
     /// When the file cannot be created or written.
@@ -95,7 +94,7 @@ impl RecordingWriter {
         Self::create_with(path, meta, mounting, &WriterConfig::default())
     }
 
-    /// As [`RecordingWriter::create`], with other parameters.
+    /// [`RecordingWriter::create`] with other parameters.
     ///
     /// # Errors
     /// When the file cannot be created or written.
@@ -123,10 +122,10 @@ impl RecordingWriter {
         })
     }
 
-    /// Records one input of the stack with the `at` it was stepped with.
+    /// Records one input of the stack with the time `at` of its step.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn input(&mut self, at: Stamp, input: &Input) -> Result<(), WriteError> {
         self.write_mounting_once(at)?;
         self.buffer.clear();
@@ -144,15 +143,15 @@ impl RecordingWriter {
     /// Records the ground truth (simulation only).
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn truth(&mut self, at: Stamp, world_from_base: &Pose) -> Result<(), WriteError> {
         self.write_pose(self.channels.truth, at, "world", world_from_base)
     }
 
-    /// Records the stack's estimates, which take little space. Other publications can be computed by replaying.
+    /// Records the estimated poses, which take little space. A replay computes all other publications.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn publication(&mut self, at: Stamp, publication: &Publication) -> Result<(), WriteError> {
         match publication {
             Publication::Estimate(Estimate { map_from_base, .. }) => {
@@ -162,10 +161,10 @@ impl RecordingWriter {
         }
     }
 
-    /// Ends the file with its index.
+    /// Completes the file with its index.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), WriteError> {
         self.mcap.finish().map_err(|source| self.failed(source))?;
         Ok(())
@@ -276,7 +275,7 @@ impl Channels {
     }
 }
 
-/// ROS 2 players offer a latched topic to late subscribers only if the file says that it is one.
+/// Metadata that marks a latched topic. Without it, ROS 2 players do not send the topic to late subscribers.
 fn latched(topic: &str) -> BTreeMap<String, String> {
     const TRANSIENT_LOCAL: &str = "- history: 3\n  depth: 0\n  reliability: 1\n  durability: 1\n";
     let profile =
@@ -295,7 +294,7 @@ fn options(config: &WriterConfig) -> WriteOptions {
         .library(concat!("autoinspect ", env!("CARGO_PKG_VERSION")))
         .compression(compression)
         .compression_level(1)
-        // Compressing on the caller's thread keeps memory and bytes the same everywhere.
+        // Compression on the caller's thread makes memory and bytes independent of the computer.
         .compression_threads(0)
         .chunk_size(Some(config.chunk_bytes))
 }
@@ -313,12 +312,12 @@ fn metadata(meta: &RecordingMeta, mounting: &Mounting) -> mcap::records::Metadat
     mcap::records::Metadata { name: "autoinspect".into(), metadata: entries }
 }
 
-/// Whether reading the ROS message gives this very sensor message back.
+/// Whether the ROS message restores this sensor message bit for bit.
 fn ros_can_hold(sensor: &Sensor) -> bool {
     Header::can_hold(sensor.stamp())
         && match sensor {
             Sensor::Scan(scan) => scan_is_plain(scan),
-            // A leg or external odometry keeps every number; so do IMU and battery.
+            // The ROS types of leg odometry, external odometry, IMU and battery keep every number.
             _ => true,
         }
 }

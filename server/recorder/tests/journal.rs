@@ -1,9 +1,9 @@
-//! The recording is the journal: whatever entered the stack comes back bit for bit and in order.
+//! The recording is the journal: every input of the stack is read back bit for bit and in order.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test may stop at the first surprise, and prints what it saw"
+    reason = "a test may panic at the first error, and prints its results"
 )]
 
 mod support;
@@ -23,7 +23,7 @@ use vocab::{
     ActionCallId, ClientId, CommandId, GoalId, MapId, Pose, Quat, SessionId, Span, Stamp, Twist, Vec3,
 };
 
-/// Bytes, because NaN does not equal itself.
+/// Encoded for comparison, because NaN does not equal itself.
 fn bytes(entry: &(Stamp, Input)) -> Vec<u8> {
     postcard::to_stdvec(entry).unwrap()
 }
@@ -62,7 +62,7 @@ fn any_twist() -> impl Strategy<Value = Twist> {
     (any_vec3(), any_vec3()).prop_map(|(linear, angular)| Twist { linear, angular })
 }
 
-/// Mostly of our days, sometimes what no ROS time can hold.
+/// Mostly a present time, sometimes one that ROS times cannot represent.
 fn any_stamp() -> impl Strategy<Value = Stamp> {
     let today = 1_700_000_000_000_000_000i64;
     prop_oneof![8 => today..today + 10_000_000_000, 1 => any::<i64>()].prop_map(Stamp::from_nanos)
@@ -175,7 +175,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_input_comes_back_bit_for_bit_in_order(
+    fn every_input_is_read_back_bit_for_bit_in_order(
         entries in prop::collection::vec((any_stamp(), any_input()), 0..30)
     ) {
         let folder = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn a_journal_reads_as_a_standard_recording_too() {
 }
 
 #[test]
-fn a_common_sweep_lies_on_the_lidar_topic_and_an_odd_one_in_the_journal() {
+fn a_sweep_is_on_the_lidar_topic_unless_ros_cannot_represent_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     let odd = Scan { stamp: START, xyz: vec![[0.0; 3]], ..Scan::default() };
@@ -239,7 +239,7 @@ fn a_recording_that_was_never_finished_is_read_up_to_the_last_flush() {
             writer.input(written[written.len() - 1].0, &written[written.len() - 1].1).unwrap();
         }
     }
-    // What a killed recorder leaves: the file as it is now.
+    // The unfinished file is what a killed recorder leaves.
     let copy = folder.path().join("killed.mcap");
     std::fs::copy(&path, &copy).unwrap();
     drop(writer);
@@ -251,7 +251,7 @@ fn a_recording_that_was_never_finished_is_read_up_to_the_last_flush() {
 }
 
 #[test]
-fn other_recordings_and_other_versions_are_no_journals() {
+fn other_recordings_and_unknown_versions_are_rejected_as_journals() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("other.mcap");
     let file = std::io::BufWriter::new(std::fs::File::create(&path).unwrap());
@@ -273,12 +273,12 @@ fn other_recordings_and_other_versions_are_no_journals() {
 }
 
 #[test]
-fn messages_are_standard_ros() {
+fn messages_have_standard_ros_types() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     write(&path, &[(START, Input::Sensor(scan(START, 3)))]);
     let file = std::fs::read(&path).unwrap();
-    // The library's own reader, end to end, checksums included.
+    // The MCAP library's reader checks the whole file, checksums included.
     let messages: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap).collect();
     let cloud = messages.iter().find(|message| message.channel.topic == "/lidar/points").unwrap();
     let schema = cloud.channel.schema.as_ref().unwrap();

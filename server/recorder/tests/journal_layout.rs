@@ -1,7 +1,7 @@
-//! The bytes of today's journal entries. When this test fails, the layout has changed: give the schema its next number, and freeze copies of what has
-//! changed in `src/legacy.rs`. Then `UPDATE_EXPECT=1` writes the new bytes.
+//! The bytes of the present journal entries. If this test fails, the layout has changed. Then raise the schema's version, freeze copies of
+//! the changed types in `src/legacy.rs`, and write the new bytes with `UPDATE_EXPECT=1`.
 
-#![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test may panic at the first error")]
 
 use expect_test::expect_file;
 use messages::{
@@ -18,7 +18,7 @@ fn id(number: u128) -> Uuid {
     Uuid::from_u128(number)
 }
 
-/// Every input of a journal but sensors, which have channels of their own, and what jobs find.
+/// Every kind of journal entry. Left out are sensor messages, which have topics of their own, and results that jobs compute.
 fn inputs() -> Vec<Input> {
     let map = MapId(id(1));
     let profile = RobotProfile {
@@ -69,7 +69,7 @@ fn inputs() -> Vec<Input> {
 }
 
 #[test]
-fn the_bytes_of_journal_entries_are_as_they_were() {
+fn the_bytes_of_journal_entries_are_unchanged() {
     let mut text = format!("{}\n", recorder::topics::INPUT_SCHEMA);
     for input in inputs() {
         let bytes = postcard::to_stdvec(&input).unwrap();

@@ -1,9 +1,9 @@
-//! Broken inputs of every kind: each gives one clear sentence, no panic, and little memory.
+//! Broken inputs of every kind: each gives one clear sentence, causes no panic and needs little memory.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test may stop at the first surprise, and prints what it saw"
+    reason = "a test may panic at the first error, and prints its results"
 )]
 
 mod support;
@@ -19,13 +19,13 @@ use std::path::{Path, PathBuf};
 use support::{START, imu, one_of_each, open, scan, write_recording};
 use vocab::{Span, Stamp};
 
-/// What came of a broken input: how many sensor messages, and every sentence said.
+/// Result of reading a broken input: the number of sensor messages, and every sentence.
 struct Outcome {
     sensors: usize,
     sentences: Vec<String>,
 }
 
-/// Opens and reads to the end.
+/// Opens a recording and reads it to the end.
 fn drain(path: &Path) -> Outcome {
     let mut outcome = Outcome { sensors: 0, sentences: Vec::new() };
     let recording = match Recording::open(path, &TopicSelection::default()) {
@@ -46,7 +46,7 @@ fn drain(path: &Path) -> Outcome {
     outcome
 }
 
-/// A sentence for people: one line, not too long, without the debug form of anything.
+/// Asserts that a sentence is for people: one line of 26 to 419 bytes, without debug output.
 fn assert_clear(sentence: &str) {
     assert!(!sentence.contains('\n') && sentence.len() < 420, "{sentence}");
     assert!(!sentence.contains("Err(") && !sentence.contains("Some("), "{sentence}");
@@ -68,7 +68,7 @@ fn mcap_of(path: &Path, messages: &[(&str, &str, Stamp, Vec<u8>)]) {
     writer.finish().unwrap();
 }
 
-/// A PointCloud2 of x, y, z (f32) that claims what it is told to.
+/// A PointCloud2 of x, y, z with the given header fields, which may contradict the data.
 fn cloud(width: u32, datatype: u8, step: u32, data: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut writer = Writer::new(Encoding::Cdr, &mut out);
@@ -104,7 +104,7 @@ fn cdr(message: &impl RosMessage) -> Vec<u8> {
 
 const CLOUD: &str = "sensor_msgs/msg/PointCloud2";
 
-/// Name, maker, and what the sentence must mention.
+/// Name, function that writes the input, and text that the sentence must contain.
 type Case = (&'static str, fn(&Path), &'static str);
 
 const CASES: [Case; 28] = [
@@ -168,7 +168,7 @@ fn absurd_record(path: &Path, opcode: u8) {
     fs::write(path, bytes).unwrap();
 }
 
-/// The index stays whole, a byte in the middle of the first packed chunk does not.
+/// Changes a byte in the middle of the first compressed chunk; the index stays valid.
 fn flip_chunk(path: &Path) {
     write_recording(path, 1);
     let mut bytes = fs::read(path).unwrap();
@@ -216,7 +216,7 @@ fn every_malformed_input_gives_a_clear_sentence_and_little_memory() {
     assert_little_memory();
 }
 
-/// No input above needs more than a few MiB; a count believed would need gigabytes.
+/// Asserts a peak memory below 400 MiB. Allocating by a wrong count would need gigabytes.
 fn assert_little_memory() {
     let Ok(status) = fs::read_to_string("/proc/self/status") else {
         println!("skipped: this system has no /proc/self/status to read the peak memory from");
@@ -228,7 +228,7 @@ fn assert_little_memory() {
 }
 
 #[test]
-fn folders_without_recordings_say_what_was_looked_for() {
+fn errors_for_folders_without_recordings_name_the_expected_files() {
     let folder = tempfile::tempdir().unwrap();
     let said = |path: &Path| drain(path).sentences.join(" | ");
     assert!(said(folder.path()).contains("no scans"), "{}", said(folder.path()));
@@ -253,7 +253,7 @@ fn split_bags_are_read_in_order_and_a_missing_part_is_reported() {
     assert!(outcome.sentences[0].contains("a_1.mcap"), "{:?}", outcome.sentences);
 }
 
-/// The smallest recording with one of everything.
+/// A small recording with one message of each kind.
 fn small_recording(folder: &Path) -> PathBuf {
     let path = folder.join("small.mcap");
     let meta = recorder::RecordingMeta::default();
@@ -268,7 +268,7 @@ fn small_recording(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_recording_cut_at_any_byte_gives_what_it_holds() {
+fn a_recording_cut_at_any_byte_gives_its_complete_messages() {
     let folder = tempfile::tempdir().unwrap();
     let whole = small_recording(folder.path());
     let all: Vec<_> = open(&whole).journal().unwrap().map(Result::unwrap).collect();
@@ -287,7 +287,7 @@ fn a_recording_cut_at_any_byte_gives_what_it_holds() {
             Err(_) => Vec::new(),
         };
         assert_eq!(read, all[..read.len()], "cut at {cut}");
-        assert!(read.len() >= best, "cut at {cut}: more bytes, fewer messages");
+        assert!(read.len() >= best, "cut at {cut}: fewer messages than from a shorter file");
         best = read.len();
     }
     assert_eq!(best, all.len(), "without its summary nothing is lost");
@@ -299,7 +299,7 @@ fn a_name_of_random_bytes_is_shown_short_and_on_one_line() {
     let path = small_recording(folder.path());
     let mut bytes = fs::read(&path).unwrap();
     let name = bytes.windows(8).position(|window| window == b"\x04\0\0\0zstd").unwrap();
-    // As if the compression's name went on into the packed data.
+    // The length of the compression's name now reaches into the compressed data.
     bytes[name] = 120;
     bytes[name + 9] = b'\n';
     fs::write(&path, bytes).unwrap();

@@ -1,9 +1,9 @@
-//! Every real recording against the counts that an independent reader gave for it.
+//! Compares every real recording with the counts of an independent reader.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test may stop at the first surprise, and prints what it saw"
+    reason = "a test may panic at the first error, and prints its results"
 )]
 
 mod support;
@@ -12,7 +12,7 @@ use messages::Sensor;
 use recorder::{OpenError, Recording, TopicRole, TopicSelection};
 use support::{open, real};
 
-/// Counts of (name, messages) that must be among the topics.
+/// Asserts the number of messages of the named topics.
 fn check_counts(recording: &Recording, expected: &[(&str, u64)]) {
     let info = recording.info();
     for (name, count) in expected {
@@ -22,7 +22,7 @@ fn check_counts(recording: &Recording, expected: &[(&str, u64)]) {
     }
 }
 
-/// Scans, IMU samples, odometry messages, and points of all scans together.
+/// Numbers of scans, IMU samples, odometry messages, and points of all scans.
 fn tally(recording: &Recording) -> (usize, usize, usize, usize) {
     let mut tally = (0, 0, 0, 0);
     let mut last = None;
@@ -81,7 +81,7 @@ fn ouster_ros1_in_mcap() {
 }
 
 #[test]
-fn nav2_and_made_up_mcap_files() {
+fn nav2_and_synthetic_mcap_files() {
     if let Some(path) = real("bags/nav2_turtlebot.mcap") {
         let recording = open(&path);
         check_counts(&recording, &[("/odom", 2639), ("/tf", 5422), ("/tf_static", 1), ("/amcl_pose", 135)]);
@@ -188,7 +188,7 @@ fn a_real_message_with_absolute_times() {
     let (scan, report) = cloud.table.to_scan(Some(cloud.header.stamp)).unwrap();
     assert_eq!(scan.xyz.len() + report.dropped.total(), 64_000);
     let (first, last) = (scan.offset_ns.iter().min().unwrap(), scan.offset_ns.iter().max().unwrap());
-    // Its points span half a turn at 10 Hz.
+    // Its points span half a rotation at 10 Hz.
     assert!((45_000_000..55_000_000).contains(&(last - first)), "{first} to {last} ns");
 }
 
@@ -218,7 +218,7 @@ fn other_files_are_reported_as_no_recording() {
 }
 
 #[test]
-fn a_role_can_be_given_another_topic() {
+fn a_role_can_be_assigned_another_topic() {
     let Some(path) = real("hilti-uzh-run2/bag") else { return };
     let mut selection = TopicSelection::default();
     selection.choose("legs=/vo/odometry").unwrap();
@@ -227,7 +227,7 @@ fn a_role_can_be_given_another_topic() {
     assert_eq!(used.role, Some(TopicRole::Legs));
     selection.choose("lidar=/nowhere").unwrap();
     let error = Recording::open(&path, &selection).err().unwrap().to_string();
-    assert!(error.contains("/lidar/points"), "names what there is: {error}");
+    assert!(error.contains("/lidar/points"), "names the existing topics: {error}");
     selection.choose("lidar=/vo/odometry").unwrap();
     assert!(matches!(Recording::open(&path, &selection), Err(OpenError::WrongTopicType { .. })));
 }

@@ -1,4 +1,4 @@
-//! ROS 1 bags as containers.
+//! Reads ROS 1 bags as containers.
 
 use super::merge::{BlockSource, MergedMessages};
 use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// A ROS 1 bag whose chunks are known.
+/// A ROS 1 bag with the index of its chunks.
 pub(crate) struct BagFile {
     contents: Arc<Contents>,
 }
@@ -30,7 +30,7 @@ impl BagFile {
     /// Opens a bag.
     ///
     /// # Errors
-    /// When it cannot be read or is no bag of version 2.0.
+    /// When it cannot be read or is not a bag of version 2.0.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let file = File::open(path).map_err(|source| OpenError::Io { path: path.to_owned(), source })?;
         let index = rosbag1::read_index(&mut BufReader::new(file))

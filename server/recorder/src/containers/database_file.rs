@@ -1,4 +1,4 @@
-//! rosbag2's SQLite files as containers.
+//! Reads rosbag2's SQLite files as containers.
 
 use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
 use crate::error::{OpenError, ReadError};
@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// A database whose topics are known.
+/// A database with the list of its topics.
 pub(crate) struct DatabaseFile {
     path: PathBuf,
     topics: Vec<Topic>,
-    /// Number in the database of each topic.
+    /// Id of each topic in the database.
     ids: Vec<i64>,
     span: Option<(Stamp, Stamp)>,
 }
@@ -55,7 +55,7 @@ impl Container for DatabaseFile {
         &[]
     }
 
-    /// The order of the file is that of time too: rosbag2 promises no other.
+    /// Both orders are by time, because rosbag2 guarantees no file order.
     fn messages(&self, wanted: &[bool], _order: Order) -> Messages {
         let is_wanted = |(topic, id): (usize, &i64)| wanted[topic].then_some((topic, *id));
         let topics: Vec<(usize, i64)> = self.ids.iter().enumerate().filter_map(is_wanted).collect();
@@ -78,11 +78,11 @@ impl Container for DatabaseFile {
     }
 }
 
-/// Messages by time, a few rows at a time.
+/// Messages by time, read in batches of rows.
 struct DatabaseRows {
     database: Database,
     path: PathBuf,
-    /// Index and number in the database of the wanted topics.
+    /// Index and database id of the wanted topics.
     topics: Vec<(usize, i64)>,
     batch: VecDeque<DatabaseMessage>,
     last: (Stamp, i64),

@@ -13,12 +13,12 @@ pub(crate) struct FileSequence {
 
 struct Part {
     container: Arc<dyn Container>,
-    /// Index in the whole of each of the part's topics.
+    /// For each of the part's topics, its index in the sequence.
     topics: Vec<usize>,
 }
 
 impl FileSequence {
-    /// Joins files; topics of one name, type and encoding are one.
+    /// Joins files. Topics with the same name, type and encoding become one topic.
     pub fn new(containers: Vec<Arc<dyn Container>>, mut warnings: Vec<String>) -> Self {
         let mut topics: Vec<Topic> = Vec::new();
         let mut parts = Vec::with_capacity(containers.len());
@@ -77,7 +77,7 @@ impl Container for FileSequence {
                 (part.container.clone(), part.topics.clone(), wanted)
             })
             .collect();
-        // A part's file is opened when the one before it has ended.
+        // A file is opened when the previous one has ended.
         Box::new(parts.into_iter().flat_map(move |(container, topics, wanted)| {
             container.messages(&wanted, order).map(move |raw| {
                 raw.map(|mut raw| {

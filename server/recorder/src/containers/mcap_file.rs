@@ -1,4 +1,4 @@
-//! MCAP files, finished or cut off: their blocks, and the messages in them.
+//! Reads MCAP files, finished or truncated: their blocks, and the messages in them.
 //!
 //! A finished file has the positions of its chunks in its summary. Any other file is scanned once from its start, up to the first record that
 //! cannot be understood. In both cases messages are then read block by block. Source: mcap.dev/spec.
@@ -27,10 +27,10 @@ const NAME_MAX: usize = 200;
 
 /// Opcode and length before every record.
 const RECORD_HEADER_LEN: u64 = 9;
-/// Largest chunk, packed or not, that is read.
+/// Largest chunk that is read, compressed or not, bytes.
 const CHUNK_BYTES_MAX: u64 = 1 << 30;
 
-/// An MCAP file whose blocks are known.
+/// An MCAP file with the index of its blocks.
 pub(crate) struct McapFile {
     index: Arc<Index>,
     span: Option<(Stamp, Stamp)>,
@@ -38,7 +38,7 @@ pub(crate) struct McapFile {
     metadata: BTreeMap<String, String>,
 }
 
-/// Everything that is needed to read messages.
+/// Index for reading messages.
 struct Index {
     path: PathBuf,
     topics: Vec<Topic>,
@@ -51,7 +51,7 @@ struct Index {
 /// A run of bytes that holds messages.
 #[derive(Clone, Debug)]
 struct Block {
-    /// Of a chunk: its record's content. Of loose messages: the first record's head.
+    /// Offset in the file: of a chunk's record content, or of the first record's header for messages outside of chunks.
     offset: u64,
     length: u64,
     kind: BlockKind,
@@ -70,7 +70,7 @@ impl McapFile {
     /// Opens a file and finds its blocks.
     ///
     /// # Errors
-    /// When it cannot be read or does not begin as an MCAP file does.
+    /// When it cannot be read or does not begin with MCAP's magic bytes.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let io = |source| OpenError::Io { path: path.to_owned(), source };
         let mut file = File::open(path).map_err(io)?;
@@ -117,7 +117,7 @@ impl Container for McapFile {
     }
 }
 
-/// The index by the file's summary; `None` if it has none or an unusable one.
+/// Reads the index from the file's summary; `None` if there is no usable summary.
 fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
     let summary = read_summary(file, size)?;
     let statistics = summary.stats.as_ref()?;
@@ -206,7 +206,7 @@ impl ChannelTable {
             (topics::INPUT_ENCODING, _) => MessageEncoding::Postcard,
             (other, _) => MessageEncoding::Other(other.to_owned()),
         };
-        // Both end up in sentences.
+        // Name and type appear in messages for people.
         let name = formats::legible(name, NAME_MAX);
         let type_name = formats::legible(&formats::ros::plain_type_name(schema), NAME_MAX);
         let same =

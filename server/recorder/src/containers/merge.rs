@@ -11,13 +11,12 @@ pub(super) trait BlockSource {
     /// Earliest log time in the next block, or `None` after the last.
     fn next_start(&self) -> Option<Stamp>;
 
-    /// Loads the next block's wanted messages in file order, with the place in the file as tie-breaker, and
-    /// moves on even when that fails.
+    /// Loads the next block's wanted messages in file order, each with its position in the file as tie-breaker. Advances to the block after it
+    /// even when that fails.
     fn load_next(&mut self, messages: &mut Vec<(u64, RawMessage)>) -> Result<(), ReadError>;
 }
 
-/// Messages of a file in the wanted order. Blocks must come sorted: by place for [`Order::File`], by start
-/// for [`Order::LogTime`].
+/// Messages of a file in the wanted order. Blocks must be sorted by position for [`Order::File`], and by start for [`Order::LogTime`].
 pub(super) struct MergedMessages<B> {
     blocks: B,
     order: Order,
@@ -27,7 +26,7 @@ pub(super) struct MergedMessages<B> {
     loaded: Vec<(u64, RawMessage)>,
 }
 
-/// Limit of memory for messages that wait for earlier ones, bytes. If blocks overlap so much that it is reached, messages come slightly out of order.
+/// Limit of memory for messages that wait for earlier ones, bytes. Blocks that overlap by more than this give messages out of order.
 const PENDING_BYTES_MAX: usize = 512 << 20;
 
 impl<B: BlockSource> MergedMessages<B> {

@@ -1,4 +1,4 @@
-//! Files with messages of many topics, through one interface: a list of topics and a stream of messages.
+//! The interface of recording files: a list of topics and a stream of messages.
 
 mod bag_file;
 mod database_file;
@@ -21,13 +21,13 @@ use vocab::Stamp;
 /// How a topic's messages are encoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum MessageEncoding {
-    /// One of ROS's own.
+    /// An encoding of ROS.
     Ros(Encoding),
     /// The whole file is the message.
     ScanFile(ScanFormat),
     /// The platform's own journal.
     Postcard,
-    /// Something else, as the file calls it.
+    /// Another encoding, by its name in the file.
     Other(String),
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum MessageEncoding {
 #[derive(Clone, Debug)]
 pub(crate) struct Topic {
     pub name: String,
-    /// As ROS 1 writes it: `sensor_msgs/Imu`. For the journal the name of its schema.
+    /// Type in the form of ROS 1, such as `sensor_msgs/Imu`. For the journal the name of its schema.
     pub type_name: String,
     pub encoding: MessageEncoding,
     pub count: u64,
@@ -59,7 +59,7 @@ impl RawMessage {
         Self { topic, at, file: None, bytes, range }
     }
 
-    /// A whole file as the one message that it is.
+    /// A message that is a whole file.
     pub fn of_file(at: Stamp, file: PathBuf, bytes: Vec<u8>) -> Self {
         let range = 0..bytes.len();
         Self { topic: 0, at, file: Some(file), bytes: Arc::new(bytes), range }
@@ -75,7 +75,7 @@ impl RawMessage {
 pub(crate) enum Order {
     /// The order in the file, in which they were written.
     File,
-    /// By log time, those of the same time as they lie in the file.
+    /// By log time; messages of the same time in the order of the file.
     LogTime,
 }
 

@@ -19,7 +19,7 @@ type Opened = (String, Arc<dyn Container>);
 /// Opens a recording of any kind; the text names the kind.
 ///
 /// # Errors
-/// When it cannot be read or is no recording.
+/// When it cannot be read or is not a recording.
 pub(crate) fn open(path: &Path) -> Result<Opened, OpenError> {
     let kind = fs::metadata(path).map_err(|source| OpenError::Io { path: path.to_owned(), source })?;
     if kind.is_dir() { open_folder(path) } else { open_file(path) }
@@ -100,7 +100,7 @@ fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
             metadata.compression
         )));
     }
-    // Older bags name files with the folder in front.
+    // Older bags write the folder before the file's name.
     let place = |name: &String| {
         let inside = folder.join(Path::new(name).file_name().unwrap_or_default());
         Some(folder.join(name)).filter(|path| path.is_file()).unwrap_or(inside)
@@ -116,7 +116,7 @@ fn open_bag_folder(folder: &Path, metadata: &str) -> Result<Opened, OpenError> {
     join("ROS 2 bag", present, absent.into_iter().map(complain).collect())
 }
 
-/// Opens all files; those that cannot be opened are complained of, unless that is all of them.
+/// Opens all files. Files that cannot be opened become warnings; if all of them fail, the result is an error.
 fn join(kind: &str, files: Vec<PathBuf>, mut warnings: Vec<String>) -> Result<Opened, OpenError> {
     let mut parts = Vec::new();
     let mut first_error = None;

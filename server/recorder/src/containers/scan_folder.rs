@@ -1,4 +1,4 @@
-//! Folders of scans (PCD, PLY, KITTI), one file a scan, in the natural order of their names.
+//! Reads folders of scans (PCD, PLY, KITTI) with one file for each scan, in the natural order of their names.
 
 use super::{Container, MessageEncoding, Messages, Order, RawMessage, Topic};
 use crate::error::{OpenError, ReadError};
@@ -12,10 +12,10 @@ use vocab::{Span, Stamp};
 
 /// Name and type of the one topic of a folder.
 pub(crate) const TOPIC: &str = "scans";
-/// Time between scans if nothing says when they were taken: most LiDARs turn at 10 Hz.
+/// Time between scans without known times: most LiDARs rotate at 10 Hz.
 const DEFAULT_SCAN_PERIOD: Span = Span::from_millis(100);
 
-/// Scans in files of their own, with their times.
+/// Scans with one file each, and their times.
 pub(crate) struct ScanFolder {
     scans: Arc<Vec<(Stamp, PathBuf)>>,
     topics: Vec<Topic>,
@@ -131,7 +131,7 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Times from names that are times: nanoseconds since 1970 (19 digits), or seconds with a fraction.
+/// Times from file names: nanoseconds since 1970 (19 digits), or seconds with a fraction. `None` if a name is not a time.
 fn times_in_names(paths: &[PathBuf]) -> Option<Vec<Stamp>> {
     let time = |path: &PathBuf| {
         let stem = path.file_stem()?.to_str()?;
@@ -145,7 +145,7 @@ fn times_in_names(paths: &[PathBuf]) -> Option<Vec<Stamp>> {
     paths.iter().map(time).collect()
 }
 
-/// Times from a list in the folder or the one above it, if it is long enough.
+/// Times from a list in the folder or its parent, if it has enough lines.
 fn times_beside(folder: &Path, count: usize) -> Option<Vec<Stamp>> {
     let folders = [Some(folder), folder.parent()];
     let files = folders
@@ -159,7 +159,7 @@ fn times_beside(folder: &Path, count: usize) -> Option<Vec<Stamp>> {
     })
 }
 
-/// Seconds, or KITTI's `2011-09-26 13:02:25.964389445`.
+/// Reads seconds, or KITTI's `2011-09-26 13:02:25.964389445`.
 fn time_of_line(line: &str) -> Option<Stamp> {
     let first = line.split_whitespace().next()?;
     if let Some(stamp) = tum::stamp(first) {
@@ -175,7 +175,7 @@ fn time_of_line(line: &str) -> Option<Stamp> {
     Some(seconds + Span::from_nanos(1_000_000_000) * (days * 86_400 + hour * 3600 + minute * 60))
 }
 
-/// Days of the Gregorian calendar. Counting years from March puts the leap day last.
+/// Days since 1970 in the Gregorian calendar. Years are counted from March, so that the leap day is the last one.
 fn days_since_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     if !(1970..=2262).contains(&year) || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_are_times_are_taken_as_times() {
+    fn file_names_that_are_times_are_read_as_times() {
         let paths = |names: [&str; 2]| names.map(PathBuf::from).to_vec();
         let nanos = times_in_names(&paths(["1673400677802009732.pcd", "1673400677902009732.pcd"])).unwrap();
         assert_eq!((nanos[1] - nanos[0]).nanos(), 100_000_000);

@@ -1,4 +1,4 @@
-//! Where the real recordings lie, and recordings made for tests.
+//! Paths of the real recordings, and synthetic recordings.
 
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Quat, Span, Stamp, Twist, Vec3};
 
-/// The path of a real recording, or `None` with a line that says so.
+/// The path of a real recording; `None`, with a printed note, if it is missing.
 pub fn real(relative: &str) -> Option<PathBuf> {
     let root = std::env::var_os("AUTOINSPECT_DATA")
         .map(PathBuf::from)
@@ -21,12 +21,12 @@ pub fn real(relative: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// Opens a recording with all topics guessed.
+/// Opens a recording with the default choice of topics.
 pub fn open(path: &Path) -> Recording {
     Recording::open(path, &TopicSelection::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A time that ROS can hold.
+/// A time that ROS can represent.
 pub const START: Stamp = Stamp::from_parts(1_700_000_000, 5);
 
 /// A scan with all columns.
@@ -46,7 +46,7 @@ pub fn imu(stamp: Stamp) -> Sensor {
     Sensor::Imu(ImuSample { stamp, angular_velocity, specific_force })
 }
 
-/// A pose that is nothing special.
+/// An arbitrary pose.
 pub fn pose() -> Pose {
     Pose { position: Vec3::new(0.1, -0.2, 0.35), orientation: Quat { w: 0.5, x: 0.5, y: -0.5, z: 0.5 } }
 }
@@ -70,7 +70,7 @@ pub fn one_of_each(start: Stamp) -> Vec<Sensor> {
     ]
 }
 
-/// A mounting with everything known.
+/// A mounting with the poses of all sensors.
 pub fn mounting() -> Mounting {
     Mounting {
         base_from_lidar: Some(pose()),

@@ -1,4 +1,4 @@
-//! Reading the messages of an MCAP file block by block.
+//! Reads the messages of an MCAP file block by block.
 
 use super::{Block, BlockKind, CHUNK_BYTES_MAX, Index, RECORD_HEADER_LEN, stamp};
 use crate::containers::merge::BlockSource;
@@ -127,7 +127,7 @@ impl Iterator for Records<'_> {
     }
 }
 
-/// The unpacked records of a block, and a warning if only a part could be read.
+/// The decompressed records of a block, and a warning if only a part could be read.
 pub(super) fn load_block(
     file: &mut File,
     size: u64,
@@ -166,7 +166,7 @@ fn unpack_chunk(record: &[u8]) -> Result<(Vec<u8>, Option<String>), String> {
     let warning = match result {
         Err(error) => Some(texts::chunk_damaged(&error)),
         Ok(_) if (out.len() as u64) < unpacked => Some(texts::chunk_short(out.len(), unpacked)),
-        // Wrong numbers are worse than missing ones. Zero means that the writer kept no checksum.
+        // A chunk with a wrong checksum is dropped, because wrong data is worse than missing data. Zero means no checksum.
         Ok(_) if checksum != 0 && checksum != crc32fast::hash(&out) => {
             return Err(texts::WRONG_CHECKSUM.to_owned());
         }

@@ -87,7 +87,7 @@ impl<'a> FileScanner<'a> {
         }
     }
 
-    /// A file may do without an index, but not without its last bytes.
+    /// Warns if the last bytes of the file are missing. A missing index needs no warning.
     fn check_end(&mut self) -> std::io::Result<()> {
         let mut end = [0; 8];
         self.file.seek(SeekFrom::End(-8))?;
