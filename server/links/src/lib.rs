@@ -1,7 +1,7 @@
-//! Robots to link to: a simulated one, and a recording played as if it happened now.
+//! Links to robots: to a simulated one, and to a recording that is replayed as if it were live.
 //!
-//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, about a second of a robot with all sensors. When the queue is full, the link
-//! *waits*: its time then passes more slowly than asked for. The platform shows this as a real-time factor below one; nothing is lost.
+//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, about 1 s of a robot with all sensors. While the queue is full, the link waits and
+//! loses nothing. Its clock then runs more slowly than requested, which the platform shows as a real-time factor below one.
 
 mod pacer;
 mod replay;
@@ -16,7 +16,7 @@ use ports::{Arrival, LinkError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Arrivals that the queue to the control loop holds.
+/// Largest number of arrivals in the queue to the control loop.
 pub const QUEUE_MAX: usize = 1_000;
 
 /// The thread of a link. Dropping it ends the thread.
@@ -31,7 +31,7 @@ struct ArrivalSender {
     stop: Receiver<()>,
 }
 
-/// The link has been dropped.
+/// Error: the link has been dropped.
 struct Stopped;
 
 impl LinkThread {
@@ -53,14 +53,14 @@ impl Drop for LinkThread {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // A panic has been reported on standard error already.
+            // A panic was already reported on standard error.
             let _ = thread.join();
         }
     }
 }
 
 impl ArrivalSender {
-    /// Delivers, waiting while the queue is full.
+    /// Delivers an arrival; waits while the queue is full.
     fn send(&self, arrival: Arrival) -> Result<(), Stopped> {
         select! {
             send(self.arrivals, arrival) -> sent => sent.map_err(|_| Stopped),

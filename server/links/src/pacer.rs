@@ -3,15 +3,15 @@
 use std::time::{Duration, Instant};
 use vocab::Stamp;
 
-/// A lag up to this is made up for by running faster. A longer one is dropped, so that a laptop that slept does not replay an hour at full speed.
+/// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed.
 const LAG_MAX: Duration = Duration::from_millis(500);
 
-/// Computes how long to wait until an instant of the robot's clock is due.
+/// Computes the time until an instant of the robot's clock is due.
 #[derive(Debug)]
 pub struct RealTimePacer {
     /// Robot seconds per second of this computer.
     speed: f64,
-    /// The same instant on both clocks.
+    /// One instant on both clocks.
     origin: Option<(Instant, Stamp)>,
 }
 
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_lag_is_caught_up_and_a_long_one_forgotten() {
+    fn a_short_lag_is_made_up_for_and_a_long_one_is_dropped() {
         let (mut pacer, start) = (RealTimePacer::new(1.0), Instant::now());
         pacer.delay(at(0), start);
         let late = start + Duration::from_millis(300);

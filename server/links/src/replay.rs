@@ -1,4 +1,4 @@
-//! A recording as a robot: its messages arrive as if they were measured now. Drive commands have no effect.
+//! Replays a recording as a robot: its messages arrive as if they were measured now. Drive commands have no effect.
 
 use crate::pacer::RealTimePacer;
 use crate::{ArrivalSender, LinkThread, Stopped, texts};
@@ -11,11 +11,11 @@ use vocab::{Span, Stamp};
 /// Parameters of a [`ReplayLink`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReplayConfig {
-    /// Recorded seconds per second.
+    /// Recorded seconds per second of this computer.
     pub speed: f64,
     /// Longest time between arrivals; [`RobotEvent::Clock`] fills longer gaps between messages.
     pub clock_interval: Span,
-    /// A longer gap between two messages is skipped instead of waited for.
+    /// Longest gap between two messages that is replayed; a longer one is skipped.
     pub gap_max: Span,
 }
 
@@ -25,15 +25,15 @@ impl Default for ReplayConfig {
     }
 }
 
-/// What to play.
+/// The recording to replay.
 pub struct ReplaySource {
-    /// The robot it was recorded on.
+    /// Boot record of the recorded robot.
     pub boot: BootRecord,
     /// Readable sensor messages with their time of arrival, in order.
     pub messages: Box<dyn Iterator<Item = (Stamp, Sensor)> + Send>,
 }
 
-/// A recording on a thread of its own.
+/// Replays a recording on a thread of its own.
 pub struct ReplayLink {
     boot: BootRecord,
     arrivals: Receiver<Arrival>,
@@ -41,7 +41,7 @@ pub struct ReplayLink {
 }
 
 impl ReplayLink {
-    /// Starts playing.
+    /// Starts the replay.
     ///
     /// # Errors
     /// When the thread cannot be started.
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn plays_every_message_in_order_with_the_time_between_and_says_when_it_ends() {
+    fn every_message_is_replayed_in_order_and_in_time_and_the_end_is_reported() {
         let messages = [imu(0), imu(20), imu(200), imu(190), imu(60_000)];
         let source = ReplaySource { boot: BootRecord::default(), messages: Box::new(messages.into_iter()) };
         let link = ReplayLink::start(source, ReplayConfig { speed: 1000.0, ..ReplayConfig::default() })

@@ -10,14 +10,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use vocab::{Span, Vec3};
 
-/// Simulated time of a step: between two looks at this computer's clock and at the commands.
+/// Simulated time of a step. Between steps the link reads this computer's clock and the commands.
 const STEP: Span = Span::from_millis(10);
-/// Faults that may be pending for the simulation, which takes them within [`STEP`].
+/// Largest number of pending faults. The simulation takes them within [`STEP`].
 const PENDING_FAULTS_MAX: usize = 16;
 
 /// Parameters of a [`SimLink`].
 pub struct SimLinkConfig {
-    /// The simulation.
+    /// Parameters of the simulation.
     pub sim: SimConfig,
     /// Robot seconds per second.
     pub speed: f64,
@@ -28,7 +28,7 @@ pub struct SimLinkConfig {
 }
 
 impl SimLinkConfig {
-    /// This simulation at this speed, with the usual faults.
+    /// Parameters with the default faults.
     pub fn new(sim: SimConfig, speed: f64) -> Self {
         Self {
             sim,
@@ -39,7 +39,7 @@ impl SimLinkConfig {
     }
 }
 
-/// What the simulation has still to take.
+/// Commands and faults that the simulation has not taken yet.
 #[derive(Default)]
 struct PendingCommands {
     drive: Option<Drive>,
@@ -67,7 +67,7 @@ impl SimLink {
         let pending = Arc::<Mutex<PendingCommands>>::default();
         let commands = Arc::clone(&pending);
         let (thread, arrivals) = LinkThread::start("link-sim", move |sender| {
-            // It returns only when the link was dropped.
+            // It returns only after the link was dropped.
             let Err(Stopped) = simulate(simulator, &config, &commands, &sender);
         })?;
         Ok(Self { boot, site, pending, arrivals, _thread: thread })

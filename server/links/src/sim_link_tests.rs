@@ -5,7 +5,7 @@ use sim::SiteName;
 use std::time::Duration;
 use vocab::{Stamp, Twist, Vec3};
 
-/// As fast as possible, with few LiDAR columns: these tests do not look at what the LiDAR sees.
+/// A link that runs as fast as possible, with few LiDAR columns: these tests use no details of the scans.
 fn link() -> SimLink {
     let sim = SimConfig { lidar_columns: 10, people: 0, ..SimConfig::new(SiteName::B1, 1) };
     SimLink::start(SimLinkConfig::new(sim, 1000.0)).expect("starts")
@@ -40,12 +40,12 @@ fn arrivals_come_in_order_at_most_50_ms_apart() {
 }
 
 #[test]
-fn the_robot_walks_when_told_and_stops_when_commands_cease() {
+fn the_robot_walks_on_commands_and_stops_when_they_cease() {
     let link = link();
     let arrivals = link.arrivals();
     let forward = Drive { velocity: Twist { linear: Vec3::new(0.5, 0.0, 0.0), ..Twist::default() } };
-    // Between two turns of this thread the simulation may fill its whole queue, longer than a command holds: the robot then
-    // stops now and again. So this waits for a speed to be reached, not for the speed at some moment.
+    // While this thread sleeps, the simulation may fill its queue. That takes longer than a command is valid, so the robot may stop
+    // in between. The test therefore waits until a speed is reached.
     let reaches = |drive: Option<Drive>, seconds: i64, is_wanted: fn(f64) -> bool| {
         let mut until = None;
         loop {
@@ -63,10 +63,10 @@ fn the_robot_walks_when_told_and_stops_when_commands_cease() {
             }
         }
     };
-    assert!(reaches(Some(forward), 60, |speed| speed > 0.4), "never walks at the speed asked for");
-    // What the queue holds was made while it walked; the last command then holds for its time, and the legs come to rest.
+    assert!(reaches(Some(forward), 60, |speed| speed > 0.4), "never walks at the commanded speed");
+    // The arrivals in the queue are from walking. After them the last command is valid for its time, and the legs come to rest.
     let rest = 5 + DRIVE_TIMEOUT.nanos() / 1_000_000_000;
-    assert!(!reaches(None, rest, |_| false), "waits out the stretch");
+    assert!(!reaches(None, rest, |_| false), "always false, so this only lets {rest} s pass");
     assert!(!reaches(None, 3, |speed| speed.abs() > 0.1), "still moves {rest} s after the last command");
 }
 
@@ -101,9 +101,9 @@ fn injected_faults_blind_the_lidar_until_they_are_cleared() {
     };
     assert!(sees(true, 10));
     assert_eq!(link.inject_fault(SimulatedFault::CoverLidar(Span::from_millis(3_600_000))), Ok(()));
-    assert!(sees(false, 60), "it is covered");
+    assert!(sees(false, 60), "the LiDAR is covered");
     assert_eq!(link.inject_fault(SimulatedFault::End), Ok(()));
-    assert!(sees(true, 60), "and not any more");
+    assert!(sees(true, 60), "the LiDAR is clear again");
     assert_eq!(link.inject_fault(SimulatedFault::CarryAway), Ok(()));
-    assert!(sees(false, 60) && sees(true, 60), "it is covered on the way");
+    assert!(sees(false, 60) && sees(true, 60), "the LiDAR is covered again and clear again");
 }

@@ -1,4 +1,4 @@
-//! Sentences that links say to people, by key. English.
+//! Sentences of links for people, by key. English.
 
 /// A replay has no more messages.
 pub(crate) const RECORDING_ENDED: &str =

@@ -42,11 +42,11 @@ uuid_id! {
     UploadId
 }
 uuid_id! {
-    /// A command, named by the client that makes it, so that sending it twice does it once.
+    /// A command, named by the client, so that a command sent twice is executed once.
     CommandId
 }
 uuid_id! {
-    /// A goal of the robot, named by whoever asks for it, so that asking twice starts it once.
+    /// A goal of the robot, named by the requesting client, so that a request sent twice starts it once.
     GoalId
 }
 uuid_id! {
@@ -54,6 +54,6 @@ uuid_id! {
     ActionCallId
 }
 
-/// A keyframe of one map or mapping session: counts from zero in the order of creation.
+/// A keyframe of one map or mapping session, numbered from zero in the order of creation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct KeyframeId(pub u32);

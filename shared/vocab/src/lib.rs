@@ -1,6 +1,6 @@
-//! Words that every part shares: time, ids, plain poses and units. No behaviour beyond arithmetic on them.
+//! Basic types of all parts: time, ids, plain vectors and poses. They have no behaviour beyond arithmetic.
 //!
-//! Robot and browser both build this crate, so it depends on serde and a UUID type only. Mathematics beyond
+//! Robot and browser both use this crate, so it depends on serde and a UUID type only. Mathematics beyond
 //! component access lives in `autonomy/geometry`, which converts to and from these types.
 
 mod ids;

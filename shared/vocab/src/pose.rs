@@ -1,10 +1,10 @@
-//! Plain vectors and poses, f64, metres and radians. Storage and transport only.
+//! Plain vectors and poses in f64, metres and radians, for storage and transport.
 
 use serde::{Deserialize, Serialize};
 
-/// Three numbers; the field or variable that holds them says unit and frame.
+/// Three numbers. The field or variable states unit and frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "x, y and z need no more words")]
+#[allow(missing_docs, reason = "x, y and z need no description")]
 pub struct Vec3 {
     pub x: f64,
     pub y: f64,
@@ -36,7 +36,7 @@ impl From<[f64; 3]> for Vec3 {
 
 /// A unit quaternion, Hamilton convention, rotating child coordinates into the parent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "the components of a quaternion need no more words")]
+#[allow(missing_docs, reason = "the components of a quaternion need no description")]
 pub struct Quat {
     pub w: f64,
     pub x: f64,
@@ -55,7 +55,7 @@ impl Default for Quat {
     }
 }
 
-/// Where a child frame is, seen from its parent. The variable's name says both: `map_from_base`.
+/// Pose of a child frame in its parent. The variable's name states both: `map_from_base`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Origin of the child in the parent, metres.
@@ -65,7 +65,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Child and parent coincide.
+    /// The pose of a child that coincides with its parent.
     pub const IDENTITY: Self = Self { position: Vec3::new(0.0, 0.0, 0.0), orientation: Quat::IDENTITY };
 }
 
@@ -93,10 +93,10 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
-    /// Grows to hold a point.
+    /// Extends the box to contain a point.
     pub fn include(&mut self, point: [f32; 3]) {
         for axis in 0..3 {
             self.min[axis] = self.min[axis].min(point[axis]);

@@ -49,7 +49,7 @@ impl Stamp {
 }
 
 impl Span {
-    /// No time at all.
+    /// The empty duration.
     pub const ZERO: Self = Self(0);
 
     /// From nanoseconds.
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_seconds_saturate_instead_of_wrapping() {
+    fn seconds_out_of_range_saturate_instead_of_wrapping() {
         assert_eq!(Span::from_secs_f64(f64::NAN), Span::ZERO);
         assert_eq!(Span::from_secs_f64(f64::INFINITY).nanos(), i64::MAX);
         assert_eq!(Stamp::from_nanos(i64::MAX) + Span::from_millis(1), Stamp::from_nanos(i64::MAX));
