@@ -1,4 +1,4 @@
-//! What the benchmarks share: running programs and reading their output, the stack on a simulated walk, and quantiles.
+//! Shared code of the benchmarks: running programs and reading their output, the stack on a simulated walk, and quantiles.
 
 pub mod prior_map;
 pub mod stack_walk;
@@ -11,7 +11,7 @@ use std::process::{Command, Output};
 /// Runs a command that must succeed.
 ///
 /// # Errors
-/// When it cannot be started or fails; with its standard error.
+/// When it cannot be started or fails; the error contains its standard error.
 pub fn succeed(command: &mut Command) -> Result<Output> {
     let output = command.output().with_context(|| format!("{command:?} cannot be started"))?;
     if !output.status.success() {
@@ -23,7 +23,7 @@ pub fn succeed(command: &mut Command) -> Result<Output> {
 /// Runs a command and parses the last line of its standard output.
 ///
 /// # Errors
-/// As for [`succeed`], and when that line is no JSON.
+/// The errors of [`succeed`], and an error when that line is not JSON.
 pub fn json(command: &mut Command) -> Result<Value> {
     let output = succeed(command)?;
     let text = String::from_utf8_lossy(&output.stdout);

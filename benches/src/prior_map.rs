@@ -1,4 +1,4 @@
-//! The prior map that a mapping walk gives, as the stack reads it from disk.
+//! Makes the prior map of a mapping walk, in the form in which the stack reads it from disk.
 
 use anyhow::{Context, Result};
 use messages::{FinishedMap, PriorKeyframe, PriorMap, Publication, StackEffect};
@@ -12,7 +12,7 @@ pub struct PriorMapBuilder {
 }
 
 impl PriorMapBuilder {
-    /// Takes the keyframes in from the effects of a step.
+    /// Adds the keyframes among the effects of a step.
     pub fn insert(&mut self, effects: &[StackEffect]) {
         for effect in effects {
             let StackEffect::Publish(Publication::Keyframe(keyframe)) = effect else { continue };

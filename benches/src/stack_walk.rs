@@ -1,4 +1,4 @@
-//! The whole stack on a simulated walk, faster than real time, in one thread. Jobs run as soon as the stack starts them.
+//! Runs the whole stack on a simulated walk, faster than real time, in one thread. Jobs run as soon as the stack starts them.
 
 use crate::thread_ms;
 use anyhow::{Context, Result, bail};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp};
 
-/// The stack ticks at 20 Hz, and the robot is commanded as often.
+/// Interval of the stack's ticks and of drive commands: 20 Hz.
 const TICK: Span = Span::from_millis(50);
 
 /// Parameters of a simulated walk.
@@ -41,19 +41,19 @@ pub enum StepKind {
     JobResult,
 }
 
-/// Is called after every step with the kind of its input, its CPU time (milliseconds) and its effects.
+/// Callback after every step: the kind of its input, its CPU time (milliseconds) and its effects.
 pub type StepObserver<'a> = &'a mut dyn FnMut(StepKind, f64, &[StackEffect]);
 
 /// A job that the stack has started.
 #[derive(Clone, Copy, Debug)]
 enum PendingJob {
-    /// Work that the stack hands out.
+    /// A computation of the stack, by its number.
     ComputeJob(u64),
-    /// Reading a saved map.
+    /// Reading a saved map, by the number of the job.
     Map(u64),
 }
 
-/// A robot that walks a route of its site again and again, with the whole stack.
+/// A robot with the whole stack that walks a route of its site repeatedly.
 pub struct StackWalk {
     simulator: Simulator,
     route: Route,
@@ -155,10 +155,10 @@ impl StackWalk {
         GroundTruthTrack(self.ground_truth.clone().unwrap_or_default())
     }
 
-    /// Walks until the simulated time since the start is `until`.
+    /// Walks until the simulated time since the start reaches `until`.
     ///
     /// # Errors
-    /// When the simulator's truth is no pose.
+    /// When the simulator's truth is not a valid pose.
     pub fn walk_until(&mut self, until: Span, observer: StepObserver<'_>) -> Result<()> {
         let mut events = Vec::new();
         while self.simulator.elapsed() < until {
@@ -204,7 +204,7 @@ impl StackWalk {
     /// The true pose of the base in the site.
     ///
     /// # Errors
-    /// When the simulator's truth is no pose.
+    /// When the simulator's truth is not a valid pose.
     pub fn site_from_base(&self) -> Result<Isometry> {
         isometry_from_pose(&self.simulator.truth().site_from_base).context("a true pose is no pose")
     }
@@ -309,7 +309,7 @@ pub fn has_estimate(effects: &[StackEffect]) -> bool {
     effects.iter().any(|effect| matches!(effect, StackEffect::Publish(Publication::Estimate(_))))
 }
 
-/// The results of revisits of known ground in a step.
+/// The confirmed revisits of mapped areas in a step.
 pub fn reanchorings(effects: &[StackEffect]) -> impl Iterator<Item = &messages::Reanchored> {
     effects.iter().filter_map(|effect| match effect {
         StackEffect::Publish(Publication::Reanchored(reanchored)) => Some(reanchored),

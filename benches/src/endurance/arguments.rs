@@ -3,7 +3,7 @@
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 
-/// Cost per scan and memory over a long walk; fails if the steps that take a scan miss their bar.
+/// CPU time per scan and memory over a long walk. Fails if the steps that take a scan exceed their limits.
 ///
 /// Examples: cargo xtask bench endurance --site b1 --minutes 60
 ///           cargo xtask bench endurance --site b1 --phases mapping --minutes 60 --svg hour.svg
@@ -36,7 +36,7 @@ pub struct Arguments {
     pub svg: Option<PathBuf>,
 }
 
-/// What the robot does while it walks.
+/// Task of the robot while it walks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Phase {
     /// It makes a map.
@@ -46,7 +46,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Its name in the tables.
+    /// Name in the tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mapping => "mapping",

@@ -1,11 +1,10 @@
-//! A long walk, round after round, first while the robot maps and then while it is localised in the map of that walk.
+//! A long walk that repeats its route. The robot first maps and then is localised in the map of that walk.
 //!
-//! Minute by minute: what a scan costs, how much memory the process holds, how large the graph is, and how far the estimate is from the truth,
-//! which shows whether any of them grows. At the end: the CPU time of the steps that take a scan, which must meet the bar of a real-time control
-//! thread.
+//! For each minute it prints the CPU time of a scan, the memory of the process, the size of the graph and the position error, to show whether any
+//! of them grows. At the end it prints the CPU time of the steps that take a scan, which must meet the limits of a real-time control thread.
 //!
 //! Simulator and stack run in one process, faster than real time. CPU time is that of the stack's thread in [`stack::Stack::step`] only. Steps that
-//! make a keyframe, and steps that take the result of a job, are listed separately too; the jobs themselves are not counted. Memory is that
+//! make a keyframe, and steps that take the result of a job, are also listed separately. The jobs themselves are not counted. Memory is that
 //! of the whole process, including the simulated site and, while the robot maps, the keyframes that are kept for the second phase.
 
 mod arguments;

@@ -1,4 +1,4 @@
-//! What the steps of a walk cost, minute by minute.
+//! CPU times of a walk's steps, for each minute.
 
 use anyhow::{Context, Result};
 use benches::quantile;
@@ -9,13 +9,13 @@ use messages::{EdgeKind, Publication, StackEffect};
 /// One minute of a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Minute {
-    /// Counts from 1.
+    /// Number of the minute, from 1.
     pub number: u32,
     /// Number of times that the route was walked to its end.
     pub rounds: u32,
     /// Distance between the estimated and the true position at the end of the minute, millimetres.
     pub position_error_mm: f64,
-    /// Revisits of known ground that were confirmed in this minute.
+    /// Number of revisits of mapped areas that were confirmed in this minute.
     pub revisits: usize,
     /// Scans that gave an estimate.
     pub scans: usize,
@@ -42,13 +42,13 @@ pub struct Minute {
 /// CPU times of steps, and what the stack publishes.
 #[derive(Default)]
 pub struct Measurement {
-    /// Of all steps of the walk that took a scan, milliseconds.
+    /// CPU times of all steps of the walk that took a scan, milliseconds.
     all_scan_ms: Vec<f64>,
     /// Number of those before the present minute.
     scans_before: usize,
-    /// Of the steps of this minute that made a keyframe, milliseconds.
+    /// CPU times of the steps of this minute that made a keyframe, milliseconds.
     keyframe_ms: Vec<f64>,
-    /// Of the steps of this minute that took the result of a job, milliseconds.
+    /// CPU times of the steps of this minute that took the result of a job, milliseconds.
     job_result_ms: Vec<f64>,
     keyframes: u64,
     loops: usize,
@@ -57,7 +57,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// Takes one step in. A scan is processed once the IMU has passed its end, so it may be the step on any sensor's message.
+    /// Adds one step. A scan is processed once IMU samples reach its end, so this may be the step on a message of any sensor.
     pub fn update(&mut self, kind: StepKind, ms: f64, effects: &[StackEffect]) {
         if kind == StepKind::Sensor && has_estimate(effects) {
             self.all_scan_ms.push(ms);

@@ -1,4 +1,4 @@
-//! The plot: cost per scan at the top, memory in the middle, the pose graph at the bottom.
+//! The plot: CPU time per scan at the top, memory in the middle, the pose graph at the bottom.
 
 use crate::measure::Minute;
 use anyhow::{Context, Result};

@@ -1,10 +1,10 @@
-//! The bar of the control thread: CPU time of the steps that take a scan.
+//! The limits of the control thread: CPU time of the steps that take a scan.
 
 use benches::quantile;
 
-/// Greatest 99.9th percentile, milliseconds: a quarter of the time between two scans.
+/// Limit of the 99.9th percentile, milliseconds: a quarter of the time between two scans at 10 Hz.
 const P999_MAX_MS: f64 = 25.0;
-/// Greatest step, milliseconds.
+/// Limit of the longest step, milliseconds.
 const STEP_MAX_MS: f64 = 60.0;
 
 /// CPU times of the steps of a walk that took a scan.
@@ -20,7 +20,7 @@ impl StepTimes {
         Self { ascending_ms: times_ms }
     }
 
-    /// Whether the bar is met. A walk without scans does not meet it.
+    /// Whether the limits are met. A walk without scans does not meet them.
     pub fn meets_bar(&self) -> bool {
         quantile(&self.ascending_ms, 0.999) <= P999_MAX_MS && quantile(&self.ascending_ms, 1.0) <= STEP_MAX_MS
     }
@@ -41,7 +41,7 @@ impl StepTimes {
     }
 }
 
-/// The line that says whether all phases met the bar.
+/// The line that states whether all phases met the limits.
 pub fn verdict(meets_bar: bool) -> String {
     let verdict = if meets_bar { "bar met" } else { "BAR MISSED" };
     format!("{verdict}: 99.9th percentile at most {P999_MAX_MS} ms, no step above {STEP_MAX_MS} ms")
@@ -52,7 +52,7 @@ mod tests {
     use super::{StepTimes, verdict};
 
     #[test]
-    fn the_bar_is_about_the_slowest_thousandth_and_the_slowest_step() {
+    fn the_limits_apply_to_the_slowest_thousandth_and_the_slowest_step() {
         let with = |slow: &[f64]| StepTimes::new([&[10.0; 5000][..], slow].concat());
         assert!(with(&[]).meets_bar());
         assert!(with(&[59.0; 4]).meets_bar());
@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn the_verdict_names_the_bar() {
+    fn the_verdict_states_the_limits() {
         assert_eq!(verdict(true), "bar met: 99.9th percentile at most 25 ms, no step above 60 ms");
         assert!(verdict(false).starts_with("BAR MISSED: "));
     }

@@ -1,4 +1,4 @@
-//! The walks of the two phases, cut into minutes.
+//! The walks of the two phases, divided into minutes.
 
 use crate::arguments::Arguments;
 use crate::measure::{Measurement, Minute};
@@ -23,17 +23,17 @@ pub struct Mapped {
     pub minutes: Vec<Minute>,
     /// CPU time of every step that took a scan, milliseconds.
     pub scan_ms: Vec<f64>,
-    /// The map, if it is kept, and the pose of its frame in the site.
+    /// The map with its pose in the site, if it is kept.
     pub prior_map: Option<PlacedMap>,
 }
 
-/// A map and its place in the site.
+/// A map and the pose of its frame in the site.
 pub struct PlacedMap {
     pub prior_map: Arc<PriorMap>,
     pub site_from_map: Isometry,
 }
 
-/// Walks and maps. `print` is called with every minute when it has passed.
+/// Walks and maps. `print` is called at the end of every minute.
 ///
 /// # Errors
 /// When the site has no such route, or a minute passes without an estimate.
@@ -71,10 +71,10 @@ pub fn map(arguments: &Arguments, keep_map: bool, print: impl Fn(&Minute)) -> Re
     Ok(Mapped { minutes, scan_ms: measurement.into_scan_ms(), prior_map })
 }
 
-/// Walks the same route localised in a map, with another seed. `print` is called with every minute when it has passed.
+/// Walks the same route localised in a map, with another seed. `print` is called at the end of every minute.
 ///
 /// # Errors
-/// As for [`map`].
+/// The errors of [`map`].
 pub fn localise(arguments: &Arguments, map: PlacedMap, print: impl Fn(&Minute)) -> Result<Walked> {
     let site = Arc::new(Site::new(arguments.site));
     let plan = plan(arguments, arguments.seed + 1);

@@ -1,7 +1,7 @@
 //! Time from navigation until a browser shows the map of a robot that is mapping. The browser has just been started and its cache is empty. Platform,
 //! simulator, browser and software renderer run on this machine.
 //!
-//! The page marks the event in the browser's own timeline, which begins with the navigation. Build server and bundle as they are shipped
+//! The page marks the event in the browser's timeline, which begins with the navigation. Build server and bundle in their release form
 //! first: `cargo build --release -p autoinspect` and `cargo xtask web`.
 
 #[path = "../../../tests/support/mod.rs"]

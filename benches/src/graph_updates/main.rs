@@ -1,7 +1,7 @@
-//! Bytes of graph updates that a client receives during a session of thousands of keyframes, and what they would be if the whole graph were sent
-//! every time. The session is synthetic: lanes side by side, with a loop to the lane before at the end of each.
+//! Bytes of graph updates that a client receives during a session of thousands of keyframes, compared with the bytes of the whole graph for every
+//! update. The session is synthetic: parallel lanes, with a loop to the previous lane at the end of each.
 
-#![allow(clippy::print_stdout, reason = "a benchmark prints what it measured")]
+#![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
 use anyhow::{Context, Result};
 use api::{Graph, GraphChanged, GraphNode};
@@ -12,15 +12,16 @@ use plotters::prelude::*;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, Stamp};
 
-/// Keyframes of a lane, a metre apart, and the distance between lanes, metres.
+/// Keyframes of a lane, 1 m apart.
 const LANE: u32 = 50;
+/// Distance between lanes, metres.
 const LANE_DISTANCE_M: f64 = 2.0;
 /// Standard deviations of an odometry edge, radians and metres.
 const STEP_STD: [f64; 2] = [1e-3, 5e-3];
-/// The whole graph is encoded for every so many updates only.
+/// The whole graph is encoded for one in this many updates, to save time.
 const SAMPLED: u32 = 50;
 
-/// What to measure.
+/// Bytes of graph updates compared with whole graphs.
 #[derive(Debug, Parser)]
 #[command(about = "Bytes of graph updates over a long session")]
 struct Arguments {
@@ -35,14 +36,14 @@ struct Arguments {
 /// Label, colour and value of a line of the plot.
 type Curve = (&'static str, RGBColor, fn(&Row) -> f64);
 
-/// After a number of keyframes.
+/// The figures after a number of keyframes.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     keyframes: u32,
     loops: usize,
-    /// Sum of all updates so far.
+    /// Sum of all updates so far, MB.
     changes_mb: f64,
-    /// The same if the whole graph had been sent every time.
+    /// The sum if every update were the whole graph, MB.
     whole_mb: f64,
 }
 
@@ -84,7 +85,7 @@ fn measure(keyframes: u32) -> Vec<Row> {
         graph.add_keyframe(Stamp::EPOCH, &pose, step.as_ref());
         changes_bytes += send(publisher.update(&graph), &mut client);
         if number >= LANE && number % LANE == LANE - 1 {
-            // The keyframe of the lane before that lies beside the end of this one.
+            // The keyframe of the previous lane that is beside the end of this lane.
             let beside = number + 1 - 2 * LANE;
             graph.add_loop(&edge((beside, number), truth(beside).inverse() * truth(number)));
             graph.optimise();
@@ -124,7 +125,7 @@ fn edge((from, to): (u32, u32), from_from_to: Isometry) -> Edge {
     }
 }
 
-/// Bytes of an update on its way to a client, which applies it.
+/// Encodes an update, applies it in the client, and returns its size in bytes.
 fn send(changes: Option<GraphChanges>, client: &mut Graph) -> usize {
     let Some(changes) = changes else { return 0 };
     let pairs = |edges: &[Edge]| -> Vec<KeyframePair> { edges.iter().map(|e| (e.from, e.to)).collect() };

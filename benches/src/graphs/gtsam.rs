@@ -1,4 +1,4 @@
-//! GTSAM, in a Python environment of its own if none is given.
+//! Runs GTSAM, in a Python environment in the work folder if none is given.
 
 use crate::arguments::Arguments;
 use crate::table;
@@ -8,14 +8,14 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// How to run it; without a Python it only says so.
+/// GTSAM's script and the Python that runs it; no Python if its environment could not be made.
 pub struct Gtsam {
     python: Option<PathBuf>,
     script: PathBuf,
 }
 
 impl Gtsam {
-    /// The given Python, or one made in the work folder.
+    /// Uses the given Python, or makes an environment in the work folder.
     pub fn find(arguments: &Arguments) -> Self {
         let script = arguments.scripts.join("pgo_gtsam.py");
         let python = match &arguments.python {
@@ -36,7 +36,7 @@ impl Gtsam {
         outcome.map_err(|error| table::note(&format!("GTSAM skipped: {error:#}"))).ok()
     }
 
-    /// Writes the patrol, unless it is there.
+    /// Writes the patrol, unless it exists.
     pub fn make_patrol(&self, arguments: &Arguments, out: &Path) -> Result<()> {
         if out.exists() {
             return Ok(());

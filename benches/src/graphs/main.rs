@@ -1,7 +1,7 @@
 //! Pose-graph optimisation compared with GTSAM: published graphs in batch and pose by pose, and one large patrol.
 //!
-//! Both programs run on one core, one after the other, graph by graph; times are medians of CPU time. The chi-squared of GTSAM's result is computed
-//! by the script and not by GTSAM, with the residual that separates rotation and translation, like ours.
+//! Both programs run on one core, one after the other, graph by graph. Times are medians of CPU time. The script computes the chi-squared of
+//! GTSAM's result with the same residual as ours, which separates rotation and translation.
 
 mod arguments;
 mod gtsam;
@@ -70,7 +70,7 @@ struct Case<'a> {
 fn compare(arguments: &Arguments, gtsam: &Gtsam, case: Case) -> Result<()> {
     let mut ours = Vec::new();
     let mut theirs = Vec::new();
-    // Alternately, so that a busy machine slows both.
+    // The runs alternate, so that a busy machine slows both.
     for _ in 0..arguments.repeats {
         ours.push(run_ours(arguments, &case)?);
         theirs.extend(gtsam.run(case.path, case.theirs));

@@ -6,25 +6,25 @@ use anyhow::Result;
 pub struct Row {
     /// Name of the graph.
     pub graph: String,
-    /// All at once or pose by pose.
+    /// Mode: batch or pose by pose.
     pub mode: &'static str,
-    /// CPU seconds.
+    /// CPU time of our program, seconds.
     pub ours: Option<f64>,
-    /// CPU seconds.
+    /// CPU time of GTSAM, seconds.
     pub gtsam: Option<f64>,
-    /// Chi-squared reached.
+    /// Chi-squared of our result.
     pub chi2: Option<f64>,
-    /// Chi-squared reached.
+    /// Chi-squared of GTSAM's result.
     pub gtsam_chi2: Option<f64>,
-    /// Chi-squared published, for the residual that is the logarithm of the whole motion.
+    /// Published chi-squared, for the residual that is the logarithm of the relative pose.
     pub optimum: Option<f64>,
     /// 99th percentile of a step, milliseconds.
     pub p99_ms: Option<f64>,
-    /// The same for GTSAM.
+    /// 99th percentile of GTSAM's step, milliseconds.
     pub gtsam_p99_ms: Option<f64>,
     /// Peak resident memory, MB.
     pub peak_mb: Option<f64>,
-    /// The same for GTSAM with its Python.
+    /// Peak resident memory of GTSAM with its Python, MB.
     pub gtsam_peak_mb: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ pub fn print_header() {
     );
 }
 
-/// One row.
+/// Prints one row.
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 pub fn print(row: &Row) {
     let show =

@@ -1,4 +1,4 @@
-//! Reading maps of other programs: real files and large generated ones, with the error where one is refused.
+//! Reads maps of other programs: real files and large generated ones. Prints the time of each, or its error.
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 

@@ -23,7 +23,7 @@ pub struct Arguments {
     /// Number of people who walk on the site while it is mapped.
     #[arg(long, default_value_t = 4)]
     pub people: u32,
-    /// Number of random places at which a standing robot localises globally from one scan.
+    /// Number of random poses at which a standing robot localises globally from one scan.
     #[arg(long, default_value_t = 200)]
     pub places: usize,
     /// Number of other days on which the robot is localised in the map while it walks its round, each with its own seed.
@@ -44,13 +44,13 @@ pub struct Arguments {
     /// Fail if a recovery takes longer than 15 s or a wrong pose was claimed.
     #[arg(long)]
     pub bar: bool,
-    /// Sizes of maps (points) in which the cost of a scan is measured. Such a map consists of copies of the site's map side by side.
+    /// Sizes of maps (points) in which the CPU time of a scan is measured. Such a map consists of copies of the site's map side by side.
     #[arg(long, value_delimiter = ',', value_name = "POINTS")]
     pub sizes: Vec<u64>,
     /// Recorded scans with their poses, instead of the sites. The even ones make the map, and the odd ones are localised in it.
     #[arg(long, value_name = "FOLDER")]
     pub scans: Option<PathBuf>,
-    /// Print one line for each place and each recovery.
+    /// Print one line for each pose and each recovery.
     #[arg(long)]
     pub verbose: bool,
 }

@@ -1,5 +1,5 @@
 //! Recovery of a localised robot after faults: its LiDAR is covered while it walks, and it is carried away. After it was carried, it
-//! relocalises as it does on its way to a goal.
+//! executes the relocalisation behaviour, as on the way to a goal.
 
 use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{GoalId, Pose, Span, Vec3};
 
-/// The bar: a recovery takes at most this time, seconds.
+/// Limit of the duration of a recovery, seconds.
 const RECOVERY_MAX_S: f64 = 15.0;
 /// A recovery that takes longer than this counts as failed, seconds.
 const WAIT_MAX_S: f64 = 60.0;
@@ -36,7 +36,7 @@ const TICK: Span = Span::from_millis(50);
 
 /// Prints the names of the columns. For each kind of fault: the number of faults; the least distance over which the robot moved or was carried
 /// meanwhile (straight line, metres); the number of recoveries within the bar; their median and greatest duration. Then the number of scans
-/// after which the robot claimed a pose, and of those with a wrong one.
+/// after which the robot claimed a pose, and the number of those with a wrong pose.
 pub fn print_header() {
     println!(
         "{:<8}{:>12}{:>8}{:>9}{:>11}{:>11}{:>9}",
@@ -52,12 +52,12 @@ struct Recovery {
     duration_s: f64,
 }
 
-/// What the stack publishes about localisation.
+/// Localisation state that the stack published.
 #[derive(Default)]
 struct PublishedState {
     state: LocalisationState,
     map_from_base: Pose,
-    /// Whether a scan was taken since this was last reset.
+    /// Whether a scan was processed since the last reset.
     has_new_scan: bool,
 }
 
@@ -81,7 +81,7 @@ impl PublishedState {
     }
 }
 
-/// A walk on another day with its faults.
+/// A walk on another day with injected faults.
 struct FaultyWalk<'a> {
     walk: StackWalk,
     published: PublishedState,
@@ -95,7 +95,7 @@ struct FaultyWalk<'a> {
 }
 
 impl FaultyWalk<'_> {
-    /// Continues for `duration`, a tick at a time. Returns whether the robot claimed its right pose after the last scan and still does.
+    /// Continues for `duration`, one tick after the other. Returns whether the robot claimed its right pose after the last scan and still does.
     fn advance(&mut self, duration: Span) -> Result<bool> {
         let until = self.walk.simulator().elapsed() + duration;
         let mut is_right = false;
@@ -119,14 +119,14 @@ impl FaultyWalk<'_> {
         Ok((site_from_base.translation.vector - self.true_position()?).norm())
     }
 
-    /// Waits until the robot claims its right pose; returns the time that takes, seconds. A robot that relocalises is sent to look around, as it
-    /// does by itself on its way to a goal.
+    /// Waits until the robot claims its right pose; returns the time that takes, seconds. A robot in the state `Relocalising` is sent the
+    /// goal `Relocalise`, which the stack starts by itself only on the way to a goal.
     fn wait_for_recovery(&mut self) -> Result<f64> {
         let mut waited_s = 0.0;
         while waited_s < WAIT_MAX_S {
             if matches!(self.published.state, LocalisationState::Relocalising { .. }) {
                 let published = &mut self.published;
-                // A robot that relocalises already ignores the command.
+                // A robot that already executes this goal ignores the command.
                 let command =
                     CommandKind::StartGoal { goal: GoalId(Uuid::from_u128(1)), kind: GoalKind::Relocalise };
                 self.walk.send_command(command, &mut |_, _, effects| published.update(effects));
@@ -155,7 +155,7 @@ impl FaultyWalk<'_> {
         Ok(self.walk.site_from_base()?.translation.vector)
     }
 
-    /// Carries the robot to another place and back. Returns two recoveries, or none where there is no other place.
+    /// Carries the robot to another pose and back. Returns two recoveries, or none if there is no other pose.
     fn carry_there_and_back(&mut self) -> Result<Vec<Recovery>> {
         let here = self.walk.site_from_base()?;
         let Some(there) = self.other_place(&here.translation.vector) else { return Ok(Vec::new()) };
@@ -180,7 +180,7 @@ impl FaultyWalk<'_> {
         Ok(recoveries)
     }
 
-    /// Carries the robot back to its route, because it may have walked anywhere while it relocalised, and gives it its pose.
+    /// Carries the robot back to its route, because it may have walked off while it relocalised, and sends it its pose.
     fn return_to_route(&mut self, route: Start) -> Result<()> {
         self.walk.simulator().carry(route, CARRIED_FOR);
         self.advance(CARRIED_FOR)?;
@@ -194,7 +194,7 @@ impl FaultyWalk<'_> {
         Ok(())
     }
 
-    /// Prints where the robot was put down, the duration of the recovery, and where it is now.
+    /// Prints the position at which the robot was put down, the duration of the recovery, and the present position.
     fn print_recovery(&self, to: &Start, duration_s: f64) -> Result<()> {
         let (error_m, now) = (self.position_error_m()?, self.true_position()?);
         let Vec3 { x, y, z } = to.position;
@@ -231,7 +231,7 @@ fn start(place: &Vector3, yaw: f64) -> Start {
     Start { position: Vec3::new(place.x, place.y, place.z), yaw }
 }
 
-/// Walks on another day with faults; returns whether the bar was met: every recovery within 15 s, and no wrong pose claimed.
+/// Walks on another day with faults; returns whether every recovery took at most 15 s and no wrong pose was claimed.
 pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
     let seed = 100 * arguments.seed + 77;
     let site = Arc::new(Site::with_changes(mapped.site.name(), seed, arguments.changed_share));

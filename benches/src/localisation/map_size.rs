@@ -1,4 +1,4 @@
-//! The cost of a scan in larger maps, which consist of copies of the map of a site side by side.
+//! CPU time of a scan in larger maps, which consist of copies of the map of a site side by side.
 
 use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
@@ -18,7 +18,7 @@ const WALK_DURATION: Span = Span::from_millis(120_000);
 
 /// Prints the names of the columns. *localised s* is the time from the command to the first localised scan: by then the map is loaded, and the
 /// robot is localised near its pose prior. *confirmed s* is the time to the first scan without degradation: by then the whole map has been
-/// searched for similar places.
+/// searched for similar poses.
 pub fn print_header() {
     println!(
         "{:<8}{:>12}{:>10}{:>13}{:>13}{:>12}{:>10}{:>10}{:>10}",
@@ -26,7 +26,7 @@ pub fn print_header() {
     );
 }
 
-/// A map of `count` copies of a map on a square grid. The first copy is where the original is.
+/// A map of `count` copies of a map on a square grid. The first copy has the original poses.
 fn tile_map(map: &PriorMap, count: usize) -> Result<PriorMap> {
     let side = (count as f64).sqrt().ceil() as usize;
     let mut large = PriorMap { map: map.map, graph: map.graph.clone(), keyframes: Vec::new() };

@@ -1,4 +1,4 @@
-//! Localisation in a prior map on another day: furniture was moved, doors stand at other angles, other people walk on the site.
+//! Localisation in a prior map on another day: furniture was moved, doors have other angles, other people walk on the site.
 
 use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;

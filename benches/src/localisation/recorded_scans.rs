@@ -11,9 +11,9 @@ use nalgebra::{Matrix3, Rotation3, Translation3};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A pose is right within this distance of the truth, metres.
+/// A pose is right within this distance of the ground truth, metres.
 const POSITION_TOLERANCE_M: f64 = 0.2;
-/// A pose is right within this angle of the truth, radians.
+/// A pose is right within this angle of the ground truth, radians.
 const ROTATION_TOLERANCE_RAD: f64 = 0.052;
 /// Greatest horizontal error of a pose prior, metres.
 const PRIOR_POSITION_ERROR_M: f64 = 1.0;
@@ -25,14 +25,14 @@ const PRIORS_PER_SCAN: usize = 5;
 /// Counts of the results.
 #[derive(Default)]
 struct Outcome {
-    /// Accepted from one scan: right and wrong.
+    /// Numbers of right and wrong poses that were accepted from one scan.
     accepted: [usize; 2],
-    /// Low confidence: the best hypothesis does not fit well, but no other fits nearly as well. The robot accepts it with a pose prior, or once it
-    /// is confirmed by further scans. Right and wrong.
+    /// Numbers of right and wrong poses of low confidence: the best hypothesis does not fit well, but no other fits nearly as well. The robot
+    /// accepts it with a pose prior, or once further scans confirm it.
     low_confidence: [usize; 2],
     ambiguous: usize,
     nowhere: usize,
-    /// Errors of the right ones, metres and radians.
+    /// Errors of the right poses, metres and radians.
     errors: Vec<(f64, f64)>,
     times: Vec<f64>,
 }
@@ -126,7 +126,7 @@ impl Outcome {
     }
 }
 
-/// A pose near the truth, as a person would give it.
+/// A pose prior near the truth, with the error of an operator's estimate.
 fn draw_prior(truth: &Isometry, rng: &mut Rng) -> Isometry {
     let (away, toward) =
         (PRIOR_POSITION_ERROR_M * rng.uniform().sqrt(), rng.range(0.0, std::f64::consts::TAU));

@@ -1,4 +1,4 @@
-//! Global localisation of a standing robot from one scan, at random places of the site.
+//! Global localisation of a standing robot from one scan, at random poses in the site.
 
 use crate::arguments::Arguments;
 use crate::mapped_site::MappedSite;
@@ -13,13 +13,13 @@ use sim::{SimConfig, Simulator, Start};
 use std::sync::Arc;
 use vocab::{Span, Vec3};
 
-/// A pose is right within this distance of the truth, metres.
+/// A pose is right within this distance of the ground truth, metres.
 const POSITION_TOLERANCE_M: f64 = 0.2;
-/// A pose is right within this angle of the truth, radians.
+/// A pose is right within this angle of the ground truth, radians.
 const ROTATION_TOLERANCE_RAD: f64 = 0.052;
-/// Places are at most this far from a keyframe that is visible from there, metres.
+/// Greatest distance of a random pose from a keyframe that is visible from there, metres.
 const KEYFRAME_DISTANCE_MAX_M: f64 = 4.0;
-/// Random draws for each place.
+/// Largest number of random draws for one pose.
 const DRAWS_MAX: usize = 400;
 
 /// Prints the names of the columns. *right* and *WRONG*: one hypothesis was accepted. *ambiguous* and *without*: several hypotheses fit, with and
@@ -31,7 +31,7 @@ pub fn print_header() {
     );
 }
 
-/// Localises at random places.
+/// Localises at random poses.
 pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<()> {
     let localiser = GlobalLocaliser::new(Arc::clone(&mapped.localisation_map));
     localiser.prepare_search();
@@ -94,7 +94,7 @@ fn print_each(
     println!("{number:>4} {place:>16} {right:>3} {off:>21}  {}", list.join("  "));
 }
 
-/// A random place that has room for the robot and from which a keyframe of the map is visible.
+/// A random pose at which the robot has room and a keyframe of the map is visible.
 fn random_place(mapped: &MappedSite, rng: &mut Rng) -> Option<Start> {
     let keyframes = mapped.localisation_map.keyframes();
     for _ in 0..DRAWS_MAX {
@@ -137,7 +137,7 @@ fn sweep(
     let base_from_lidar =
         base_from_lidar.as_ref().and_then(isometry_from_pose).unwrap_or_else(Isometry::identity);
     let mut events = Vec::new();
-    // The robot settles on its feet first.
+    // The robot first comes to rest, 1.5 s.
     simulator.advance(simulator.now() + Span::from_millis(1_500), &mut events);
     events.clear();
     simulator.advance(simulator.now() + Span::from_millis(350), &mut events);

@@ -1,4 +1,4 @@
-//! The components on their own: place recognition by appearance, removal of people, and the cost of each.
+//! Measures components separately: place recognition by appearance, removal of people, and the time of each.
 
 use crate::recorded_walk::RecordedKeyframe;
 use geometry::{Isometry, Vector3};
@@ -19,7 +19,7 @@ const DISTANCE_MAX_M: f64 = 3.0;
 const HEIGHT_MAX_M: f64 = 1.0;
 /// Number of places in the large index whose search is timed.
 const LARGE_INDEX: usize = 100_000;
-/// A point farther than this from all surfaces of the site is on a person, metres. Noise is smaller.
+/// A point farther than this from all surfaces of the site is on a person, metres. The range noise is smaller.
 const PERSON_DISTANCE_MIN_M: f64 = 0.12;
 
 /// The figures of one walk.
@@ -135,7 +135,7 @@ impl ComponentFigures {
         self.people_ms /= f64::from(clouds.max(1));
     }
 
-    /// One line.
+    /// Prints one line.
     pub fn print(&self, case: &str) {
         let percent = |part: usize, whole: usize| 100.0 * part as f64 / whole.max(1) as f64;
         println!(

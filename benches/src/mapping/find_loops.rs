@@ -73,7 +73,7 @@ pub fn find(recorded: &[RecordedKeyframe], drift: f64, seed: u64, config: LoopCo
     found
 }
 
-/// The edges of the odometry, as a mapping session makes them.
+/// The odometry edges of a mapping session.
 fn edges(recorded: &[RecordedKeyframe], drift: f64, seed: u64) -> Vec<Edge> {
     let Some(first) = recorded.first() else { return Vec::new() };
     let mut session = Session::begin(&first.odom_from_base, SessionConfig::default(), PoseGraph::default());
@@ -108,7 +108,7 @@ fn add_drift(edge: &Edge, drift: f64, bias: &Vector6) -> Edge {
         return *edge;
     }
     let length = edge.from_from_to.translation.vector.norm().max(0.2);
-    // Gravity makes roll and pitch ten times more accurate.
+    // Gravity makes roll and pitch more accurate; a tenth of the yaw error is assumed.
     let deviations = Vector6::new(0.1, 0.1, 1.0, 0.0, 0.0, 0.0)
         * (ROTATION_DRIFT_RAD_PER_SQRT_M * drift * length.sqrt())
         + Vector6::new(0.0, 0.0, 0.0, 1.0, 1.0, 0.5)

@@ -1,4 +1,4 @@
-//! Loop closure on simulated walks: the true revisits that are closed, the wrong loops, and the cost of each keyframe.
+//! Loop closure on simulated walks: the true revisits that are closed, the wrong loops, and the time of each keyframe.
 
 #![allow(clippy::print_stdout, reason = "the table is this program's output")]
 
@@ -53,7 +53,7 @@ struct Arguments {
     /// Print one line for each verified pair of keyframes.
     #[arg(long)]
     pairs: bool,
-    /// Measure the components separately too: place recognition by appearance alone, removal of people, and the cost of each.
+    /// Also measure the components separately: place recognition by appearance, removal of people, and the time of each.
     #[arg(long)]
     components: bool,
     /// Run the whole stack instead of its loop finder, without added drift, and compare its finished map.

@@ -1,4 +1,4 @@
-//! Simulated walks as mapping gets them: the keyframes of the odometry, with the ground truth for the score.
+//! Simulated walks as input of mapping: the keyframes of the odometry, with the ground truth for the score.
 
 use anyhow::{Context, Result, bail};
 use benches::stack_walk::WalkPlan;
@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
-/// Edge of the voxels in which clouds are averaged, as on the robot, metres.
+/// Edge of the voxels in which clouds are averaged, metres; the robot's value.
 const VOXEL_M: f32 = 0.04;
 /// Interval between two drive commands.
 const COMMAND_INTERVAL: Span = Span::from_millis(50);
@@ -27,7 +27,7 @@ pub struct RecordedKeyframe {
     pub degenerate: bool,
     /// True pose of the base.
     pub site_from_base: Isometry,
-    /// Motion-corrected, base frame.
+    /// Motion-corrected points, base frame, metres.
     pub cloud: Vec<[f32; 3]>,
 }
 
@@ -80,7 +80,7 @@ fn walk(site: &Arc<Site>, plan: &WalkPlan, seconds: f64) -> Result<Vec<RecordedK
     Ok(recorder.keyframes)
 }
 
-/// Odometry, and the keyframe policy of the stack.
+/// Odometry with the keyframe policy of the stack.
 struct KeyframeRecorder {
     odometry: Odometry,
     pending: Option<Box<PoseEvent>>,

@@ -1,4 +1,4 @@
-//! Loops compared with the ground truth.
+//! Compares loops with the ground truth.
 
 use geometry::{Isometry, Matrix6, Vector3, so3};
 use mapping::{Decision, UncertainPose, Verdict};
@@ -56,7 +56,8 @@ impl From<&Decision> for JudgedLoop {
 }
 
 impl JudgedLoop {
-    /// From a published decision and the edges of the graph. A pair that is no edge has no information. `None` if its pose is invalid.
+    /// Makes it from a published decision and the edges of the graph. A pair that is not an edge has no information matrix. `None` if its pose is
+    /// invalid.
     pub fn from_decision(decision: &LoopDecision, edges: &[GraphEdge]) -> Option<Self> {
         let pair = (decision.task.from, decision.task.to);
         let edge = edges.iter().find(|edge| edge.kind == EdgeKind::Loop && (edge.from, edge.to) == pair);

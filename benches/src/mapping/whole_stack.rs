@@ -22,9 +22,9 @@ pub struct WholeStackRun {
     pub distance: f64,
     /// Root mean square error of the map's keyframes after the best rigid alignment, metres.
     pub error: f64,
-    /// The same for the trajectory, metres.
+    /// Root mean square error of the trajectory, metres.
     pub trajectory_error: f64,
-    /// Revisits to known ground that were confirmed, and those among them that are wrong.
+    /// Number of confirmed revisits of mapped areas, and the number of wrong ones among them.
     pub reanchorings: usize,
     pub wrong_reanchorings: usize,
     /// CPU time of steps that made a keyframe, milliseconds.
@@ -95,7 +95,7 @@ pub fn walk(site: &Arc<Site>, plan: &WalkPlan, duration: Span) -> Result<WholeSt
     Ok(whole)
 }
 
-/// The number of true revisits along the walk, and of those that are closed by a loop at one of the given times.
+/// The number of true revisits along the walk, and the number of those that a loop at one of the given times closes.
 fn count_revisits(site: &Site, truth: &GroundTruthTrack, closed: &[Stamp]) -> (usize, usize) {
     let samples = truth.sample(CHECK_SPACING_M);
     let (stamps, poses): (Vec<Stamp>, Vec<Isometry>) = samples.into_iter().unzip();

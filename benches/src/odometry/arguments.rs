@@ -26,13 +26,13 @@ pub struct Arguments {
     /// Our variants: combinations of sources, separated by commas: all, lidar, blind (20 s without LiDAR in the middle).
     #[arg(long, value_delimiter = ',', default_value = "all")]
     pub variants: Vec<String>,
-    /// Peers to run on the same data, separated by commas: kiss-icp, genz-icp, rko-lio, genz-lio, se3-lio, evalio:dlio…
+    /// Other programs to run on the same data, separated by commas: kiss-icp, genz-icp, rko-lio, genz-lio, se3-lio, evalio:dlio…
     #[arg(long, value_delimiter = ',')]
     pub peers: Vec<String>,
-    /// Python with the peers installed.
+    /// Python in which the other programs are installed.
     #[arg(long, default_value = "python3")]
     pub python: PathBuf,
-    /// The script that runs a peer over an .npz sequence.
+    /// Script that runs one of them over an .npz sequence.
     #[arg(long, default_value = "../shared/peers/lio_peers.py")]
     pub peer_script: PathBuf,
     /// Folder for recordings and results; each recording is deleted after its walk unless --keep is given.

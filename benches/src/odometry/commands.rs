@@ -26,7 +26,7 @@ pub fn record(
     json(command.arg("--out").arg(out)).map(drop)
 }
 
-/// Maps a recording and compares the trajectory with the ground truth. Loops are left open, because the peers close none.
+/// Maps a recording and compares the trajectory with the ground truth. Loops are left open, because the other programs close none.
 pub fn map_and_compare(arguments: &Arguments, recording: &Path, out: &Path, sources: &str) -> Result<Row> {
     let mut map = Command::new("taskset");
     map.args(["-c", "0"]).arg(&arguments.program).arg("map").arg(recording);

@@ -1,7 +1,8 @@
 //! Odometry on simulated walks, compared with other programs on the same recordings.
 //!
 //! For each site and seed: record a walk with `autoinspect sim record`, map it with `autoinspect map`, compare with the
-//! ground truth, and (with `--peers`) run the peers' programs over the same sensor data. One row each.
+//! ground truth, and (with `--peers`) run other programs over the same sensor data. One row is
+//! printed for each program.
 
 mod arguments;
 mod commands;
@@ -27,7 +28,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Makes one recording and prints a row for each program as soon as it is known: a walk with all peers takes an hour.
+/// Makes one recording and prints the row of each program when it ends, because a walk with all programs takes an hour.
 fn walk(arguments: &Arguments, site: &str, seed: u64) -> Result<()> {
     let case = format!("{site}-{seed}");
     let recording = arguments.work.join(format!("{case}.mcap"));

@@ -1,4 +1,4 @@
-//! Runs one peer over a sequence and reads its line of JSON.
+//! Runs another program over a sequence and reads its line of JSON.
 
 use crate::arguments::Arguments;
 use crate::table::Row;
@@ -6,7 +6,7 @@ use serde::Deserialize;
 use std::path::Path;
 use std::process::Command;
 
-/// What the script prints.
+/// The JSON that the script prints.
 #[derive(Deserialize)]
 struct Printed {
     error: Option<f64>,
@@ -24,11 +24,11 @@ struct Printed {
     note: String,
 }
 
-/// One row; a peer that fails makes a row that says so.
+/// Runs a program and returns its row. If it fails, the row contains the error.
 pub fn run(arguments: &Arguments, site: &str, seed: u64, peer: &str, sequence: &Path) -> Row {
     let failed =
         |note: String| Row { site: site.to_owned(), seed, who: peer.to_owned(), note, ..Row::default() };
-    // The library path is the script's own folder: it imports its neighbour.
+    // The library path is the script's folder, because the script imports another file there.
     let output = Command::new("taskset")
         .args(["-c", "0"])
         .arg(&arguments.python)

@@ -1,7 +1,8 @@
-//! A recording as the .npz that peers read: everything in the IMU's frame, times in seconds from the first truth.
+//! Converts a recording to the .npz file of the other programs: all data in the IMU's frame, times in seconds from the first truth.
 //!
 //! Arrays: `points` (rows x y z, seconds in the sweep, ring, column), `counts` and `starts` per scan, `imu_t`, `gyro`,
-//! `acc`, `leg_velocity`, `truth_t`, `truth` (4x4 each, of the IMU). Two passes over the recording, constant memory for the points.
+//! `acc`, `leg_velocity`, `truth_t`, `truth` (4x4 each, of the IMU). The recording is read twice, so that the memory for
+//! the points is constant.
 
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose};
@@ -14,11 +15,12 @@ use vocab::{Pose, Stamp};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// Columns of the sensor at full resolution and its sweep's length, seconds.
+/// Columns of a full-resolution sweep.
 const COLUMNS: f64 = 2000.0;
+/// Duration of a sweep, seconds.
 const SWEEP: f64 = 0.1;
 
-/// Everything but the points.
+/// All data except the points.
 #[derive(Default)]
 struct Small {
     counts: Vec<f64>,
@@ -29,7 +31,7 @@ struct Small {
     leg_velocity: Vec<f64>,
 }
 
-/// Writes `recording` as `out`.
+/// Writes `recording` as an .npz file at `out`.
 pub fn convert(recording: &Path, out: &Path) -> Result<()> {
     let open = || Recording::open(recording, &TopicSelection::default());
     let first = open()?;
@@ -108,7 +110,7 @@ impl Archive {
         self.zip.start_file(format!("{name}.npy"), options)?;
         let shape: String = shape.iter().map(|length| format!("{length},")).collect();
         let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-        // Magic, version and length take 10 bytes; the whole is padded to a multiple of 64 and ends in a newline.
+        // Magic, version and length take 10 bytes. The header is padded to a multiple of 64 bytes and ends in a newline.
         let padding = (64 - (10 + header.len() + 1) % 64) % 64;
         header.extend(std::iter::repeat_n(' ', padding));
         header.push('\n');

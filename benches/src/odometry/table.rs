@@ -7,7 +7,7 @@ pub struct Row {
     pub site: String,
     /// Seed of the walk.
     pub seed: u64,
-    /// Whose odometry.
+    /// Name of the program or variant.
     pub who: String,
     /// Scans processed.
     pub scans: u64,
@@ -17,20 +17,20 @@ pub struct Row {
     pub error: Option<f64>,
     /// Greatest vertical error after alignment, metres, where known.
     pub vertical: Option<f64>,
-    /// CPU per scan, milliseconds: mean and 99th percentile where known.
+    /// Mean CPU time per scan, milliseconds.
     pub cpu_ms: f64,
     /// 99th percentile of the time per scan, milliseconds.
     pub p99_ms: f64,
     /// Peak resident memory, MB.
     pub peak_mb: f64,
-    /// What went wrong.
+    /// Error message, or empty.
     pub note: String,
 }
 
 /// Time between sweeps of the simulated LiDAR, milliseconds.
 const SWEEP_MS: f64 = 100.0;
 
-/// Names of the columns; `x real` is how many robots one core could serve: a sweep's duration by the CPU it costs.
+/// Prints the names of the columns. `x real` is the duration of a sweep divided by its CPU time.
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 pub fn print_header() {
     println!(
@@ -50,7 +50,7 @@ pub fn print_header() {
     );
 }
 
-/// One row.
+/// Prints one row.
 #[allow(clippy::print_stdout, reason = "the table is this program's output")]
 pub fn print(row: &Row) {
     let metres = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.4}"));
