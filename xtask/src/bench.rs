@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: one door to the benchmarks in `benches`.
+//! `cargo xtask bench`: runs the benchmarks in `benches`.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::shell;
 
-/// The benchmarks that fail where they miss their bar: name of the stage, benchmark, arguments.
+/// The benchmarks with limits, which fail when they exceed them: name of the stage, benchmark, arguments.
 pub(crate) const WITH_BARS: [(&str, &str, &[&str]); 2] = [
     ("endurance", "endurance", &["--site", "b1", "--minutes", "60"]),
     (
@@ -36,7 +36,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
 /// Builds and runs one benchmark.
 ///
 /// # Errors
-/// When it cannot be built, or ends in failure; a benchmark with a bar does so where it misses it.
+/// When it cannot be built or fails. A benchmark with limits fails when it exceeds them.
 pub(crate) fn run(
     name: impl AsRef<OsStr>,
     arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
@@ -46,7 +46,7 @@ pub(crate) fn run(
     shell::run(&mut bench)
 }
 
-/// The benchmarks there are: each a program in a folder of its own, `benches/src/NAME/main.rs`.
+/// Names of the benchmarks. Each is a program in its own folder, `benches/src/NAME/main.rs`.
 fn names() -> Result<Vec<String>> {
     let folder = shell::root().join("benches/src");
     let entries = fs::read_dir(&folder).with_context(|| format!("could not list {}", folder.display()))?;

@@ -1,7 +1,7 @@
-//! Whether something that was built is up to date with its sources.
+//! Fingerprints of source files, to find out whether the bundle is up to date.
 //!
-//! Cargo checks that for what it builds, but the bundle has further steps. A fingerprint of the content of every source file takes a few
-//! milliseconds. Unlike file dates it is right after a fresh clone and after a change of branch.
+//! Cargo checks this for its own outputs, but the bundle has further steps. A fingerprint of the content of every source file takes a few
+//! milliseconds. Unlike file dates, it is right after a fresh clone and after a change of branch.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hasher};

@@ -1,7 +1,7 @@
 //! The build tool: `cargo xtask setup | web | run | test | bench`.
 //!
-//! It only starts other programs, times them and reports how they ended. Whatever needs more than the standard library
-//! lives elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
+//! It only starts other programs, measures their time and reports their results. Parts that need more than the standard library are
+//! elsewhere: bundling in `bundler`, benchmarks in `benches`, tests in `tests`.
 #![allow(clippy::print_stdout, reason = "a build tool's reports are its output")]
 
 use std::ffi::OsString;

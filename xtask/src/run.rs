@@ -47,7 +47,7 @@ fn options(arguments: Vec<OsString>) -> Result<Options> {
         match argument {
             Long("site") => options.site = parser.value()?.string()?,
             Long("port") => options.port = parser.value()?.parse()?,
-            // Relative to where the command was given, as anyone would expect.
+            // Relative to the current directory of the command.
             Long("data") => options.data = std::env::current_dir()?.join(parser.value()?),
             Long("speed") => options.speed = Some(parser.value()?.string()?),
             Long("dev") => options.flavour = Flavour::Dev,

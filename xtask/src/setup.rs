@@ -1,4 +1,4 @@
-//! `cargo xtask setup`: installs what building and testing need, or names it.
+//! `cargo xtask setup`: installs the requirements of building and testing, or names them.
 
 use std::ffi::OsString;
 

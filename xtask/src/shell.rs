@@ -12,7 +12,7 @@ use anyhow::{Context, Result, bail};
 pub(crate) fn root() -> &'static Path {
     static ROOT: OnceLock<PathBuf> = OnceLock::new();
     ROOT.get_or_init(|| {
-        // Cargo sets this variable when it runs the program. The path from compile time is the same, unless two clones share a target folder.
+        // Cargo sets this variable when it runs the program. The path from compile time is wrong if two clones share a target folder.
         let manifest =
             std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
         Path::new(&manifest).parent().unwrap_or(Path::new(".")).to_owned()
@@ -29,7 +29,7 @@ pub(crate) fn cargo() -> Command {
     program(std::env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo")))
 }
 
-/// `name`, to be run from the workspace's root.
+/// The program `name`, with the workspace's root as its directory.
 pub(crate) fn program(name: impl AsRef<std::ffi::OsStr>) -> Command {
     let mut command = Command::new(name);
     command.current_dir(root());
@@ -48,14 +48,14 @@ pub(crate) fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
-/// What `command` prints, trimmed; `None` when it cannot be started or fails.
+/// The output of `command`, trimmed; `None` when it cannot be started or fails.
 pub(crate) fn output(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| text.trim().to_owned())
 }
 
-/// Whether `command` succeeds within `limit`; it is ended when it does not.
+/// Whether `command` succeeds within `limit`; after that time it is ended.
 pub(crate) fn succeeds_within(command: &mut Command, limit: Duration) -> bool {
     let Ok(mut child) = command.stdin(Stdio::null()).spawn() else { return false };
     let started = Instant::now();

@@ -1,10 +1,10 @@
-//! A sequence of stages, each timed, with a table of all of them at the end.
+//! Runs stages one after the other, measures the time of each, and prints a table at the end.
 
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow};
 
-/// How a stage ended.
+/// Result of a stage.
 enum Outcome {
     Passed,
     Failed(String),
@@ -17,10 +17,10 @@ struct Stage {
     outcome: Outcome,
 }
 
-/// What a stage that could run reports.
+/// Report of a stage that ran.
 #[derive(Default)]
 pub(crate) struct Report {
-    /// Single tests the stage ran, where it counts them.
+    /// Counts of the stage's tests; zero if it counts none.
     pub(crate) tests: Tests,
     /// Parts that did not run, each with its reason.
     pub(crate) skipped: Vec<String>,
@@ -46,7 +46,7 @@ impl Stages {
         Self { started: Instant::now(), stages: Vec::new(), tests: Tests::default(), skipped: Vec::new() }
     }
 
-    /// Runs one stage, also if an earlier one failed: one run shows everything that is wrong.
+    /// Runs one stage, also if an earlier one failed, so that one run shows all failures.
     pub(crate) fn run(&mut self, name: &'static str, stage: impl FnOnce() -> Result<Report>) {
         eprintln!("\n── {name}");
         let (result, took) = timed(stage);
@@ -90,13 +90,13 @@ impl Stages {
         self.stages.push(Stage { name, took, outcome });
     }
 
-    /// Notes that a stage is left out, and why.
+    /// Records that a stage is left out, with the reason.
     pub(crate) fn skip(&mut self, name: &'static str, reason: &str) {
         eprintln!("\n── {name}: skipped, {reason}");
         self.stages.push(Stage { name, took: Duration::ZERO, outcome: Outcome::Skipped(reason.to_owned()) });
     }
 
-    /// Prints the table, a line that says what was selected, and the closing line; true if nothing failed.
+    /// Prints the table, the selection and the summary; true if nothing failed.
     pub(crate) fn finish(self, selection: &str) -> bool {
         println!("\n{:<28} {:>8}  result", "stage", "seconds");
         for stage in &self.stages {

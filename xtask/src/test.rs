@@ -1,11 +1,11 @@
-//! `cargo xtask test`: the checks of one tier in one command, with the time each part took.
+//! `cargo xtask test`: runs the checks of one tier and prints the time of each part.
 //!
-//! There are three tiers, each of which holds the one before it:
+//! There are three tiers. Each includes the previous one:
 //!
 //! - every change (no option; what CI runs): format, lints, licences, all tests outside modules named `nightly`, and the browser tests on a quickly
 //!   built bundle;
-//! - `--nightly`: the tests in modules named `nightly` as well. Those are long scenarios of which a shorter test runs on every change;
-//! - `--release-gate`: the browser tests run on the optimised server and bundle that are shipped, and the benchmarks with a bar must meet it.
+//! - `--nightly`: also the tests in modules named `nightly`. These are long scenarios of which a shorter test runs on every change;
+//! - `--release-gate`: the browser tests run on the optimised server and bundle of a release, and the benchmarks with limits must meet them.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -23,10 +23,10 @@ use crate::{bench, setup, shell};
 /// The module of the integration tests that need a browser, a release server and a bundle.
 const BROWSER_TESTS: &str = "browser::";
 
-/// The modules of tests that take too long for every change. Each has a shorter twin that runs on every change.
+/// The modules of tests that take too long for every change. For each of them a shorter test runs on every change.
 const NIGHTLY_TESTS: &str = "nightly::";
 
-/// How a line of a test begins that says why the test did not run.
+/// Start of the line in which a test prints why it did not run.
 const SKIPPED: &str = "skipped: ";
 
 /// Every package and target with tests. Benchmarks have none; clippy has checked that they compile.
@@ -60,27 +60,27 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<ExitCode> {
             stages.run(name, || bench::run(benchmark, arguments).map(|()| Report::default()));
         }
     } else {
-        // The server is the one that the tests before have built; of one package alone, with other features, half of all would be
-        // compiled anew.
+        // The server is the one that the earlier tests have built. Building its package alone selects other features, and half of all
+        // crates would be compiled again.
         stages.run("browser bundle", || checked_bundle(Flavour::Dev));
         browser_tests(&mut stages, &shell::target().join("debug/autoinspect"));
     }
     Ok(if stages.finish(tier.description()) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// How much is checked. Each tier holds the ones before it.
+/// The extent of the checks. Each tier includes the previous ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Tier {
-    /// Every change; what CI runs.
+    /// The checks of every change, which CI runs.
     EveryChange,
-    /// Long scenarios too.
+    /// Also long scenarios.
     Nightly,
-    /// What is shipped, and the benchmarks with a bar, too.
+    /// Also the release build and the benchmarks with limits.
     ReleaseGate,
 }
 
 impl Tier {
-    /// One line that says what the tier leaves out.
+    /// One line that names the checks which the tier leaves out.
     fn description(self) -> &'static str {
         match self {
             Self::EveryChange => "tier: every change (without the nightly tests and the release gate)",
@@ -90,19 +90,19 @@ impl Tier {
     }
 }
 
-/// What the command line asks for.
+/// Options of the command line.
 #[derive(Debug, PartialEq, Eq)]
 struct Options {
     tier: Tier,
     /// Without server, bundle and browser.
     quick: bool,
-    /// Parts of names; only tests of the tier whose name contains one of them run. Empty: all.
+    /// Parts of names: only tests whose name contains one of them run. Empty: all tests of the tier.
     filters: Vec<String>,
 }
 
 impl Options {
     /// # Errors
-    /// On an unknown option, on two tiers, and on `--quick` with a tier that is about more than a quick look.
+    /// On an unknown option, on two tiers, and on `--quick` together with a tier.
     fn parse(arguments: &[OsString]) -> Result<Self> {
         let (mut tiers, mut quick, mut filters) = (Vec::new(), false, Vec::new());
         for argument in arguments {
@@ -151,7 +151,7 @@ fn clippy(packages: &str, what: &str) -> Command {
     clippy
 }
 
-/// Most of the client exists only for the browser, so a native clippy never sees it.
+/// Runs clippy for the browser's target, because most of the client is compiled only for it.
 fn browser_clippy(stages: &mut Stages) {
     match Toolchain::find_or_install() {
         Ok(Toolchain::Active) => stages.run("clippy (browser)", || {
@@ -177,11 +177,11 @@ fn licences(stages: &mut Stages) {
     }
 }
 
-/// Which of the tests to run.
+/// The tests to run.
 enum Selection<'a> {
-    /// Those of a tier that need no browser; if names are given, those whose name contains one of them.
+    /// Tests of a tier that need no browser; if names are given, those whose name contains one of them.
     Native(Tier, &'a [String]),
-    /// Those that need one, against this server program.
+    /// Tests that need a browser, with this server program.
     Browser(&'a Path),
 }
 
@@ -225,21 +225,21 @@ impl Selection<'_> {
                 }
                 arguments.extend(filters.iter().cloned());
             }
-            // The same targets as before, so that nothing is compiled anew.
+            // The same targets as before, so that nothing is compiled again.
             Selection::Browser(_) => arguments.push(BROWSER_TESTS.to_owned()),
         }
         arguments
     }
 }
 
-/// Runs tests, passing their output on and counting them.
+/// Runs tests, prints their output and counts them.
 fn tests(selection: &Selection<'_>) -> Result<Report> {
     let mut command = selection.command(shell::on_path("cargo-nextest"));
     // nextest reports on standard error, the standard harness on standard output; one pipe for both keeps their order.
     let (reader, writer) = std::io::pipe().context("could not make a pipe")?;
     command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
     let mut child = command.spawn().context("could not start the tests")?;
-    // The command keeps its ends of the pipe open until it is dropped, and the reading below would never end.
+    // The command keeps its ends of the pipe open until it is dropped; without this, the loop below would never end.
     drop(command);
     let mut counter = Counter::default();
     for line in BufReader::new(reader).lines() {
@@ -257,8 +257,8 @@ fn tests(selection: &Selection<'_>) -> Result<Report> {
 
 /// Counts tests from a runner's output.
 ///
-/// A test that lacks what it needs (a browser, data, a graphics adapter) prints `skipped: ` and the reason, and returns. Its runner takes it for passed;
-/// here it counts as skipped, once, however many such lines it prints.
+/// A test without its requirements (a browser, data, a graphics adapter) prints `skipped: ` and the reason, and returns. The runner counts it
+/// as passed. Here it counts as skipped, once, even if it prints several such lines.
 #[derive(Default)]
 struct Counter {
     tests: Tests,
@@ -270,7 +270,7 @@ struct Counter {
 
 impl Counter {
     fn read(&mut self, line: &str) {
-        // nextest shows each test's own summary as well, indented: those are in its own already.
+        // nextest also shows the indented summary of each test. Its own summary includes them.
         let summary = match line.split_once(" tests run: ").or_else(|| line.split_once(" test run: ")) {
             Some((_, counts)) => Some(counts),
             None => line.strip_prefix("test result: "),
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictory_options_are_refused() {
+    fn contradictory_options_are_rejected() {
         let refused = [
             "--release",
             "--nightly --release-gate",
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn both_runners_are_counted() {
+    fn the_output_of_both_runners_is_counted() {
         check(
             "     Summary [   0.104s] 15 tests run: 12 passed (1 slow), 2 failed, 1 timed out, 0 skipped",
             12,
@@ -422,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn a_test_without_its_data_counts_as_skipped_once_and_says_why() {
+    fn a_test_without_its_data_counts_as_skipped_once_with_its_reason() {
         let nextest = "
         PASS [   0.012s] (1/3) factors::it published::graphs
   stdout ───

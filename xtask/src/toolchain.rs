@@ -1,7 +1,7 @@
-//! Which compiler builds the browser client.
+//! Chooses the compiler of the browser client.
 //!
-//! Two can: the active rustup toolchain once it has the `wasm32-unknown-unknown` standard library, and Debian's own
-//! Rust, which ships that library's sources only and so compiles it along with the client.
+//! There are two: the active rustup toolchain, once it has the `wasm32-unknown-unknown` standard library, and Debian's Rust. The latter
+//! has only the sources of that library and compiles it together with the client.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,20 +13,20 @@ use crate::{setup, shell};
 
 pub(crate) const TARGET: &str = "wasm32-unknown-unknown";
 
-/// Debian packages that together make the second toolchain.
+/// Debian packages of the second toolchain.
 const DEBIAN_PACKAGES: [&str; 4] = ["rustc-web", "cargo-web", "rust-web-src", "lld-19"];
 const DEBIAN_LINKER: &str = "/usr/bin/wasm-ld-19";
 const DEBIAN_CARGO: &str = "/usr/bin/cargo";
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 
-/// rustup either downloads 20 MB at once or hangs on a network that drops its packets.
+/// Limit for rustup: it downloads 20 MB or hangs on a network that drops its packets.
 const RUSTUP_LIMIT: Duration = Duration::from_secs(90);
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Toolchain {
     /// The toolchain that runs this program, with the target's standard library installed.
     Active,
-    /// Debian's Rust, building the standard library from source.
+    /// Debian's Rust, which builds the standard library from source.
     Debian,
 }
 
@@ -94,7 +94,7 @@ impl Toolchain {
             Self::Debian => {
                 let mut cargo = shell::program(DEBIAN_CARGO);
                 cargo.args(["build", "--target", TARGET, "-Zbuild-std=std,panic_abort"]);
-                // Building the standard library is a nightly feature; the variable opens it on a stable compiler.
+                // Building the standard library is a nightly feature; the variable allows it on a stable compiler.
                 cargo.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", DEBIAN_RUSTC);
                 cargo.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", DEBIAN_LINKER);
                 cargo
@@ -102,7 +102,7 @@ impl Toolchain {
         }
     }
 
-    /// A target folder of its own, so that two compilers never rebuild each other's work.
+    /// The toolchain's own target folder, so that two compilers do not rebuild each other's outputs.
     pub(crate) fn target_folder(self) -> PathBuf {
         shell::root().join("target").join(match self {
             Self::Active => "web",

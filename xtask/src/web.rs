@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::{fingerprint, shell};
 
-/// Greatest size of the client, bytes after brotli: it is loaded over slow radio links.
+/// Largest size of the client, bytes after brotli, because it is loaded over slow radio links.
 const BROTLI_BYTES_MAX: &str = "3000000";
 
 /// The version of npm's `binaryen` whose `wasm-opt` shrinks release bundles.
@@ -19,9 +19,9 @@ const NPM_LIMIT: Duration = Duration::from_secs(120);
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flavour {
-    /// Quick to build, larger to load.
+    /// Fast to build, larger to load.
     Dev,
-    /// Small to load; fails when larger than the limit.
+    /// Small to load; a client above the size limit is an error.
     Release,
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn command(arguments: Vec<OsString>) -> Result<()> {
     build(flavour, toolchain)
 }
 
-/// Builds the bundle unless the one that is there was made from the same sources, in this flavour or a better one.
+/// Builds the bundle unless the existing one was built from the same sources, in this flavour or a better one.
 pub(crate) fn build_if_stale(least: Flavour) -> Result<()> {
     let made_from = fs::read_to_string(stamp()).unwrap_or_default();
     let is_there = shell::root().join("static/pkg/manifest.json").exists();
@@ -93,7 +93,7 @@ fn build(flavour: Flavour, toolchain: Toolchain) -> Result<()> {
     fs::write(stamp(), fingerprint).with_context(|| format!("could not write {}", stamp().display()))
 }
 
-/// Where the fingerprint of the bundle's sources is kept: beside the bundle, so that they go together.
+/// File of the fingerprint of the bundle's sources. It is in the bundle's folder, so that both are deleted together.
 fn stamp() -> PathBuf {
     shell::root().join("static/pkg/sources.stamp")
 }

@@ -1,6 +1,6 @@
-//! Files compressed once at build time, so that the server only ever copies bytes.
+//! Compresses files at build time, so that the server only copies bytes.
 //!
-//! Both forms are needed: browsers take brotli on secure origins only, and gzip on `http://` names of a local network.
+//! Both forms are needed: browsers accept brotli on secure origins only, and gzip also on `http://` names of a local network.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use flate2::write::GzEncoder;
 
-/// How hard to try.
+/// Compression effort.
 #[derive(Clone, Copy)]
 pub(crate) enum Effort {
-    /// A second for ten megabytes; for development.
+    /// 1 s for 10 MB; for development.
     Quick,
-    /// As small as it gets, half a minute for ten megabytes; for releases.
+    /// Smallest size, 30 s for 10 MB; for releases.
     Smallest,
 }
 
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_forms_unpack_to_the_original() {
+    fn both_forms_decompress_to_the_original() {
         let original: Vec<u8> = (0..100_000_u32).flat_map(|i| i.wrapping_mul(i).to_le_bytes()).collect();
         for effort in [Effort::Quick, Effort::Smallest] {
             let mut unzipped = Vec::new();

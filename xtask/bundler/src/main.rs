@@ -1,11 +1,11 @@
-//! Turns the client's compiled WASM into what the server hands out.
+//! Turns the client's compiled WASM into the files that the server sends.
 //!
-//! Input: the `.wasm` file the compiler wrote. Output, in one folder: the JavaScript glue and the WASM, each named after
-//! its content so that it may be cached for ever, each with a `.br` and a `.gz` beside it, and `manifest.json`, the one
-//! file with a fixed name, which tells the page's loader what the others are called. The manifest is written last and
-//! by rename, so a page loaded meanwhile gets either the old client or the new one, never half of each.
+//! Input: the `.wasm` file of the compiler. Output, in one folder: the JavaScript glue and the WASM, each named after its content so that
+//! browsers may cache it for ever, and each with a `.br` and a `.gz` form. `manifest.json` is the only file with a fixed name. It contains
+//! the names of the others for the page's loader. It is written last and by rename, so a page that loads meanwhile gets either the old
+//! client or the new one, never a mixture.
 //!
-//! It is a program of its own, apart from `xtask`, because a WASM parser takes a minute to compile.
+//! It is a program apart from `xtask`, because a WASM parser takes a minute to compile.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -20,11 +20,11 @@ mod compress;
 
 use compress::{Effort, Sizes};
 
-/// What the client is called in the files and in the page.
+/// Name of the client in the files and in the page.
 const NAME: &str = "autoinspect_client";
 
-/// What `wasm-opt` may use: what rustc's own `wasm32-unknown-unknown` uses, all of it in every browser since 2023.
-/// `--all-features` would produce a file that no browser loads.
+/// The WASM features that `wasm-opt` may use: those of rustc's `wasm32-unknown-unknown`, which every browser has since 2023. With
+/// `--all-features` it would write a file that no browser loads.
 const WASM_FEATURES: [&str; 6] = [
     "--enable-bulk-memory",
     "--enable-sign-ext",
@@ -38,9 +38,9 @@ struct Options {
     wasm: PathBuf,
     out: PathBuf,
     effort: Effort,
-    /// Path of a JavaScript `wasm-opt`, run with node.
+    /// Path of a `wasm-opt` in JavaScript, run with node.
     wasm_opt: Option<PathBuf>,
-    /// Fail when WASM and glue together are larger than this, compressed with brotli.
+    /// Largest size of WASM and glue together, compressed with brotli, bytes. A larger client is an error.
     brotli_bytes_max: Option<u64>,
 }
 
@@ -139,7 +139,7 @@ fn bundle(options: &Options) -> Result<()> {
     }
 }
 
-/// An empty folder beside the compiler's output, for files on their way.
+/// An empty folder beside the compiler's output, for intermediate files.
 fn staging_folder(wasm: &Path) -> Result<PathBuf> {
     let staging = wasm.with_extension("bundle");
     match fs::remove_dir_all(&staging) {
