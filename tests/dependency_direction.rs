@@ -1,4 +1,4 @@
-//! Who may see whom. ARCHITECTURE.md describes the layers; these tables are what keeps the description true.
+//! Tests of the dependencies between crates. ARCHITECTURE.md describes the layers; the tables here enforce them.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,10 +9,10 @@ use serde_json::Value;
 
 use crate::support::workspace_root;
 
-/// For each of our crates, every other one of ours that it may depend on.
+/// For each of our crates, the others of ours that it may depend on.
 ///
-/// Read it as a list of what is absent: `sim` and `stack` do not see each other, so the simulator cannot help the robot
-/// cheat; nothing in `server` but the program and the runtime sees `stack`; `web` sees plain data only.
+/// The absent ones matter: `sim` and `stack` do not depend on each other, so the stack cannot use the ground truth. In `server` only the
+/// program and the runtime depend on `stack`. `web` depends on plain data only.
 const OURS: &[(&str, &[&str])] = &[
     ("vocab", &[]),
     ("messages", &["vocab"]),
@@ -87,7 +87,7 @@ const OURS: &[(&str, &[&str])] = &[
     ("xtask", &[]),
 ];
 
-/// What the tests of a crate may see beyond that.
+/// Further crates that the tests of a crate may depend on.
 const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("factors", &["formats"]),
     ("lockstep", &["mapping", "points"]),
@@ -95,10 +95,10 @@ const OURS_IN_TESTS: &[(&str, &[&str])] = &[
     ("odometry", &["messages", "sim"]),
 ];
 
-/// Crates that look at everything, because comparing or testing the whole is their purpose.
+/// Crates that may depend on all others, because they compare or test the whole.
 const SEES_EVERYTHING: &[&str] = &["benches", "tests"];
 
-/// Heavy or consequential crates of others, and the only ones of ours that may use them outside tests.
+/// External crates with restricted use, and the only crates of ours that may use them outside tests.
 const HOMES: &[(&str, &[&str])] = &[
     ("axum", &["gateway"]),
     ("eframe", &["app"]),
@@ -110,12 +110,12 @@ const HOMES: &[(&str, &[&str])] = &[
     ("wgpu", &["app", "scene"]),
 ];
 
-/// What the core may use of others' crates: mathematics and bytes, nothing that knows a file, a thread or a clock.
+/// External crates that the core may use: mathematics and bytes, none with access to files, threads or clocks.
 const AUTONOMY_MAY_USE: &[&str] = &[
     "blake3",
     "nalgebra",
     "ordered-float",
-    // `astar` and `dijkstra_reach` hash without a random seed, so that they give the same path in every process.
+    // `astar` and `dijkstra_reach` hash without a random seed, so they give the same path in every process.
     "pathfinding",
     "postcard",
     "rand_core",
@@ -123,7 +123,7 @@ const AUTONOMY_MAY_USE: &[&str] = &[
     "thiserror",
 ];
 
-/// What the core never says, with what it says instead.
+/// Words that the core's code may not contain, with the reason or replacement.
 const AUTONOMY_NEVER_SAYS: &[(&str, &str)] = &[
     ("Instant", "the only clock is the `at` of `Stack::step`"),
     ("SystemTime", "the only clock is the `at` of `Stack::step`"),
@@ -173,7 +173,7 @@ fn packages() -> Vec<Package> {
     metadata["packages"].as_array().unwrap().iter().map(package).collect()
 }
 
-/// Everything wrong with `packages`, one sentence each.
+/// Violations of the tables by `packages`, one sentence each.
 fn violations(packages: &[Package]) -> Vec<String> {
     let ours: BTreeMap<_, _> = OURS.iter().copied().collect();
     let ours_in_tests: BTreeMap<_, _> = OURS_IN_TESTS.iter().copied().collect();
@@ -209,13 +209,13 @@ fn violations(packages: &[Package]) -> Vec<String> {
 }
 
 #[test]
-fn every_crate_sees_only_what_it_may() {
+fn every_crate_depends_only_on_permitted_crates() {
     let violations = violations(&packages());
     assert!(violations.is_empty(), "\n{}", violations.join("\n"));
 }
 
 #[test]
-fn a_forbidden_arrow_is_noticed() {
+fn a_forbidden_dependency_is_reported() {
     let package = |name: &str, group: &str, dependencies: &[(&str, bool)]| Package {
         name: name.to_owned(),
         folder: Path::new("/").join(group).join(name),
@@ -242,7 +242,7 @@ fn a_forbidden_arrow_is_noticed() {
 }
 
 #[test]
-fn the_table_names_only_crates_that_exist() {
+fn the_tables_name_only_existing_crates() {
     let packages = packages();
     for (name, _) in OURS {
         assert!(packages.iter().any(|package| package.name == *name), "there is no crate {name} any more");
@@ -250,7 +250,7 @@ fn the_table_names_only_crates_that_exist() {
 }
 
 #[test]
-fn the_core_cannot_learn_the_time_a_file_or_a_hash_order() {
+fn the_core_uses_no_clock_file_or_random_hash_order() {
     let mut violations = Vec::new();
     for file in rust_files(&workspace_root().join("autonomy")) {
         let text = fs::read_to_string(&file).unwrap();
@@ -260,7 +260,7 @@ fn the_core_cannot_learn_the_time_a_file_or_a_hash_order() {
 }
 
 #[test]
-fn a_forbidden_word_is_noticed() {
+fn a_forbidden_word_is_reported() {
     let complaints: Vec<_> = forbidden_words(
         "// An Instant in a comment is fine.\nlet at = Instant::now();\nlet instantly = 1;\n#[cfg(test)]\nuse std::fs;\n",
     )
@@ -268,7 +268,7 @@ fn a_forbidden_word_is_noticed() {
     assert_eq!(complaints, ["2: Instant: the only clock is the `at` of `Stack::step`"]);
 }
 
-/// Complaints about the code in `text`, with line numbers; comments and the tests at a file's end are left out.
+/// Forbidden words in the code of `text`, with line numbers. Comments and the tests at a file's end are left out.
 fn forbidden_words(text: &str) -> impl Iterator<Item = String> {
     text.lines()
         .enumerate()
@@ -280,7 +280,7 @@ fn forbidden_words(text: &str) -> impl Iterator<Item = String> {
         })
 }
 
-/// Whether `code` contains `word` with nothing that would make it part of a longer name.
+/// Whether `code` contains `word` as a whole name.
 fn says(code: &str, word: &str) -> bool {
     let part_of_name = |c: char| c.is_alphanumeric() || c == '_';
     code.match_indices(word).any(|(start, _)| {
@@ -288,7 +288,7 @@ fn says(code: &str, word: &str) -> bool {
     })
 }
 
-/// The crates' own sources below `folder`: no files of tests only.
+/// Source files below `folder`, without files that contain only tests.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

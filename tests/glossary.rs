@@ -1,4 +1,4 @@
-//! The glossary names things that exist: every name in its *code* column is declared in the crate that its row names.
+//! Test of the glossary: every name in its *code* column is declared in the crate of its row.
 
 use crate::support::workspace_root;
 use std::fs;

@@ -1,4 +1,4 @@
-//! The harness itself on a fixed page: if this test fails, the client is not the reason.
+//! Tests of the browser harness on a fixed page. If they fail, the client is not the reason.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ const PAGE: &str = "data:text/html,<!doctype html>
     </script>";
 
 #[test]
-fn roles_names_keys_and_pixels_are_seen() {
+fn roles_names_keys_and_pixels_of_a_page_are_read() {
     let Some(browser) = Chromium::start() else { return };
     let mut page = browser.open(640, 480);
     page.go(PAGE);

@@ -1,4 +1,4 @@
-//! Point clouds of other programs, imported in the browser.
+//! Tests of importing point clouds of other programs in the browser.
 
 use super::mapping::NEXT_PICTURES;
 use crate::support::chromium::Chromium;
@@ -39,7 +39,7 @@ fn room(east: f32) -> String {
 }
 
 #[test]
-fn an_uploaded_cloud_becomes_a_map_and_a_file_that_is_none_is_refused() {
+fn an_uploaded_cloud_becomes_a_map_and_another_file_is_rejected() {
     let Some(browser) = Chromium::start() else { return };
     let (data, files) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let (survey, letter) = (files.path().join("North room.ply"), files.path().join("letter.ply"));
@@ -63,7 +63,7 @@ fn an_uploaded_cloud_becomes_a_map_and_a_file_that_is_none_is_refused() {
         })
     });
     assert!(!message.contains(&*data.path().to_string_lossy()), "{message}");
-    // A bare room looks the same from both ends, so its alignment is ambiguous.
+    // A bare room is symmetric, so its alignment is ambiguous.
     let again = files.path().join("Again.ply");
     std::fs::copy(&survey, &again).unwrap();
     page.choose_file("Import and align", &again);
@@ -79,7 +79,7 @@ fn an_uploaded_cloud_becomes_a_map_and_a_file_that_is_none_is_refused() {
     server.stop();
 }
 
-/// Waits until the picture does not change any more.
+/// Waits until the picture no longer changes.
 #[track_caller]
 fn wait_for_still_picture(page: &mut Page) {
     let (mut last, mut same) = (None, 0);
@@ -109,7 +109,7 @@ fn a_map_is_aligned_with_another_by_points_that_are_clicked_in_both() {
     page.click("button", "View North room");
     page.click("button", "Align North room");
     page.click("button", "Onto South room");
-    // Both fill the picture in the same way, so the same pixel shows the same point of both.
+    // The camera shows both rooms in the same way, so the same pixel shows the same point of both.
     for at in [At { x: 640.0, y: 430.0 }, At { x: 860.0, y: 470.0 }] {
         for other in ["South room", "North room"] {
             wait_for("the map to be on show", IMPORT_LIMIT, || {

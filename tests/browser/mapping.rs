@@ -1,4 +1,4 @@
-//! The first task of an operator: make a map with a robot, save it, and open it again.
+//! Tests of the first task of an operator: make a map with a robot, save it, and open it again.
 
 use std::time::{Duration, Instant};
 
@@ -7,13 +7,13 @@ use crate::support::page::{At, Control, Key, Page};
 use crate::support::server::Server;
 use crate::support::wait_for;
 
-/// Longest wait for what the robot has to walk for, on a machine that draws, simulates and serves on two cores.
+/// Longest wait for a walk of the robot, on a machine that draws, simulates and serves on two cores.
 const WALK_LIMIT: Duration = Duration::from_secs(120);
 const DRAW_LIMIT: Duration = Duration::from_secs(60);
 
-/// Least share of lit pixels in the middle of the window for a map to count as drawn. A blank canvas has none.
+/// Smallest share of lit pixels in the middle of the window for a map to count as drawn. A blank canvas has none.
 const LIT_MIN: f64 = 0.03;
-/// Least number of colours there. A robot on an empty grid has a few.
+/// Smallest number of colours there for a map to count as drawn. A robot on an empty grid has a few.
 const COLOURS_MIN: usize = 100;
 
 /// Evaluates to true once two more frames have been drawn.
@@ -71,7 +71,7 @@ fn a_hall_is_mapped_saved_and_found_again() {
 }
 
 #[test]
-fn a_plain_http_name_on_the_local_network_is_enough() {
+fn the_client_works_on_a_plain_http_name_of_the_local_network() {
     let Some(browser) = Chromium::start() else { return };
     let data = tempfile::tempdir().unwrap();
     let server = Server::start("b1", data.path());
@@ -82,7 +82,7 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     assert_eq!(
         page.evaluate("isSecureContext"),
         false,
-        "the test is about origins that browsers do not trust"
+        "the test needs an origin that browsers do not trust"
     );
     page.click("button", "Start mapping");
     wait_for("a first map", WALK_LIMIT, || number(&mut page, "Points in map").filter(|n| *n > 0.0));
@@ -91,7 +91,7 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     // Time until the map of a robot that is mapping already is drawn. It starts from an empty page, because a reload would include the end of the
     // old page.
     page.go("about:blank");
-    assert_eq!(page.evaluate(NEXT_PICTURES), true, "the old page's pictures are done with");
+    assert_eq!(page.evaluate(NEXT_PICTURES), true, "the old page has drawn its last frames");
     page.go(&url);
     wait_for("the first map in the page's timeline", DRAW_LIMIT, || {
         let marks = page.marks();
@@ -103,7 +103,7 @@ fn a_plain_http_name_on_the_local_network_is_enough() {
     });
     wait_for_drawn_map(&mut page);
     let mut errors = page.errors();
-    // The browser remarks that this header has an effect on trusted origins only, as intended.
+    // The browser reports that this header has an effect on trusted origins only, which is intended.
     errors.retain(|error| !error.contains("Cross-Origin-Opener-Policy header has been ignored"));
     assert_eq!(errors, Vec::<String>::new());
     server.stop();
@@ -153,7 +153,7 @@ fn set_pose(page: &mut Page, map: &str) {
         let mut middles = keyframes.iter().filter_map(|(_, control)| page.middle(control));
         let now = (middles.next()?, middles.next()?);
         assert_eq!(page.evaluate(NEXT_PICTURES), true);
-        // The camera flies there.
+        // The camera flies there; the loop waits until the control no longer moves.
         (last.replace(now) == Some(now)).then_some(now)
     });
     page.click("button", "Set the pose");
@@ -180,7 +180,7 @@ fn cover_the_lidar(page: &mut Page) {
     });
 }
 
-/// Opens the loops, starts to add one by hand, and goes back.
+/// Opens the list of loops, starts to add one by hand, and goes back.
 #[track_caller]
 fn start_adding_a_loop(page: &mut Page) {
     page.click("button", "Loops");
@@ -220,7 +220,7 @@ fn drive_by_stick(page: &mut Page, distance_m: f64) {
     page.release(middle);
 }
 
-/// Waits until a map is drawn; if that does not happen, saves the picture.
+/// Waits until a map is drawn; after the time limit, saves the picture and fails.
 #[track_caller]
 fn wait_for_drawn_map(page: &mut Page) {
     let started = Instant::now();

@@ -1,4 +1,4 @@
-//! The product in a real browser.
+//! Tests of the product in a real browser.
 
 mod harness;
 mod importing;

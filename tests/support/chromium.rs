@@ -14,7 +14,7 @@ use super::wait_for;
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 const START_LIMIT: Duration = Duration::from_secs(60);
 
-/// The name under which the browser finds the server as if it were a machine on the local network.
+/// Host name of the server in the browser, like that of a machine on the local network.
 pub const LAN_HOST: &str = "robot.test";
 
 pub struct Chromium {
@@ -23,7 +23,7 @@ pub struct Chromium {
 }
 
 impl Chromium {
-    /// Starts the first Chromium on the PATH; `None`, with a line that says so, where there is none.
+    /// Starts the first Chromium on the PATH; `None`, with a printed note, if there is none.
     pub fn start() -> Option<Self> {
         let Some(name) = NAMES.into_iter().find(|name| on_path(name)) else {
             println!("skipped: no Chromium on this machine (`cargo xtask setup` says how to get one)");
@@ -38,8 +38,7 @@ impl Chromium {
                 "--disable-sync",
                 "--disable-quic",
             ])
-            // WebGL 2 on the processor: what every browser on the local network has, and what a machine without a
-            // graphics card can test.
+            // WebGL 2 in software, because test machines have no graphics card.
             .args(["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
             .arg(format!("--host-resolver-rules=MAP {LAN_HOST} 127.0.0.1"))
             .arg(format!("--user-data-dir={}", profile.path().display()))
@@ -65,7 +64,7 @@ impl Chromium {
         Page::new(devtools, attached["sessionId"].as_str().unwrap().to_owned(), width, height)
     }
 
-    /// Port and path of its debugging socket, once it has written them down.
+    /// Port and path of its debugging socket, once it has written them to a file.
     fn address(&self) -> Option<(u16, String)> {
         let text = fs::read_to_string(self.profile.path().join("DevToolsActivePort")).ok()?;
         let (port, path) = text.split_once('\n')?;

@@ -1,5 +1,5 @@
-//! A client of the DevTools protocol: calls with their answers, and the events that arrive in between.
-//! `docs/decisions/devtools-client.md` says why it is written by hand.
+//! A client of the DevTools protocol: calls with their responses, and the events that arrive in between.
+//! `docs/decisions/devtools-client.md` explains why it is written by hand.
 
 use std::collections::VecDeque;
 use std::net::TcpStream;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-/// Longest wait for an answer. On a busy machine a page may compute for a minute.
+/// Longest wait for a response. On a busy machine a page may compute for 60 s.
 const ANSWER_LIMIT: Duration = Duration::from_secs(90);
 
 /// An open connection to a browser.
@@ -18,7 +18,7 @@ pub struct DevTools {
     events: VecDeque<Event>,
 }
 
-/// A message of the browser that is no answer.
+/// A message of the browser that is not a response.
 #[derive(Debug)]
 pub struct Event {
     pub method: String,
@@ -39,7 +39,7 @@ impl DevTools {
         self.try_call(session, method, params).unwrap_or_else(|error| panic!("{method}: {error}"))
     }
 
-    /// Like [`Self::call`], where an error is an expected answer.
+    /// [`Self::call`] for calls that may fail.
     pub fn try_call(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<Value, String> {
         self.calls += 1;
         let id = self.calls;
@@ -59,7 +59,7 @@ impl DevTools {
         }
     }
 
-    /// The events that have come since the last call of this.
+    /// The events since the last call of this function.
     pub fn take_events(&mut self) -> Vec<Event> {
         self.events.drain(..).collect()
     }
@@ -71,7 +71,7 @@ impl DevTools {
         }
     }
 
-    /// The next message, or `None` when none came in time.
+    /// The next message; `None` after the deadline.
     fn receive(&mut self, deadline: Instant) -> Option<Value> {
         loop {
             let left = deadline.checked_duration_since(Instant::now()).filter(|left| !left.is_zero())?;
@@ -80,7 +80,7 @@ impl DevTools {
                 Ok(Message::Text(text)) => return Some(serde_json::from_str(&text).unwrap()),
                 Ok(_) => {}
                 Err(tungstenite::Error::Io(_)) => return None,
-                Err(error) => panic!("the browser hung up: {error}"),
+                Err(error) => panic!("the browser closed the connection: {error}"),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What the tests share: the program under test, a real browser, and waiting for conditions.
+//! Shared code of the tests: the program under test, a real browser, and waiting for conditions.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -12,13 +12,13 @@ pub mod server;
 
 /// The repository's root folder.
 pub fn workspace_root() -> PathBuf {
-    // The variable that cargo sets when it runs the tests is right even where two clones share a target folder.
+    // Cargo sets this variable when it runs the tests. The path from compile time is wrong if two clones share a target folder.
     let manifest =
         std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
     Path::new(&manifest).parent().unwrap().to_owned()
 }
 
-/// Polls `condition` until it gives a value, and fails, naming `what`, when `limit` has passed without.
+/// Polls `condition` until it gives a value. Fails after `limit` with a message that contains `what`.
 #[track_caller]
 pub fn wait_for<T>(what: &str, limit: Duration, mut condition: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();

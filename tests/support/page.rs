@@ -1,4 +1,4 @@
-//! One page in a browser, operated as a person or a screen reader does: by role and name, pointer and keyboard.
+//! One page in a browser, operated like by a person or a screen reader: by role and name, pointer and keyboard.
 
 use std::path::Path;
 use std::time::Duration;
@@ -18,7 +18,7 @@ pub struct Page {
     errors: Vec<String>,
 }
 
-/// A key as the protocol wants it.
+/// A key in the form of the protocol.
 #[derive(Clone, Copy)]
 pub struct Key {
     code: &'static str,
@@ -31,10 +31,10 @@ impl Key {
     pub const Q: Self = Self { code: "KeyQ", key: "q", number: b'Q' };
 }
 
-/// Something with a role and a name on the page.
+/// An element of the page with a role and a name.
 #[derive(Debug, Clone)]
 pub struct Control {
-    /// The browser's own number for the element.
+    /// The browser's number of the element.
     node: i64,
     pub disabled: bool,
 }
@@ -56,7 +56,7 @@ impl Page {
         page
     }
 
-    /// Makes the window's inside `width` by `height` CSS pixels.
+    /// Sets the inner size of the window to `width` by `height` CSS pixels.
     pub fn resize(&mut self, width: u32, height: u32) {
         self.call(
             "Emulation.setDeviceMetricsOverride",
@@ -70,13 +70,13 @@ impl Page {
         assert!(answer["errorText"].is_null(), "{url}: {}", answer["errorText"]);
     }
 
-    /// Reloads the page, and waits until the old one is gone, because that would take the next click.
+    /// Reloads the page. Waits until the old one is gone, because it would take the next click.
     #[track_caller]
     pub fn reload(&mut self) {
         self.evaluate("window.isOld = true");
         self.call("Page.reload", json!({}));
         wait_for("the page anew", CONTROL_LIMIT, || {
-            // Between two documents there is nowhere to evaluate it.
+            // Between two documents the evaluation fails.
             let asked = json!({ "expression": "window.isOld !== true", "returnByValue": true });
             let answer = self.try_call("Runtime.evaluate", asked).ok()?;
             (answer["result"]["value"] == true).then_some(())
@@ -101,20 +101,20 @@ impl Page {
         serde_json::from_value(noted).unwrap_or_default()
     }
 
-    /// The control with this role and exact name, once it is there.
+    /// Waits for the control with this role and exact name.
     #[track_caller]
     pub fn control(&mut self, role: &str, name: &str) -> Control {
         wait_for(&format!("{role} “{name}”"), CONTROL_LIMIT, || self.find(role, name))
     }
 
-    /// The control with this role and exact name, if it is there now.
+    /// The control with this role and exact name, if it exists now.
     pub fn find(&mut self, role: &str, name: &str) -> Option<Control> {
         self.all(role).into_iter().find_map(|(found, control)| (found == name).then_some(control))
     }
 
-    /// Everything with this role and its name, in document order.
+    /// All controls with this role and their names, in document order.
     pub fn all(&mut self, role: &str) -> Vec<(String, Control)> {
-        // The page may be between two documents; then it has nothing.
+        // Between two documents the page has no controls.
         let Ok(document) = self.try_call("DOM.getDocument", json!({ "depth": 0 })) else { return Vec::new() };
         let root = document["root"]["nodeId"].clone();
         let Ok(mut answer) =
@@ -145,7 +145,7 @@ impl Page {
         self.text(&control)
     }
 
-    /// The text a control holds.
+    /// The text content of a control.
     pub fn text(&mut self, control: &Control) -> Option<String> {
         let object = self.try_call("DOM.resolveNode", json!({ "backendNodeId": control.node })).ok()?;
         let answer = self
@@ -161,7 +161,7 @@ impl Page {
         answer["result"]["value"].as_str().map(str::to_owned)
     }
 
-    /// The middle of a control, if it is still on the page.
+    /// The centre of a control, if it is still on the page.
     pub fn middle(&mut self, control: &Control) -> Option<At> {
         let answer = self.try_call("DOM.getBoxModel", json!({ "backendNodeId": control.node })).ok()?;
         let corners: Vec<f64> =
@@ -170,7 +170,7 @@ impl Page {
         (corners.len() == 8).then(|| At { x: mean(0), y: mean(1) })
     }
 
-    /// Clicks the control with this role and name, once it is there and enabled.
+    /// Waits until the control with this role and name is enabled, and clicks it.
     #[track_caller]
     pub fn click(&mut self, role: &str, name: &str) {
         let at = wait_for(&format!("an enabled {role} “{name}”"), CONTROL_LIMIT, || {
@@ -218,7 +218,7 @@ impl Page {
         );
     }
 
-    /// Types `text` into whatever has the focus.
+    /// Types `text` into the element with the focus.
     pub fn type_text(&mut self, text: &str) {
         self.call("Input.insertText", json!({ "text": text }));
     }
@@ -242,9 +242,9 @@ impl Page {
         Picture::from_base64(answer["data"].as_str().unwrap()).unwrap()
     }
 
-    /// Errors the page has reported so far: uncaught exceptions, failed loads, `console.error`.
+    /// Errors that the page has reported so far: uncaught exceptions, failed loads, `console.error`.
     pub fn errors(&mut self) -> Vec<String> {
-        // Any call brings in what the browser has sent meanwhile.
+        // Any call also receives the events that the browser has sent meanwhile.
         self.call("Runtime.evaluate", json!({ "expression": "0" }));
         for event in self.devtools.take_events() {
             let error = match event.method.as_str() {

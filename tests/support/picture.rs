@@ -1,4 +1,4 @@
-//! Screenshots: saved for people, and measured for the tests.
+//! Screenshots, which are saved and measured.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,7 @@ pub struct Area {
 }
 
 impl Picture {
-    /// Decodes a screenshot of the browser; `None` if it is no picture.
+    /// Decodes a screenshot of the browser; `None` if it is not a PNG file.
     pub(super) fn from_base64(text: &str) -> Option<Self> {
         let png = base64::engine::general_purpose::STANDARD.decode(text).ok()?;
         let mut decoder = png::Decoder::new(std::io::Cursor::new(&png));
@@ -48,7 +48,7 @@ impl Picture {
         path
     }
 
-    /// The middle of the picture, where the map is and no card.
+    /// The middle of the picture, where no card covers the map.
     pub fn middle(&self) -> Area {
         Area {
             left: self.width / 4,
@@ -62,12 +62,12 @@ impl Picture {
         (area.top..area.bottom).flat_map(move |row| &self.pixels[row * self.width..][area.left..area.right])
     }
 
-    /// How many colours an area has.
+    /// Number of different colours in an area.
     pub fn colours(&self, area: Area) -> usize {
         self.rows(area).collect::<BTreeSet<_>>().len()
     }
 
-    /// The share of an area's pixels that are lit: at least `step` brighter in some channel than the dark ground.
+    /// The share of an area's pixels that are lit: at least `step` brighter in one channel than the dark background.
     pub fn lit(&self, area: Area, step: u8) -> f64 {
         const GROUND: [u8; 3] = [0x0d, 0x11, 0x17];
         let brighter =

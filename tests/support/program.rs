@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-/// The program under test: `AUTOINSPECT_BIN`, else the one beside this benchmark, or the newest build in the target folder of this test.
+/// The program under test: `AUTOINSPECT_BIN`, else for a benchmark the program in its folder, and for a test the newest build in its target folder.
 pub fn autoinspect() -> PathBuf {
     if let Some(named) = std::env::var_os("AUTOINSPECT_BIN") {
         return named.into();
     }
-    // A benchmark is at target/PROFILE/NAME, and is of the program beside it.
+    // A benchmark is at target/PROFILE/NAME, and uses the program in the same folder.
     let here = std::env::current_exe().unwrap();
     let beside = here.with_file_name("autoinspect");
     if beside.exists() {

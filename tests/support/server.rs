@@ -1,4 +1,4 @@
-//! A running `autoinspect up`, with a data folder of its own, ended when dropped.
+//! A running `autoinspect up` with its own data folder, which ends when dropped.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -9,11 +9,11 @@ use std::time::Duration;
 use super::program::autoinspect;
 use super::{wait_for, workspace_root};
 
-/// Starting includes building the simulated site, on a machine that may be busy.
+/// Longest wait for the start, which includes building the simulated site on a machine that may be busy.
 const START_LIMIT: Duration = Duration::from_secs(60);
 const STOP_LIMIT: Duration = Duration::from_secs(20);
 
-/// What the server prints, before its address, once it can be reached.
+/// The text that the server prints before its address, once it can be reached.
 const READY: &str = "AutoInspect is running: http://";
 
 pub struct Server {
@@ -22,7 +22,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts a server with the simulated site `site` and waits until it says its address.
+    /// Starts a server with the simulated site `site` and waits until it prints its address.
     pub fn start(site: &str, data: &Path) -> Self {
         let mut process = Command::new(autoinspect())
             .args(["up", "--robot", &format!("sim:{site}"), "--listen", "127.0.0.1:0", "--data"])
@@ -35,7 +35,7 @@ impl Server {
             .unwrap();
         let output = BufReader::new(process.stdout.take().unwrap());
         let (sender, lines) = mpsc::channel();
-        // Reads to the end whether or not anyone listens: a full pipe would stop the server.
+        // Reads to the end also without a receiver, because a full pipe would block the server.
         std::thread::spawn(move || {
             output.lines().map_while(Result::ok).for_each(|line| drop(sender.send(line)))
         });
@@ -49,12 +49,12 @@ impl Server {
         server
     }
 
-    /// The address on this machine, which browsers trust with everything.
+    /// The address on this machine, which browsers treat as a trusted origin.
     pub fn url(&self) -> String {
         format!("http://127.0.0.1:{}/", self.port)
     }
 
-    /// Asks the server to stop, as a service manager would, and waits for its orderly end.
+    /// Stops the server with the signal of a service manager, and waits for its end.
     pub fn stop(mut self) {
         terminate(&self.process);
         let status = wait_for("the server's end", STOP_LIMIT, || self.process.try_wait().unwrap());
@@ -69,7 +69,7 @@ fn terminate(process: &Child) {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // After a failed test: its children watch it and end by themselves.
+        // After a failed test. Its child processes end by themselves when it is gone.
         if matches!(self.process.try_wait(), Ok(None)) {
             let _ = self.process.kill();
             let _ = self.process.wait();
