@@ -1,6 +1,6 @@
-//! What encoding, decoding, splitting and baking cost: `cargo bench -p map_codec`.
+//! Times of encoding, decoding, splitting and baking: `cargo bench -p map_codec`.
 //!
-//! The input is made up: a LiDAR of 32 channels in a hall of 30 x 20 x 6 m, 1 cm range noise, intensities.
+//! The input is synthetic: a LiDAR of 32 channels in a hall of 30 x 20 x 6 m, with 1 cm of range noise and with intensities.
 
 #![allow(clippy::print_stdout, reason = "a bench reports on standard output")]
 
@@ -24,7 +24,7 @@ fn main() {
     divan::main();
 }
 
-/// One sweep from a place in the hall.
+/// One sweep from the position `eye` in the hall, metres.
 fn scan(count: usize, eye: [f32; 3]) -> (Vec<[f32; 3]>, Vec<f32>) {
     let mut state = 1_u32;
     let mut noise = move || {

@@ -1,8 +1,8 @@
-//! A finished map as one additive octree.
+//! Bakes a finished map into one additive octree.
 //!
 //! Every node is a cube with a grid of 128 cells a side and at most one point in each. A point belongs to the coarsest node whose
-//! cell around it is free. It is dropped if an earlier point is in its cell of the finest level. Nodes with few points are then folded into
-//! their parents, which saves the browser hundreds of small requests at the edge of the map.
+//! cell around it is free. It is dropped if an earlier point is in its cell of the finest level. The points of nodes with few points are then
+//! moved into their parents, which saves the browser hundreds of small requests at the edge of the map.
 
 use crate::cells::CellSet;
 use crate::chunk::{GpuPoint, PointChunk};
@@ -13,9 +13,9 @@ use vocab::Aabb;
 
 /// Cells along each edge of a node.
 const NODE_CELLS: u32 = 128;
-/// Most lattice steps in a cell: a node's lattice then has 65,536 along each edge.
+/// Largest number of lattice steps in a cell: a node's lattice then has 65,536 along each edge.
 const CELL_STEPS_MAX: f32 = 512.0;
-/// Deepest level: 128 cells of the root, halved 13 times, are 2^20 cells along the whole map.
+/// Deepest level: the 128 cells of the root, halved 13 times, are 2^20 cells along the map's edge.
 const LEVEL_MAX: u8 = 13;
 /// Greatest coordinate that is baked, metres; points beyond it are dropped.
 const COORDINATE_MAX_M: f32 = 1e6;
@@ -27,9 +27,9 @@ pub struct BakeConfig {
     /// map that is too large for 14 levels.
     pub finest_spacing_m: f32,
     /// Greatest step of a node's lattice, metres. A node's step is its cell, halved until it is not larger than
-    /// this, at most nine times. Points of coarse nodes are drawn close up too, so they need the same resolution.
+    /// this, at most nine times. Points of coarse nodes are also drawn close up, so they need the same resolution.
     pub resolution_m: f32,
-    /// Nodes with fewer points are folded into their parents.
+    /// The points of nodes with fewer points are moved into their parents.
     pub node_points_min: usize,
 }
 
@@ -39,10 +39,10 @@ impl Default for BakeConfig {
     }
 }
 
-/// One node of the octree, ready to be served.
+/// One encoded node of the octree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedTile {
-    /// Which node. All its ancestors are tiles of the same map.
+    /// The node. All its ancestors are tiles of the same map.
     pub node: NodeId,
     /// The smallest box around its points, metres, map frame.
     pub bounds: Aabb,
@@ -50,7 +50,7 @@ pub struct BakedTile {
     pub spacing: f32,
     /// Number of points.
     pub points: u32,
-    /// For [`crate::decode`]; positions in the map frame, each coordinate off by at most half of
+    /// The encoded points, for [`crate::decode`]. Positions are in the map frame; the error of each coordinate is at most half of
     /// [`BakeConfig::resolution_m`].
     pub bytes: Vec<u8>,
 }
@@ -58,10 +58,10 @@ pub struct BakedTile {
 /// Bakes a finished map.
 ///
 /// - `xyz`: metres, map frame. Points that are not finite or beyond 1,000 km are dropped.
-/// - `intensity`: sensor units; what is missing is 0.
+/// - `intensity`: sensor units; missing values count as 0.
 ///
-/// Returns the tiles coarsest first, each level in the order of x, y, z; none for no points. The same points in
-/// the same order give the same bytes.
+/// Returns the tiles, the coarsest first, each level in the order of x, y, z; none without points. The same points in the same order give
+/// the same bytes.
 pub fn bake(xyz: &[[f32; 3]], intensity: &[f32], config: &BakeConfig) -> Vec<BakedTile> {
     let Some(tree) = Tree::around(xyz, config) else {
         return Vec::new();
@@ -98,7 +98,7 @@ struct Tree {
 type Nodes = BTreeMap<NodeId, Vec<u32>>;
 
 impl Tree {
-    /// The smallest tree that holds all usable points; none if there are none.
+    /// The smallest tree that contains all usable points; `None` without usable points.
     fn around(xyz: &[[f32; 3]], config: &BakeConfig) -> Option<Self> {
         let mut bounds = Aabb::EMPTY;
         for point in xyz.iter().filter(|p| usable(p)) {
@@ -108,14 +108,14 @@ impl Tree {
         if extent < 0.0 {
             return None;
         }
-        // One cell to spare, so that the greatest coordinate is inside.
+        // One cell less, so that the greatest coordinate is inside.
         let edge_of = |spacing: f32, level: u8| spacing * (NODE_CELLS - 1) as f32 * f32::from(level).exp2();
         let finest_spacing_m = config.finest_spacing_m.max(1e-3).max(extent / edge_of(1.0, LEVEL_MAX));
         let level_max = (0..LEVEL_MAX).find(|level| edge_of(finest_spacing_m, *level) > extent);
         Some(Self { origin: bounds.min, level_max: level_max.unwrap_or(LEVEL_MAX), finest_spacing_m })
     }
 
-    /// Assigns every point to a node, or to none if it is closer to another than the finest spacing.
+    /// Assigns every point to a node. Drops a point if its cell of the finest level has one already.
     fn distribute(&self, xyz: &[[f32; 3]]) -> Nodes {
         let mut occupied = vec![CellSet::default(); usize::from(self.level_max) + 1];
         let mut nodes = Nodes::new();
@@ -123,7 +123,7 @@ impl Tree {
             let finest: [u32; 3] = std::array::from_fn(|axis| {
                 ((point[axis] - self.origin[axis]) / self.finest_spacing_m) as u32
             });
-            // The first point in a cell of the finest level is kept; later ones repeat it.
+            // Only the first point in a cell of the finest level is kept.
             if !occupied[usize::from(self.level_max)].insert(finest) {
                 continue;
             }
@@ -166,10 +166,10 @@ fn lattice_point(chunk: &PointChunk, xyz: &[[f32; 3]], intensity: &[f32], i: u32
     }
 }
 
-/// Moves the points of small leaves into their parents, deepest first, so that whole thin branches vanish.
+/// Moves the points of small leaves into their parents, deepest first, so that branches of small nodes are removed completely.
 fn fold_small(nodes: &mut Nodes, points_min: usize) {
     let deepest_first: Vec<NodeId> = nodes.keys().rev().copied().collect();
-    // A node is a leaf as long as none of its children stayed.
+    // A node is a leaf if none of its children is kept.
     let mut inner = std::collections::BTreeSet::new();
     for node in deepest_first {
         let Some(parent) = node.parent() else {

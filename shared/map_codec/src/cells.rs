@@ -1,4 +1,4 @@
-//! A flat set of integer cells: one `u64` a slot, open addressing, nothing to allocate per entry.
+//! A hash set of integer cells with open addressing: one `u64` for each slot, no allocation for each entry.
 
 /// Bits for each coordinate of a cell.
 const COORDINATE_BITS: u32 = 21;
@@ -8,10 +8,10 @@ pub(crate) const COORDINATE_END: u32 = 1 << COORDINATE_BITS;
 const SLOTS_MIN: usize = 1024;
 const EMPTY: u64 = 0;
 
-/// Which cells are occupied. Grows to at most 22 bytes a cell, 32 while it grows.
+/// The set of occupied cells. It needs at most 22 bytes for each cell, and 32 while it grows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CellSet {
-    /// A power of two of slots, or none yet; at most three quarters of them occupied.
+    /// Slots; their number is a power of two, or zero at first. At most three quarters of them are occupied.
     slots: Vec<u64>,
     occupied: usize,
 }
@@ -22,13 +22,13 @@ impl CellSet {
         self.occupied
     }
 
-    /// Forgets all cells and keeps the memory.
+    /// Removes all cells and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.slots.fill(EMPTY);
         self.occupied = 0;
     }
 
-    /// Takes a cell; false when it was occupied before. Only the lowest 21 bits of each coordinate count.
+    /// Inserts a cell; false if it was occupied before. Only the lowest 21 bits of each coordinate count.
     pub(crate) fn insert(&mut self, cell: [u32; 3]) -> bool {
         if self.occupied * 4 >= self.slots.len() * 3 {
             self.grow();
@@ -53,7 +53,7 @@ fn key_of(cell: [u32; 3]) -> u64 {
     (1 << 63) | (z << (2 * COORDINATE_BITS)) | (y << COORDINATE_BITS) | x
 }
 
-/// Puts `key` where it belongs; false when it is there. `slots` has a power of two of slots, not all occupied.
+/// Inserts `key`; false if it was there before. The number of slots is a power of two, and not all are occupied.
 fn place(slots: &mut [u64], key: u64) -> bool {
     let mask = slots.len() - 1;
     // Fibonacci hashing: the high bits of the product mix all bits of the key.

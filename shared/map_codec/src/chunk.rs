@@ -1,4 +1,4 @@
-//! The one shape in which points travel, its bytes, and how they are read.
+//! The format in which points are sent, and its decoder.
 //!
 //! A chunk is a header of [`HEADER_LEN`] bytes and a payload, all little endian:
 //!
@@ -6,19 +6,19 @@
 //! | --- | --- | --- |
 //! | 0 | 4 bytes | `AIPC` |
 //! | 4 | u8 | version, 1 |
-//! | 5 | u8 | packing of the payload: 0 as it is, 1 one zstd frame |
+//! | 5 | u8 | packing of the payload: 0 none, 1 one zstd frame |
 //! | 6 | u8 | level of the tile, 0 the coarsest; 0 for scans |
 //! | 7 | u8 | 0, reserved |
 //! | 8 | u32 | number of points |
-//! | 12 | u32 | bytes of payload that follow the header; nothing follows them |
-//! | 16 | 3 f32 | origin, metres, frame of the holder |
+//! | 12 | u32 | bytes of payload, which end the chunk |
+//! | 16 | 3 f32 | origin, metres, frame of the chunk |
 //! | 28 | f32 | step of the lattice, metres |
-//! | 32 | f32 | what one count of intensity is worth in sensor units |
+//! | 32 | f32 | sensor units for each count of intensity |
 //! | 36 | f32 | typical distance between neighbouring points, metres; 0 when unknown |
 //!
-//! The unpacked payload is seven planes of one byte a point: low and high bytes of the zigzag differences of x,
-//! then y, then z, then the wrapping differences of intensity. Points are in Morton order, so that the
-//! differences are small and alike, which is what makes the planes compress.
+//! The unpacked payload is seven planes of one byte for each point: low and high bytes of the zigzag differences of x, then y, then z, then
+//! the wrapping differences of intensity. Points are in Morton order, which makes the differences small and similar, so that the planes
+//! compress well.
 
 use bytemuck::{Pod, Zeroable};
 use ruzstd::decoding::{FrameDecoder, errors::FrameDecoderError};
@@ -26,17 +26,17 @@ use vocab::Aabb;
 
 /// Bytes before the payload.
 pub const HEADER_LEN: usize = 40;
-/// Most that a payload may grow when unpacked. A chunk that would grow more is stored unpacked by the encoder and
-/// refused by the decoder, so that a few bytes cannot ask for gigabytes.
+/// Largest ratio of unpacked to packed payload. The encoder does not pack a payload above it, and the decoder rejects it, so that a few bytes
+/// cannot allocate gigabytes.
 pub const EXPANSION_MAX: usize = 256;
-/// Most points in one chunk.
+/// Largest number of points in one chunk.
 pub const POINTS_MAX: usize = 1 << 24;
 
 pub(crate) const MAGIC: [u8; 4] = *b"AIPC";
 pub(crate) const VERSION: u8 = 1;
 pub(crate) const PACKING_STORED: u8 = 0;
 pub(crate) const PACKING_ZSTD: u8 = 1;
-/// Low and high bytes of three coordinates, and intensity.
+/// Number of planes: low and high bytes of three coordinates, and intensity.
 pub(crate) const PLANES: usize = 7;
 
 /// One point as the GPU reads it: lattice coordinates relative to the chunk's origin.
@@ -47,14 +47,14 @@ pub struct GpuPoint {
     pub position: [u16; 3],
     /// Counts of [`PointChunk::intensity_unit`].
     pub intensity: u8,
-    /// For the receiver to use; the codec leaves it 0.
+    /// Free for the receiver; the codec sets it to 0.
     pub spare: u8,
 }
 
-/// Points on a lattice. The holder says in which frame: base for a scan, keyframe or map for a tile.
+/// Points on a lattice. The message or tile that contains the chunk defines its frame: base for a scan, keyframe or map for a tile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointChunk {
-    /// Where lattice coordinate (0, 0, 0) lies, metres.
+    /// Position of lattice coordinate (0, 0, 0), metres.
     pub origin: [f32; 3],
     /// Edge of a lattice cell, metres.
     pub step: f32,
@@ -69,12 +69,12 @@ pub struct PointChunk {
 }
 
 impl PointChunk {
-    /// Position of a point of this chunk, metres, frame of the holder.
+    /// Position of a point of this chunk, metres, frame of the chunk.
     pub fn position(&self, point: &GpuPoint) -> [f32; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.step * f32::from(point.position[axis]))
     }
 
-    /// The smallest box around the points, metres, frame of the holder.
+    /// The smallest box around the points, metres, frame of the chunk.
     pub fn bounds(&self) -> Aabb {
         let mut bounds = Aabb::EMPTY;
         for point in &self.points {
@@ -87,16 +87,16 @@ impl PointChunk {
 /// Why bytes are not a chunk.
 #[derive(Debug, thiserror::Error)]
 pub enum DecodeError {
-    /// Fewer bytes than a header has.
+    /// Fewer bytes than a header.
     #[error("{present} bytes are too few for a point chunk")]
     Short {
         /// Bytes given.
         present: usize,
     },
-    /// The first four bytes are others.
+    /// The first four bytes are not `AIPC`.
     #[error("this is not a point chunk")]
     Magic,
-    /// Written by a version that this one does not know.
+    /// Unknown version.
     #[error("point chunk of version {found}; this program reads version {VERSION}")]
     Version {
         /// Version in the header.
@@ -108,7 +108,7 @@ pub enum DecodeError {
         /// Packing in the header.
         found: u8,
     },
-    /// The payload is not as long as the header says.
+    /// The length of the payload differs from the header.
     #[error("point chunk announces {announced} bytes of payload, {present} are there")]
     PayloadLength {
         /// Bytes according to the header.
@@ -130,7 +130,7 @@ pub enum DecodeError {
     /// The zstd frame is damaged.
     #[error("could not unpack a point chunk")]
     Unpack(#[source] Box<FrameDecoderError>),
-    /// The zstd frame holds another number of bytes than the points need.
+    /// The length of the unpacked payload does not fit the number of points.
     #[error("point chunk unpacks to {found} bytes instead of {expected}")]
     PlaneLength {
         /// Bytes that the announced points need.
@@ -142,7 +142,7 @@ pub enum DecodeError {
 
 /// Reads a chunk.
 ///
-/// Total: any bytes give a chunk or an error. Allocates at most [`EXPANSION_MAX`] times `bytes.len()` plus 2 MiB.
+/// Any bytes give a chunk or an error. It allocates at most [`EXPANSION_MAX`] times `bytes.len()` plus 2 MiB.
 pub fn decode(bytes: &[u8]) -> Result<PointChunk, DecodeError> {
     let (mut chunk, packing, count, payload) = read_header(bytes)?;
     let expected = count * PLANES;
@@ -190,7 +190,7 @@ fn read_header(bytes: &[u8]) -> Result<(PointChunk, u8, usize, &[u8]), DecodeErr
         level: header[6],
         points: Vec::new(),
     };
-    // Finite at the far corner too, so that no receiver meets an infinite position.
+    // The far corner must be finite too, so that no position is infinite.
     let far_corner = chunk.position(&GpuPoint { position: [u16::MAX; 3], ..GpuPoint::default() });
     let finite = chunk.origin.iter().chain(&far_corner).chain([&chunk.spacing, &chunk.intensity_unit]);
     if !finite.into_iter().all(|v| v.is_finite()) || chunk.step <= 0.0 || chunk.intensity_unit <= 0.0 {
@@ -211,7 +211,7 @@ fn unpack(payload: &[u8], expected: usize) -> Result<Vec<u8>, DecodeError> {
     Ok(planes)
 }
 
-/// `planes` holds exactly [`PLANES`] bytes for each of `count` points.
+/// Reads the points. `planes` has exactly [`PLANES`] bytes for each of `count` points.
 fn read_planes(planes: &[u8], count: usize) -> Vec<GpuPoint> {
     let mut points = vec![GpuPoint::default(); count];
     if count == 0 {
@@ -236,7 +236,7 @@ fn read_planes(planes: &[u8], count: usize) -> Vec<GpuPoint> {
     points
 }
 
-/// Differences with their sign in the lowest bit, so that small ones of either sign have a zero high byte.
+/// Moves the sign of a difference into its lowest bit, so that small differences of either sign have a zero high byte.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn zigzag(difference: u16) -> u16 {
     let signed = difference as i16;

@@ -1,4 +1,4 @@
-//! Writing chunks: quantise, order, difference, pack. Runs on the robot.
+//! Encodes chunks on the robot: quantises the points, sorts them, and packs their differences.
 
 use crate::chunk::{
     EXPANSION_MAX, GpuPoint, HEADER_LEN, MAGIC, PACKING_STORED, PACKING_ZSTD, PLANES, POINTS_MAX, PointChunk,
@@ -7,21 +7,21 @@ use crate::chunk::{
 use crate::morton;
 use vocab::Aabb;
 
-/// Steps that a lattice may have, metres.
+/// Permitted range of a lattice's step, metres.
 const STEP_RANGE: std::ops::RangeInclusive<f32> = 1e-4..=100.0;
-/// Most steps from the origin to a point.
+/// Largest number of steps from the origin to a point.
 const STEPS_MAX: f32 = u16::MAX as f32;
-/// Positions beyond this, metres, are refused: no sensor measures them, and differences must stay finite.
+/// Points with a greater coordinate are left out, metres: no sensor measures them, and differences must be finite.
 const COORDINATE_MAX: f32 = 1e6;
-/// zstd's quickest level. Higher ones gain 2 % on these planes and take three times as long.
+/// zstd's fastest level. Higher levels save 2 % on these planes and take three times as long.
 const ZSTD_LEVEL: i32 = 1;
 
-/// A scan as bytes: quantised to `resolution` metres (1 cm is what a display needs), any frame.
+/// Encodes a scan, quantised to `resolution` metres, in any frame. 1 cm is enough for a display.
 ///
-/// Each coordinate is off by at most half the step. The step is `resolution`, doubled until the whole scan spans
+/// The error of each coordinate is at most half the step. The step is `resolution`, doubled until the whole scan spans
 /// at most 65,535 steps (655 m at 1 cm). Points that are not finite or beyond 1,000 km are left out, as are all
-/// after the first [`POINTS_MAX`]. `intensity` may be empty or short; what is missing is 0. Points come back in
-/// another order.
+/// after the first [`POINTS_MAX`]. `intensity` may be empty or short; missing values count as 0. The order of
+/// points changes.
 pub fn encode_scan(xyz: &[[f32; 3]], intensity: &[f32], resolution: f32) -> Vec<u8> {
     encode(&quantise(xyz, intensity, resolution))
 }
@@ -62,8 +62,8 @@ fn lattice_step(resolution: f32, extent: f32) -> f32 {
     step
 }
 
-/// Sensor units for each of 255 counts: 1/255 for a sensor that speaks in 0..=1, 1 up to 255, else the least
-/// power of two that holds the greatest value. Coarse steps keep colours from flickering between scans.
+/// Sensor units for each of 255 counts: 1/255 for intensities up to 1, 1 for intensities up to 255, else the smallest sufficient power of
+/// two. These coarse steps avoid flickering colours between scans.
 pub(crate) fn intensity_unit(intensity: &[f32]) -> f32 {
     let greatest = intensity.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
     if greatest <= 1.0 {
@@ -75,7 +75,7 @@ pub(crate) fn intensity_unit(intensity: &[f32]) -> f32 {
     }
 }
 
-/// A chunk as bytes. Points come back in Morton order; all that exceed [`POINTS_MAX`] are left out.
+/// Encodes a chunk. Points are sorted in Morton order; those beyond [`POINTS_MAX`] are left out.
 pub fn encode(chunk: &PointChunk) -> Vec<u8> {
     let points = &chunk.points[..chunk.points.len().min(POINTS_MAX)];
     let planes = write_planes(points);
@@ -98,7 +98,7 @@ pub fn encode(chunk: &PointChunk) -> Vec<u8> {
     bytes
 }
 
-/// Seven planes of differences; see the table of [`crate::chunk`].
+/// Writes the seven planes of differences that [`crate::chunk`] describes.
 fn write_planes(points: &[GpuPoint]) -> Vec<u8> {
     let ordered = morton_order(points);
     let count = ordered.len();

@@ -1,9 +1,9 @@
-//! Levels of detail of a growing map, one keyframe at a time.
+//! Splits a growing map into levels of detail, keyframe by keyframe.
 //!
 //! A point belongs to the coarsest level whose cell around it is free, so each level adds to the coarser ones. A point whose
-//! cell of the finest level is occupied repeats another and is dropped. Cells are counted in the frame of the current submap, a run of
+//! cell of the finest level is occupied is dropped. Cells are counted in the frame of the current submap, a run of
 //! keyframes, because drift between keyframes close in time is far below a cell. When a submap is full, a new one starts at the next
-//! keyframe. A place that is seen again much later, perhaps after a loop closure, is therefore drawn again at its new position.
+//! keyframe. An area that is seen again much later, perhaps after a loop closure, is therefore drawn again at its new position.
 
 use crate::cells::{COORDINATE_END, CellSet};
 #[cfg(not(target_arch = "wasm32"))]
@@ -14,7 +14,7 @@ use vocab::Pose;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitConfig {
     /// Edge of the cells of each level, metres, coarsest first. At most 255. A level whose entry is not positive
-    /// takes no point; if that is the finest one, none does.
+    /// gets no points. If that is the finest level, no level gets points.
     pub spacings_m: Vec<f32>,
     /// Keyframes after which a new submap starts.
     pub submap_keyframes_max: u32,
@@ -39,16 +39,15 @@ pub struct LevelPoints {
     pub level: u8,
     /// Distance between points, metres.
     pub spacing: f32,
-    /// Metres, frame of the keyframe.
+    /// Points, metres, frame of the keyframe.
     pub xyz: Vec<[f32; 3]>,
-    /// Sensor units, one for each point.
+    /// Intensity of each point, sensor units.
     pub intensity: Vec<f32>,
 }
 
 #[cfg(not(target_arch = "wasm32"))]
 impl LevelPoints {
-    /// The tile as bytes; each coordinate is off by at most half of `resolution` (metres), see
-    /// [`crate::encode_scan`].
+    /// Encodes the tile. The error of each coordinate is at most half of `resolution` (metres); see [`crate::encode_scan`].
     pub fn encode(&self, resolution: f32) -> Vec<u8> {
         let mut chunk = quantise(&self.xyz, &self.intensity, resolution);
         chunk.level = self.level;
@@ -57,16 +56,16 @@ impl LevelPoints {
     }
 }
 
-/// Cuts keyframe clouds into additive levels.
+/// Splits keyframe clouds into additive levels.
 ///
-/// One pass over each cloud, no work left over for later. Memory: at most 22 bytes for each of
-/// `submap_cells_max` cells plus those of one keyframe, however long the map grows.
+/// It passes over each cloud once. Memory: at most 22 bytes for each of `submap_cells_max` cells plus those of one keyframe, independent of
+/// the size of the map.
 #[derive(Clone, Debug)]
 pub struct LevelSplitter {
     config: SplitConfig,
     /// One set for each level.
     occupied: Vec<CellSet>,
-    /// Pose of the first keyframe of the submap; none before the first keyframe.
+    /// Pose of the first keyframe of the submap; `None` before the first keyframe.
     map_from_submap: Option<RigidTransform>,
     keyframes_in_submap: u32,
 }
@@ -79,12 +78,11 @@ impl LevelSplitter {
         Self { config, occupied, map_from_submap: None, keyframes_in_submap: 0 }
     }
 
-    /// Takes the cloud of the next keyframe and returns what it adds, one entry for each level that gains points,
-    /// coarsest first.
+    /// Takes the cloud of the next keyframe and returns the points that it adds, one entry for each level with new points, the coarsest first.
     ///
-    /// - `map_from_keyframe`: the pose as known now; later changes of it need no call.
+    /// - `map_from_keyframe`: the present pose; later changes of it need no call.
     /// - `xyz`: metres, keyframe's frame. Points that are not finite, or over 1,000,000 cells away, are dropped.
-    /// - `intensity`: sensor units; what is missing is 0.
+    /// - `intensity`: sensor units; missing values count as 0.
     pub fn push(
         &mut self,
         map_from_keyframe: &Pose,
@@ -108,7 +106,7 @@ impl LevelSplitter {
         levels
     }
 
-    /// Starts a new submap when it is time, and returns the keyframe's pose in the current one.
+    /// Starts a new submap if the current one is full, and returns the keyframe's pose in the current one.
     fn enter_keyframe(&mut self, map_from_keyframe: &Pose) -> RigidTransform {
         let map_from_keyframe = RigidTransform::from_pose(map_from_keyframe);
         let cells: usize = self.occupied.iter().map(CellSet::len).sum();
@@ -125,8 +123,7 @@ impl LevelSplitter {
     }
 }
 
-/// The level on which a new point lives: the coarsest whose cell is free. None when its cell on the finest level
-/// is occupied, because the point repeats another.
+/// The level of a new point: the coarsest whose cell is free. `None` if its cell on the finest level is occupied.
 fn find_level(point: [f32; 3], occupied: &mut [CellSet], spacings_m: &[f32]) -> Option<usize> {
     let finest = spacings_m.len().checked_sub(1)?;
     if !occupied[finest].insert(cell_of(point, spacings_m[finest])?) {
@@ -139,7 +136,7 @@ fn find_level(point: [f32; 3], occupied: &mut [CellSet], spacings_m: &[f32]) -> 
     Some(coarser.unwrap_or(finest))
 }
 
-/// The cell around a point, its coordinates shifted to be positive; none when it is out of range or not finite.
+/// The cell around a point, with positive coordinates; `None` if it is out of range or not finite.
 fn cell_of(point: [f32; 3], spacing: f32) -> Option<[u32; 3]> {
     const HALF: f32 = (COORDINATE_END / 2) as f32;
     let cell = point.map(|c| (c / spacing).floor());

@@ -1,17 +1,15 @@
-//! Points on the way to the screen: scans and map tiles as compact bytes, encoded on the robot and decoded in
-//! the browser.
+//! Compact encoding of scans and map tiles for display. They are encoded on the robot and decoded in the browser.
 //!
-//! Everything that travels is a [`PointChunk`]: points on a 16-bit lattice with an origin and a step, in the
-//! eight-byte form that the GPU reads as it is. A scan is one chunk (`encode_scan`); a map is many, chosen so
-//! that coarse levels arrive first and finer ones add to them:
+//! All points are sent as a [`PointChunk`]: points on a 16-bit lattice with an origin and a step, in the eight-byte form that the GPU reads
+//! without conversion. A scan is one chunk (`encode_scan`). A map is many chunks, in levels: coarse ones are sent first, and finer ones
+//! add points to them.
 //!
-//! - while mapping, [`LevelSplitter`] takes one keyframe at a time and says which of its points are new on which
-//!   level. Tiles stay in their keyframe's frame, so a loop closure moves poses and no points;
-//! - a finished map is baked (`bake`) into one additive octree in the map frame.
+//! - While mapping, [`LevelSplitter`] takes one keyframe at a time and returns its new points on each level. Tiles stay in their keyframe's
+//!   frame, so a loop closure moves poses and no points;
+//! - A finished map is baked (`bake`) into one additive octree in the map frame.
 //!
-//! [`chunk`] describes the bytes. Decoding is total: any input gives points or a [`DecodeError`], and it allocates
-//! at most [`EXPANSION_MAX`] times the bytes that are present. Whatever encodes is absent from the browser's
-//! build, because its zstd is C.
+//! [`chunk`] describes the bytes. Any input of the decoder gives points or a [`DecodeError`], and it allocates at most
+//! [`EXPANSION_MAX`] times the input's bytes. The browser's build has no encoder, because that uses the C library of zstd.
 
 #[cfg(not(target_arch = "wasm32"))]
 mod bake;

@@ -1,4 +1,4 @@
-//! Interleaving three 16-bit lattice coordinates, so that neighbours in space are neighbours in order.
+//! Morton keys: interleave three 16-bit lattice coordinates, so that points near in space are near in order.
 
 /// Every third bit, from bit 0.
 const THIRDS: u64 = 0x1249_2492_4924_9249;
@@ -8,12 +8,12 @@ pub(crate) fn interleave([x, y, z]: [u16; 3]) -> u64 {
     spread(x) | (spread(y) << 1) | (spread(z) << 2)
 }
 
-/// Undoes [`interleave`]; bits above the 48th are ignored.
+/// The inverse of [`interleave`]; bits above the 48th are ignored.
 pub(crate) fn split(key: u64) -> [u16; 3] {
     [gather(key), gather(key >> 1), gather(key >> 2)]
 }
 
-/// Moves bit `i` to bit `3 i`, in steps that each halve the length of the runs moved together.
+/// Moves bit `i` to bit `3 i`, in steps that each halve the length of the runs that move together.
 fn spread(value: u16) -> u64 {
     let mut v = u64::from(value);
     v = (v | (v << 16)) & 0x001f_0000_ff00_00ff;

@@ -1,4 +1,4 @@
-//! Names of octree nodes.
+//! Ids of octree nodes.
 
 use serde::{Deserialize, Serialize};
 use vocab::Aabb;
@@ -8,19 +8,19 @@ use vocab::Aabb;
 pub struct NodeId {
     /// Depth, 0 for the root.
     pub level: u8,
-    /// Place along x in edges of this level.
+    /// Index along x, in edges of this level.
     pub x: u32,
-    /// Place along y.
+    /// Index along y.
     pub y: u32,
-    /// Place along z.
+    /// Index along z.
     pub z: u32,
 }
 
 impl NodeId {
-    /// The whole tree.
+    /// The root node.
     pub const ROOT: Self = Self { level: 0, x: 0, y: 0, z: 0 };
 
-    /// The node that holds this one; none above the root.
+    /// The parent node; `None` for the root.
     pub fn parent(self) -> Option<Self> {
         let level = self.level.checked_sub(1)?;
         Some(Self { level, x: self.x >> 1, y: self.y >> 1, z: self.z >> 1 })

@@ -1,4 +1,4 @@
-//! Round trips with their error bounds, laws of the levels, and hostile bytes.
+//! Tests of round trips with their error bounds, of the levels' properties, and of malformed bytes.
 
 use crate::chunk::{HEADER_LEN, PACKING_STORED};
 use crate::*;
@@ -36,7 +36,7 @@ fn any_points() -> impl Strategy<Value = Vec<[f32; 3]>> {
 
 proptest! {
     #[test]
-    fn interleaving_is_undone_and_monotonic_per_axis(a: [u16; 3]) {
+    fn interleaving_is_invertible_and_monotonic_per_axis(a: [u16; 3]) {
         prop_assert_eq!(morton::split(morton::interleave(a)), a);
         let next = [a[0].saturating_add(1), a[1], a[2]];
         prop_assert!(morton::interleave(next) >= morton::interleave(a));
@@ -58,7 +58,7 @@ proptest! {
     }
 
     #[test]
-    fn chunks_survive_the_bytes(
+    fn encoded_chunks_decode_to_the_same_points(
         raw in prop::collection::vec(any::<([u16; 3], u8)>(), 0..300), level: u8, step in 1e-3_f32..1.0,
     ) {
         let points = raw.iter().map(|(position, intensity)| {
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_after_a_plausible_header_are_survived(tail: Vec<u8>, packing in 0..3_u8, count in 0..5000_u32) {
+    fn any_bytes_after_a_valid_header_cause_no_panic(tail: Vec<u8>, packing in 0..3_u8, count in 0..5000_u32) {
         let mut bytes = encode_scan(&[[0.0; 3]], &[], 0.01);
         bytes.truncate(HEADER_LEN);
         bytes[5] = packing;
@@ -103,7 +103,7 @@ proptest! {
     }
 
     #[test]
-    fn every_level_has_one_point_a_cell_and_the_finest_cells_are_all_covered(xyz in any_points()) {
+    fn every_level_has_at_most_one_point_in_a_cell_and_covers_all_finest_cells(xyz in any_points()) {
         let options = SplitConfig { spacings_m: vec![40.0, 10.0, 2.5], ..SplitConfig::default() };
         let levels = LevelSplitter::new(options).push(&Pose::IDENTITY, &xyz, &[]);
         let cell = |p: [f32; 3], spacing: f32| p.map(|c| (c / spacing).floor() as i32);
@@ -117,7 +117,7 @@ proptest! {
     }
 
     #[test]
-    fn a_baked_map_covers_its_points_and_invents_none(xyz in any_points()) {
+    fn a_baked_map_covers_its_points_and_adds_none(xyz in any_points()) {
         let options = BakeConfig { finest_spacing_m: 0.5, resolution_m: 0.02, node_points_min: 8 };
         let tiles = bake(&xyz, &[], &options);
         let baked: Vec<[f32; 3]> = tiles.iter().flat_map(|tile| {
@@ -143,7 +143,7 @@ proptest! {
 }
 
 #[test]
-fn a_scan_costs_few_bytes_a_point() {
+fn a_scan_needs_less_than_three_bytes_for_each_point() {
     let (xyz, intensity) = hall(64_000);
     let bytes = encode_scan(&xyz, &intensity, 0.01);
     assert!(bytes.len() < 64_000 * 3, "{} bytes for 64,000 points", bytes.len());
@@ -153,7 +153,7 @@ fn a_scan_costs_few_bytes_a_point() {
 }
 
 #[test]
-fn unusable_points_and_options_are_survived() {
+fn unusable_points_and_options_cause_no_panic() {
     let xyz = [[f32::NAN, 0.0, 0.0], [1.0, f32::INFINITY, 0.0], [0.0, 0.0, -1e30], [1.0, 2.0, 3.0]];
     for resolution in [0.01, f32::NAN, 0.0, -1.0, f32::INFINITY] {
         let chunk = decode(&encode_scan(&xyz, &[f32::NAN, -3.0], resolution)).unwrap();
@@ -178,7 +178,7 @@ fn a_map_larger_than_the_lattice_gets_a_coarser_one() {
 }
 
 #[test]
-fn few_bytes_cannot_ask_for_many_points() {
+fn a_short_chunk_cannot_allocate_many_points() {
     let same = vec![[1.0_f32; 3]; 1_000_000];
     let stored = encode_scan(&same, &[], 0.01);
     assert_eq!(stored[5], PACKING_STORED);
@@ -204,12 +204,12 @@ fn headers_are_checked_field_by_field() {
     assert!(matches!(damaged(28, &f32::MAX.to_le_bytes()), DecodeError::Lattice));
     assert!(matches!(damaged(32, &0.0_f32.to_le_bytes()), DecodeError::Lattice));
     assert!(matches!(decode(b"AIPC"), Err(DecodeError::Short { present: 4 })));
-    // Packed bytes read as unpacked ones are the wrong number.
+    // Packed bytes that are read as unpacked ones have the wrong length.
     assert!(matches!(damaged(5, &[PACKING_STORED]), DecodeError::PlaneLength { .. }));
 }
 
 #[test]
-fn a_keyframe_adds_only_what_its_submap_lacks() {
+fn a_keyframe_adds_only_points_that_its_submap_does_not_have() {
     let (xyz, intensity) = hall(20_000);
     let options = SplitConfig { submap_keyframes_max: 3, ..SplitConfig::default() };
     let mut splitter = LevelSplitter::new(options);
@@ -218,7 +218,7 @@ fn a_keyframe_adds_only_what_its_submap_lacks() {
     assert!(first > 5_000);
     assert_eq!(points(splitter.push(&Pose::IDENTITY, &xyz, &intensity)), 0);
 
-    // The same hall seen by a robot that has turned by 90 degrees and stepped aside: (x, y) becomes (y, -x).
+    // The same hall from a robot that has turned by 90 degrees and moved sideways: (x, y) becomes (y, -x).
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let turned =
         Pose { position: Vec3::new(0.0, 1.0, 0.0), orientation: Quat { w: half, x: 0.0, y: 0.0, z: half } };
@@ -226,12 +226,12 @@ fn a_keyframe_adds_only_what_its_submap_lacks() {
     let again = points(splitter.push(&turned, &seen, &intensity));
     assert!(again < first / 20, "{again} of {first} points were drawn twice");
 
-    // The fourth keyframe opens a new submap, where everything is new.
+    // The fourth keyframe starts a new submap, in which all points are new.
     assert_eq!(points(splitter.push(&Pose::IDENTITY, &xyz, &intensity)), first);
 }
 
 #[test]
-fn level_tiles_say_their_level_and_spacing() {
+fn level_tiles_contain_their_level_and_spacing() {
     let (xyz, intensity) = hall(5_000);
     let levels = LevelSplitter::new(SplitConfig::default()).push(&Pose::IDENTITY, &xyz, &intensity);
     for level in levels {
