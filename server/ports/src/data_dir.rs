@@ -3,11 +3,11 @@
 //! ```text
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
-//! maps/.<anything>         half-written, to be deleted
+//! maps/.<anything>         incomplete maps, to be deleted
 //! uploads/<id>             files that clients sent, to become maps; removed at the next start
 //! place.json               last pose of the robot in the map in use
 //! recordings/<time>.mcap   inputs of the stack; names sort by time
-//! run/core.sock            where the core listens for the gateway
+//! run/core.sock            socket on which the core listens for the gateway
 //! ```
 
 use api::TileHash;
@@ -80,7 +80,7 @@ impl DataDir {
         self.uploads().join(upload.to_string())
     }
 
-    /// Directory in which a map is made of an upload.
+    /// Directory in which the map of an upload is made.
     pub fn upload_map(&self, upload: UploadId) -> PathBuf {
         self.uploads().join(format!("{upload}.map"))
     }
@@ -100,14 +100,14 @@ impl DataDir {
         self.root.join("recordings")
     }
 
-    /// Where the core listens for the gateway: inside the directory, or in the system's directory for temporary
-    /// files under a name made from this one when the path would be too long for a socket.
+    /// Socket on which the core listens for the gateway. It is in the data directory. If that path is too long for a socket, it is in the
+    /// system's directory for temporary files, under a name derived from the path.
     pub fn core_socket(&self) -> PathBuf {
         let inside = self.root.join("run").join("core.sock");
         if inside.as_os_str().len() <= SOCKET_PATH_MAX {
             return inside;
         }
-        // FNV-1a: stable between processes, and a clash only means that the second core says the socket is taken.
+        // FNV-1a is the same in all processes. After a collision the second core only reports that the socket is in use.
         let hash =
             inside.as_os_str().as_encoded_bytes().iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
                 (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_deep_directory_still_has_a_socket_short_enough_to_bind() {
+    fn the_socket_of_a_deep_directory_has_a_path_short_enough_to_bind() {
         let deep = DataDir::new(format!("/{}", "long/".repeat(40)));
         let other = DataDir::new(format!("/{}", "lung/".repeat(40)));
         assert!(deep.core_socket().as_os_str().len() <= SOCKET_PATH_MAX);

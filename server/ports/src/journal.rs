@@ -1,4 +1,4 @@
-//! The journal: inputs of the stack are written before the stack gets them.
+//! The journal: inputs of the stack are written before the stack processes them.
 
 use messages::Input;
 use vocab::Stamp;
@@ -8,9 +8,9 @@ use vocab::Stamp;
 #[error("the recording could not be written")]
 pub struct JournalError(#[source] pub Box<dyn std::error::Error + Send + Sync>);
 
-/// Records every input with its instant, in order, so that the run can be repeated bit for bit.
+/// Records every input with its time, in order, so that the run can be replayed bit for bit.
 pub trait Journal: Send {
-    /// Writes one input. An implementation must lose at most a second of robot time in a crash.
+    /// Writes one input. An implementation must lose at most 1 s of robot time in a crash.
     fn append(&mut self, at: Stamp, input: &Input) -> Result<(), JournalError>;
 
     /// Writes the end of the file and closes it.

@@ -1,4 +1,4 @@
-//! Interfaces between the parts of the server: only those with more than one implementation or more than one user.
+//! Interfaces between the parts of the server that have more than one implementation or user.
 //!
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
 //! - [`Journal`]: the recorder on one side, the runtime on the other;

@@ -5,13 +5,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use vocab::Vec3;
 
-/// Makes maps of files. An implementation must protect the core from broken and very large files.
+/// Makes maps of imported files. An implementation must protect the core from broken and very large files.
 pub trait MapImporter: Send {
     /// Makes a map called `name` of `file` in the folder `out`, with its tiles in `out/tiles`. If `frame` is given, the map gets the frame of the map in that
     /// folder. `progress` is called with the stage and its share done, 0 to 1, and decides whether to continue.
     ///
     /// # Errors
-    /// One sentence that says what is wrong and what to do.
+    /// One sentence with the error and its remedy.
     fn import(
         &self,
         file: &Path,
@@ -22,10 +22,10 @@ pub trait MapImporter: Send {
     ) -> Result<(), String>;
 
     /// Makes a map called `name` in the folder `out`: the first of two maps (folders) in the frame of the second. The alignment is computed from points picked in
-    /// both (metres; the first map's point first), or found by places that look alike if there are no pairs. Otherwise as [`Self::import`].
+    /// both (metres; the first map's point first), or found by place recognition if there are no pairs. Otherwise as [`Self::import`].
     ///
     /// # Errors
-    /// As for [`Self::import`].
+    /// The errors of [`Self::import`].
     fn align(
         &self,
         maps: [&Path; 2],

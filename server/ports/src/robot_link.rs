@@ -1,30 +1,30 @@
-//! What a robot is to the server: a source of stamped arrivals and a sink of drive commands.
+//! Interface to a robot: a source of stamped events and a sink of drive commands.
 
 use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
 use vocab::{Span, Stamp};
 
-/// A link stops its robot by itself when no [`RobotLink::drive`] came for this long on the robot's clock.
+/// A link stops its robot by itself after this time without [`RobotLink::drive`], on the robot's clock.
 pub const DRIVE_TIMEOUT: Span = Span::from_millis(500);
 
 /// An event from the robot with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arrival {
-    /// Robot's clock on arrival; never decreases. A measurement's own stamp is earlier.
+    /// The robot's clock on arrival, which never decreases. A measurement's own stamp is earlier.
     pub at: Stamp,
     /// The event.
     pub event: RobotEvent,
 }
 
-/// What a link delivers.
+/// An event of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RobotEvent {
     /// A measurement.
     Sensor(Sensor),
-    /// Only the time. Sent every 50 ms of robot time, so that a longer silence means that the link is broken.
+    /// Only the time. It is sent every 50 ms of robot time, so that a longer silence means a broken link.
     Clock,
-    /// The link has ended; one sentence says why.
+    /// The link has ended, with the reason in one sentence.
     Ended(String),
 }
 
@@ -32,10 +32,10 @@ pub enum RobotEvent {
 const REAL_ROBOT_HAS_NO_FAULTS: &str =
     "This robot is a real one: nothing can be made to go wrong with it from here.";
 
-/// Why a robot could not be linked to.
+/// Error of connecting to a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The link was asked for something that does not exist.
+    /// The link's parameters name something that does not exist.
     #[error("{0}")]
     Setup(String),
     /// The thread of the link could not be started.
@@ -63,7 +63,7 @@ pub trait RobotLink: Send {
     /// Injects a fault, if the robot is simulated. Never blocks.
     ///
     /// # Errors
-    /// One sentence that says why not.
+    /// One sentence with the reason.
     fn inject_fault(&self, _fault: SimulatedFault) -> Result<(), String> {
         Err(REAL_ROBOT_HAS_NO_FAULTS.to_owned())
     }
