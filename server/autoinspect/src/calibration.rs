@@ -1,4 +1,4 @@
-//! Calibration files: mounting of the sensors, if a recording does not have it.
+//! Calibration files: mounting of the sensors, for recordings without it.
 
 use crate::failure::Failure;
 use geometry::Isometry;
@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::path::Path;
 use vocab::{Pose, Quat, Vec3};
 
-/// A pose as calibration files write it.
+/// A pose in a calibration file.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Transform {
     translation_m: [f64; 3],
@@ -15,13 +15,13 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// An error if it is not finite or its quaternion is no rotation.
+    /// Converts it; an error if it is not finite or its quaternion is not a rotation.
     pub fn isometry(&self) -> Result<Isometry, Failure> {
         isometry(self.translation_m, self.quaternion_xyzw)
     }
 }
 
-/// From metres and a quaternion x, y, z, w.
+/// Makes a pose of a position in metres and a quaternion x, y, z, w.
 pub fn isometry(position: [f64; 3], [x, y, z, w]: [f64; 4]) -> Result<Isometry, Failure> {
     let pose = Pose { position: Vec3::from(position), orientation: Quat { w, x, y, z } };
     geometry::isometry_from_pose(&pose).ok_or_else(|| Failure::usage(crate::texts::INVALID_QUATERNION))
@@ -44,7 +44,7 @@ impl Calibration {
         serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))
     }
 
-    /// Replaces the recording's mounting.
+    /// Replaces the given entries of the recording's mounting.
     pub fn apply(&self, mounting: &mut Mounting) -> Result<(), Failure> {
         for (given, known) in [
             (self.base_from_lidar, &mut mounting.base_from_lidar),
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_given_replaces_what_the_recording_says_and_the_rest_stays() {
+    fn given_entries_replace_the_recordings_and_the_others_stay() {
         let text = r#"{"base_from_imu": {"translation_m": [1, 2, 3], "quaternion_xyzw": [0, 0, 2, 0]}}"#;
         let calibration: Calibration = serde_json::from_str(text).expect("JSON");
         let mut mounting = Mounting { base_from_lidar: Some(Pose::IDENTITY), ..Mounting::default() };
@@ -80,7 +80,7 @@ mod tests {
         assert!(calibration.apply(&mut mounting).is_err());
         assert!(
             serde_json::from_str::<Calibration>(r#"{"base_from_lidr": null}"#).is_err(),
-            "a misspelt name"
+            "a misspelt name is an error"
         );
     }
 }

@@ -31,7 +31,7 @@ enum Command {
     Up(up::UpArgs),
     /// Make a map from recordings or folders of scans.
     Map(map::MapArgs),
-    /// Say where a recorded robot was in a known map.
+    /// Localise a recorded robot in a known map.
     Localise(localise::LocaliseArgs),
     /// Join maps of one site: of several walks, or of a part that was built later.
     Merge(merge::MergeArgs),
@@ -39,13 +39,13 @@ enum Command {
     Patch(patch::PatchArgs),
     /// Write a saved map as one file for other programs, or as a picture from above.
     Export(export::ExportArgs),
-    /// Make a map of a point cloud from elsewhere, for a robot to localise in.
+    /// Make a map of another program's point cloud, for a robot to localise in.
     Import(import::ImportArgs),
     /// Give a saved map the frame of another one of the same site.
     Align(align::AlignArgs),
     /// Find the best poses for a pose graph.
     Optimise(optimise::OptimiseArgs),
-    /// Say what a recording holds and what is missing, or what a saved map is.
+    /// Describe a recording and its missing inputs, or a saved map.
     Info(info::InfoArgs),
     /// Use the simulator without the platform.
     #[command(subcommand)]
@@ -71,7 +71,7 @@ enum SimCommand {
 
 #[derive(Subcommand, Debug)]
 enum TrajectoryCommand {
-    /// Say how far an estimated trajectory is from the truth.
+    /// Compare an estimated trajectory with the ground truth.
     Compare(trajectory::CompareArgs),
 }
 

@@ -10,12 +10,12 @@ use std::process::ExitCode;
 pub enum Failure {
     /// Bad usage or unreadable input: exit code 2.
     Usage(String),
-    /// Anything else: exit code 1.
+    /// Any other failure: exit code 1.
     Failed(String),
 }
 
 impl Failure {
-    /// Bad usage or unreadable input.
+    /// Failure by bad usage or unreadable input.
     pub fn usage(reason: impl Into<Box<dyn Error>>) -> Self {
         Self::Usage(chain(&*reason.into()))
     }
@@ -25,7 +25,7 @@ impl Failure {
         Self::Failed(chain(&*reason.into()))
     }
 
-    /// An input file that is missing or no file of its kind.
+    /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
         Self::Usage(format!("{} could not be read: {}", path.display(), chain(&error)))
     }

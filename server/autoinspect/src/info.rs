@@ -1,4 +1,4 @@
-//! `autoinspect info`: what a recording holds and what is missing, or what a saved map is.
+//! `autoinspect info`: describes a recording and its missing inputs, or a saved map.
 
 use crate::failure::Failure;
 use crate::output;
@@ -8,7 +8,7 @@ use recorder::{Recording, RecordingInfo, TopicSelection};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Say what a recording holds and what is missing, or what a saved map is.
+/// Describe a recording and its missing inputs, or a saved map.
 #[derive(Args, Debug)]
 #[command(after_help = "EXAMPLES:
   autoinspect info recording.mcap
@@ -54,7 +54,7 @@ fn describe_map(args: &InfoArgs, path: &Path) -> Result<(), Failure> {
 fn describe(info: &RecordingInfo) -> String {
     let mut text = format!("{}: {}, {:.1} s\n", info.path, info.format, info.duration);
     let width = info.topics.iter().map(|topic| topic.name.len()).max().unwrap_or(0);
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     for topic in &info.topics {
         let rate = topic.hz.map_or_else(String::new, |hz| format!("{hz:.1} Hz"));
         let role = topic.role.map_or("-", |role| role.name());

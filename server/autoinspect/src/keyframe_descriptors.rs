@@ -1,4 +1,4 @@
-//! Descriptors of a saved map's keyframes, as localisation uses them.
+//! Reads descriptors of a saved map's keyframes, for localisation.
 
 use crate::failure::Failure;
 use geometry::Isometry;
@@ -7,7 +7,7 @@ use messages::PriorKeyframe;
 use std::path::Path;
 use store::{SavedMap, keyframe_descriptors};
 
-/// Descriptors of the keyframes for which `wanted` (by number) is true, each with its pose in the map. Linear in the keyframes.
+/// Descriptors of the keyframes for which `wanted` (by number) is true, each with its pose in the map. Cost: linear in the keyframes.
 pub fn read_keyframe_descriptors(
     map: &Path,
     wanted: impl Fn(usize) -> bool,

@@ -1,6 +1,6 @@
-//! The `autoinspect` program: one binary that runs the platform (`up`) and works without a robot (everything else).
+//! The `autoinspect` program: one binary that runs the platform (`up`) and has further commands, which need no robot.
 //!
-//! Standard output carries results only; with `--json` its last line is one JSON object. Progress and errors go to
+//! Standard output has results only; with `--json` its last line is one JSON object. Progress and errors go to
 //! standard error. Exit codes: 0 done, 1 failed, 2 bad usage or unreadable input.
 
 mod align;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::io::{self, IsTerminal, Write};
 use tracing_subscriber::EnvFilter;
 
-/// Logs to standard error; `RUST_LOG` chooses what, warnings if it is not set.
+/// Logs to standard error, at the level of `RUST_LOG`; without it, warnings and errors.
 pub fn start_logging() {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
     tracing_subscriber::fmt()
@@ -17,9 +17,9 @@ pub fn start_logging() {
         .init();
 }
 
-/// Prints why a command failed, on standard error.
+/// Prints the error of a command on standard error.
 pub fn print_error(sentence: &str) {
-    // Nobody reads it if standard error is closed.
+    // Fails only if standard error is closed.
     let _ = writeln!(io::stderr(), "error: {sentence}");
 }
 
@@ -43,18 +43,18 @@ pub fn print_json(json: bool, result: &impl Serialize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints a line on standard output and flushes it, because others may wait for it through a pipe. An error is ignored: a reader that has closed the pipe needs no result.
+/// Prints a line on standard output and flushes it, because a program may wait for it at a pipe. An error means a closed pipe and is ignored.
 pub fn print_line(text: &str) {
     let _ = try_line(text);
 }
 
-/// As [`print_line`], with an error when nobody reads any more.
+/// [`print_line`] with an error if the reader has closed the pipe.
 pub fn try_line(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     writeln!(out, "{text}").and_then(|()| out.flush())
 }
 
-/// A progress bar on standard error from 0 to 1000; hidden if standard error is no terminal.
+/// A progress bar on standard error from 0 to 1000; hidden if standard error is not a terminal.
 pub fn share_bar(doing: &'static str) -> ProgressBar {
     let bar = progress_bar(1e3);
     bar.set_style(
@@ -65,7 +65,7 @@ pub fn share_bar(doing: &'static str) -> ProgressBar {
     bar
 }
 
-/// A progress bar on standard error for `total` seconds of recording; hidden if standard error is no terminal.
+/// A progress bar on standard error for `total` seconds of recording; hidden if standard error is not a terminal.
 pub fn progress_bar(total: f64) -> ProgressBar {
     let target = if io::stderr().is_terminal() {
         ProgressDrawTarget::stderr_with_hz(5)

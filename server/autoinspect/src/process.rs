@@ -10,8 +10,7 @@ pub fn thread_cpu_time() -> Duration {
     Duration::new(now.tv_sec.unsigned_abs(), now.tv_nsec.unsigned_abs() as u32)
 }
 
-/// Most memory that was resident since the last call of [`reset_peak_memory`], bytes; zero where the system does not
-/// say.
+/// Peak resident memory since the last call of [`reset_peak_memory`], bytes; zero if the system does not report it.
 pub fn peak_memory() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -6,11 +6,11 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 use std::process;
 
-/// Progress of one stage.
+/// Reporter of the progress of one stage.
 pub enum Progress {
     /// On a terminal.
     Bar(ProgressBar),
-    /// As lines of JSON, a hundred at most.
+    /// As lines of JSON, at most one for each percent.
     Lines { stage: ImportStage, printed_percent: Option<u8> },
 }
 
@@ -21,7 +21,7 @@ struct Line {
 }
 
 impl Progress {
-    /// Starts a stage; `lines` chooses JSON.
+    /// Starts a stage; `lines` selects JSON.
     pub fn new(lines: bool, stage: ImportStage) -> Self {
         if lines {
             return Self::Lines { stage, printed_percent: None };
@@ -42,7 +42,7 @@ impl Progress {
                 if printed_percent.replace(percent) != Some(percent) {
                     let line = serde_json::to_string(&Line { stage: *stage, share: share as f32 });
                     if line.is_ok_and(|line| output::try_line(&line).is_err()) {
-                        // The program that started this has ended, so nobody needs the result.
+                        // The program that started this one has ended, so the result is not needed.
                         process::exit(1);
                     }
                 }
@@ -58,7 +58,7 @@ impl Progress {
     }
 }
 
-/// Lowers this process's priority for processor time, and makes it the first to be ended when memory runs out.
+/// Lowers this process's CPU priority, and makes it the first to be ended when memory runs out.
 pub fn lower_priority() {
     // If the system refuses, the process runs with normal priority.
     let _ = rustix::process::nice(10);

@@ -1,4 +1,4 @@
-//! `autoinspect replay`: the check that a journal repeats bit for bit.
+//! `autoinspect replay`: checks that a journal replays bit for bit.
 
 use crate::failure::Failure;
 use crate::output;
@@ -26,7 +26,7 @@ pub struct ReplayArgs {
     json: bool,
 }
 
-/// What a replay did.
+/// Result of a replay.
 #[derive(Debug, Serialize)]
 struct Replayed {
     inputs: u64,
@@ -40,7 +40,7 @@ pub fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let recording = Recording::open(&args.file, &TopicSelection::default()).map_err(Failure::usage)?;
     let mut inputs = 0;
     let mut broken: Option<ReadError> = None;
-    // Inputs after a missing one would be stepped from a wrong state.
+    // Stops at the first unreadable input, because the state after it would be wrong.
     let log = recording.journal().map_err(Failure::usage)?.map_while(|input| match input {
         Ok(input) => {
             inputs += 1;

@@ -15,7 +15,7 @@ use vocab::Stamp;
 /// A robot, as named on the command line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RobotName {
-    /// A simulated one at this site.
+    /// A simulated robot at this site.
     Sim(SiteName),
     /// A recording that is replayed.
     Replay(PathBuf),
@@ -41,13 +41,13 @@ impl FromStr for RobotName {
     }
 }
 
-/// How the robot is simulated or played.
+/// Parameters of the simulation or replay.
 #[derive(clap::Args, Clone, Debug)]
 pub struct RobotArgs {
     /// The robot: sim:b1, sim:torus, sim:plant, or replay:FILE.
     #[arg(long, default_value = "sim:b1")]
     pub robot: RobotName,
-    /// Robot seconds per second.
+    /// Robot seconds per second of this computer.
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     pub speed: f64,
     /// Seed of the simulation.
@@ -56,7 +56,7 @@ pub struct RobotArgs {
     /// Columns of a simulated LiDAR sweep; 2000 is the real sensor's full resolution.
     #[arg(long, default_value_t = FULL_COLUMNS, value_parser = clap::value_parser!(u32).range(10..=20_000))]
     pub lidar_columns: u32,
-    /// People walking about in the simulation.
+    /// Number of people who walk in the simulation.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
     pub people: u32,
 }
@@ -76,7 +76,7 @@ impl RobotArgs {
         .collect()
     }
 
-    /// Links to the robot, whose clock is now at `epoch` if it is simulated.
+    /// Links to the robot. The clock of a simulated robot starts at `epoch`.
     pub fn link(&self, epoch: Stamp) -> Result<Box<dyn RobotLink>, Failure> {
         Ok(match &self.robot {
             RobotName::Sim(site) => {

@@ -1,4 +1,4 @@
-//! `autoinspect sim record`: a walk of the simulated robot as a standard recording, with the truth.
+//! `autoinspect sim record`: records a walk of the simulated robot as a standard recording with ground truth.
 
 mod faults;
 
@@ -47,7 +47,7 @@ pub struct RecordArgs {
     /// Columns of a LiDAR sweep; 2000 is full resolution.
     #[arg(long, default_value_t = FULL_COLUMNS, value_parser = clap::value_parser!(u32).range(10..=20_000))]
     columns: u32,
-    /// People walking about.
+    /// Number of people who walk on the site.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=50))]
     people: u32,
     /// End after this many minutes; a shorter route is walked again.
@@ -67,7 +67,7 @@ pub struct RecordArgs {
     json: bool,
 }
 
-/// What was recorded.
+/// The result, for people and programs.
 #[derive(Debug, Default, Serialize)]
 struct Recorded {
     seconds: f64,
@@ -123,7 +123,7 @@ fn share(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("a number from 0 to 1 is expected".to_owned()) }
 }
 
-/// Walks until the route is done, or for `minutes`.
+/// Walks to the end of the route, or for `minutes`.
 fn walk(
     simulator: &mut Simulator,
     route: &Route,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// A folder of test data; says so and returns none when it is not there.
+/// A folder of test data; `None`, with a printed note, if it does not exist.
 pub fn folder(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("AUTOINSPECT_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);

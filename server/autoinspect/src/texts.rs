@@ -1,20 +1,20 @@
-//! Sentences that the program says to people when a command fails, by key. English; each says what is wrong, where, and what to do.
+//! Error messages of the commands, by key. English; each names the error, the file and the remedy.
 
 use mapping::AlignmentError;
 use std::fmt::Display;
 use std::path::Path;
 
-/// A file or folder that the disk does not take.
+/// A file or folder that cannot be written.
 pub fn cannot_write(path: &Path, error: &dyn Display) -> String {
     format!("{} cannot be written: {error}", path.display())
 }
 
-/// A folder that the disk does not take.
+/// A folder that cannot be created.
 pub fn cannot_create(path: &Path, error: &dyn Display) -> String {
     format!("{} cannot be made: {error}", path.display())
 }
 
-/// An input that no reader understands.
+/// An input of an unknown format.
 pub fn unreadable_input(path: &Path, error: &dyn Display) -> String {
     format!("{}: {error}", path.display())
 }
@@ -24,7 +24,7 @@ pub fn no_points(path: &Path) -> String {
     format!("{} holds no points", path.display())
 }
 
-/// The folder for the results has files of something else.
+/// The folder for the results has other files.
 pub fn folder_in_use(out: &Path) -> String {
     format!("{} holds other things; choose an empty folder or one of an earlier map", out.display())
 }
@@ -42,7 +42,7 @@ pub fn no_map(folder: &Path, error: &dyn Display) -> String {
     )
 }
 
-/// A map of which cloud files are gone.
+/// A map with missing cloud files.
 pub fn missing_clouds(map: &Path) -> String {
     format!("{} has no clouds for some of its keyframes; make the map again", map.display())
 }
@@ -52,12 +52,12 @@ pub fn robot_not_found(map: &Path) -> String {
     format!("the robot was not found in {}", map.display())
 }
 
-/// A recording of which no map came.
+/// A recording that gave no map.
 pub fn no_map_made(reason: &str) -> String {
     format!("no map was made: {reason}")
 }
 
-/// Why [`no_map_made`] when nothing else is known.
+/// The default reason of [`no_map_made`].
 pub const NO_USABLE_MESSAGE: &str = "no message could be used";
 
 /// A cloud in which too few scans of the map were recognised.
@@ -111,7 +111,7 @@ pub fn alignment_error(error: &AlignmentError, map: &Path, first: &Path) -> Stri
     }
 }
 
-/// A new version of a map that was removed again.
+/// A new version of a map that was removed because it is worse.
 pub fn version_is_worse(reason: &str) -> String {
     format!("the new version is worse and was not kept: {reason}")
 }
@@ -128,7 +128,7 @@ pub fn unknown_format(out: &Path) -> String {
 pub const EMPTY_PICTURE: &str =
     "no point of the map is within these heights; widen --heights or --above-robot";
 
-/// A pose graph that the solver refuses.
+/// A pose graph that the solver rejects.
 pub fn cannot_optimise(graph: &Path, reason: &dyn Display) -> String {
     format!("{} cannot be optimised: {reason}", graph.display())
 }
@@ -150,7 +150,7 @@ pub fn no_poses(path: &Path) -> String {
     format!("{} holds no poses with their times", path.display())
 }
 
-/// A line of a KITTI file that is no pose.
+/// A line of a KITTI file that is not a pose.
 pub fn invalid_kitti_line(path: &Path, line: usize) -> String {
     format!("{} line {line}: twelve numbers of a pose expected", path.display())
 }
@@ -160,7 +160,7 @@ pub fn no_truth(path: &Path) -> String {
     format!("{} does not say where the robot really was", path.display())
 }
 
-/// Trajectories that hardly overlap.
+/// Trajectories that share too few instants.
 pub fn too_few_common_instants(count: usize) -> String {
     format!(
         "the two trajectories share {count} instants, too few to compare; check --offset and that both are of the same run"
@@ -176,26 +176,26 @@ pub fn invalid_frame(text: &str) -> String {
     format!("'{text}' is not a frame; write X,Y,Z,QX,QY,QZ,QW (metres, quaternion)")
 }
 
-/// A quaternion that is no rotation.
+/// A quaternion that is not a rotation.
 pub const INVALID_QUATERNION: &str = "a frame's quaternion is zero or not finite";
 
-/// The browser client is not where it was said to be.
+/// The given folder does not contain the browser client.
 pub fn no_client_in(folder: &Path) -> String {
     format!("{} holds no index.html", folder.display())
 }
 
-/// The browser client is nowhere.
+/// The browser client was not found.
 pub const NO_CLIENT: &str = "the browser client was not found; say where it is with --static FOLDER";
 
-/// A process of the platform that the system does not start.
+/// A process of the platform that the system could not start.
 pub fn cannot_start(role: &str, error: &dyn Display) -> String {
     format!("the {role} could not be started: {error}")
 }
 
-/// A process of the platform that refuses its arguments.
+/// A process of the platform that rejected its arguments.
 pub fn cannot_run_as_asked(role: &str) -> String {
     format!("the {role} cannot run as asked")
 }
 
-/// The core stopped without being told to.
+/// The core stopped without a request.
 pub const CONTROL_LOOP_ENDED: &str = "the control loop ended unexpectedly";

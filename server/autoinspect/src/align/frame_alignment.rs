@@ -1,6 +1,6 @@
-//! Alignment of a cloud or a map with the frame of an existing map: found by recognising scans, or computed from picked point pairs.
+//! Aligns a cloud or a map with the frame of an existing map, by recognising scans or from picked point pairs.
 //!
-//! Both are level, so only a heading and a translation are unknown. What a robot was taught in the existing map (goals, docks) stays valid in the new one.
+//! Both are level, so only a heading and a translation are unknown. Goals and docks of the existing map stay valid in the new one.
 
 use crate::failure::Failure;
 use crate::keyframe_descriptors::read_keyframe_descriptors;
@@ -18,19 +18,19 @@ use store::SavedMap;
 /// Parameters of [`find_alignment`] and [`align_point_pairs`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlignmentConfig {
-    /// Number of the map's scans that are searched for in the cloud, at most. Each costs a fifth of a second.
+    /// Largest number of the map's scans that are searched for in the cloud. Each search takes 0.2 s.
     pub scans_max: usize,
-    /// Distance between these scans, at least, metres.
+    /// Smallest distance between these scans, metres.
     pub scan_spacing_m: f64,
-    /// Two scans agree on an alignment if neither moves the other's position by more than this, metres.
+    /// Two scans agree on an alignment if their alignments move the position of each by at most this distance, metres.
     pub agreement_distance_m: f64,
     /// Number of scans that must agree on the alignment.
     pub agreeing_scans_min: usize,
-    /// The best other alignment may have at most this share of the scans of the best one.
+    /// Largest ratio of the scans of the best other alignment to those of the best one.
     pub other_share_max: f64,
     /// Greatest root mean square distance of picked points after the alignment, metres: [`api::MAX_PAIR_RMS_M`], which the client checks too.
     pub pair_rms_max_m: f64,
-    /// Greatest distance by which picked points may move a cloud, metres: beyond it, coordinates were mistyped.
+    /// Greatest distance by which picked points may move a cloud, metres. A greater one means mistyped coordinates.
     pub distance_max_m: f64,
 }
 
@@ -51,19 +51,19 @@ impl Default for AlignmentConfig {
 /// The same point in the cloud and in the map, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointPair {
-    /// As the cloud's file has it, or as the map that is moved shows it.
+    /// In the cloud's file, or in the map that is moved.
     pub cloud: [f64; 3],
-    /// As the existing map shows it.
+    /// In the existing map.
     pub map: [f64; 3],
 }
 
 /// The alignment of a cloud with a map, and its evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameAlignment {
-    /// The map in which it was recognised; none for picked points.
+    /// The map in which it was recognised; `None` for picked points.
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<PathBuf>,
-    /// Pose of the cloud in the map. The cloud is a file as read, less the offset, its z axis up; or a map.
+    /// Pose of the cloud in the map. The cloud's frame is that of the file, less the offset, with z up; or that of a map.
     #[serde(serialize_with = "serialize_pose")]
     map_from_cloud: Isometry,
     /// Number of scans or picked points that agree on it.
@@ -77,8 +77,8 @@ pub struct FrameAlignment {
 /// Recognises a map's scans in a cloud and returns the alignment on which most of them agree.
 ///
 /// - `cloud`: descriptors of the cloud's viewpoints with their poses in the cloud.
-/// - `map`: folder of the existing map. Its scans are searched for in the cloud one by one, as a robot that is switched on there would do.
-/// - `progress`: is called with the share of scans done, 0 to 1.
+/// - `map`: folder of the existing map. Each of its scans is localised globally in the cloud, like a robot that is switched on there.
+/// - `progress`: called with the share of scans done, 0 to 1.
 ///
 /// # Errors
 /// When the map cannot be read, too few scans are recognised, or another alignment has nearly as many.
@@ -88,7 +88,7 @@ pub fn find_alignment(
     config: &AlignmentConfig,
     progress: &mut dyn FnMut(f64),
 ) -> Result<FrameAlignment, Failure> {
-    // Read first, so that a broken map is reported before much is computed.
+    // Read first, so that a damaged map is reported before the long computation.
     let chosen = spread_keyframes(&SavedMap::read(map).map_err(Failure::usage)?.poses, config);
     let localiser = GlobalLocaliser::new(Arc::new(LocalisationMap::new(cloud)));
     let mut votes = Vec::new();
@@ -138,7 +138,7 @@ impl AlignmentVote {
     }
 }
 
-/// The votes for the alignment with most scans, and the number of scans for the best other one. Quadratic in the votes, some hundred.
+/// The votes for the alignment with most scans, and the number of scans for the best other one. Cost: quadratic in the votes, about a hundred.
 fn count_votes<'a>(votes: &'a [AlignmentVote], config: &AlignmentConfig) -> (Vec<&'a AlignmentVote>, usize) {
     let all: Vec<&AlignmentVote> = votes.iter().collect();
     let Some((best, agreeing)) = best_supported(&all, config) else { return (Vec::new(), 0) };
@@ -146,7 +146,7 @@ fn count_votes<'a>(votes: &'a [AlignmentVote], config: &AlignmentConfig) -> (Vec
     (agreeing, best_supported(&others, config).map_or(0, |(_, agreeing)| agreeing.len()))
 }
 
-/// The vote with which votes of most scans agree, and these votes: the best one of each scan.
+/// The vote that agrees with votes of the most scans, and these votes: the best one of each scan.
 fn best_supported<'a>(
     among: &[&'a AlignmentVote],
     config: &AlignmentConfig,
@@ -157,7 +157,7 @@ fn best_supported<'a>(
         agreeing.dedup_by_key(|vote| vote.scan);
         (*vote, agreeing)
     });
-    // The first of equals.
+    // Of equal votes the first is taken.
     supported.rev().max_by_key(|(_, agreeing)| agreeing.len())
 }
 
@@ -178,7 +178,7 @@ fn spread_keyframes(poses: &[Isometry], config: &AlignmentConfig) -> BTreeSet<us
 /// The alignment that brings picked points together; both z axes point up.
 ///
 /// # Errors
-/// When the pairs do not determine an alignment, contradict each other, or lie impossibly far away.
+/// When the pairs do not determine an alignment, contradict each other, or are too far apart.
 pub fn align_point_pairs(pairs: &[PointPair], config: &AlignmentConfig) -> Result<FrameAlignment, Failure> {
     let pairs: Vec<(Vector3, Vector3)> =
         pairs.iter().map(|pair| (Vector3::from(pair.map), Vector3::from(pair.cloud))).collect();
@@ -207,7 +207,7 @@ impl FrameAlignment {
         }
     }
 
-    /// For people.
+    /// A description for people.
     pub fn describe(&self) -> String {
         let (count, rms_m, origin) = (self.agreeing, self.rms_m, self.map_from_cloud.translation);
         let origin = format!("its origin lies at {:.2} {:.2} {:.2} m", origin.x, origin.y, origin.z);
@@ -221,7 +221,7 @@ impl FrameAlignment {
     }
 }
 
-/// `pairs`: points in the map and in the cloud.
+/// The level alignment of `pairs`: points in the map and in the cloud.
 fn align(pairs: &[(Vector3, Vector3)]) -> Option<FrameAlignment> {
     let map_from_cloud = align_yaw_only(pairs)?;
     let rms_m = rms_distance(pairs, &map_from_cloud);
@@ -248,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_are_read_or_refused() {
+    fn pairs_are_parsed_or_rejected() {
         let read = PointPair { cloud: [1.0, -2.0, 3.5], map: [0.0, 0.0, 1e6] };
         assert_eq!(parse_point_pair("1,-2,3.5=0,0,1000000"), Ok(read));
         for text in ["", "1,2,3", "1,2=3,4", "1,2,3=4,5,6,7", "a,2,3=4,5,6", "1,2,NaN=4,5,6"] {

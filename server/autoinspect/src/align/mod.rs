@@ -1,4 +1,4 @@
-//! `autoinspect align`: a saved map in the frame of another one of the same site.
+//! `autoinspect align`: gives a saved map the frame of another one of the same site.
 
 pub mod frame_alignment;
 
@@ -40,10 +40,10 @@ pub struct AlignArgs {
     /// A point of MAP, and the same point in OTHER, metres; give two or more.
     #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = parse_point_pair, allow_hyphen_values = true)]
     pair: Vec<PointPair>,
-    /// Folder for the results; what an earlier run left there is replaced.
+    /// Folder for the results; those of an earlier run are replaced.
     #[arg(long)]
     out: PathBuf,
-    /// Name of the new map; made of the names of MAP and OTHER if none is given.
+    /// Name of the new map [default: composed of the names of MAP and OTHER].
     #[arg(long)]
     name: Option<String>,
     /// Print one JSON object.
@@ -54,12 +54,12 @@ pub struct AlignArgs {
     background: bool,
 }
 
-/// The result: align.json in the new map's folder.
+/// The result, written to align.json in the new map's folder.
 #[derive(Debug, Serialize)]
 struct Report {
     /// The map that was moved.
     map: MapId,
-    /// The map whose frame it has now.
+    /// The map whose frame it has got.
     onto: MapId,
     name: String,
     points: u64,
@@ -96,7 +96,7 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
 
     let mut progress = Progress::new(args.background, ImportStage::Writing);
     progress.set_share(0.0);
-    // Tiles hold all points of an imported map; its clouds hold fewer.
+    // The tiles of an imported map have all points, its clouds only a part.
     let mut points = MapPoints::from_tiles(&args.map).map_err(Failure::usage)?;
     alignment.transform_points(&mut points.xyz);
     map::prepare(&args.out)?;

@@ -1,4 +1,4 @@
-//! `autoinspect export`: a saved map as a file for other programs, or as a picture from above.
+//! `autoinspect export`: writes a saved map as a file for other programs, or as a picture from above.
 
 mod picture;
 
@@ -29,24 +29,24 @@ EXAMPLES:
   autoinspect export m --out upper.png --heights 3.0,5.5              one floor
   autoinspect export m --out hall.png --pixel 0.02 --above-robot 4    finer, and more of what hangs above")]
 pub struct ExportArgs {
-    /// Folder of the map: what `autoinspect map --out` wrote, or one of the folders in a data directory's maps/.
+    /// Folder of the map: the result of `autoinspect map --out`, or one of the folders in a data directory's maps/.
     map: PathBuf,
     /// The file to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Format, if FILE's ending does not say it.
+    /// Format [default: by FILE's ending].
     #[arg(long, value_enum)]
     format: Option<Format>,
     /// One point in each cell of this size, metres; 0 keeps all.
     #[arg(long, default_value_t = 0.03, value_parser = not_negative)]
     spacing: f32,
-    /// Keep points of people and other moving objects, which the robot saw through before or after.
+    /// Keep points of people and other moving objects, which later or earlier scans saw through.
     #[arg(long)]
     moving: bool,
     /// Edge of a pixel of the picture, metres.
     #[arg(long, default_value_t = 0.05, value_parser = pixel_size)]
     pixel: f64,
-    /// The picture leaves out points higher than this above the robot that saw them, metres: mostly ceilings.
+    /// The picture leaves out points higher than this above the keyframe that saw them, metres; these are mostly ceilings.
     #[arg(long, default_value_t = 1.5)]
     above_robot: f64,
     /// The picture shows only these heights of the map, metres.
@@ -57,7 +57,7 @@ pub struct ExportArgs {
     json: bool,
 }
 
-/// What can be written.
+/// File formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Format {
@@ -69,7 +69,7 @@ enum Format {
     Png,
 }
 
-/// What was written.
+/// The result, for people and programs.
 #[derive(Debug, Serialize)]
 struct Report {
     file: PathBuf,
@@ -88,7 +88,7 @@ pub fn run(args: &ExportArgs) -> Result<(), Failure> {
     let clouds =
         map_clouds(&args.map, CloudSelection { spacing_m: args.spacing, include_dynamic: args.moving })
             .map_err(Failure::usage)?;
-    // Written under another name first, so that a file with the wanted name is complete.
+    // Written under another name first, so that a file with the given name is always complete.
     let unfinished = unfinished(&args.out);
     let written = write(args, format, map.id, clouds, &unfinished).and_then(|points| {
         fs::rename(&unfinished, &args.out).map_err(|error| cannot_write(&args.out, &error))?;
@@ -112,7 +112,7 @@ fn summary(map: &Path) -> Result<MapSummary, Failure> {
     serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(&map.join("map.json"), error))
 }
 
-/// Writes the map into `path` and says how many points went into it.
+/// Writes the map to `path` and returns the number of its points.
 fn write(
     args: &ExportArgs,
     format: Format,
@@ -148,7 +148,7 @@ fn write(
 
 fn write_e57(out: &Path, map: MapId, clouds: MapClouds, path: &Path) -> Result<u64, Failure> {
     let writing = |error: io::Error| cannot_write(out, &error);
-    // The format goes back and forth in its file.
+    // The format reads and writes at several positions of its file.
     let file = OpenOptions::new().read(true).write(true).create(true).truncate(true).open(path);
     let mut file = E57File::new(file.map_err(writing)?, map.0.as_u128()).map_err(writing)?;
     let mut points = 0;
@@ -177,7 +177,7 @@ fn unfinished(out: &Path) -> PathBuf {
     out.with_file_name(format!(".{name}.unfinished"))
 }
 
-/// Where geographic programs look for the place of a PNG's pixels.
+/// Path of the world file, from which geographic programs read the position of a PNG's pixels.
 fn world_file(out: &Path) -> PathBuf {
     out.with_extension("pgw")
 }

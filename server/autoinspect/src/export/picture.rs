@@ -1,20 +1,20 @@
-//! A map seen from above: the highest point in each pixel, coloured by its height.
+//! Draws a map from above: the highest point in each pixel, coloured by its height.
 
 use png::{BitDepth, ColorType, Encoder};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use store::{MapCloud, MapClouds, StoreError};
 
-/// Parameters of a [`Picture`] that people do not choose.
+/// Fixed parameters of a [`Picture`].
 #[derive(Clone, Copy, Debug)]
 struct PictureConfig {
-    /// Most pixels of a picture. A larger map gets larger pixels.
+    /// Largest number of pixels of a picture. A larger map gets larger pixels.
     pixels_max: f64,
     /// Distance between the lines that show the scale, metres.
     grid_m: f64,
-    /// Points with a greater coordinate are left out, metres: they are errors, and no picture could show them with the others.
+    /// Points with a greater coordinate are left out, metres: they are errors.
     coordinate_max_m: f64,
-    /// Share of the pixels at each end of the heights that gets the last colour, so that a single mast does not take all colours.
+    /// Share of the pixels at each end of the heights that gets the end colour, so that a single mast does not stretch the colour range.
     height_tail_share: f64,
 }
 
@@ -22,7 +22,7 @@ const CONFIG: PictureConfig =
     PictureConfig { pixels_max: 64e6, grid_m: 10.0, coordinate_max_m: 1e6, height_tail_share: 0.02 };
 const PAPER: [u8; 3] = [250, 250, 248];
 const GRID_LINE: [u8; 3] = [226, 228, 230];
-/// Colours from low to high. They differ also for people who confuse red and green, and in grey.
+/// Colours from low to high. They can be distinguished also by red-green colour-blind people, and in grey.
 const RAMP: [[u8; 3]; 6] =
     [[48, 40, 110], [45, 92, 150], [34, 140, 141], [70, 178, 104], [170, 204, 60], [240, 196, 48]];
 
@@ -33,31 +33,31 @@ pub struct Heights {
     pub to: f64,
 }
 
-/// What the picture shows, as people choose it.
+/// Parameters of a [`Picture`] that the user chooses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Edge of a pixel, metres.
     pub pixel: f64,
     /// Points higher than this above the keyframe that saw them are left out, metres.
     pub above_robot: f64,
-    /// Heights to show; all if none are given.
+    /// Heights to show; `None` shows all.
     pub heights: Option<Heights>,
 }
 
 /// Heights on a grid.
 pub struct Picture {
-    /// Edge of a pixel, metres; larger than asked for if the map is very large.
+    /// Edge of a pixel, metres; larger than requested if the map is very large.
     pixel: f64,
     /// Number of the leftmost column and of the lowest row, counted from the map's origin.
     first: [i64; 2],
     size: [usize; 2],
-    /// Row by row from the top; NaN where nothing is seen.
+    /// Heights row by row from the top, metres; NaN without a point.
     heights: Vec<f32>,
     points: u64,
 }
 
 impl Picture {
-    /// Draws `clouds`; none if no point is within the wanted heights. Memory: some 50 bytes for each pixel that is not empty.
+    /// Draws `clouds`; `None` if no point is within the chosen heights. Memory: about 50 bytes for each pixel that is not empty.
     pub fn of(clouds: MapClouds, settings: Settings) -> Result<Option<Self>, StoreError> {
         let mut cells = BTreeMap::new();
         let mut points = 0;
@@ -75,7 +75,7 @@ impl Picture {
             high = [high[0].max(cell[0]), high[1].max(cell[1])];
         }
         let spans = [high[0] - low[0] + 1, high[1] - low[1] + 1];
-        // Number of wanted pixels that are joined to one, along each axis.
+        // Number of requested pixels that become one pixel, along each axis.
         let bin = ((spans[0] as f64 * spans[1] as f64 / CONFIG.pixels_max).sqrt().ceil() as i64).max(1);
         let first = low.map(|c| c.div_euclid(bin));
         let size = [0, 1].map(|axis| (high[axis].div_euclid(bin) - first[axis] + 1) as usize);
@@ -83,13 +83,13 @@ impl Picture {
         for (cell, height) in cells {
             let [column, row] = [0, 1].map(|axis| (cell[axis].div_euclid(bin) - first[axis]) as usize);
             let at = (size[1] - 1 - row) * size[0] + column;
-            // `max` of NaN and a height is the height.
+            // `f32::max` of NaN and a height is the height.
             heights[at] = heights[at].max(height);
         }
         Some(Self { pixel: pixel * bin as f64, first, size, heights, points })
     }
 
-    /// How many points were within the wanted heights.
+    /// Number of points within the chosen heights.
     pub fn points(&self) -> u64 {
         self.points
     }
@@ -111,7 +111,7 @@ impl Picture {
         writer.finish().map_err(io::Error::other)
     }
 
-    /// Six lines: size of a pixel and the map coordinates of the middle of the first one, metres.
+    /// Content of the world file, six lines: size of a pixel and the map coordinates of the middle of the first one, metres.
     pub fn world_file(&self) -> String {
         let middle = |cell: i64| (cell as f64 + 0.5) * self.pixel;
         let (x, y) = (middle(self.first[0]), middle(self.first[1] + self.size[1] as i64 - 1));
@@ -126,7 +126,7 @@ impl Picture {
         (at(CONFIG.height_tail_share), at(1.0 - CONFIG.height_tail_share))
     }
 
-    /// Colour of a pixel without a point: paper, or a line of the grid.
+    /// Colour of a pixel without a point: background, or a line of the grid.
     fn ground(&self, at: usize) -> [u8; 3] {
         let cell = [at % self.size[0], self.size[1] - 1 - at / self.size[0]];
         let on_line = (0..2).any(|axis| {
@@ -147,7 +147,7 @@ fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Setting
     for point in &cloud.xyz {
         let in_map = map_from_keyframe * nalgebra::Point3::from(point.map(f64::from));
         let wanted = settings.heights.is_none_or(|wanted| (wanted.from..=wanted.to).contains(&in_map.z));
-        // Also false for coordinates that are not finite.
+        // False also for coordinates that are not finite.
         let near = in_map.x.abs() <= CONFIG.coordinate_max_m && in_map.y.abs() <= CONFIG.coordinate_max_m;
         if wanted && near && in_map.z - robot <= settings.above_robot {
             let cell = [in_map.x, in_map.y].map(|c| (c / settings.pixel).floor() as i64);
@@ -159,7 +159,7 @@ fn add(cells: &mut BTreeMap<[i64; 2], f32>, cloud: &MapCloud, settings: &Setting
     entered
 }
 
-/// The colour of a part of the range, 0 to 1.
+/// The colour of a share of the range, 0 to 1.
 fn ramp(part: f32) -> [u8; 3] {
     let place = part.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let below = (place as usize).min(RAMP.len() - 2);
@@ -196,12 +196,12 @@ mod tests {
     }
 
     #[test]
-    fn lines_lie_on_tens_of_metres() {
+    fn grid_lines_are_at_multiples_of_ten_metres() {
         let cells = BTreeMap::from([([-3, -1], 0.0), ([25, 0], 0.0)]);
         let picture = Picture::from_cells(cells, 1.0, 2).unwrap();
         let (width, _, pixels) = decoded(&picture);
         let top: Vec<bool> = pixels.chunks(3).take(width as usize).map(|pixel| pixel == GRID_LINE).collect();
-        // The upper row holds y = 0, a line itself; the lower one shows where lines cross it.
+        // The upper row is at y = 0 and is a grid line; the lower one crosses the other lines.
         assert!(top[..28].iter().all(|line| *line));
         let lower: Vec<i64> = (0..29)
             .filter(|column| pixels[(29 + *column as usize) * 3..][..3] == GRID_LINE)
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_hangs_high_and_what_no_sensor_sees_is_left_out() {
+    fn high_points_and_invalid_points_are_left_out() {
         let cloud = MapCloud {
             keyframe: vocab::KeyframeId(0),
             map_from_keyframe: vocab::Pose::IDENTITY,

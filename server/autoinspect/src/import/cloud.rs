@@ -1,4 +1,4 @@
-//! The points of a survey as one cloud: gathered, thinned, and what is visible from viewpoints in it.
+//! Joins the points of a survey to one cloud, thins it, and describes viewpoints in it.
 
 use formats::survey::Station;
 use geometry::{Isometry, Vector3, isometry_from_pose};
@@ -7,7 +7,7 @@ use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoint, VirtualViewp
 use points::Downsampler;
 use store::{MapPoints, Viewpoint, visible_points};
 
-/// All points in the survey's frame.
+/// Joins all points in the survey's frame.
 pub fn gather_points(stations: Vec<Station>) -> MapPoints {
     let mut all = MapPoints::default();
     for Station { survey_from_station, mut xyz, mut intensity, .. } in stations {
@@ -38,7 +38,7 @@ pub fn thin(points: &MapPoints, spacing_m: f32) -> MapPoints {
     }
 }
 
-/// Least and greatest corner of the box round all points, metres.
+/// Lowest and highest corner of the box around all points, metres.
 pub fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
     let of = |pick: fn(f32, f32) -> f32| {
         std::array::from_fn(|axis| xyz.iter().map(|point| point[axis]).reduce(pick).unwrap_or(0.0))
@@ -46,7 +46,7 @@ pub fn bounds(xyz: &[[f32; 3]]) -> [[f32; 3]; 2] {
     [of(f32::min), of(f32::max)]
 }
 
-/// Descriptors of what a robot would see from each viewpoint, with the viewpoint's pose in the cloud.
+/// Descriptors of the simulated scan at each viewpoint, with the viewpoint's pose in the cloud.
 pub fn describe_viewpoints(
     found: &VirtualViewpoints,
     cloud: &MapPoints,
@@ -63,7 +63,7 @@ pub fn describe_viewpoints(
     found.viewpoints.iter().map(describe).collect()
 }
 
-/// The viewpoints as the store keeps them.
+/// The viewpoints in the form of the store.
 pub fn stored_viewpoints<'a>(found: &'a VirtualViewpoints, config: &ViewpointConfig) -> Vec<Viewpoint<'a>> {
     found.viewpoints.iter().map(|place| stored_viewpoint(place, config)).collect()
 }
@@ -82,7 +82,7 @@ mod tests {
     use vocab::{Pose, Quat, Vec3};
 
     #[test]
-    fn scans_with_poses_become_one_cloud() {
+    fn scans_with_poses_are_joined_to_one_cloud() {
         let half = std::f64::consts::FRAC_1_SQRT_2;
         let turned = Pose {
             position: Vec3::new(10.0, 0.0, 0.0),

@@ -1,4 +1,4 @@
-//! The graph of an imported map: virtual viewpoints as keyframes, and edges between neighbours.
+//! Makes the graph of an imported map: virtual viewpoints as keyframes, and edges between neighbours.
 
 use super::ImportConfig;
 use geometry::pose_from_isometry;
@@ -9,12 +9,12 @@ use store::MapPoints;
 use uuid::Uuid;
 use vocab::{KeyframeId, MapId, SessionId, Stamp};
 
-/// How well the relative pose of two viewpoints is known: standard deviations of each axis.
+/// Standard deviations of the relative pose of two viewpoints, for each axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeNoise {
-    /// Radians.
+    /// Rotation, radians.
     pub rotation_std_rad: f64,
-    /// Metres.
+    /// Translation, metres.
     pub translation_std_m: f64,
 }
 
@@ -29,7 +29,8 @@ impl EdgeNoise {
     }
 }
 
-/// The map as the store takes it: viewpoints as keyframes, edges where ground joins neighbours, and bridges between separate pieces of ground.
+/// The map in the form of the store: viewpoints as keyframes, edges between neighbours on connected floor, and bridges between separate
+/// pieces of floor.
 pub fn imported_map(
     id: MapId,
     name: &str,
@@ -71,7 +72,7 @@ pub fn imported_map(
     }
 }
 
-/// Pairs of viewpoints that join separate pieces of ground with the first one: the graph must be connected.
+/// Pairs of viewpoints that join separate pieces of floor with the first one, because the graph must be connected.
 fn bridges(found: &VirtualViewpoints) -> Vec<[usize; 2]> {
     let mut neighbours = vec![Vec::new(); found.viewpoints.len()];
     for &[a, b] in &found.connections {
@@ -97,7 +98,7 @@ fn bridges(found: &VirtualViewpoints) -> Vec<[usize; 2]> {
     bridges
 }
 
-/// The same points with the same viewpoints give the same id: FNV-1a of their bits.
+/// The map's id: FNV-1a of the points and the viewpoints' parameters, so that the same import gives the same id.
 pub fn map_id(cloud: &MapPoints, config: &ViewpointConfig) -> MapId {
     let [down, up] = config.elevations_rad;
     let parameters = [config.spacing_m, down, up];
@@ -113,7 +114,7 @@ mod tests {
     use mapping::virtual_viewpoint::VirtualViewpoint;
 
     #[test]
-    fn pieces_of_ground_are_joined_by_bridges() {
+    fn separate_pieces_of_floor_are_joined_by_bridges() {
         let place = |x: f64| VirtualViewpoint {
             map_from_base: Isometry::translation(x, 0.0, 0.0),
             visible: Vec::new(),

@@ -1,4 +1,4 @@
-//! `autoinspect import`: a point cloud from elsewhere as a map that a robot can localise in.
+//! `autoinspect import`: makes a map, in which a robot can localise, of another program's point cloud.
 
 mod cloud;
 mod graph;
@@ -23,7 +23,7 @@ use store::{MapFileOptions, MapPoints, Store, TileFiles, write_map_files_of, wri
 use upright::Up;
 use vocab::{KeyframeId, Stamp};
 
-/// Its keyframes are virtual viewpoints, not poses that a robot measured.
+/// Options of an imported map. Its keyframes are virtual viewpoints, not poses that a robot measured.
 const IMPORTED: MapFileOptions = MapFileOptions { ply: false, has_pose_graph: false };
 
 /// Parameters of an import, beside those of [`find_viewpoints`].
@@ -31,9 +31,9 @@ const IMPORTED: MapFileOptions = MapFileOptions { ply: false, has_pose_graph: fa
 pub struct ImportConfig {
     /// Edge of the voxels that keep one point each for the clouds of viewpoints, metres. Tiles keep all points.
     pub cloud_spacing_m: f32,
-    /// Noise of edges between viewpoints with ground between them.
+    /// Noise of edges between viewpoints on connected floor.
     pub neighbour_noise: EdgeNoise,
-    /// Noise of edges between separate pieces of ground.
+    /// Noise of edges between separate pieces of floor.
     pub bridge_noise: EdgeNoise,
 }
 
@@ -47,7 +47,7 @@ impl Default for ImportConfig {
     }
 }
 
-/// Make a map of a point cloud from elsewhere, for a robot to localise in.
+/// Make a map of another program's point cloud, for a robot to localise in.
 #[derive(Args, Debug)]
 #[command(
     after_help = "FILE is PCD, PLY, LAS, LAZ, E57 or PTX; its first bytes say which. Scans with poses become one cloud. Coordinates far from the origin
@@ -67,16 +67,16 @@ EXAMPLES:
 pub struct ImportArgs {
     /// The file to read.
     file: PathBuf,
-    /// Folder for the results; what an earlier run left there is replaced.
+    /// Folder for the results; those of an earlier run are replaced.
     #[arg(long, required_unless_present = "data", conflicts_with = "data")]
     out: Option<PathBuf>,
     /// Data directory of a platform, to which the map is added.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Name of the map; the file's name if none is given.
+    /// Name of the map [default: the file's name].
     #[arg(long)]
     name: Option<String>,
-    /// Which axis of the file points up.
+    /// The file's axis that points up.
     #[arg(long, value_enum, default_value = "auto", allow_hyphen_values = true)]
     up: Up,
     /// Distance between neighbouring viewpoints, metres.
@@ -85,10 +85,10 @@ pub struct ImportArgs {
     /// Lowest and highest elevation that the robot's LiDAR sees, degrees from level.
     #[arg(long, value_name = "DOWN,UP", default_value = "-16,15", value_parser = parse_field_of_view, allow_hyphen_values = true)]
     field_of_view: FieldOfView,
-    /// Folder of the map whose frame the new map is to have; places that look alike say how.
+    /// Folder of the map whose frame the new map gets; the alignment is found by place recognition.
     #[arg(long, value_name = "MAP")]
     align_to: Option<PathBuf>,
-    /// A point of the file, and the same point in the frame that the map is to have, metres; give two or more.
+    /// A point of the file, and the same point in the frame that the map gets, metres; give two or more.
     #[arg(long, value_name = "X,Y,Z=X,Y,Z", value_parser = parse_point_pair, conflicts_with = "align_to", allow_hyphen_values = true)]
     pair: Vec<PointPair>,
     /// Print one JSON object.
@@ -106,11 +106,11 @@ struct FieldOfView([f32; 2]);
 /// The result, for people and programs.
 #[derive(Debug, Serialize)]
 struct Report {
-    /// Where the map is.
+    /// Folder of the map.
     out: PathBuf,
     #[serde(flatten)]
     origin: Origin,
-    /// Least and greatest corner of the map, metres.
+    /// Lowest and highest corner of the map, metres.
     bounds: [[f32; 3]; 2],
     /// Number of viewpoints.
     places: u64,
@@ -136,7 +136,7 @@ struct Origin {
     spacing: f32,
     /// Elevations seen from them, degrees.
     field_of_view: [f32; 2],
-    /// The alignment with another map's frame, if one was asked for.
+    /// The alignment with another map's frame, if one was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[serde(rename = "aligned")]
     alignment: Option<FrameAlignment>,
@@ -150,11 +150,11 @@ struct Seconds {
     write: f64,
 }
 
-/// A survey's points on their way to a map.
+/// The points of a survey.
 struct Cloud {
-    /// All of them.
+    /// All points.
     points: MapPoints,
-    /// One for each voxel of [`ImportConfig::cloud_spacing_m`].
+    /// One point for each voxel of [`ImportConfig::cloud_spacing_m`].
     thinned: MapPoints,
 }
 
@@ -228,7 +228,7 @@ impl Cloud {
     }
 }
 
-/// The alignment that was asked for, if one was.
+/// Computes the requested alignment, if there is one.
 fn align(
     args: &ImportArgs,
     origin: &Origin,
@@ -249,7 +249,7 @@ fn align(
     frame_alignment::align_point_pairs(&pairs, &alignment_config).map(Some)
 }
 
-/// Writes the map into the data directory or the folder that was asked for; returns the map's folder.
+/// Writes the map into the given data directory or folder; returns the map's folder.
 fn write(
     args: &ImportArgs,
     origin: &Origin,
@@ -292,7 +292,7 @@ impl Origin {
         }
     }
 
-    /// The pair with its point of the file where reading and turning moved it.
+    /// The pair with its point of the file moved like the cloud: by the offset and the turn to z up.
     fn near_origin(&self, pair: &PointPair) -> PointPair {
         let mut near = [[0, 1, 2].map(|axis| (pair.cloud[axis] - self.offset[axis]) as f32)];
         self.up.turn(&mut near);
@@ -300,13 +300,13 @@ impl Origin {
     }
 }
 
-/// The name that was asked for, or that of the file.
+/// The given name, or that of the file.
 fn map_name(args: &ImportArgs) -> String {
     let file = args.file.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     args.name.clone().or(file).unwrap_or_else(|| "Map".to_owned())
 }
 
-/// When the file was last written; the epoch if the system does not say.
+/// Time at which the file was last written; the epoch if the system does not know it.
 fn modified(file: &Path) -> Stamp {
     let since = fs::metadata(file).and_then(|about| about.modified()).ok();
     let since = since.and_then(|at| at.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
@@ -354,7 +354,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn invalid_arguments_are_refused() {
+    fn invalid_arguments_are_rejected() {
         assert_eq!(parse_field_of_view("-16,15"), Ok(FieldOfView([-16.0, 15.0])));
         for text in ["", "1", "15,-16", "-100,0", "a,b", "0,NaN", "a,-16,15"] {
             assert!(parse_field_of_view(text).is_err(), "{text}");

@@ -1,4 +1,4 @@
-//! Which axis of a file points up.
+//! Finds the axis of a file that points up.
 
 use clap::ValueEnum;
 use mapping::virtual_viewpoint::{Axis, ViewpointConfig, find_up_axis};
@@ -8,7 +8,7 @@ use std::fmt;
 /// An axis and its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 pub enum Up {
-    /// Where the floors say.
+    /// The axis along the normals of the floors.
     #[value(name = "auto")]
     #[serde(rename = "auto")]
     Found,
@@ -21,22 +21,23 @@ pub enum Up {
     #[value(name = "z")]
     #[serde(rename = "z")]
     Z,
-    /// Downwards.
+    /// The negative x axis.
     #[value(name = "-x")]
     #[serde(rename = "-x")]
     MinusX,
-    /// Downwards.
+    /// The negative y axis.
     #[value(name = "-y")]
     #[serde(rename = "-y")]
     MinusY,
-    /// Downwards.
+    /// The negative z axis.
     #[value(name = "-z")]
     #[serde(rename = "-z")]
     MinusZ,
 }
 
 impl Up {
-    /// What it is, where it was to be found: floors do not tell up from down, so an axis is taken to point up.
+    /// The axis; for [`Up::Found`] the one along the normals of the floors. Floors do not distinguish up from down, so the positive axis is
+    /// taken.
     pub fn found(self, thinned: &[[f32; 3]]) -> Self {
         match self {
             Self::Found => match find_up_axis(thinned, &ViewpointConfig::default()) {

@@ -1,4 +1,4 @@
-//! Recordings as inputs of offline commands: opened, read ahead on a thread, with ticks on their own clock.
+//! Recordings as inputs of offline commands: opens them, reads ahead on a thread, and adds ticks on their clock.
 
 mod reader;
 mod sources;
@@ -22,13 +22,13 @@ pub struct InputArgs {
     /// Recordings or folders of scans, one after the other in time.
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// What odometry may use; LiDAR alone works.
+    /// Sources that odometry may use; LiDAR alone works.
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = SourceName::ALL)]
     sources: Vec<SourceName>,
     /// Topic of a role, as PURPOSE=TOPIC with lidar, imu, legs, external or battery.
     #[arg(long)]
     topic: Vec<String>,
-    /// Mounting of the sensors, if the recording does not say: JSON with base_from_lidar, base_from_imu or base_from_external,
+    /// Mounting of the sensors, if the recording does not have it: JSON with base_from_lidar, base_from_imu or base_from_external,
     /// each with translation_m and quaternion_xyzw, and standing_height_m.
     #[arg(long)]
     calibration: Option<PathBuf>,

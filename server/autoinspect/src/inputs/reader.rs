@@ -9,10 +9,10 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use vocab::Stamp;
 
-/// Messages read ahead: about a second, with a few scans.
+/// Largest number of messages that are read ahead: about 1 s, with a few scans.
 const AHEAD_MAX: usize = 256;
 
-/// A message of a recording, or why it could not be read.
+/// A message of a recording, or the error of reading it.
 pub type Message = Result<(Stamp, Sensor), ReadError>;
 
 /// Messages of several recordings, one after the other.
@@ -24,7 +24,7 @@ pub struct Reader {
 /// Statistics of reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReadStatistics {
-    /// CPU time.
+    /// CPU time of the thread.
     pub time: Duration,
     /// Points without a return.
     pub dropped_points: u64,
@@ -44,7 +44,7 @@ impl Reader {
     /// Waits for the thread after the last message.
     pub fn finish(self) -> ReadStatistics {
         drop(self.messages);
-        // A panic has been reported on standard error; the statistics are then unknown.
+        // A panic was reported on standard error; the statistics are then unknown.
         self.thread.join().unwrap_or_default()
     }
 }

@@ -1,4 +1,4 @@
-//! Which sources odometry may use, as named on the command line.
+//! The sources that odometry may use, with their names on the command line.
 
 use clap::ValueEnum;
 use messages::Sources;
@@ -17,11 +17,11 @@ pub enum SourceName {
 }
 
 impl SourceName {
-    /// All of them.
+    /// All sources.
     pub const ALL: [Self; 4] = [Self::Lidar, Self::Imu, Self::Legs, Self::Visual];
 }
 
-/// As the stack takes them.
+/// Converts names to the stack's type.
 pub fn sources(names: &[SourceName]) -> Sources {
     Sources {
         lidar: names.contains(&SourceName::Lidar),

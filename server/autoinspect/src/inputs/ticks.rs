@@ -1,20 +1,20 @@
-//! Ticks on a recording's clock, as the stack gets them on a robot.
+//! Ticks on a recording's clock, like those of a robot.
 
 use vocab::{Span, Stamp};
 
-/// Interval of ticks, as on the robot.
+/// Interval of ticks: 20 Hz, as on the robot.
 const TICK_INTERVAL: Span = Span::from_millis(50);
 /// A longer gap between messages is not filled with ticks.
 const GAP_MAX: Span = Span::from_millis(2_000);
 
-/// Ticks before messages.
+/// Generates the ticks between messages.
 #[derive(Debug, Default)]
 pub struct Ticks {
     next: Option<Stamp>,
 }
 
 impl Ticks {
-    /// The next tick that comes before a message, or with it; none once all have come.
+    /// The next tick not later than a message; `None` once there are no more.
     pub fn before(&mut self, message: Stamp) -> Option<Stamp> {
         let next = self.next.filter(|next| message - *next <= GAP_MAX).unwrap_or(message);
         self.next = Some(next);
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_come_every_twentieth_of_a_second_and_gaps_have_none() {
+    fn ticks_come_every_50_ms_and_gaps_have_none() {
         let at = |millis: i64| Stamp::from_parts(100, 0) + Span::from_millis(millis);
         let mut ticks = Ticks::default();
         let mut all = |message: i64| {

@@ -1,4 +1,4 @@
-//! `autoinspect localise`: where a recorded robot was in a known map, through the very stack that runs on the robot.
+//! `autoinspect localise`: localises a recorded robot in a known map with the stack that runs on the robot.
 
 pub(crate) mod offline_localiser;
 
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::{Pose, Quat, Stamp, Vec3};
 
-/// Say where a recorded robot was in a known map.
+/// Localise a recorded robot in a known map.
 #[derive(Args, Debug)]
 #[command(
     after_help = "INPUT is what `autoinspect map` takes. Without --initial the robot is localised by its scans alone. FILE gets a line for every localised
@@ -29,7 +29,7 @@ EXAMPLES:
 pub struct LocaliseArgs {
     #[command(flatten)]
     inputs: InputArgs,
-    /// Folder of the map: what `autoinspect map`, `merge` or `import` wrote, or one of the folders in a data directory's maps/.
+    /// Folder of the map: the result of `autoinspect map`, `merge` or `import`, or one of the folders in a data directory's maps/.
     #[arg(long)]
     map: PathBuf,
     /// The trajectory to write, TUM.
@@ -47,19 +47,19 @@ pub struct LocaliseArgs {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Initial(Pose);
 
-/// How well the robot was localised.
+/// The result, for people and programs.
 #[derive(Debug, Serialize)]
 struct Report {
     out: PathBuf,
     scans: u64,
-    /// Scans that were localised.
+    /// Number of localised scans.
     localised: u64,
-    /// Of those, scans with low confidence.
+    /// Number of those with low confidence.
     #[serde(rename = "doubted")]
     low_confidence: u64,
-    /// How often tracking was lost.
+    /// Number of times that tracking was lost.
     lost: u64,
-    /// Time from the first scan to the first localised one, seconds; none if no scan was.
+    /// Time from the first scan to the first localised one, seconds; `None` if no scan was localised.
     found_after: Option<f64>,
     /// CPU time of the stack for each scan, odometry included, milliseconds.
     ms_per_scan: f64,

@@ -1,4 +1,4 @@
-//! The stack in a saved map without a robot: it is fed a boot record, the command to localise, sensor messages and ticks, and its jobs are run.
+//! Runs the stack in a saved map without a robot: feeds a boot record, the command to localise, sensor messages and ticks, and runs its jobs.
 
 use crate::inputs::{Reader, Ticks};
 use crate::output;
@@ -38,20 +38,20 @@ pub struct LocalisationRun {
     pub scans: u64,
     /// Pose of the base in the map at every localised scan.
     pub trajectory: Vec<(Stamp, Pose)>,
-    /// Localised scans with low confidence.
+    /// Number of localised scans with low confidence.
     pub low_confidence: u64,
-    /// How often tracking was lost.
+    /// Number of times that tracking was lost.
     pub lost: u64,
     /// Time from the first scan to the first localised one, seconds.
     pub found_after: Option<f64>,
-    /// CPU time of the stack from one scan to the next.
+    /// CPU time of the stack from one scan to the next, seconds.
     pub scan_seconds: Vec<f64>,
     /// CPU time of global searches.
     pub search_time: Duration,
 }
 
 impl<'a> OfflineLocaliser<'a> {
-    /// Localises in `known`, from the pose `initial` (base in the map) if it is given. `on_scan` is called with every scan that is localised with full
+    /// Localises in the map `known`, from the pose `initial` (base in the map) if it is given. `on_scan` is called with every scan that is localised with full
     /// confidence.
     pub fn new(
         known: Arc<PriorMap>,
@@ -74,7 +74,7 @@ impl<'a> OfflineLocaliser<'a> {
         }
     }
 
-    /// Feeds everything. `duration` (seconds) is for the progress bar.
+    /// Feeds all inputs. `duration` (seconds) is for the progress bar.
     pub fn run(mut self, boot: BootRecord, reader: Reader, duration: f64) -> LocalisationRun {
         let bar = output::progress_bar(duration);
         let (mut boot, mut first) = (Some(boot), None);
@@ -134,7 +134,7 @@ impl<'a> OfflineLocaliser<'a> {
     }
 
     fn step(&mut self, at: Stamp, input: Input) {
-        // The clock never goes back, also where two recordings overlap.
+        // The clock never goes back, even if two recordings overlap.
         let at = self.now.map_or(at, |now| now.max(at));
         self.now = Some(at);
         let start = thread_cpu_time();

@@ -1,4 +1,4 @@
-//! `autoinspect map`: a map from recordings by the stack that runs on the robot, as fast as possible.
+//! `autoinspect map`: makes a map from recordings with the stack that runs on the robot, as fast as possible.
 
 mod offline_mapper;
 mod summary;
@@ -39,10 +39,10 @@ EXAMPLES:
 pub struct MapArgs {
     #[command(flatten)]
     inputs: InputArgs,
-    /// Folder for the results; what an earlier run left there is replaced.
+    /// Folder for the results; those of an earlier run are replaced.
     #[arg(long)]
     out: PathBuf,
-    /// Close no loops: the map is built by odometry alone.
+    /// Close no loops: the map is made by odometry alone.
     #[arg(long)]
     no_loops: bool,
     /// Name of the map.
@@ -93,7 +93,7 @@ fn journal(path: &Path, boot: &BootRecord) -> Result<Box<dyn Journal>, Failure> 
     Ok(Box::new(McapJournal(writer)))
 }
 
-/// Whether both exist and are the same folder.
+/// Whether both paths exist and are the same folder.
 pub(crate) fn is_same_folder(a: &Path, b: &Path) -> bool {
     fs::canonicalize(a).is_ok_and(|a| Some(a) == fs::canonicalize(b).ok())
 }

@@ -1,4 +1,4 @@
-//! The stack without a robot: it is fed a boot record, sensor messages, ticks on the recording's clock, and at the end the command to save.
+//! Runs the stack without a robot: feeds a boot record, sensor messages, ticks on the recording's clock, and at the end the command to save.
 
 use super::SESSION;
 use crate::failure::Failure;
@@ -19,7 +19,7 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Stamp};
 
-/// Number of warnings that are printed while running; all are counted.
+/// Largest number of warnings that are printed while running; all are counted.
 const WARNINGS_SHOWN_MAX: usize = 5;
 
 /// The result of a recording.
@@ -29,7 +29,7 @@ pub struct MappingRun {
     pub points: u64,
     pub dropped_points: u64,
     pub unreadable: u64,
-    /// CPU time of the stack from one corrected scan to the next, all inputs between included, seconds.
+    /// CPU time of the stack from one corrected scan to the next, including all inputs between them, seconds.
     pub scan_seconds: Vec<f64>,
     pub read_time: Duration,
     pub step_time: Duration,
@@ -53,7 +53,7 @@ pub struct OfflineMapper {
     now: Option<Stamp>,
     ticks: Ticks,
     effects: Vec<StackEffect>,
-    /// Jobs that were started and not run yet.
+    /// Jobs that were started and have not run yet.
     jobs: VecDeque<u64>,
     mapped: MappingCounters,
 }
@@ -93,7 +93,7 @@ impl OfflineMapper {
         }
     }
 
-    /// Feeds everything and requests the map. `duration` (seconds) is for the progress bar.
+    /// Feeds all inputs and requests the map. `duration` (seconds) is for the progress bar.
     pub fn run(
         mut self,
         boot: BootRecord,
@@ -201,7 +201,7 @@ impl OfflineMapper {
 
     /// Journals an input, steps, and handles the effects.
     fn step(&mut self, at: Stamp, input: Input) -> Result<(), Failure> {
-        // The clock never goes back, also where two recordings overlap.
+        // The clock never goes back, even if two recordings overlap.
         let at = self.now.map_or(at, |now| now.max(at));
         self.now = Some(at);
         if let Some(journal) = &mut self.journal {
@@ -232,7 +232,7 @@ impl OfflineMapper {
                     | Job::Relocalise(_)
                     | Job::PlanDisambiguation(_),
             } => self.jobs.push_back(job),
-            // No command of this run causes it.
+            // No command of this run starts these jobs.
             StackEffect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
             StackEffect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             StackEffect::Publish(Publication::Scan(_)) => {
@@ -260,7 +260,7 @@ impl OfflineMapper {
     }
 }
 
-/// The same recording gives the same id.
+/// The map's id: the same recording gives the same id.
 fn map_id(first: Stamp, last: Stamp, scans: u64) -> Uuid {
     Uuid::from_u64_pair(first.nanos() as u64, (last - first).nanos() as u64 ^ scans.rotate_left(40))
 }

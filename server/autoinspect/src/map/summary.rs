@@ -1,4 +1,4 @@
-//! `summary.json`, and the same as text for people.
+//! The summary of a run: `summary.json`, and the same as text for people.
 
 use super::MapArgs;
 use super::offline_mapper::MappingRun;
@@ -14,7 +14,7 @@ use store::MapFilesReport;
 #[derive(Debug, Serialize)]
 pub struct Summary {
     pub inputs: Vec<String>,
-    /// Seconds of robot time.
+    /// Duration in robot time, seconds.
     pub duration_s: f64,
     pub scans: u64,
     pub points: u64,
@@ -30,14 +30,14 @@ pub struct Summary {
     /// Warnings of the stack, in order.
     pub notices: Vec<String>,
     pub stages: Vec<Stage>,
-    /// CPU time of the stack for a scan and all inputs since the one before, milliseconds.
+    /// CPU time of the stack for a scan and all inputs since the previous one, milliseconds.
     pub scan_ms: Milliseconds,
-    /// From start to end, wall clock.
+    /// Wall time from start to end.
     pub seconds: f64,
     /// Robot time over wall time.
     pub times_real_time: f64,
     pub peak_memory_bytes: u64,
-    /// BLAKE3 of everything the stack did, if a journal was written.
+    /// BLAKE3 of all effects of the stack, if a journal was written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fingerprint: Option<String>,
 }
@@ -47,14 +47,14 @@ pub struct Summary {
 pub struct Loops {
     /// Pairs of keyframes that were proposed.
     pub proposed: u64,
-    /// Edges of the graph.
+    /// Loops that became edges of the graph.
     pub accepted: u64,
     pub rejected: u64,
-    /// Verified, but too few others agreed with them.
+    /// Loops that were verified, but too few others are consistent with them.
     pub held: u64,
-    /// Not verified for lack of time.
+    /// Loops that were not verified for lack of time.
     pub unverified: u64,
-    /// Comparisons with old keyframes on known ground, and those that found the robot where it was expected, or nearly.
+    /// Comparisons with old keyframes in mapped areas. The next field counts those that found the robot near its expected pose.
     pub visits_compared: u64,
     pub visits_confirmed: u64,
 }
@@ -68,11 +68,11 @@ pub struct Degenerate {
     pub distance_m: f64,
 }
 
-/// One part of the work. `read` overlaps with `map`.
+/// One stage of the run. `read` overlaps with `map`.
 #[derive(Debug, Serialize)]
 pub struct Stage {
     pub name: &'static str,
-    /// CPU time of its thread for reading and mapping, wall time for the rest.
+    /// CPU time of its thread for reading and mapping, wall time for the other stages.
     pub seconds: f64,
     pub peak_memory_bytes: u64,
 }
@@ -129,7 +129,7 @@ impl Summary {
         std::fs::write(path, text).map_err(|error| Failure::failed(crate::texts::cannot_write(path, &error)))
     }
 
-    /// For people.
+    /// The summary for people.
     pub fn describe(&self, out: &Path) -> String {
         let mut lines = vec![
             format!(
@@ -165,7 +165,7 @@ impl Summary {
     }
 }
 
-/// Counts pairs by the last decision on each.
+/// Counts pairs by their latest decision.
 fn loops(finished: &FinishedMap) -> Loops {
     let decisions = finished.decisions.iter();
     let last: BTreeMap<_, _> = decisions.map(|d| ((d.task.from, d.task.to), d.verdict)).collect();
@@ -181,14 +181,14 @@ fn loops(finished: &FinishedMap) -> Loops {
     }
 }
 
-/// Zeros for no values.
+/// The distribution; zeros without values.
 fn milliseconds(seconds: &[f64]) -> Milliseconds {
     let mut sorted: Vec<f64> = seconds.iter().map(|seconds| seconds * 1e3).collect();
     sorted.sort_by(f64::total_cmp);
     let Some(last) = sorted.len().checked_sub(1) else {
         return Milliseconds::default();
     };
-    // Nearest rank.
+    // The quantile by nearest rank.
     let quantile = |fraction: f64| {
         sorted[((fraction * sorted.len() as f64).ceil() as usize).saturating_sub(1).min(last)]
     };

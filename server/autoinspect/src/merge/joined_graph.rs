@@ -1,4 +1,4 @@
-//! The graphs of several maps as one.
+//! Joins the graphs of several maps to one.
 
 use crate::failure::Failure;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
@@ -15,7 +15,7 @@ use vocab::{KeyframeId, MapId, SessionId, Stamp};
 pub struct JoinedGraphConfig {
     /// Information of the prior on the first keyframe's pose (1/rad² and 1/m²), so that the first map's frame is kept.
     pub origin_information: f64,
-    /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of a kilometre. Keeps every walk connected.
+    /// Added to the information of every edge (1/rad² and 1/m²): a standard deviation of 1 km. It keeps the poses of every walk connected.
     pub information_min: f64,
 }
 
@@ -32,17 +32,17 @@ pub struct JoinedGraph {
     poses: Vec<Isometry>,
     edges: Vec<GraphEdge>,
     decisions: Vec<LoopDecision>,
-    /// In the order of joining: index of the map, and number of its first keyframe.
+    /// For each joined map in order: its index, and the number of its first keyframe.
     firsts: Vec<(usize, u32)>,
 }
 
 impl JoinedGraph {
-    /// Takes the first map, one of a list, as it is.
+    /// Starts with a map of the list, whose frame is kept.
     pub fn begin(&mut self, index: usize, map: &SavedMap) {
         self.append(index, map, &Isometry::identity());
     }
 
-    /// Adds another map of the list, that was found in those before, and makes one graph of them.
+    /// Adds another map of the list, which was aligned with the joined ones, and optimises the graph.
     pub fn add(&mut self, index: usize, map: &SavedMap, joint: &MapAlignment) -> Result<(), Failure> {
         let first = self.append(index, map, &joint.first_from_second);
         self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
@@ -54,7 +54,7 @@ impl JoinedGraph {
         &self.poses
     }
 
-    /// In the order of joining: which map, and the number of its first keyframe.
+    /// For each joined map in order: its index, and the number of its first keyframe.
     pub fn firsts(&self) -> &[(usize, u32)] {
         &self.firsts
     }
@@ -108,7 +108,7 @@ impl JoinedGraph {
             map_from_keyframe: pose_from_isometry(pose),
         });
         let nodes: Vec<GraphNode> = nodes.collect();
-        // One walk after the other, also where their times overlap.
+        // One walk after the other, even if their times overlap.
         let mut walks: Vec<_> = self.firsts.iter().map(|(index, first)| (&maps[*index], *first)).collect();
         walks.sort_by_key(|(map, _)| map.trajectory.first().map(|(stamp, _)| *stamp));
         let trajectory =
@@ -116,7 +116,7 @@ impl JoinedGraph {
         let trajectory = trajectory.collect();
         let newest = maps.iter().map(|map| map.summary.created).max().unwrap_or(Stamp::EPOCH);
         FinishedMap {
-            // The same maps give the same id.
+            // The id is computed from the maps, so the same maps give the same id.
             map: MapId(Uuid::from_u128(
                 maps.iter().fold(1, |id: u128, map| id.rotate_left(1) ^ map.summary.id.0.as_u128()),
             )),

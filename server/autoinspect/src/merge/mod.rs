@@ -1,4 +1,4 @@
-//! `autoinspect merge`: several maps of one site as one.
+//! `autoinspect merge`: joins several maps of one site to one.
 
 mod joined_graph;
 
@@ -27,10 +27,10 @@ EXAMPLES:
   autoinspect merge site annex --out larger --json"
 )]
 pub struct MergeArgs {
-    /// Folders of maps: what `autoinspect map --out` or `merge --out` wrote, or folders in a data directory's maps/.
+    /// Folders of maps: results of `autoinspect map --out` or `merge --out`, or folders in a data directory's maps/.
     #[arg(required = true, num_args = 2.., value_name = "MAP")]
     maps: Vec<PathBuf>,
-    /// Folder for the results; what an earlier run left there is replaced.
+    /// Folder for the results; those of an earlier run are replaced.
     #[arg(long)]
     out: PathBuf,
     /// Name of the map.
@@ -47,11 +47,11 @@ struct Report {
     out: PathBuf,
     keyframes: u64,
     points: u64,
-    /// How each map after the first was joined.
+    /// The alignment of each map after the first.
     joins: Vec<Join>,
 }
 
-/// How a map was joined with those before it.
+/// The alignment of a map with the previous ones.
 #[derive(Debug, Serialize)]
 struct Join {
     map: PathBuf,
@@ -59,7 +59,7 @@ struct Join {
     recognised: u64,
     /// Recognised keyframes that agree on the best other alignment.
     recognised_elsewhere: u64,
-    /// Loop closures between it and those before.
+    /// Loop closures between it and the previous maps.
     loops: u64,
     /// Pose of its frame in that of the first map.
     first_from_map: Pose,
@@ -96,7 +96,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
-/// Joins every map with those before it. A map that is not recognised in them is tried again when others have joined.
+/// Joins every map with the previous ones. A map that is not recognised in them is tried again after others were joined.
 fn join(maps: &[SavedMap], matchers: Vec<MapMatcher>) -> Result<(JoinedGraph, Vec<Join>), Failure> {
     let mut waiting: VecDeque<(usize, MapMatcher)> = matchers.into_iter().enumerate().collect();
     let (mut joined, mut joins) = (JoinedGraph::default(), Vec::new());
@@ -136,7 +136,7 @@ impl Join {
     }
 }
 
-/// The keyframes of a map with what they saw, to be matched with other maps.
+/// A map's keyframes with their scans, to be matched with other maps.
 fn matcher_of(map: &SavedMap) -> Result<MapMatcher, Failure> {
     let mut matcher = MapMatcher::default();
     for read in map_clouds_and_sensors(&map.path).map_err(Failure::usage)? {

@@ -1,4 +1,4 @@
-//! Incremental optimisation: pose by pose, as on a robot.
+//! Incremental optimisation, pose by pose, as on a robot.
 
 use super::Solved;
 use super::problem::Problem;
@@ -14,7 +14,7 @@ pub struct StepTimes {
     pub max: f64,
 }
 
-/// Adds pose after pose with its edges to earlier ones.
+/// Adds the poses one by one, each with its edges to earlier ones.
 pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
     let mut factors_of: Vec<Vec<FactorId>> = vec![Vec::new(); problem.values.len()];
     for (id, entry) in problem.graph.iter() {
@@ -39,7 +39,7 @@ pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
     Ok(Solved { values, iterations: factors_of.len(), rejected: Vec::new(), step_ms })
 }
 
-/// Initial value of a new pose: from its predecessor or another earlier pose by their edge; the file's value for the first.
+/// Initial value of a new pose: from its predecessor or another earlier pose and their edge, else the file's value.
 fn predict(
     problem: &Problem,
     solver: &Incremental,

@@ -1,4 +1,4 @@
-//! `autoinspect optimise`: the best poses for a pose graph in a g2o file.
+//! `autoinspect optimise`: optimises a pose graph in a g2o file.
 
 mod incremental;
 mod problem;
@@ -74,9 +74,9 @@ enum Start {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum InformationOf {
-    /// As GTSAM and most published graphs mean it.
+    /// The rotation vector, as in GTSAM and most published graphs.
     RotationVector,
-    /// The quaternion's vector part, as g2o means it.
+    /// The quaternion's vector part, as in g2o.
     HalfAngle,
 }
 
@@ -87,7 +87,7 @@ struct Report {
     edges: usize,
     chi2_initial: f64,
     chi2: f64,
-    /// Factorisations, or updates with --incremental.
+    /// Number of factorisations, or of updates with --incremental.
     iterations: usize,
     /// Median over the repeats, CPU time of the solver alone.
     cpu_seconds: f64,
@@ -98,7 +98,7 @@ struct Report {
     peak_memory_bytes: u64,
 }
 
-/// What a solver found.
+/// Result of a solver.
 struct Solved {
     values: Values,
     iterations: usize,

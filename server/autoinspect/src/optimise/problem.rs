@@ -1,4 +1,4 @@
-//! A g2o file as a factor graph, and back.
+//! Converts a g2o file to a factor graph, and back.
 
 use factors::{
     Between, FactorError, FactorId, Graph, Key, Planar, PlanarBetween, PlanarPrior, Prior, SolveError, Value,
@@ -21,13 +21,13 @@ pub struct Problem {
     pub values: Values,
     /// Whether the file had vertices.
     pub has_start: bool,
-    /// Number in the file of each variable, ascending.
+    /// The file's number of each variable, ascending.
     pub ids: Vec<u64>,
     file: g2o::Graph,
 }
 
 impl Problem {
-    /// Checks the file and builds the factors. The error is a sentence.
+    /// Checks the file and makes the factors. The error is a sentence.
     pub fn new(file: g2o::Graph) -> Result<Self, String> {
         let has_start = !(file.vertices.is_empty() && file.planar_vertices.is_empty());
         let mut poses: BTreeMap<u64, Value> = BTreeMap::new();
@@ -86,7 +86,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Priors on the fixed poses, or on the first.
+    /// Adds priors on the fixed poses, or on the first one.
     fn hold(&mut self, keys: &BTreeMap<u64, Key>) -> Result<(), String> {
         let mut held: Vec<Key> = self.file.fixed.iter().filter_map(|id| keys.get(id).copied()).collect();
         held.sort_unstable();
@@ -119,7 +119,7 @@ impl Problem {
         Ok(())
     }
 
-    /// Edges in the file.
+    /// Number of edges in the file.
     pub fn edges(&self) -> usize {
         self.file.edges.len() + self.file.planar_edges.len()
     }
@@ -133,7 +133,7 @@ impl Problem {
         }
     }
 
-    /// Whether a factor is an edge between poses whose numbers do not follow each other.
+    /// Whether a factor is an edge between poses with non-consecutive numbers.
     pub fn is_loop(&self, id: FactorId) -> bool {
         self.ends(id.index()).is_some_and(|[from, to]| from.abs_diff(to) != 1)
     }
@@ -144,14 +144,14 @@ impl Problem {
         for edge in 0..self.edges() {
             let id = FactorId(edge as u32);
             if self.is_loop(id) {
-                // It is there: edges are the first factors.
+                // It exists, because edges are the first factors.
                 let _ = graph.remove(id);
             }
         }
         graph
     }
 
-    /// The file with other poses and without some edges.
+    /// The file with the given poses and without the rejected edges.
     pub fn result(&self, values: &Values, rejected: &[usize]) -> g2o::Graph {
         let mut out = g2o::Graph { fixed: self.file.fixed.clone(), ..g2o::Graph::default() };
         for (&id, (_, value)) in self.ids.iter().zip(values.iter()) {
@@ -172,7 +172,7 @@ impl Problem {
         out
     }
 
-    /// The error with the file's numbers.
+    /// The error message with the file's numbers.
     pub fn explain(&self, error: &SolveError) -> String {
         let vertex = |key: &Key| self.ids.get(key.index()).copied().unwrap_or_default();
         match error {

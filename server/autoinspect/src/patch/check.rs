@@ -1,4 +1,4 @@
-//! Comparison of two versions of a map by how well robots are localised in them.
+//! Compares two versions of a map by the localisation of robots in them.
 
 use super::DistanceTrigger;
 use crate::failure::Failure;
@@ -12,12 +12,12 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Parameters of [`find_regression`]: by how much a new version may be worse.
+/// Parameters of [`find_regression`]: the greatest permitted losses of a new version.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RegressionConfig {
     /// Loss of localised scans, as a share of all scans.
     pub localised_share: f64,
-    /// Loss of fit and gain of contradiction, both from 0 to 1.
+    /// Loss of fit, and also increase of contradiction, both from 0 to 1.
     pub fit: f64,
 }
 
@@ -27,18 +27,18 @@ impl Default for RegressionConfig {
     }
 }
 
-/// How well robots are localised in a map.
+/// Quality of localisation in a map.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Fitness {
     pub scans: u64,
-    /// Scans that were localised.
+    /// Number of localised scans.
     pub localised: u64,
-    /// Of those, scans with low confidence.
+    /// Number of those with low confidence.
     #[serde(rename = "doubted")]
     pub low_confidence: u64,
-    /// How often tracking was lost.
+    /// Number of times that tracking was lost.
     pub lost: u64,
-    /// Fit of the scans' points with the map's surfaces, 0 to 1; mean over scans a metre apart.
+    /// Fit of the scans' points with the map's surfaces, 0 to 1; mean over scans 1 m apart.
     pub fit: f64,
     /// Share of the points that lie in free space of the map's keyframes; mean over the same scans.
     pub contradicted: f64,
@@ -80,7 +80,7 @@ pub fn measure_fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -
     Ok(fitness)
 }
 
-/// Why robots are localised worse in the new version, if they are.
+/// The reason why localisation is worse in the new version, if it is.
 pub fn find_regression(before: &Fitness, after: &Fitness, config: &RegressionConfig) -> Option<String> {
     let confident =
         |fitness: &Fitness| (fitness.localised - fitness.low_confidence) as f64 / fitness.scans.max(1) as f64;
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_regression_is_found_and_named() {
+    fn a_regression_is_found_and_described() {
         let before = Fitness {
             scans: 1_000,
             localised: 980,

@@ -1,4 +1,4 @@
-//! `autoinspect patch`: a new version of a map, with what later recordings found changed, if the robot is localised by it no worse.
+//! `autoinspect patch`: makes a new version of a map with the changes in later recordings. It is kept if localisation in it is not worse.
 
 mod check;
 mod version;
@@ -21,7 +21,7 @@ use store::SavedMap;
 use version::{Changes, write_version};
 use vocab::MapId;
 
-/// Distance walked between scans that are compared with the map, metres. Scans closer together see the same.
+/// Distance walked between scans that are compared with the map, metres. Closer scans see the same surfaces.
 const SCAN_DISTANCE_M: f64 = 1.0;
 
 /// Make a new version of a map with the changes that later recordings show: racks removed or moved, new walls, open doors.
@@ -39,13 +39,13 @@ EXAMPLES:
 pub struct PatchArgs {
     #[command(flatten)]
     inputs: InputArgs,
-    /// Folder of the map: what `autoinspect map`, `merge` or `import` wrote, or one of the folders in a data directory's maps/.
+    /// Folder of the map: the result of `autoinspect map`, `merge` or `import`, or one of the folders in a data directory's maps/.
     #[arg(long)]
     map: PathBuf,
-    /// Folder for the new version; what an earlier run left there is replaced.
+    /// Folder for the new version; the results of an earlier run are replaced.
     #[arg(long)]
     out: PathBuf,
-    /// Name of the new version; the map's if none is given.
+    /// Name of the new version [default: the map's name].
     #[arg(long)]
     name: Option<String>,
     /// Another recording to compare the versions with. The new version is not made of it.
@@ -56,22 +56,22 @@ pub struct PatchArgs {
     json: bool,
 }
 
-/// The changes, and how well robots are localised before and after them.
+/// The changes, and the quality of localisation before and after them.
 #[derive(Debug, Serialize)]
 struct Report {
     out: PathBuf,
     map: MapId,
     /// The version that was patched.
     patched: MapId,
-    /// Scans that were compared with the map, one for each metre walked.
+    /// Number of scans that were compared with the map, one for each metre walked.
     #[serde(rename = "looks")]
     compared_scans: u64,
     #[serde(flatten)]
     changes: Changes,
     points: u64,
-    /// Of all recordings in the patched version.
+    /// Localisation of all recordings in the patched version.
     before: Fitness,
-    /// Of all recordings in the new version.
+    /// Localisation of all recordings in the new version.
     after: Fitness,
 }
 
@@ -126,10 +126,10 @@ pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     output::print_json(args.json, &report)
 }
 
-/// How well the robot of each recording is localised in both versions.
+/// Quality of localisation of all recordings in both versions.
 ///
 /// # Errors
-/// When the new version is worse, or something cannot be read.
+/// When the new version is worse, or a file cannot be read.
 fn compare_versions(args: &PatchArgs) -> Result<(Fitness, Fitness), Failure> {
     let recordings: Vec<PathBuf> = args.inputs.inputs.iter().chain(&args.check).cloned().collect();
     let measure = |map: &Path| measure_fitness(map, &args.inputs, &recordings);

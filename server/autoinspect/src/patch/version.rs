@@ -1,4 +1,4 @@
-//! The files of a map's new version: the same graph, and clouds with the changes.
+//! Writes the files of a map's new version: the same graph, and clouds with the changes.
 
 use crate::failure::Failure;
 use api::MapSummary;
@@ -19,35 +19,35 @@ use store::{
 use uuid::Uuid;
 use vocab::{MapId, SessionId};
 
-/// What was changed.
+/// Numbers of changes.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Changes {
     pub keyframes: u64,
     pub keyframes_changed: u64,
-    /// Points that were removed from keyframes.
+    /// Number of points that were removed from keyframes.
     #[serde(rename = "gone")]
     pub removed: u64,
-    /// Points that were seen where the map showed nothing. Several keyframes may hold the same one.
+    /// Number of points that were added because the map had no surface there. Several keyframes may contain the same point.
     #[serde(rename = "come")]
     pub added: u64,
 }
 
-/// A point that the map did not show.
+/// A point at which the map had no surface.
 #[derive(Clone, Copy, Debug)]
 struct AddedPoint {
     /// Position in the map, metres.
     in_map: Vector3,
-    /// Sensor units.
+    /// Intensity, sensor units.
     intensity: f32,
-    /// Index of the keyframe nearest to where it was seen from; that keyframe holds it in any case.
+    /// Index of the keyframe nearest to the scan that saw it. This keyframe always contains it.
     nearest_keyframe: usize,
 }
 
-/// Writes the new version into the prepared folder `out`. `scans` are those of later recordings, localised in the map. Cost: linear in the map's points, and in
-/// keyframes times added points.
+/// Writes the new version into the prepared folder `out`. `scans` are localised scans of later recordings. Cost: linear in the
+/// map's points, and in keyframes times added points.
 ///
 /// # Errors
-/// When a cloud cannot be read or the disk fails.
+/// When a cloud cannot be read or a file cannot be written.
 pub fn write_version(
     saved: &SavedMap,
     scans: &[RevisitScan],
@@ -82,7 +82,7 @@ pub fn write_version(
         changes.removed += indices.len() as u64;
         let is_changed = !indices.is_empty() || cloud.xyz.len() > count;
         changes.keyframes_changed += u64::from(is_changed);
-        // A virtual keyframe that did not change is in the shared file already.
+        // A virtual keyframe that did not change is already in the shared file.
         if is_changed || !virtual_keyframes.contains(cloud.keyframe) {
             write_cloud(&out_clouds, saved, cloud, sensor).map_err(Failure::failed)?;
         }
@@ -114,7 +114,7 @@ fn added_points(
     added_points
 }
 
-/// Adds to a keyframe the points that were seen nearest to it, and those that lie in its free space.
+/// Adds to a keyframe the points of the scans nearest to it, and the points in its free space.
 fn insert_points(
     cloud: &mut MapCloud,
     map_from_keyframe: &Isometry,
@@ -147,7 +147,7 @@ fn write_cloud(clouds: &Path, saved: &SavedMap, cloud: MapCloud, lidar: [f32; 3]
     store::write_cloud(clouds, &keyframe)
 }
 
-/// The same graph as a map of its own. The same scans give the same id.
+/// The same graph as a new map. The same scans give the same id.
 fn new_version(saved: &SavedMap, scans: &[RevisitScan], name: &str) -> FinishedMap {
     let SavedMap { trajectory, decisions, summary, .. } = saved;
     let coordinates = scans.iter().flat_map(|scan| scan.map_from_base.translation.vector.data.0[0]);

@@ -1,4 +1,4 @@
-//! Faults as people type them: `blind-lidar@60-80,leg-slip@30-40:0.2,0,0`.
+//! Parses faults: `blind-lidar@60-80,leg-slip@30-40:0.2,0,0`.
 
 use crate::failure::Failure;
 use sim::ScheduledFault;
@@ -9,18 +9,18 @@ use vocab::{Span, Vec3};
 pub struct FaultName(ScheduledFault);
 
 impl FaultName {
-    /// As the simulator takes it.
+    /// The fault in the simulator's type.
     pub fn fault(&self) -> ScheduledFault {
         self.0
     }
 }
 
-/// Reads a list. A comma separates faults, and the three numbers of a slip.
+/// Parses a list. Commas separate faults, and also the three numbers of a slip.
 pub fn parse(text: &str) -> Result<Vec<FaultName>, Failure> {
     let mut faults: Vec<String> = Vec::new();
     for piece in text.split(',').map(str::trim).filter(|piece| !piece.is_empty()) {
         match faults.last_mut() {
-            // A number after a comma belongs to the slip before it.
+            // A number after a comma belongs to the preceding slip.
             Some(last) if !piece.contains('@') => last.push_str(&format!(",{piece}")),
             _ => faults.push(piece.to_owned()),
         }
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lists_are_read_and_nonsense_is_refused() {
+    fn lists_are_parsed_and_invalid_ones_are_rejected() {
         let seconds = |secs| Span::from_secs_f64(secs);
         let faults = parse("blind-lidar@60-80, leg-slip@30-40:0.2,0,-0.1,silent-imu@1.5-2").expect("faults");
         let expected = [

@@ -1,4 +1,4 @@
-//! The command: reads two trajectories, pairs, aligns and compares them.
+//! The command `compare`: reads two trajectories, pairs their poses, aligns and compares them.
 
 use super::align::Alignment;
 use super::extrinsic::{Extrinsic, parse_frame};
@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 use vocab::Span;
 
-/// How far an estimated trajectory is from the truth.
+/// Compare an estimated trajectory with the ground truth.
 #[derive(Args, Debug)]
 #[command(after_help = "EXAMPLES:
   autoinspect trajectory compare truth.tum m/trajectory.tum
@@ -20,7 +20,7 @@ use vocab::Span;
   autoinspect trajectory compare poses.txt m/trajectory.tum        KITTI poses, times.txt beside them
   autoinspect trajectory compare mocap_imu.tum m/trajectory.tum --extrinsic lidar_imu.json")]
 pub struct CompareArgs {
-    /// The truth: a TUM file, a KITTI file of poses, or a recording with a topic that holds it.
+    /// The truth: a TUM file, a KITTI file of poses, or a recording with a topic of ground truth.
     truth: PathBuf,
     /// The estimate: a TUM file.
     estimate: PathBuf,
@@ -60,13 +60,13 @@ pub struct Figures {
 /// The result of a comparison.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
-    /// Poses compared.
+    /// Number of compared poses.
     pub pairs: usize,
-    /// Poses of the estimate.
+    /// Number of poses of the estimate.
     pub estimate_poses: usize,
-    /// Length of the truth over the pairs, metres.
+    /// Path length of the truth over the pairs, metres.
     pub truth_length_m: f64,
-    /// Length of the estimate over the pairs, metres.
+    /// Path length of the estimate over the pairs, metres.
     pub estimate_length_m: f64,
     /// Absolute error of positions, metres.
     pub ape_m: Figures,
@@ -74,11 +74,11 @@ pub struct Comparison {
     pub ape_vertical_m: Figures,
     /// Absolute error of orientations, degrees.
     pub ape_deg: Figures,
-    /// Error of the motion from each pair to the next, metres.
+    /// Relative error: of the motion from each pair to the next, metres.
     pub rpe_m: Figures,
-    /// The same, degrees.
+    /// Relative error of the rotation, degrees.
     pub rpe_deg: Figures,
-    /// Distance of the last positions, metres.
+    /// Distance between the last positions, metres.
     pub end_m: f64,
     /// Scale that was applied.
     pub scale: f64,
@@ -166,7 +166,7 @@ fn measure(pairs: &[Pair], similarity: &Similarity) -> Comparison {
     }
 }
 
-/// Zeros for no errors.
+/// Statistics of errors; zeros without errors.
 fn figures(errors: impl Iterator<Item = f64>) -> Figures {
     let mut errors: Vec<f64> = errors.collect();
     errors.sort_by(f64::total_cmp);

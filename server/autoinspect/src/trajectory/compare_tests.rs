@@ -24,7 +24,7 @@ fn near(figures: Figures, expected: &Value) {
     }
 }
 
-/// Against the figures of evo, an independent tool.
+/// Compares with the figures of evo, an independent tool.
 #[test]
 fn agrees_with_evo_on_real_trajectories() {
     let Some(data) = crate::test_data::folder("trajectories") else { return };
@@ -47,7 +47,7 @@ fn agrees_with_evo_on_real_trajectories() {
     }
 }
 
-/// The figures that came with the recording: 0.142 m and 0.125 m at the IMU, 0.072 s after each scan.
+/// Compares with the recording's published figures: 0.142 m and 0.125 m at the IMU, 0.072 s after each scan.
 #[test]
 fn the_lidar_is_compared_at_the_imu_with_the_calibration() {
     let Some(data) = crate::test_data::folder("hilti-uzh-run2") else { return };
@@ -65,7 +65,7 @@ fn the_lidar_is_compared_at_the_imu_with_the_calibration() {
 }
 
 #[test]
-fn trajectories_of_different_runs_are_refused_with_advice() {
+fn trajectories_of_different_runs_are_rejected_with_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let write = |name: &str, start: f64| -> PathBuf {
         let path = dir.path().join(name);

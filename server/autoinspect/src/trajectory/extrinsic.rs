@@ -1,4 +1,4 @@
-//! From the frame that was estimated to the frame whose truth is known.
+//! Pose between the estimated frame and the frame of the ground truth.
 
 use crate::calibration::{Transform, isometry};
 use crate::failure::Failure;
@@ -6,12 +6,12 @@ use geometry::Isometry;
 use serde::Deserialize;
 use std::path::Path;
 
-/// A calibration file: the pose of the IMU (whose truth is known) in the LiDAR, and the offset of their clocks.
+/// A calibration file: the pose of the IMU (the frame of the ground truth) in the LiDAR, and the offset of their clocks.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Extrinsic {
     #[serde(rename = "T_lidar_imu")]
     lidar_from_imu: Transform,
-    /// Estimate's stamp plus this is the truth's instant, seconds.
+    /// Added to the estimate's stamps to get the truth's, seconds.
     pub time_offset_s: Option<f64>,
 }
 
@@ -22,13 +22,13 @@ impl Extrinsic {
         serde_json::from_slice(&bytes).map_err(|error| Failure::unreadable(path, error))
     }
 
-    /// Pose of the frame whose truth is known in the frame that was estimated.
+    /// Pose of the ground truth's frame in the estimated frame.
     pub fn estimated_from_known(&self) -> Result<Isometry, Failure> {
         self.lidar_from_imu.isometry()
     }
 }
 
-/// From `X,Y,Z,QX,QY,QZ,QW`.
+/// Parses `X,Y,Z,QX,QY,QZ,QW`.
 pub fn parse_frame(text: &str) -> Result<Isometry, Failure> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     match numbers.as_deref() {

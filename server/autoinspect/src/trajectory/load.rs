@@ -1,4 +1,4 @@
-//! Trajectories from files.
+//! Reads trajectories from files.
 
 use super::Track;
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ fn plain(poses: &[(Stamp, Pose)]) -> Track {
     poses.iter().filter_map(|(stamp, pose)| Some((*stamp, geometry::isometry_from_pose(pose)?))).collect()
 }
 
-/// A line of eight numbers is TUM's, one of twelve KITTI's.
+/// Reads a text file. Lines of eight numbers are TUM's, lines of twelve are KITTI's.
 fn read_text(path: &Path) -> Result<Track, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::unreadable(path, error))?;
     let first = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
@@ -37,7 +37,7 @@ fn read_text(path: &Path) -> Result<Track, Failure> {
     formats::tum::read(&text).map(|poses| plain(&poses)).map_err(|error| Failure::unreadable(path, error))
 }
 
-/// Rows of the upper 3x4 part of each pose's matrix. Their instants are in `times.txt`, one a line, in seconds.
+/// Reads KITTI's poses: each line is the upper 3x4 part of a matrix. The times are in `times.txt`, one on each line, in seconds.
 fn read_kitti(path: &Path, text: &str) -> Result<Track, Failure> {
     let times = path.with_file_name("times.txt");
     let stamps = std::fs::read_to_string(&times).map_err(|error| Failure::unreadable(&times, error))?;
@@ -58,7 +58,7 @@ fn kitti_pose(line: &str) -> Option<Isometry> {
     let matrix = nalgebra::Matrix3x4::from_row_iterator((numbers.len() == 12).then_some(numbers)?);
     let rotation = Rotation3::from_matrix_unchecked(matrix.fixed_columns::<3>(0).into_owned());
     let translation = Translation3::from(matrix.column(3).into_owned());
-    // Written with few digits, the matrix is a rotation only nearly; the quaternion is normalised.
+    // The matrix has few digits and is only nearly a rotation, so the quaternion is normalised.
     let rotation = Rotation::new_normalize(Rotation::from_rotation_matrix(&rotation).into_inner());
     Some(Isometry::from_parts(translation, rotation))
         .filter(|pose| pose.to_homogeneous().iter().all(|n| n.is_finite()))

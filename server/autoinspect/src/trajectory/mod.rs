@@ -1,4 +1,4 @@
-//! `autoinspect trajectory compare`: how far an estimated trajectory is from the truth.
+//! `autoinspect trajectory compare`: compares an estimated trajectory with the ground truth.
 
 mod align;
 mod compare;

@@ -1,4 +1,4 @@
-//! Pairs of poses of the truth and the estimate at the same instant.
+//! Pairs poses of the truth and the estimate at the same instant.
 
 use super::Track;
 use geometry::Isometry;
@@ -21,10 +21,10 @@ pub struct Pair {
     pub estimate: Isometry,
 }
 
-/// Pairs in order of time.
+/// The pairs in order of time.
 ///
 /// - `offset`: added to the estimate's stamps to get the truth's.
-/// - `gap_max`: for interpolation the longest gap in the truth that is bridged, otherwise the greatest difference.
+/// - `gap_max`: for interpolation the longest gap in the truth that is interpolated, otherwise the greatest difference of the stamps.
 pub fn pair(truth: &Track, estimate: &Track, offset: Span, matching: Matching, gap_max: Span) -> Vec<Pair> {
     let estimate = estimate.iter().map(|(stamp, pose)| (*stamp + offset, *pose));
     match matching {
@@ -38,7 +38,7 @@ pub fn pair(truth: &Track, estimate: &Track, offset: Span, matching: Matching, g
     }
 }
 
-/// The pose at an instant, between the two around it.
+/// The pose at an instant, interpolated between the two around it.
 fn at(track: &Track, stamp: Stamp, gap_max: Span) -> Option<Isometry> {
     let after = track.partition_point(|(other, _)| *other < stamp);
     let (next_stamp, next) = track.get(after)?;
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_counts_if_it_is_near_enough() {
+    fn the_nearest_pose_is_matched_if_its_stamp_is_near_enough() {
         let truth = track(&[(0, 0.0), (100, 1.0), (200, 2.0)]);
         let estimate = track(&[(94, 5.0), (150, 6.0)]);
         let pairs = pair(&truth, &estimate, Span::ZERO, Matching::Nearest, Span::from_millis(10));

@@ -22,7 +22,7 @@ pub struct CoreArgs {
     /// Data directory.
     #[arg(long)]
     data: PathBuf,
-    /// Where to listen for the gateway.
+    /// Socket on which to listen for the gateway.
     #[arg(long)]
     socket: PathBuf,
     /// Do not record.
@@ -32,7 +32,7 @@ pub struct CoreArgs {
     robot: RobotArgs,
 }
 
-/// Runs the core until it is asked to stop.
+/// Runs the core until a request to stop.
 pub fn run_core(args: &CoreArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals_or_end_of_input()?;
     let store = Arc::new(Store::open(&args.data).map_err(Failure::usage)?);
@@ -72,7 +72,7 @@ fn recording(
     Ok(RecordingTarget { journal: Box::new(McapJournal(writer)), path, recordings })
 }
 
-/// This computer's clock. One before 1970 counts as 1970.
+/// Time of this computer's clock. A time before 1970 counts as 1970.
 fn wall_clock() -> Stamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))

@@ -15,7 +15,7 @@ pub struct GatewayArgs {
     /// Data directory.
     #[arg(long)]
     data: PathBuf,
-    /// Where the core listens.
+    /// Socket on which the core listens.
     #[arg(long)]
     socket: PathBuf,
     /// Folder of the browser client.
@@ -26,7 +26,7 @@ pub struct GatewayArgs {
     listen: SocketAddr,
 }
 
-/// Runs the gateway until it is asked to stop. Its first line on standard output is the address it listens on.
+/// Runs the gateway until a request to stop. Its first line on standard output is the address on which it listens.
 pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals_or_end_of_input()?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -44,7 +44,7 @@ pub fn run_gateway(args: &GatewayArgs) -> Result<(), Failure> {
         on_ready: Some(on_ready),
     };
     let stopped = runtime.spawn_blocking(move || {
-        // A disconnected channel means stop too.
+        // A disconnected channel is also a request to stop.
         let _ = stop.receiver().recv();
     });
     runtime.spawn(async move {

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Whether the gateway at this address answers that core and gateway are connected.
+/// Whether the gateway at this address reports that core and gateway are connected.
 pub fn is_healthy(address: SocketAddr) -> bool {
     status(address).is_ok_and(|line| line.starts_with("HTTP/1.1 200"))
 }
 
-/// First bytes of the answer.
+/// First bytes of the response.
 fn status(address: SocketAddr) -> std::io::Result<String> {
     let mut stream = TcpStream::connect_timeout(&address, PATIENCE)?;
     stream.set_read_timeout(Some(PATIENCE))?;

@@ -1,4 +1,4 @@
-//! Imports in a separate process, so that broken or very large files cannot harm the core.
+//! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
 use api::ImportStage;
 use ports::MapImporter;
@@ -14,7 +14,7 @@ use vocab::Vec3;
 /// Runs `autoinspect import` and `autoinspect align`.
 pub struct ImportProcess;
 
-/// A line of progress that it prints.
+/// A line of progress that the import prints.
 #[derive(Deserialize)]
 struct Line {
     stage: ImportStage,
@@ -75,11 +75,11 @@ fn run(
     let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
     let (lines, errors) = (child.stdout.take(), child.stderr.take());
     let (cancelled, complaint) = thread::scope(|scope| {
-        // On another thread than progress, because a child whose standard error is full would wait for ever.
+        // On another thread than progress, because a child would block if its standard error were full.
         let complaint = scope.spawn(|| complaint(errors));
         let cancelled = lines.is_some_and(|lines| follow(BufReader::new(lines), progress).is_break());
         if cancelled {
-            // It may have ended by itself in the meantime.
+            // The child may have ended by itself in the meantime.
             let _ = child.kill();
         }
         (cancelled, complaint.join().unwrap_or_default())

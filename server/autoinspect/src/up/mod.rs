@@ -1,4 +1,4 @@
-//! `autoinspect up` and the two processes it runs.
+//! `autoinspect up` and its two processes.
 //!
 //! The core runs the robot, the gateway serves browsers. They are separate processes, so that no browser can affect the
 //! robot's behaviour. `up` starts both, restarts each when it ends, and stops both in order.
@@ -32,13 +32,13 @@ use supervisor::{Role, Supervisor};
   autoinspect up --robot replay:recording.mcap --speed 2
   autoinspect up --listen 0.0.0.0:8080 --data /var/lib/autoinspect")]
 pub struct UpArgs {
-    /// Where maps and recordings are kept [default: the user's data directory].
+    /// Folder of maps and recordings [default: the user's data directory].
     #[arg(long)]
     data: Option<PathBuf>,
     /// Address for browsers; port 0 lets the system choose.
     #[arg(long, default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
-    /// Folder of the browser client [default: found beside the program or here].
+    /// Folder of the browser client [default: beside the program or in the current directory].
     #[arg(long = "static")]
     static_dir: Option<PathBuf>,
     /// Do not record the inputs of the robot's stack.
@@ -76,7 +76,7 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     })
 }
 
-/// The address as a browser on this computer can use it.
+/// The address for a browser on this computer.
 fn reachable(address: SocketAddr) -> SocketAddr {
     if address.ip().is_unspecified() {
         SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), address.port())
@@ -85,7 +85,7 @@ fn reachable(address: SocketAddr) -> SocketAddr {
     }
 }
 
-/// Named in messages.
+/// The role's name in messages.
 impl Role {
     fn name(self) -> &'static str {
         match self {

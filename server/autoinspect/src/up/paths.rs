@@ -5,7 +5,7 @@ use crate::texts;
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// The user's data directory (XDG Base Directory Specification), or a folder here if the user has none.
+/// The user's data directory (XDG Base Directory Specification), or a folder in the current directory if the user has none.
 pub fn default_data_dir() -> PathBuf {
     let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     absolute("XDG_DATA_HOME")
@@ -13,8 +13,8 @@ pub fn default_data_dir() -> PathBuf {
         .map_or_else(|| PathBuf::from("autoinspect-data"), |data| data.join("autoinspect"))
 }
 
-/// The folder of the browser client: the given one, or `static` beside the program, in one of the folders above it (the
-/// source tree of a program that was just built), or here.
+/// The folder of the browser client: the given one, or else `static` beside the program, in one of the folders above it (the source tree of a
+/// program that was just built), or in the current directory.
 pub fn static_dir(given: Option<&Path>) -> Result<PathBuf, Failure> {
     let is_client = |path: &PathBuf| path.join("index.html").is_file();
     if let Some(given) = given {

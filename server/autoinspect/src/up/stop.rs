@@ -13,14 +13,14 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// On Ctrl-C, termination or hang-up.
+    /// A request by Ctrl-C, termination or hang-up.
     pub fn on_signals() -> Result<Self, Failure> {
         let (sender, receiver) = crossbeam_channel::bounded(1);
         listen_to_signals(sender)?;
         Ok(Self { receiver })
     }
 
-    /// Also when standard input ends, which is when the supervisor closes it or dies.
+    /// A request by these signals or the end of standard input, which means that the supervisor has closed it or has ended.
     pub fn on_signals_or_end_of_input() -> Result<Self, Failure> {
         let (sender, receiver) = crossbeam_channel::bounded(1);
         listen_to_signals(sender.clone())?;
@@ -34,12 +34,12 @@ impl Stop {
         Ok(Self { receiver })
     }
 
-    /// For `select!`.
+    /// The channel of requests, for `select!`.
     pub fn receiver(&self) -> &Receiver<()> {
         &self.receiver
     }
 
-    /// Waits; true if stopping was requested.
+    /// Waits for a request; true if there was one.
     pub fn wait(&self, duration: Duration) -> bool {
         !matches!(self.receiver.recv_timeout(duration), Err(crossbeam_channel::RecvTimeoutError::Timeout))
     }

@@ -1,7 +1,7 @@
 //! Keeps core and gateway running.
 //!
 //! A process that ends is started again at once. If it ends again, the restart waits for a pause that doubles each time, until the process
-//! stays healthy for a while. A process that ends with exit code 2 was asked for something impossible (an address in use, a broken file). The
+//! stays healthy for some time. A process ends with exit code 2 if its arguments cannot work (an address in use, a broken file). The
 //! supervisor then ends too, because a restart would not help.
 //!
 //! Children read their standard input and stop when it ends. Closing it asks them to stop. The system closes it if this process dies, so that no
@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 struct SupervisorConfig {
     /// Time between checks of the children.
     poll_interval: Duration,
-    /// Longest time that a child may take to stop in order. A map may be being saved.
+    /// Longest time for an orderly stop of a child, which may be saving a map.
     stop_timeout: Duration,
     /// Longest time that the gateway's first start waits for the core to listen.
     core_start_timeout: Duration,
@@ -32,7 +32,7 @@ struct SupervisorConfig {
     first_pause: Duration,
     /// Longest pause before a restart. Pauses double up to this.
     pause_max: Duration,
-    /// A child that lived this long is healthy: its next restart has no pause.
+    /// A child that ran for this time is healthy: its next restart has no pause.
     healthy_after: Duration,
 }
 
@@ -52,7 +52,7 @@ pub enum Role {
     Gateway,
 }
 
-/// One process, running or waiting for its start.
+/// One process, which runs or waits for its start.
 struct Process {
     role: Role,
     arguments: Vec<String>,
@@ -74,9 +74,9 @@ pub struct Supervisor {
     core: Process,
     gateway: Process,
     listen: SocketAddr,
-    /// Where the core listens for the gateway.
+    /// Socket on which the core listens for the gateway.
     socket: PathBuf,
-    /// The gateway starts when the core listens, at this instant at the latest: before, it would only report errors.
+    /// The gateway starts when the core listens, because it would only report errors before. It starts at this instant at the latest.
     gateway_at: Instant,
     /// The address that the gateway listens on, once known.
     bound: Option<SocketAddr>,
@@ -97,7 +97,7 @@ impl Supervisor {
         }
     }
 
-    /// Runs both until `stop`. Calls `on_ready` once with the address, when a browser can use it.
+    /// Runs both until `stop`. Calls `on_ready` once with the address when browsers can use it.
     pub fn run(&mut self, stop: &Stop, on_ready: impl Fn(SocketAddr)) -> Result<(), Failure> {
         let outcome = loop {
             if let Err(failure) = self.check_processes(&on_ready) {
@@ -107,7 +107,7 @@ impl Supervisor {
                 break Ok(());
             }
         };
-        // The gateway ends first, so that browsers see the end of the connection and not that of the robot.
+        // The gateway ends first, so that browsers report a closed connection and not a lost robot.
         self.gateway.end();
         self.core.end();
         outcome
@@ -171,7 +171,7 @@ impl Process {
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || {
                 for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                    // Only the first line is waited for; the rest is read so that the child never blocks.
+                    // Only the first line is used; the other lines are read so that the child never blocks.
                     let _ = sender.send(line);
                 }
             });
@@ -204,7 +204,7 @@ impl Process {
         self.running.as_ref().and_then(|running| running.first_line.try_recv().ok())
     }
 
-    /// Asks the process to stop and waits; kills it after the timeout.
+    /// Requests the process to stop and waits; kills it after the timeout.
     fn end(&mut self) {
         let Some(Running { mut child, stdin, .. }) = self.running.take() else {
             return;
@@ -214,7 +214,7 @@ impl Process {
         while Instant::now() < deadline {
             match child.try_wait() {
                 Ok(None) => thread::sleep(CONFIG.poll_interval),
-                // It has ended, or its state is unknown to the system.
+                // It has ended, or the system does not know its state.
                 Ok(Some(_)) | Err(_) => return,
             }
         }

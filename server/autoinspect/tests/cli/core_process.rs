@@ -1,4 +1,4 @@
-//! The core's process with a gateway that the test plays.
+//! Tests of the core's process with a fake gateway.
 
 use crate::fake_gateway::{FakeGateway, until};
 use crate::program::{json, program, text};
@@ -16,7 +16,7 @@ pub struct CoreProcess {
 }
 
 impl CoreProcess {
-    /// Coarse scans and quick time, so that a walk takes seconds.
+    /// Starts a core with coarse scans and fast simulation, so that a walk takes seconds.
     pub fn start(data: &Path) -> Self {
         let socket = data.join("core.sock");
         let child = program()
@@ -28,7 +28,7 @@ impl CoreProcess {
         Self { child, socket }
     }
 
-    /// Closes its standard input, as the supervisor does, and waits for an orderly end.
+    /// Closes its standard input, like the supervisor, and waits for an orderly end.
     pub fn stop(&mut self) {
         drop(self.child.stdin.take());
         assert!(self.child.wait().expect("ends").success());
@@ -42,7 +42,7 @@ impl Drop for CoreProcess {
     }
 }
 
-/// Maps until there are some keyframes, walking slowly.
+/// Maps during a slow walk until there are some keyframes.
 fn map_a_little(gateway: &mut FakeGateway, session: u128) {
     gateway.command(Command::TakeControl { name: "Test".to_owned() });
     gateway.command(Command::StartMapping(SessionId(Uuid::from_u128(session))));
@@ -68,7 +68,7 @@ fn map_names(data: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_mapping_session_is_seen_live_saved_recorded_and_repeats_bit_for_bit() {
+fn a_mapping_session_is_published_saved_recorded_and_replayed_bit_for_bit() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let mut core = CoreProcess::start(dir.path());
     let mut gateway = FakeGateway::connect(&core.socket);
@@ -82,7 +82,7 @@ fn a_mapping_session_is_seen_live_saved_recorded_and_repeats_bit_for_bit() {
     };
     assert!(map_codec::decode(&scan).expect("decodes").points.len() > 1000);
 
-    // A gateway that comes anew finds every tile and keyframe of the session.
+    // A gateway that connects again gets every tile and keyframe of the session.
     let mut gateway = FakeGateway::connect(&core.socket);
     let graph = gateway.event(|event| match event {
         Event::Graph(graph) => Some(graph.clone()),
@@ -120,13 +120,13 @@ fn a_mapping_session_is_seen_live_saved_recorded_and_repeats_bit_for_bit() {
 }
 
 #[test]
-fn a_core_killed_while_it_saves_leaves_no_half_map() {
+fn a_core_that_is_killed_while_saving_leaves_no_incomplete_map() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let mut core = CoreProcess::start(dir.path());
     let mut gateway = FakeGateway::connect(&core.socket);
     map_a_little(&mut gateway, 1);
     gateway.command(finish(7));
-    // The moment at which files of the map are being written, or have just been.
+    // At this moment the files of the map are being written, or have just been written.
     let hidden = format!(".{}", Uuid::from_u128(7));
     let whole = Uuid::from_u128(7).to_string();
     until("saving begins", || {

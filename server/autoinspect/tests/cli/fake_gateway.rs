@@ -1,4 +1,4 @@
-//! A gateway that the test plays.
+//! A fake gateway.
 
 use api::{Command, CoreMessage, Event, GatewayMessage};
 use std::io::{Read, Write};
@@ -9,19 +9,19 @@ use std::time::{Duration, Instant};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId};
 
-/// Far longer than anything takes.
+/// Limit of all waits, far longer than any of them takes.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Connected to a core.
+/// A connection to a core.
 pub struct FakeGateway {
     stream: UnixStream,
 }
 
-/// Ids are never used twice, also not by another connection: a command that is repeated does nothing.
+/// Number of the next command. Ids are unique over all connections, because a repeated command has no effect.
 static COMMANDS: AtomicU64 = AtomicU64::new(1);
 
 impl FakeGateway {
-    /// Connects once the core listens.
+    /// Waits until the core listens, and connects.
     pub fn connect(socket: &Path) -> Self {
         let stream = until("the core listens", || UnixStream::connect(socket).ok());
         stream.set_read_timeout(Some(PATIENCE)).expect("settable");
@@ -58,7 +58,7 @@ impl FakeGateway {
         api::decode(&body).expect("a message")
     }
 
-    /// Reads until an event is what the test waits for.
+    /// Reads events until `wanted` accepts one.
     pub fn event<T>(&mut self, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
         loop {
             if let CoreMessage::Event { event, .. } = self.message()
@@ -78,7 +78,7 @@ pub fn until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
             return found;
         }
         assert!(start.elapsed() < PATIENCE, "it never happened: {what}");
-        // Between looks, so that looking does not take the time from what is looked for.
+        // A pause between checks, so that they leave the CPU to the core.
         std::thread::sleep(Duration::from_millis(5));
     }
 }

@@ -1,10 +1,10 @@
-//! `autoinspect import`: a point cloud from elsewhere as a map.
+//! Tests of `autoinspect import`: a point cloud of another program becomes a map.
 
 use crate::program::{data, json, refused, text};
 use std::fmt::Write as _;
 use std::fs;
 
-/// A room of 8 by 6 m, 2.6 m high, with a table, far from its origin and y up, a point every 0.1 m.
+/// A room of 8 x 6 m, 2.6 m high, with a table and a point every 0.1 m, far from the origin and with y up.
 fn room() -> String {
     let mut points = Vec::new();
     let mut plane = |corner: [f64; 3], u: [f64; 3], v: [f64; 3], long: usize, high: usize| {
@@ -50,20 +50,20 @@ fn a_cloud_becomes_a_map_like_any_other() {
     assert!((bounds(1, 2) - bounds(0, 2) - 2.6).abs() < 1e-3, "{report}");
     let places = report["places"].as_u64().expect("a number");
     assert!((8..60).contains(&places), "{report}");
-    // It is a map like any other, and the same file gives the same one.
+    // It is a map like any other, and the same file gives the same map.
     let exported = json(&["export", text(&out), "--out", text(&path("room.laz"))]);
     assert!(exported["points"].as_u64() > Some(1_000), "{exported}");
     json(&["import", text(&file), "--out", text(&again)]);
     let graph = |map: &std::path::Path| fs::read(map.join("graph.json")).expect("readable");
     assert_eq!(graph(&out), graph(&again));
-    // One file holds what all viewpoints see, and the map says that nobody walked there.
+    // One file has the clouds of all viewpoints, and the map states that it has no pose graph.
     let clouds = fs::read_dir(out.join("clouds")).expect("readable").count();
     let document = |name: &str| -> serde_json::Value {
         serde_json::from_slice(&fs::read(out.join(name)).expect("readable")).expect("JSON")
     };
     assert_eq!((clouds, &document("map.json")["has_pose_graph"]), (1, &false.into()));
     assert!(document("tiles.json")["robust_bounds"]["min"][0].is_number());
-    // Laid into the frame of its twin by picked points, it is the same map again.
+    // Aligned with an equal map by picked points, it is the same map again.
     let aligned = path("aligned");
     let pairs = ["0,0,0=1,0,0", "2,0,0=3,0,0"];
     let [map, onto, to] = [&out, &again, &aligned].map(|path| text(path));
@@ -71,7 +71,7 @@ fn a_cloud_becomes_a_map_like_any_other() {
     let moved = json(&["export", to, "--out", text(&path("aligned.ply")), "--spacing", "0"]);
     let whole = json(&["export", map, "--out", text(&path("whole.ply")), "--spacing", "0"]);
     assert_eq!(moved["points"], whole["points"]);
-    // Into a platform's data, once.
+    // A platform's data directory accepts it only once.
     let added = json(&["import", text(&file), "--data", text(&store), "--name", "Room"]);
     assert_eq!(added["name"], "Room");
     assert!(fs::read_dir(store.join("maps")).expect("readable").count() == 1);
@@ -80,7 +80,7 @@ fn a_cloud_becomes_a_map_like_any_other() {
 }
 
 #[test]
-fn other_files_are_refused_in_one_sentence() {
+fn other_files_are_rejected_with_one_sentence() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("m");
     let write = |name: &str, bytes: &[u8]| {

@@ -1,16 +1,16 @@
-//! `autoinspect localise`: another day's walk in a known map.
+//! Tests of `autoinspect localise`: another walk in a known map.
 
 use crate::program::{json, refused, run, text};
 use std::path::Path;
 
-/// A simulated walk in the test hall, coarse enough to be quick.
+/// Records a simulated walk in the test hall, with coarse scans to save time.
 fn walk(out: &Path, seed: &str) {
     let fixed = ["sim", "record", "--site", "b1", "--columns", "200", "--people", "1", "--minutes", "0.3"];
     json(&[&fixed[..], &["--seed", seed, "--out", text(out)]].concat());
 }
 
 #[test]
-fn another_walk_is_found_in_the_map_of_the_first() {
+fn another_walk_is_localised_in_the_map_of_the_first() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     let [first, second, map, found] = ["first.mcap", "second.mcap", "m", "found.tum"].map(path);
@@ -24,7 +24,7 @@ fn another_walk_is_found_in_the_map_of_the_first() {
     let error = json(&["trajectory", "compare", text(&second), text(&found)]);
     assert!(error["ape_m"]["rmse"].as_f64() < Some(0.03), "{error}");
 
-    // The other walk began at the same place, facing the same way.
+    // The other walk began at the same pose.
     let told = json(&[
         "localise",
         text(&second),
@@ -46,7 +46,7 @@ mod nightly {
     use crate::program::{data, json, text};
 
     #[test]
-    fn a_recorded_robot_is_found_in_a_survey_of_its_hall() {
+    fn a_recorded_robot_is_localised_in_a_survey_of_its_hall() {
         let Some(hilti) = data("hilti-uzh-run2") else { return };
         let Some(survey) = data("map-import/hilti-uzh-prior-map.laz") else { return };
         let dir = tempfile::tempdir().expect("temporary directory");
@@ -56,7 +56,7 @@ mod nightly {
         let bag = hilti.join("bag");
         let (truth, extrinsic) =
             (hilti.join("gt_mocap_imu_clean.tum"), hilti.join("extrinsic_estimate.json"));
-        // Told where it begins, and not: the LiDAR was carried by hand, higher than any robot for which the map's places are made.
+        // With and without the initial pose. The LiDAR was carried by hand, above the height of the map's viewpoints.
         for told in [&["--initial", "0,0,0,0"][..], &[]] {
             let mut localise = vec!["localise", text(&bag), "--map", text(&map), "--out", text(&found)];
             localise.extend(told);
@@ -68,7 +68,7 @@ mod nightly {
         }
         let report = json(&["map", text(&bag), "--out", text(&walked)]);
         assert!(report["keyframes"].as_u64() >= Some(20), "{report}");
-        // Both begin at the same place.
+        // Both begin at the same pose.
         let report = json(&[
             "import",
             text(&survey),

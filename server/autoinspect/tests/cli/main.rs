@@ -1,4 +1,4 @@
-//! The program as its users run it: processes, exit codes, files, signals.
+//! Tests of the program from outside: processes, exit codes, files, signals.
 
 mod core_process;
 mod fake_gateway;

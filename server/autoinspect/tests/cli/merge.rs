@@ -1,10 +1,10 @@
-//! `autoinspect merge`: maps of several walks as one.
+//! Tests of `autoinspect merge`: maps of several walks become one.
 
 use crate::program::{json, refused, run, text};
 use std::fs;
 use std::path::Path;
 
-/// A map of a simulated walk, coarse enough to be quick.
+/// Makes a map of a simulated walk, with coarse scans to save time.
 fn walk(dir: &Path, name: &str, site: &str, seed: &str, minutes: &str) {
     let recording = dir.join(format!("{name}.mcap"));
     let path = text(&recording);
@@ -28,7 +28,7 @@ fn walk(dir: &Path, name: &str, site: &str, seed: &str, minutes: &str) {
 }
 
 #[test]
-fn two_walks_become_one_map_and_another_site_does_not() {
+fn maps_of_two_walks_are_merged_and_a_map_of_another_site_is_rejected() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     walk(dir.path(), "one", "b1", "3", "0.75");
@@ -39,7 +39,7 @@ fn two_walks_become_one_map_and_another_site_does_not() {
     let report = json(&["merge", text(&one), text(&two), "--out", text(&out)]);
     let join = &report["joins"][0];
     assert!(join["recognised"].as_u64() >= Some(6) && join["loops"].as_u64() >= Some(6), "{report}");
-    // Both walks begin at the same place, facing the same way.
+    // Both walks begin at the same pose.
     for axis in ["x", "y", "z"] {
         let off = join["first_from_map"]["position"][axis].as_f64().expect("a number");
         assert!(off.abs() < 0.15, "{report}");
@@ -56,7 +56,7 @@ fn two_walks_become_one_map_and_another_site_does_not() {
     json(&["export", text(&out), "--out", text(&path("both.ply"))]);
     json(&["merge", text(&out), text(&two), "--out", text(&path("again"))]);
 
-    // What somebody else has of the same hall is laid into the robot's map: by picked points, or by what it looks like.
+    // Another program's cloud of the same hall is aligned with the robot's map, by picked points or by place recognition.
     let (cloud, moved) = (path("one.ply"), path("moved"));
     json(&["export", text(&one), "--out", text(&cloud)]);
     let pairs = ["0,0,0=10,20,1", "5,0,0=10,25,1"];
@@ -74,14 +74,14 @@ fn two_walks_become_one_map_and_another_site_does_not() {
     for (corner, axis) in [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)] {
         let off = bounds(&back, corner, axis) - bounds(&plain, corner, axis);
         assert!(off.abs() < 0.1, "{back} {plain}");
-        // By a right angle.
+        // The cloud is turned by a right angle.
         let [turned, sign] = [[1, -1], [0, 1], [2, 1]][axis];
         let turned = usize::try_from(turned).expect("an axis");
         let across = if sign < 0 { 1 - corner } else { corner };
         let wanted = f64::from(sign) * bounds(&plain, across, turned) + [10.0, 20.0, 1.0][axis];
         assert!((bounds(&report, corner, axis) - wanted).abs() < 0.01, "{report} {plain}");
     }
-    // The map that was laid elsewhere comes back as well, by either.
+    // The moved map is also aligned back, by both methods.
     let laid = path("laid");
     let back = |more: &[&str]| {
         let report =
@@ -131,11 +131,11 @@ fn two_walks_become_one_map_and_another_site_does_not() {
 
     let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&one)]);
     assert!(complaint.contains("is one of the maps"), "{complaint}");
-    fs::remove_file(two.join("clouds/000001.pcd")).expect("it was there");
+    fs::remove_file(two.join("clouds/000001.pcd")).expect("the file exists");
     let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&out)]);
     assert!(complaint.contains("make the map again"), "{complaint}");
     fs::write(two.join("graph.g2o"), "VERTEX_SE3:QUAT 0 0 0").expect("writable");
     let complaint = refused(&["merge", text(&one), text(&two), "--out", text(&out)]);
     assert!(complaint.contains("graph.g2o"), "{complaint}");
-    assert!(keyframes(&out) > 0, "what was there is still there");
+    assert!(keyframes(&out) > 0, "the earlier result is unchanged");
 }

@@ -1,10 +1,10 @@
-//! Commands that work without a robot.
+//! Tests of the commands that work without a robot.
 
 use crate::program::{data, json, text};
 use std::fs;
 use std::path::Path;
 
-/// Eight seconds in the test hall, coarse enough to be quick.
+/// Records a walk of 8 s in the test hall, with coarse scans to save time.
 fn walk(out: &Path, seed: &str) {
     let path = text(out);
     json(&[
@@ -24,7 +24,7 @@ fn walk(out: &Path, seed: &str) {
 }
 
 #[test]
-fn a_recording_says_what_it_holds() {
+fn info_lists_topics_and_missing_inputs_of_a_recording() {
     let Some(bag) = data("hilti-uzh-run2/bag") else { return };
     let info = json(&["info", text(&bag)]);
     let topics = info["topics"].as_array().expect("topics");
@@ -37,7 +37,7 @@ fn a_recording_says_what_it_holds() {
 }
 
 #[test]
-fn a_simulated_walk_is_recorded_mapped_compared_and_repeats_bit_for_bit() {
+fn a_simulated_walk_is_recorded_mapped_compared_and_replayed_bit_for_bit() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     let (walked, out, log) = (path("walk.mcap"), path("m"), path("journal.mcap"));
@@ -64,15 +64,15 @@ fn a_simulated_walk_is_recorded_mapped_compared_and_repeats_bit_for_bit() {
         "first",
     ]);
     let error = truth["ape_m"]["rmse"].as_f64().expect("a number");
-    assert!(error < 0.1, "off by {error} m after eight seconds");
+    assert!(error < 0.1, "an error of {error} m after 8 s");
 
-    // In other processes, and not in this one: same journal, same fingerprint.
+    // Another process gives the same fingerprint for the same journal.
     let fingerprint = summary["fingerprint"].as_str().expect("a fingerprint").to_owned();
     for _ in 0..2 {
         assert_eq!(json(&["replay", text(&log)])["fingerprint"], fingerprint.as_str());
     }
 
-    // A journal of another walk has another, so the check can fail.
+    // A journal of another walk has another fingerprint, so the check can fail.
     let (other, other_log) = (path("other.mcap"), path("other_journal.mcap"));
     walk(&other, "4");
     json(&["map", text(&other), "--out", text(&path("o")), "--journal", text(&other_log)]);
@@ -107,9 +107,9 @@ fn a_map_is_exported_in_every_format() {
     assert!(!path(".a.png.unfinished").exists());
 }
 
-/// The way home of a short round: loops are closed, said in the summary, saved, and repeated without their work.
+/// At the end of a short round loops are closed. They are in the summary and in the map, and a replay repeats them without verifying again.
 #[test]
-fn a_round_is_closed_unless_loops_are_left_open() {
+fn loops_of_a_round_are_closed_unless_they_are_left_open() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     let (walked, out, log) = (path("round.mcap"), path("m"), path("journal.mcap"));
@@ -157,7 +157,7 @@ fn the_same_seed_records_the_same_bytes() {
 }
 
 #[test]
-fn a_simulated_recording_opens_as_a_standard_one_with_truth() {
+fn a_simulated_recording_is_a_standard_recording_with_truth() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = dir.path().join("walk.mcap");
     walk(&path, "5");
@@ -170,9 +170,9 @@ fn a_simulated_recording_opens_as_a_standard_one_with_truth() {
     assert!(topics.iter().any(|topic| topic["name"] == "/truth" && topic["count"].as_u64() > Some(100)));
 }
 
-/// The figures that users are promised for real recordings.
+/// Checks the accuracy on real recordings that the documentation states.
 #[test]
-fn real_recordings_are_mapped_as_well_as_promised() {
+fn real_recordings_are_mapped_with_the_documented_accuracy() {
     let Some(hilti) = data("hilti-uzh-run2") else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let rmse = |truth: &Path, input: &Path, more: &[&str], extrinsic: &[&str]| {

@@ -1,4 +1,4 @@
-//! `autoinspect optimise`: published graphs come out at their optima, odd ones are refused.
+//! Tests of `autoinspect optimise`: published graphs reach their optima, and invalid ones are rejected.
 
 use crate::program::{data, json, refused, text};
 use std::fs;
@@ -14,7 +14,7 @@ FIX 1
 ";
 
 #[test]
-fn a_small_graph_is_solved_every_way_and_written_with_its_edges() {
+fn a_small_graph_is_solved_by_every_method_and_written_with_its_edges() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let (input, out) = (dir.path().join("square.g2o"), dir.path().join("out.g2o"));
     fs::write(&input, SQUARE).expect("writable");
@@ -44,14 +44,14 @@ fn a_published_graph_reaches_its_optimum() {
         let chi2 = result["chi2"].as_f64().expect("a number");
         assert!((chi2 / 45.004 - 1.0).abs() < 0.01, "{way:?}: {chi2}");
     }
-    // What was written is where it ended.
+    // The written poses are those of the optimum.
     let again = json(&["optimise", text(&out), "--out", text(&dir.path().join("again.g2o"))]);
     let initial = again["chi2_initial"].as_f64().expect("a number");
     assert!((initial / 45.004 - 1.0).abs() < 0.01, "{initial}");
 }
 
 #[test]
-fn a_wrong_loop_is_named_and_left_out() {
+fn a_wrong_loop_is_reported_and_left_out() {
     let Some(graph) = data("pose-graphs/CSAIL.g2o") else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     let (input, out) = (dir.path().join("wrong.g2o"), dir.path().join("out.g2o"));
@@ -65,7 +65,7 @@ fn a_wrong_loop_is_named_and_left_out() {
 }
 
 #[test]
-fn odd_graphs_are_refused_in_one_sentence() {
+fn invalid_graphs_are_rejected_with_one_sentence() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("out.g2o");
     let edge = "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n";

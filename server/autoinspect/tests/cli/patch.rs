@@ -1,10 +1,10 @@
-//! `autoinspect patch`: a new version of a map of a hall in which furniture was moved since.
+//! Tests of `autoinspect patch`: a new version of a map of a hall in which furniture was moved.
 
 use crate::program::{json, refused, run, text};
 use std::fs;
 use std::path::Path;
 
-/// A simulated walk, coarse enough to be quick.
+/// Records a simulated walk, with coarse scans to save time.
 fn walk(out: &Path, site: &str, seed: &str, day: &[&str]) {
     let fixed = ["sim", "record", "--site", site, "--route", "short", "--columns", "200", "--people", "1"];
     json(&[&fixed[..], &["--minutes", "0.4", "--seed", seed, "--out", text(out)], day].concat());
@@ -28,7 +28,7 @@ fn moved_furniture_is_moved_in_the_map_and_the_robot_is_localised_better() {
     assert!(count("gone") > 1_000 && count("come") > 500, "{report}");
     let fit = |version: &str| report[version]["fit"].as_f64().expect("a share");
     assert!(fit("after") > fit("before") + 0.005, "{report}");
-    // Nothing has moved that anything may be attached to.
+    // The keyframes have not moved, so everything with a pose relative to them stays valid.
     let graph = |map: &Path| {
         let graph = fs::read(map.join("graph.json")).expect("readable");
         serde_json::from_slice::<api::Graph>(&graph).expect("a graph")
@@ -44,7 +44,7 @@ fn moved_furniture_is_moved_in_the_map_and_the_robot_is_localised_better() {
         json(&["localise", text(&third), "--map", text(&version), "--out", text(&path("found.tum"))]);
     assert!(localised["found_after"].as_f64() < Some(3.0), "{localised}");
 
-    // A robot that was elsewhere says nothing of this map.
+    // A recording of another site cannot change this map.
     let patched = run(&["patch", text(&other), "--map", text(&map), "--out", text(&none)]);
     assert_eq!(patched.status.code(), Some(1));
     assert!(!none.exists());

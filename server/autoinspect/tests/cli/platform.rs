@@ -1,4 +1,4 @@
-//! `autoinspect up`: both processes, supervised.
+//! Tests of `autoinspect up`: both processes and their supervision.
 
 use crate::fake_gateway::until;
 use crate::program::{program, refused, text};
@@ -8,7 +8,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-/// A platform with a simulated robot; ended in order when dropped.
+/// A platform with a simulated robot, which is stopped in order when dropped.
 struct Platform {
     child: Child,
     address: SocketAddr,
@@ -39,7 +39,7 @@ impl Platform {
         Self { address: address.parse().expect("an address"), child }
     }
 
-    /// Its child process of this role.
+    /// Id of its child process with this role.
     fn process(&self, role: &str) -> Option<u32> {
         let id = self.child.id();
         let children = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
@@ -77,7 +77,7 @@ fn signal(process: u32, signal: rustix::process::Signal) {
 }
 
 #[test]
-fn both_processes_come_back_after_a_crash_and_end_together() {
+fn both_processes_are_restarted_after_a_crash_and_end_together() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let mut platform = Platform::start(dir.path());
     assert!(platform.is_healthy());
@@ -93,7 +93,7 @@ fn both_processes_come_back_after_a_crash_and_end_together() {
     signal(platform.child.id(), rustix::process::Signal::TERM);
     assert!(platform.child.wait().expect("ends").success());
     for process in processes {
-        assert!(!Path::new(&format!("/proc/{process}")).exists(), "{process} was left behind");
+        assert!(!Path::new(&format!("/proc/{process}")).exists(), "process {process} still runs");
     }
 }
 
@@ -107,7 +107,7 @@ fn no_process_outlives_a_supervisor_that_was_killed() {
     for process in processes {
         let stat = format!("/proc/{process}/stat");
         until("it ends", || match fs::read_to_string(&stat) {
-            // In a container nobody may reap it.
+            // In a container it may remain as a zombie.
             Ok(stat) if stat.contains(") Z") => Some(()),
             Ok(_) => None,
             Err(_) => Some(()),
@@ -116,7 +116,7 @@ fn no_process_outlives_a_supervisor_that_was_killed() {
 }
 
 #[test]
-fn an_address_in_use_ends_the_platform_with_a_sentence() {
+fn an_address_in_use_ends_the_platform_with_an_error_message() {
     let dir = tempfile::tempdir().expect("temporary directory");
     fs::write(dir.path().join("index.html"), "").expect("writable");
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");

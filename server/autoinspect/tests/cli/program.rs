@@ -25,7 +25,7 @@ pub fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(said.lines().last().unwrap_or_default()).expect("the last line is JSON")
 }
 
-/// Runs it, expecting refusal: exit code 2 and one sentence.
+/// Runs it and expects exit code 2 and one sentence.
 pub fn refused(arguments: &[&str]) -> String {
     let output = run(arguments);
     let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -40,7 +40,7 @@ pub fn text(path: &Path) -> &str {
     path.to_str().expect("test paths are UTF-8")
 }
 
-/// The shared test data; says so and returns none when it is not there.
+/// A folder of the shared test data; `None`, with a printed note, if it does not exist.
 pub fn data(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("AUTOINSPECT_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);

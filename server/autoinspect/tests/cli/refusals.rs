@@ -1,10 +1,10 @@
-//! What cannot be done is refused in one sentence, with exit code 2 and without a panic.
+//! Tests of invalid input and usage: one sentence, exit code 2 and no panic.
 
 use crate::program::{data, refused, text};
 use std::fs;
 
 #[test]
-fn odd_input_is_refused_in_one_sentence() {
+fn invalid_input_is_rejected_with_one_sentence() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let write = |name: &str, bytes: &[u8]| {
         let path = dir.path().join(name);
@@ -54,7 +54,7 @@ fn odd_input_is_refused_in_one_sentence() {
 }
 
 #[test]
-fn real_malformed_files_are_refused_in_one_sentence() {
+fn real_malformed_files_are_rejected_with_one_sentence() {
     let Some(folder) = data("map-import/malformed") else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     for entry in fs::read_dir(folder).expect("readable") {
@@ -64,7 +64,7 @@ fn real_malformed_files_are_refused_in_one_sentence() {
 }
 
 #[test]
-fn cut_recordings_are_refused_or_read_as_far_as_they_go() {
+fn truncated_recordings_are_rejected_or_read_to_their_end() {
     let Some(bag) = data("bags/ouster_ros1_in_mcap.mcap") else { return };
     let bytes = fs::read(bag).expect("readable");
     let dir = tempfile::tempdir().expect("temporary directory");
@@ -77,7 +77,7 @@ fn cut_recordings_are_refused_or_read_as_far_as_they_go() {
 }
 
 #[test]
-fn bad_usage_says_what_would_be_right() {
+fn bad_usage_is_rejected_with_a_remedy() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let out = dir.path().join("x");
     let cases: [(&[&str], &str); 8] = [
@@ -97,7 +97,7 @@ fn bad_usage_says_what_would_be_right() {
 }
 
 #[test]
-fn a_folder_with_other_things_in_it_is_not_written_to() {
+fn a_folder_with_other_files_is_not_written_to() {
     let Some(bag) = data("hilti-uzh-run2/bag") else { return };
     let dir = tempfile::tempdir().expect("temporary directory");
     fs::write(dir.path().join("thesis.tex"), "years of work").expect("writable");

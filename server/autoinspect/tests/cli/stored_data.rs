@@ -1,4 +1,4 @@
-//! What earlier programs left on disk is opened whole: `tests/fixtures` holds a data directory of each.
+//! Tests that the data of earlier programs can be opened: `tests/fixtures` has a data directory of each.
 
 use crate::core_process::CoreProcess;
 use crate::fake_gateway::FakeGateway;
@@ -7,7 +7,7 @@ use api::{Event, Localisation};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The data directory that the program of November 2026 left behind.
+/// The data directory of the program of November 2026.
 fn data_of_november_2026() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/data-2026-11")
 }
@@ -39,7 +39,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn a_data_directory_of_november_2026_opens_whole() {
+fn all_data_of_november_2026_is_opened() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let data = dir.path().join("data");
     copy(&data_of_november_2026(), &data);
@@ -54,7 +54,7 @@ fn a_data_directory_of_november_2026_opens_whole() {
             match event {
                 Event::Maps(maps) if !maps.is_empty() => map = Some(maps[0].clone()),
                 Event::Docks(known) if !known.is_empty() => docks = Some(known.clone()),
-                // The map is read, and the robot is looked for in it.
+                // The map is read, and the robot is localised in it.
                 Event::Localisation(Localisation::Relocalising { .. } | Localisation::Localised { .. }) => {
                     localising = true;
                 }
@@ -78,7 +78,7 @@ fn a_data_directory_of_november_2026_opens_whole() {
         let bytes = fs::read(store.dir().tile(tile.hash)).expect("a tile");
         assert_eq!(map_codec::decode(&bytes).expect("decodes").points.len(), tile.points as usize);
     }
-    // The place and the docks go on changing; nothing else does, and nothing vanishes.
+    // Only the files of the last pose and of the docks may change, and no file may vanish.
     for (bytes, file) in stored {
         let now = fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         if !["place.json", "docks.json"].iter().any(|name| file.ends_with(name)) {
@@ -88,7 +88,7 @@ fn a_data_directory_of_november_2026_opens_whole() {
 }
 
 #[test]
-fn recordings_of_november_2026_are_replayed_and_found_in_their_map() {
+fn recordings_of_november_2026_are_replayed_and_localised_in_their_map() {
     let data = data_of_november_2026();
     let recording = |name: &str| data.join("recordings").join(name);
     let mapped = recording("2026-11-23T17-09-45.944Z.mcap");
