@@ -21,7 +21,7 @@ pub const NEXT_PICTURES: &str =
     "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))";
 
 #[test]
-fn a_hall_is_mapped_saved_and_found_again() {
+fn a_hall_is_mapped_saved_and_opened_again() {
     let Some(browser) = Chromium::start() else { return };
     let data = tempfile::tempdir().unwrap();
     let server = Server::start("b1", data.path());

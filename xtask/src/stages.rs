@@ -53,7 +53,7 @@ impl Stages {
         self.add(name, result, took);
     }
 
-    /// Runs two independent stages at the same time, because long parts of each use one core only. The first one runs on a thread of its own.
+    /// Runs two independent stages at the same time, because long parts of each use one core only. The first one runs on another thread.
     pub(crate) fn run_together(
         &mut self,
         (first_name, first): (&'static str, impl FnOnce() -> Result<Report> + Send),

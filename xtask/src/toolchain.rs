@@ -31,7 +31,7 @@ pub(crate) enum Toolchain {
 }
 
 impl Toolchain {
-    /// The toolchain of that name, if it can be used as it is.
+    /// The toolchain of that name, if it can be used without installing anything.
     pub(crate) fn named(name: &str) -> Result<Self> {
         let (toolchain, present) = match name {
             "rustup" => (Self::Active, active_is_ready()),
@@ -57,7 +57,7 @@ impl Toolchain {
         Self::install()
     }
 
-    /// Tries, in this order: the active toolchain as it is, rustup, Debian's packages.
+    /// Tries, in this order: the active toolchain, installing the target with rustup, Debian's packages.
     pub(crate) fn install() -> Result<Self> {
         if active_is_ready() {
             return Ok(Self::Active);

@@ -39,7 +39,7 @@ pub struct Minute {
     pub loops: usize,
 }
 
-/// CPU times of steps, and what the stack publishes.
+/// CPU times of steps, and state that the stack published.
 #[derive(Default)]
 pub struct Measurement {
     /// CPU times of all steps of the walk that took a scan, milliseconds.

@@ -33,7 +33,7 @@ pub struct ReplaySource {
     pub messages: Box<dyn Iterator<Item = (Stamp, Sensor)> + Send>,
 }
 
-/// Replays a recording on a thread of its own.
+/// Replays a recording on a separate thread.
 pub struct ReplayLink {
     boot: BootRecord,
     arrivals: Receiver<Arrival>,

@@ -46,7 +46,7 @@ struct PendingCommands {
     faults: Vec<SimulatedFault>,
 }
 
-/// The simulator on a thread of its own. Its results depend on the commands and their simulated times, not on the speed of
+/// The simulator on a separate thread. Its results depend on the commands and their simulated times, not on the speed of
 /// this computer. The simulator stops its robot [`ports::DRIVE_TIMEOUT`] after the last command.
 pub struct SimLink {
     boot: BootRecord,

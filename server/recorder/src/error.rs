@@ -28,7 +28,7 @@ pub enum OpenError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error.
         source: FormatError,
     },
     /// A recording without usable topics.
@@ -36,7 +36,7 @@ pub enum OpenError {
     Nothing {
         /// The file or folder.
         path: PathBuf,
-        /// What was expected.
+        /// The missing content.
         problem: String,
     },
     /// The caller asked for a topic that the recording does not have.
@@ -87,7 +87,7 @@ pub enum ReadError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error.
         source: FormatError,
     },
     /// A message that could not be decoded; other messages of its topic may be readable.
@@ -97,7 +97,7 @@ pub enum ReadError {
         topic: String,
         /// When it was logged.
         at: Stamp,
-        /// What is wrong.
+        /// The error.
         source: FormatError,
     },
     /// A measurement older than the one before it on the same topic; it is left out.

@@ -190,7 +190,7 @@ proptest! {
 }
 
 #[test]
-fn a_journal_reads_as_a_standard_recording_too() {
+fn a_journal_is_also_a_standard_recording() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("r.mcap");
     let written = write_recording(&path, 3);

@@ -44,7 +44,7 @@ fn tally(recording: &Recording) -> (usize, usize, usize, usize) {
 }
 
 #[test]
-fn hilti_bag_folder() {
+fn a_rosbag2_folder_with_lidar_and_odometry_is_read() {
     let Some(path) = real("hilti-uzh-run2/bag") else { return };
     let recording = open(&path);
     check_counts(&recording, &[("/lidar/points", 100), ("/vo/odometry", 482), ("/tf_static", 1)]);
@@ -60,7 +60,7 @@ fn hilti_bag_folder() {
 }
 
 #[test]
-fn ouster_ros1_in_mcap() {
+fn an_mcap_file_with_ros1_messages_is_read() {
     let Some(path) = real("bags/ouster_ros1_in_mcap.mcap") else { return };
     let recording = open(&path);
     check_counts(&recording, &[("/os1_cloud_node/points", 2), ("/os1_cloud_node/imu", 17)]);
@@ -81,7 +81,7 @@ fn ouster_ros1_in_mcap() {
 }
 
 #[test]
-fn nav2_and_synthetic_mcap_files() {
+fn mcap_files_of_nav2_and_synthetic_ones_are_read() {
     if let Some(path) = real("bags/nav2_turtlebot.mcap") {
         let recording = open(&path);
         check_counts(&recording, &[("/odom", 2639), ("/tf", 5422), ("/tf_static", 1), ("/amcl_pose", 135)]);
@@ -95,7 +95,7 @@ fn nav2_and_synthetic_mcap_files() {
 }
 
 #[test]
-fn ros1_bags() {
+fn ros1_bags_are_read() {
     if let Some(path) = real("bags/tf_example.bag") {
         let recording = open(&path);
         check_counts(&recording, &[("/tf", 517), ("/tf_static", 1)]);
@@ -109,7 +109,7 @@ fn ros1_bags() {
 }
 
 #[test]
-fn rosbag2_databases() {
+fn rosbag2_databases_are_read() {
     if let Some(path) = real("bags/tf_example_db3") {
         check_counts(&open(&path), &[("/tf", 517), ("/tf_static", 1)]);
         check_counts(&open(&path.join("tf_example.db3")), &[("/tf", 517)]);
@@ -123,7 +123,7 @@ fn rosbag2_databases() {
 }
 
 #[test]
-fn folders_of_scans() {
+fn folders_of_scans_are_read() {
     if let Some(path) = real("kaist03-keyframes") {
         let recording = open(&path);
         let (scans, _, _, points) = tally(&recording);
@@ -147,7 +147,7 @@ fn folders_of_scans() {
 }
 
 #[test]
-fn single_scans() {
+fn single_scans_are_read() {
     for (name, points) in [
         ("map-import/automotive_ring_timestamp_compressed.pcd", Some(80_787)),
         ("map-import/autzen-utm.pcd", None),
@@ -171,7 +171,7 @@ fn single_scans() {
 }
 
 #[test]
-fn change_sessions() {
+fn bags_of_two_sessions_are_read() {
     for session in ["session_a", "session_b"] {
         let Some(path) = real(&format!("change-lidar-inserted/{session}")) else { continue };
         let (scans, _, odometry, points) = tally(&open(&path));
@@ -180,7 +180,7 @@ fn change_sessions() {
 }
 
 #[test]
-fn a_real_message_with_absolute_times() {
+fn a_message_with_absolute_point_times_is_read() {
     let Some(path) = real("bags/pointcloud2_cdr_message.bin") else { return };
     let bytes = std::fs::read(path).unwrap();
     let cloud = formats::ros::PointCloud2::from_bytes(formats::cdr::Encoding::Cdr, &bytes).unwrap();
@@ -193,7 +193,7 @@ fn a_real_message_with_absolute_times() {
 }
 
 #[test]
-fn other_files_are_reported_as_no_recording() {
+fn other_files_are_rejected_as_recordings() {
     for name in [
         "map-import/simple.las",
         "map-import/indoor.laz",

@@ -47,7 +47,7 @@ proptest! {
         let chunk = quantise(&xyz, &[], resolution);
         prop_assert_eq!(chunk.points.len(), xyz.len());
         prop_assert!(chunk.step >= resolution);
-        // f32 holds coordinates of 800 m to 0.06 mm.
+        // The resolution of f32 at 800 m is 0.06 mm.
         let bound = chunk.step * 0.5 + 1.2e-4;
         for (point, original) in chunk.points.iter().zip(&xyz) {
             let back = chunk.position(point);
@@ -169,7 +169,7 @@ fn unusable_points_and_options_cause_no_panic() {
 }
 
 #[test]
-fn a_map_larger_than_the_lattice_gets_a_coarser_one() {
+fn a_map_larger_than_the_lattice_gets_a_coarser_lattice() {
     let xyz = [[-1000.0, 0.0, 0.0], [1000.0, 5.0, 5.0]];
     let chunk = quantise(&xyz, &[], 0.01);
     assert_eq!(chunk.step, 0.04);

@@ -145,7 +145,7 @@ impl SceneSync {
         }
     }
 
-    /// Passes to the renderer what changed in the model. `dragged_pose`: the robot's position and a point in its heading that an operator
+    /// Passes changes of the model to the renderer. `dragged_pose`: the robot's position and a point in its heading that an operator
     /// drags.
     pub(crate) fn update(&mut self, model: &Model, dragged_pose: Option<[DVec3; 2]>) {
         self.switch_map(model);

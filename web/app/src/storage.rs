@@ -1,4 +1,4 @@
-//! What the browser stores between visits: the view settings, and the client's id for as long as the tab is open.
+//! Stores data in the browser between visits: the view settings, and the client's id as long as the tab is open.
 //!
 //! A browser may forbid storage, or its storage may be full. Then every visit starts with the defaults.
 

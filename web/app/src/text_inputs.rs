@@ -1,7 +1,7 @@
 //! The bridge of text inputs: an `<input>` or `<textarea>` of the page lies over every text field that the panels request.
 //!
 //! On-screen keyboards, selection, copy and paste, autocorrection, password managers and screen readers work with elements of the page and
-//! not with what egui draws. Each field has its own id, so there may be any number of them.
+//! not with egui's controls. Each field has its own id, so there may be any number of them.
 
 use crate::browser;
 use egui::{Id, Rect};

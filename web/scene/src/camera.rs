@@ -1,4 +1,4 @@
-//! The camera: it looks at a target from a distance, gestures move it, and it flies to new poses.
+//! The camera: it looks at a target. Gestures move it, and it flies to new poses.
 //!
 //! A gesture acts at once and ends a flight. All methods accept any number: an input that is not finite changes nothing.
 
@@ -44,7 +44,7 @@ impl Default for CameraConfig {
     }
 }
 
-/// Where the camera is: it looks at `target` from `distance` away.
+/// Pose of the camera, which looks at `target` from `distance`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraPose {
     /// The point in the middle of the image, m, map frame.
@@ -53,7 +53,7 @@ pub struct CameraPose {
     pub yaw: f64,
     /// Angle by which the line of sight points downwards, rad; a quarter turn is straight down.
     pub pitch: f64,
-    /// From the camera to the target, m.
+    /// Distance from the camera to the target, m.
     pub distance: f64,
 }
 
@@ -213,7 +213,7 @@ impl Camera {
         });
     }
 
-    /// Zooms by `factor` (above 1 goes nearer). `focus` (m, map frame) keeps its pixel.
+    /// Zooms by `factor` (above 1 goes nearer). `focus` (m, map frame) stays at its pixel.
     pub fn zoom(&mut self, factor: f64, focus: DVec3) {
         let config = self.config;
         self.change(|pose| {
@@ -227,7 +227,7 @@ impl Camera {
     }
 
     /// Moves the target along the line of sight to the depth of `point` (m, map frame); the image stays as it is. Orbiting, panning and
-    /// zooming then act on what is seen, and [`CameraConfig::min_distance_m`] holds for the distance to it. A point behind the camera
+    /// zooming then refer to this depth, and [`CameraConfig::min_distance_m`] limits the distance to it. A point behind the camera
     /// changes nothing.
     pub fn move_target_to_depth_of(&mut self, point: DVec3) {
         let position = self.pose.position();

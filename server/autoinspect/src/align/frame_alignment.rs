@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn the_alignment_with_most_scans_wins_and_the_others_are_counted() {
+    fn the_alignment_with_most_scans_is_chosen_and_the_next_best_is_counted() {
         let config = AlignmentConfig::default();
         let vote = |scan: usize, offset: f64| {
             let in_map = Vector3::new(scan as f64, 0.0, 0.0);

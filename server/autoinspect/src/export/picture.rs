@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn north_is_up_and_high_is_bright() {
+    fn north_is_up_and_colours_follow_the_height() {
         let cells = BTreeMap::from([([3, 4], 0.0), ([5, 7], 2.0)]);
         let picture = Picture::from_cells(cells, 0.5, 2).unwrap();
         let (width, height, pixels) = decoded(&picture);

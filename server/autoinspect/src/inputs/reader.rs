@@ -1,4 +1,4 @@
-//! Reads recordings on a thread of its own, so that decoding and mapping overlap.
+//! Reads recordings on a separate thread, so that decoding and mapping overlap.
 
 use crate::failure::Failure;
 use crate::process::thread_cpu_time;

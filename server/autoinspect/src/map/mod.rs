@@ -98,7 +98,7 @@ pub(crate) fn is_same_folder(a: &Path, b: &Path) -> bool {
     fs::canonicalize(a).is_ok_and(|a| Some(a) == fs::canonicalize(b).ok())
 }
 
-/// Creates the folder for the results and removes the results of an earlier run, and nothing else.
+/// Creates the folder for the results. Removes only the results of an earlier run.
 pub(crate) fn prepare(out: &Path) -> Result<(), Failure> {
     let cannot = |error: std::io::Error| Failure::failed(texts::cannot_write(out, &error));
     let foreign = out.is_dir()

@@ -38,7 +38,7 @@ fn room() -> String {
 }
 
 #[test]
-fn a_cloud_becomes_a_map_like_any_other() {
+fn an_imported_cloud_is_a_map_like_any_other() {
     let dir = tempfile::tempdir().expect("temporary directory");
     let path = |name: &str| dir.path().join(name);
     fs::write(path("room.ply"), room()).expect("writable");

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// Characters of a topic's or type's name that are kept.
+/// Largest number of characters of a topic's or type's name; longer names are cut.
 const NAME_MAX: usize = 200;
 
 /// Opcode and length before every record.
@@ -48,7 +48,7 @@ struct Index {
     blocks: Vec<Block>,
 }
 
-/// A run of bytes that holds messages.
+/// A range of bytes with messages.
 #[derive(Clone, Debug)]
 struct Block {
     /// Offset in the file: of a chunk's record content, or of the first record's header for messages outside of chunks.

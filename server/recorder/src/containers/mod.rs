@@ -98,7 +98,6 @@ pub(crate) trait Container: Send + Sync {
         None
     }
 
-    /// Streams the messages of the topics for which `wanted` is true, opening the file anew. Memory does not
-    /// grow with the file.
+    /// Streams the messages of the topics for which `wanted` is true. It opens the file again. Memory does not grow with the file's size.
     fn messages(&self, wanted: &[bool], order: Order) -> Messages;
 }

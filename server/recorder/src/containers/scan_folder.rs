@@ -26,7 +26,7 @@ impl ScanFolder {
     /// Lists the scans of a folder, or of its only subfolder that has any.
     ///
     /// # Errors
-    /// When the folder cannot be read or holds no scans.
+    /// When the folder cannot be read or has no scans.
     pub fn open(folder: &Path) -> Result<Self, OpenError> {
         let mut warnings = Vec::new();
         let mut found = list_scans(folder, &mut warnings)?;

@@ -16,7 +16,7 @@ const FLIGHT_S: f64 = 0.3;
 
 proptest! {
     #[test]
-    fn the_ray_through_a_projected_point_meets_it(
+    fn the_ray_through_a_pixel_and_the_projection_are_inverse(
         pose in any_pose(), x in 0.0..1200.0_f64, y in 0.0..800.0_f64, away in 0.2..300.0_f64,
     ) {
         let projection = CameraProjection::new(pose, VIEWPORT);
