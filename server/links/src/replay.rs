@@ -115,7 +115,7 @@ mod tests {
         let arrivals = link.arrivals();
         let mut received = Vec::new();
         loop {
-            let arrival = arrivals.recv_timeout(Duration::from_secs(20)).expect("goes on");
+            let arrival = arrivals.recv_timeout(Duration::from_secs(20)).expect("the replay continues");
             let kind = match arrival.event {
                 RobotEvent::Sensor(_) => "imu",
                 RobotEvent::Clock => "clock",

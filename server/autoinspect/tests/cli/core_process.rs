@@ -110,7 +110,7 @@ fn a_mapping_session_is_published_saved_recorded_and_replayed_bit_for_bit() {
     core.stop();
 
     let recordings: Vec<_> = fs::read_dir(dir.path().join("recordings"))
-        .expect("there")
+        .expect("the folder of recordings exists")
         .map(|entry| entry.expect("readable").path())
         .collect();
     let [recording] = &recordings[..] else { panic!("{recordings:?}") };
@@ -139,7 +139,7 @@ fn a_core_that_is_killed_while_saving_leaves_no_incomplete_map() {
     assert!(!map_names(dir.path()).contains(&hidden));
     for map in store.maps().expect("listed") {
         let list = fs::read(store.dir().map_tiles(map.id)).expect("tiles of a listed map");
-        let list: api::TileList = serde_json::from_slice(&list).expect("whole");
+        let list: api::TileList = serde_json::from_slice(&list).expect("valid JSON");
         assert!(list.tiles.iter().all(|tile| store.dir().tile(tile.hash).exists()));
         for name in ["graph.json", "graph.g2o", "trajectory.tum"] {
             assert!(store.dir().map(map.id).join(name).exists(), "{name}");

@@ -52,9 +52,9 @@ impl FakeGateway {
     /// The next message.
     pub fn message(&mut self) -> CoreMessage {
         let mut length = [0; 4];
-        self.stream.read_exact(&mut length).expect("the core goes on");
+        self.stream.read_exact(&mut length).expect("the core is running");
         let mut body = vec![0; u32::from_le_bytes(length) as usize];
-        self.stream.read_exact(&mut body).expect("the core goes on");
+        self.stream.read_exact(&mut body).expect("the core is running");
         api::decode(&body).expect("a message")
     }
 
@@ -77,7 +77,7 @@ pub fn until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
         if let Some(found) = condition() {
             return found;
         }
-        assert!(start.elapsed() < PATIENCE, "it never happened: {what}");
+        assert!(start.elapsed() < PATIENCE, "did not happen within the limit: {what}");
         // A pause between checks, so that they leave the CPU to the core.
         std::thread::sleep(Duration::from_millis(5));
     }

@@ -32,7 +32,7 @@ fn room() -> String {
         points.len()
     );
     for [x, y, z] in points {
-        writeln!(text, "{x:.3} {y:.3} {z:.3}").expect("strings take everything");
+        writeln!(text, "{x:.3} {y:.3} {z:.3}").expect("writing to a string cannot fail");
     }
     text
 }

@@ -35,7 +35,7 @@ impl Platform {
             .expect("starts");
         let mut line = String::new();
         BufReader::new(child.stdout.take().expect("piped")).read_line(&mut line).expect("a line");
-        let address = line.trim().strip_prefix("AutoInspect is running: http://").expect("says so");
+        let address = line.trim().strip_prefix("AutoInspect is running: http://").expect("its address");
         Self { address: address.parse().expect("an address"), child }
     }
 
@@ -73,7 +73,7 @@ impl Drop for Platform {
 
 fn signal(process: u32, signal: rustix::process::Signal) {
     let process = rustix::process::Pid::from_raw(process as i32).expect("not zero");
-    rustix::process::kill_process(process, signal).expect("it runs");
+    rustix::process::kill_process(process, signal).expect("a running process");
 }
 
 #[test]

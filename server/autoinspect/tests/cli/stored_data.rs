@@ -72,7 +72,7 @@ fn all_data_of_november_2026_is_opened() {
 
     let store = store::Store::open(&data).expect("opens");
     let list = fs::read(store.dir().map_tiles(map.id)).expect("tiles of the map");
-    let list: api::TileList = serde_json::from_slice(&list).expect("whole");
+    let list: api::TileList = serde_json::from_slice(&list).expect("valid JSON");
     assert!(!list.tiles.is_empty());
     for tile in &list.tiles {
         let bytes = fs::read(store.dir().tile(tile.hash)).expect("a tile");
