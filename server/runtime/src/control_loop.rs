@@ -9,6 +9,7 @@ use crate::jobs::{DiskJob, Jobs};
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
+use crate::texts;
 use crossbeam_channel::{Receiver, select};
 use messages::{ActionOutcome, BootRecord, Command, Input, JobDone, PoseInMap, Publication, StackEffect};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
@@ -174,7 +175,7 @@ impl Running {
         let refused = self.parts.link.inject_fault(fault).err();
         if refused.is_none() {
             let severity = messages::Severity::Info;
-            self.parts.mailbox.notice(self.now, severity, format!("Simulated: {}.", describe_fault(fault)));
+            self.parts.mailbox.notice(self.now, severity, texts::fault_injected(fault));
         }
         self.parts.state_publisher.answer(id, by, refused);
     }
@@ -214,24 +215,12 @@ impl ControlLoop {
             StackEffect::Commit { seq, events: _ } => return Some(Input::Committed { seq }),
             // There are no action servers, so a call fails at once and has ended when it could be cancelled.
             StackEffect::CallAction { call, action, parameters: _ } => {
-                let reason = format!("No action server offers \"{action}\".");
+                let reason = texts::no_action_server(&action);
                 return Some(Input::ActionDone { call, outcome: ActionOutcome::Failed { reason } });
             }
             StackEffect::CancelAction(_) => {}
         }
         None
-    }
-}
-
-fn describe_fault(fault: SimulatedFault) -> String {
-    let seconds = |span: Span| format!("{:.0} s", span.secs_f64());
-    match fault {
-        SimulatedFault::CoverLidar(span) => format!("the LiDAR is covered for {}", seconds(span)),
-        SimulatedFault::SilenceLidar(span) => format!("the LiDAR is cut off for {}", seconds(span)),
-        SimulatedFault::SilenceImu(span) => format!("the IMU is cut off for {}", seconds(span)),
-        SimulatedFault::SlipFeet(span) => format!("the feet slip for {}", seconds(span)),
-        SimulatedFault::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
-        SimulatedFault::End => "all is well again".to_owned(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Between the log schema and the contract with clients. They are alike today and need not stay so.
+//! Conversion between the log schema (`messages`) and the contract with clients (`api`). Each can change without the other.
 
 use crate::imports::{ImportRequest, ImportSource};
 use api::{Command, Event, LoopsChanged};
@@ -9,19 +9,19 @@ use messages::{
 use ports::SimulatedFault;
 use vocab::{Span, UploadId};
 
-/// A client's command, by who carries it out.
+/// A client's command, by the part that handles it.
 pub enum RoutedCommand {
-    /// The stack. Only these are in the log.
+    /// The stack. Only these commands are in the log.
     Stack(CommandKind),
-    /// The link of a simulated robot. The stack must not know of simulated faults.
+    /// The link of a simulated robot. The stack must not know simulated faults.
     SimulatedFault(SimulatedFault),
-    /// The import thread: a map of an uploaded file, or of another map.
+    /// The import thread: makes a map of an uploaded file, or aligns a saved map.
     Import(ImportRequest),
-    /// The import thread: end the import of this upload.
+    /// The import thread: cancels the import of this upload.
     CancelImport(UploadId),
 }
 
-/// Finds who carries out a client's command.
+/// Finds the part that handles a client's command.
 pub fn route(command: Command) -> RoutedCommand {
     RoutedCommand::Stack(match command {
         Command::InjectFault(fault) => return RoutedCommand::SimulatedFault(limit_fault(fault)),
@@ -57,11 +57,11 @@ pub fn route(command: Command) -> RoutedCommand {
     })
 }
 
-/// Longest time that a simulated fault lasts. A fault that somebody forgot must not puzzle the next person a day later.
-const FAULT_MAX: Span = Span::from_millis(600_000);
+/// Longest time that a simulated fault lasts. A forgotten fault must not be taken for a real one the next day.
+const FAULT_DURATION_MAX: Span = Span::from_millis(600_000);
 
 fn limit_fault(fault: SimulatedFault) -> SimulatedFault {
-    let limited = |span: Span| span.clamp(Span::ZERO, FAULT_MAX);
+    let limited = |span: Span| span.clamp(Span::ZERO, FAULT_DURATION_MAX);
     match fault {
         SimulatedFault::CoverLidar(span) => SimulatedFault::CoverLidar(limited(span)),
         SimulatedFault::SilenceLidar(span) => SimulatedFault::SilenceLidar(limited(span)),
@@ -71,7 +71,7 @@ fn limit_fault(fault: SimulatedFault) -> SimulatedFault {
     }
 }
 
-/// Where the robot is.
+/// Estimate of the robot's pose.
 pub fn estimate(estimate: &messages::Estimate) -> api::Estimate {
     api::Estimate {
         stamp: estimate.stamp,
@@ -108,7 +108,7 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
 
 /// State of localisation in a saved map.
 pub fn localisation(state: &LocalisationState) -> api::Localisation {
-    let plain = |reason: DegradationReason| match reason {
+    let to_api = |reason: DegradationReason| match reason {
         DegradationReason::MapMismatch => api::DegradationReason::MapMismatch,
         DegradationReason::PoseUncertain => api::DegradationReason::PoseUncertain,
         DegradationReason::LidarBlind => api::DegradationReason::LidarBlind,
@@ -122,7 +122,7 @@ pub fn localisation(state: &LocalisationState) -> api::Localisation {
             api::Localisation::Relocalising { map, hypotheses }
         }
         LocalisationState::Localised { map, degradation } => {
-            api::Localisation::Localised { map, degradation: degradation.map(plain) }
+            api::Localisation::Localised { map, degradation: degradation.map(to_api) }
         }
     }
 }
@@ -189,7 +189,7 @@ pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
     }
 }
 
-/// What reaches clients as it is; none for what the publisher treats itself.
+/// The event of a publication that needs no other state; `None` for publications that the publisher handles itself.
 pub fn event(publication: Publication) -> Option<Event> {
     Some(match publication {
         Publication::Motion(state) => Event::Motion(motion(state)),
@@ -225,9 +225,9 @@ pub fn docks(docks: &[PoseInMap]) -> Vec<api::Dock> {
 }
 
 fn quality(quality: messages::MapQuality) -> api::Quality {
-    let place = |place: messages::SurveyTarget| api::SurveyTarget {
-        at: place.at,
-        why: match place.why {
+    let target = |target: messages::SurveyTarget| api::SurveyTarget {
+        at: target.at,
+        why: match target.why {
             messages::SurveyReason::FromAfar(area) => api::SurveyReason::FromAfar(area),
             messages::SurveyReason::Uncertain(deviation) => api::SurveyReason::Uncertain(deviation),
         },
@@ -236,7 +236,7 @@ fn quality(quality: messages::MapQuality) -> api::Quality {
         covered_m2: quality.covered_m2,
         from_afar_m2: quality.from_afar_m2,
         deviations_m: quality.deviations_m,
-        targets: quality.targets.into_iter().map(place).collect(),
+        targets: quality.targets.into_iter().map(target).collect(),
     }
 }
 

@@ -1,16 +1,16 @@
-//! Puts the core together and takes it apart again in order.
+//! Starts the core's threads with the queues between them, and ends them in order.
 
 use crate::clock::RobotClock;
 use crate::control_loop::{ControlLoop, Sources};
-use crate::gateway_link::GatewayLink;
+use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
-use crate::live_map::LiveMap;
+use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
-use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
-use crate::publisher::PublisherWorker;
-use crate::recording::{Recorder, RecorderQueue, RecordingTarget};
+use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
+use crate::publisher::{PublisherConfig, PublisherWorker};
+use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
 use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, Sender};
 use ports::{MapImporter, RobotLink};
@@ -21,32 +21,32 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use store::{Store, StoreError};
 
-/// Commands that may wait for the control loop; beyond that the gateway's reader waits.
-const COMMANDS_MAX: usize = 64;
+/// Commands that may wait for the control loop. When the queue is full, the thread that reads from the gateway waits.
+const QUEUED_COMMANDS_MAX: usize = 64;
 
-/// What a core is made of.
+/// Parts of a core that its caller provides.
 pub struct CoreConfig {
     /// The robot.
     pub link: Box<dyn RobotLink>,
-    /// Where maps and tiles go.
+    /// Stores maps and tiles.
     pub store: Arc<Store>,
-    /// Where inputs are recorded; `None` records nothing.
+    /// Records the inputs; `None` records nothing.
     pub recording: Option<RecordingTarget>,
-    /// Where the gateway finds the core.
+    /// Path of the Unix socket for the gateway.
     pub socket: PathBuf,
-    /// What makes maps of files; `None` makes none.
+    /// Makes maps of files; `None` refuses all imports.
     pub importer: Option<Box<dyn MapImporter>>,
 }
 
-/// Why the core does not run.
+/// Why the core could not be started.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
     /// The socket for the gateway cannot be opened.
     #[error("could not listen for the gateway at {}", path.display())]
     Socket {
-        /// Where.
+        /// Path of the socket.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         #[source]
         source: io::Error,
     },
@@ -58,18 +58,18 @@ pub enum StartError {
     Maps(#[source] StoreError),
 }
 
-/// A running core. Dropping it ends it in order: the robot stops, what was queued is written, the socket closes.
+/// A running core. Dropping it ends its threads in order: the robot stops, queued work is done and queued inputs are recorded, the socket closes.
 pub struct Core {
     /// Dropping it tells the control loop to stop.
     stop: Option<Sender<()>>,
     ended: Receiver<()>,
     mailbox: Arc<Mailbox>,
-    /// In the order in which they end.
+    // The threads, in the order in which they end.
     control: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
-    importing: Option<JoinHandle<()>>,
+    imports: Option<JoinHandle<()>>,
     recorder: Option<JoinHandle<()>>,
     gateway: Option<GatewayLink>,
 }
@@ -78,7 +78,7 @@ impl Core {
     /// Starts all threads.
     ///
     /// # Errors
-    /// When the socket or a thread cannot be had.
+    /// When the socket or a thread cannot be created, or the saved maps cannot be listed.
     pub fn start(config: CoreConfig) -> Result<Self, StartError> {
         let CoreConfig { link, store, recording, socket, importer } = config;
         let (mailbox, state_publisher, clock) =
@@ -86,7 +86,7 @@ impl Core {
         let (last_pose, docks) = (store.last_pose(), store.docks());
         state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
-        let (command_sender, commands) = crossbeam_channel::bounded(COMMANDS_MAX);
+        let (command_sender, commands) = crossbeam_channel::bounded(QUEUED_COMMANDS_MAX);
         let (finished_sender, finished) = crossbeam_channel::unbounded();
         let (stop, stopped) = crossbeam_channel::bounded(0);
         let (jobs, disk_jobs, compute_jobs) =
@@ -102,22 +102,29 @@ impl Core {
             clock: Arc::clone(&clock),
         };
         let publisher = PublisherWorker {
+            config: PublisherConfig::default(),
             mailbox: Arc::clone(&mailbox),
             state_publisher: Arc::clone(&state_publisher),
             clock: Arc::clone(&clock),
             jobs: jobs.clone(),
-            live_map: LiveMap::new(Arc::clone(&store)),
+            live_map: LiveMap::new(LiveMapConfig::default(), Arc::clone(&store)),
             platform: PlatformProbe::new(link.boot().profile.name, link.site(), store.recordings()),
             battery: BatteryForecast::default(),
-            place: PlaceKeeper::new(Arc::clone(&store)),
+            persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),
             docks: None,
         };
-        let (imports, importing) =
+        let (imports, imports_thread) =
             import_thread(importer, &store, &state_publisher, &mailbox, &clock, &stopped)?;
         let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
-        let gateway = GatewayLink::listen(&socket, Arc::clone(&state_publisher), command_sender, imports)
-            .map_err(|source| StartError::Socket { path: socket, source })?;
+        let gateway = GatewayLink::listen(
+            GatewayLinkConfig::default(),
+            &socket,
+            Arc::clone(&state_publisher),
+            command_sender,
+            imports,
+        )
+        .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
             link,
             recorder: queue,
@@ -134,7 +141,7 @@ impl Core {
             stop: Some(stop),
             ended,
             mailbox,
-            importing,
+            imports: imports_thread,
             disk: Some(spawn("disk", move || disk.run())?),
             compute: Some(spawn("compute", move || compute.run())?),
             publisher: Some(spawn("publisher", move || publisher.run())?),
@@ -147,8 +154,7 @@ impl Core {
         })
     }
 
-    /// Disconnected once the control loop has ended, which by itself it never does: then something is broken and the
-    /// process should end, to be started again.
+    /// Disconnected when the control loop has ended. That happens only after a panic; the process should then end and be started again.
     pub fn ended(&self) -> Receiver<()> {
         self.ended.clone()
     }
@@ -162,13 +168,13 @@ impl Drop for Core {
         join(self.publisher.take());
         join(self.disk.take());
         join(self.compute.take());
-        join(self.importing.take());
+        join(self.imports.take());
         drop(self.gateway.take());
         join(self.recorder.take());
     }
 }
 
-/// Where imports are asked for, and the thread that sees to them until `stop` is disconnected.
+/// The queue of import requests, and the thread that handles them until `stop` is disconnected.
 fn import_thread(
     importer: Option<Box<dyn MapImporter>>,
     store: &Arc<Store>,
@@ -192,6 +198,7 @@ fn import_thread(
     Ok((imports, Some(spawn("imports", move || worker.run())?)))
 }
 
+/// The queue of inputs, and the thread that records them until the control loop has ended.
 fn recorder_thread(
     recording: Option<RecordingTarget>,
     mailbox: &Arc<Mailbox>,
@@ -200,7 +207,8 @@ fn recorder_thread(
     let Some(target) = recording else {
         return Ok((RecorderQueue::none(), None));
     };
-    let (queue, recorder) = Recorder::new(target, Arc::clone(mailbox), Arc::clone(clock));
+    let (queue, recorder) =
+        Recorder::new(RecorderConfig::default(), target, Arc::clone(mailbox), Arc::clone(clock));
     Ok((queue, Some(spawn("recorder", move || recorder.run())?)))
 }
 
@@ -208,7 +216,7 @@ fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<(
     thread::Builder::new().name(name.to_owned()).spawn(run).map_err(StartError::Thread)
 }
 
-/// Waits for a thread's end. One that panicked has said so on standard error already.
+/// Waits for a thread's end. A panic of it was printed to standard error already.
 fn join(thread: Option<JoinHandle<()>>) {
     if let Some(thread) = thread {
         let _ = thread.join();

@@ -1,4 +1,4 @@
-//! The whole core between a robot and a gateway that the test plays.
+//! The whole core. The test plays the robot and the gateway.
 
 use super::*;
 use crate::RecordingTarget;
@@ -14,15 +14,15 @@ use std::time::Duration;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Span, Stamp, UploadId, Vec3};
 
-/// Far longer than anything here takes.
+/// Far longer than any step of these tests.
 const PATIENCE: Duration = Duration::from_secs(30);
 const CLIENT: ClientId = ClientId(Uuid::from_u128(5));
 
-/// A robot that says what the test lets it say.
+/// A robot whose messages the test sends.
 struct FakeLink {
     arrivals: Receiver<Arrival>,
     drives: Arc<Mutex<Vec<Drive>>>,
-    /// What has gone wrong; what none is a real robot.
+    /// Receives injected faults; `None` for a real robot.
     faults: Option<Sender<SimulatedFault>>,
 }
 
@@ -45,7 +45,7 @@ impl RobotLink for FakeLink {
     }
 }
 
-/// Hands every input to the test, and fails from the given one on.
+/// Passes every input to the test, and fails after the given number of inputs.
 struct FakeJournal {
     written: Sender<(Stamp, Input)>,
     until: usize,
@@ -64,7 +64,7 @@ impl Journal for FakeJournal {
     }
 }
 
-/// A core with both ends in the test's hands.
+/// A core with the test's ends of its connections.
 struct Bench {
     core: Option<Core>,
     robot: Sender<Arrival>,
@@ -198,7 +198,7 @@ fn every_input_is_recorded_once_in_the_order_of_the_robots_clock() {
         (50, "tick"),
         (100, "tick"),
         (130, "imu"),
-        // What comes late is stepped at the present, not in the past.
+        // An input that comes late is stepped at the present time.
         (130, "imu"),
         (150, "tick"),
     ];
@@ -211,7 +211,7 @@ fn a_command_is_recorded_with_its_maker_and_answered_to_it() {
     bench.clock(0);
     let mut gateway = bench.gateway();
     gateway.command(1, take_control());
-    // Answers and state come by different threads, in either order.
+    // Answer and state come from different threads, in either order.
     let (mut answer, mut owner) = (None, None);
     while answer.is_none() || owner.is_none() {
         gateway.event(|to, event| {
@@ -288,7 +288,7 @@ fn a_gateway_that_speaks_nonsense_or_another_version_is_dropped_and_the_core_goe
 fn a_gateway_that_never_reads_delays_nothing() {
     let bench = bench(usize::MAX);
     let _deaf = bench.gateway();
-    // 1,000 seconds of robot time, with some 20,000 ticks and everything that is said meanwhile.
+    // 1,000 seconds of robot time, with about 20,000 ticks and everything that is published meanwhile.
     for second in 0..1_000 {
         bench.clock(1_000 * second);
     }
@@ -298,7 +298,7 @@ fn a_gateway_that_never_reads_delays_nothing() {
             break millis;
         }
     };
-    // The very tick may be missing: a recorder that falls behind leaves inputs out, rather than hold the loop up.
+    // The last tick itself may be missing: a recorder that falls behind leaves inputs out and does not delay the loop.
     assert!((999_000..1_002_000).contains(&last), "{last}");
 }
 
@@ -339,7 +339,7 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
     for millis in 0..50 {
         bench.imu(millis);
     }
-    // What the core has taken must be on disk when it has ended; the rest of the queue was never its.
+    // Every input that the core has taken must be recorded when it has ended.
     drop(bench.core.take());
     let taken = 50 - bench.robot.len();
     let recorded = bench.written.try_iter().filter(|(_, input)| matches!(input, Input::Sensor(_))).count();
@@ -348,9 +348,9 @@ fn a_core_ends_with_everything_recorded_and_its_socket_gone() {
 }
 
 #[test]
-fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the_stack() {
-    let (told, faults) = crossbeam_channel::unbounded();
-    let bench = bench_of(usize::MAX, Some(told), None);
+fn a_simulated_fault_reaches_the_robot_and_all_clients_and_never_the_stack() {
+    let (fault_sender, faults) = crossbeam_channel::unbounded();
+    let bench = bench_of(usize::MAX, Some(fault_sender), None);
     bench.clock(0);
     let mut gateway = bench.gateway();
     let hour = Span::from_millis(3_600_000);
@@ -380,7 +380,7 @@ fn what_goes_wrong_in_a_simulation_reaches_the_robot_and_everybody_and_never_the
 }
 
 #[test]
-fn nothing_goes_wrong_with_a_real_robot_on_demand() {
+fn a_real_robot_refuses_simulated_faults() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();
@@ -392,7 +392,7 @@ fn nothing_goes_wrong_with_a_real_robot_on_demand() {
     assert!(matches!(outcome, CommandOutcome::Refused(_)), "{outcome:?}");
 }
 
-/// Says that it reads until it is told to stop, and that every other file is no cloud.
+/// Reads the file "Endless" until it is cancelled, and fails on every other file.
 struct FakeImporter;
 
 impl MapImporter for FakeImporter {
@@ -423,12 +423,12 @@ impl MapImporter for FakeImporter {
         _progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
         assert!(maps.iter().all(|map| map.exists()));
-        Err(format!("{name} cannot be laid by {} pairs.", pairs.len()))
+        Err(format!("{name} cannot be aligned by {} pairs.", pairs.len()))
     }
 }
 
 #[test]
-fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is_said() {
+fn imports_run_one_at_a_time_can_be_cancelled_and_report_why_they_fail() {
     let bench = bench_of(usize::MAX, None, Some(Box::new(FakeImporter)));
     bench.clock(0);
     let mut gateway = bench.gateway();
@@ -457,27 +457,27 @@ fn files_become_maps_one_at_a_time_until_they_are_cancelled_and_what_is_wrong_is
     assert_eq!(failed(&mut gateway).0, missing);
     std::fs::write(uploads.join(missing.to_string()), "points").expect("written");
     let frame = Some(MapId(Uuid::from_u128(9)));
-    gateway.command(5, api::Command::ImportMap { upload: missing, name: "Laid".to_owned(), frame });
+    gateway.command(5, api::Command::ImportMap { upload: missing, name: "Aligned".to_owned(), frame });
     let gone = "The map whose frame it was to have is not here any more.".to_owned();
     assert_eq!(failed(&mut gateway), (missing, gone));
     let [map, onto] = [7, 8].map(|number| MapId(Uuid::from_u128(number)));
     let work = UploadId(Uuid::from_u128(4));
-    let align = |pairs| api::Command::AlignMap { upload: work, name: "Laid".to_owned(), map, onto, pairs };
+    let align = |pairs| api::Command::AlignMap { upload: work, name: "Aligned".to_owned(), map, onto, pairs };
     let data = uploads.parent().expect("a folder").join("maps");
     gateway.command(6, align(Vec::new()));
-    assert_eq!(failed(&mut gateway), (work, "The map to be laid is not here any more.".to_owned()));
+    assert_eq!(failed(&mut gateway), (work, "The map to be aligned is not here any more.".to_owned()));
     for map in [map, onto] {
         std::fs::create_dir_all(data.join(map.to_string())).expect("made");
     }
     gateway.command(7, align(vec![[Vec3::default(); 2]; 3]));
-    assert_eq!(failed(&mut gateway), (work, "Laid cannot be laid by 3 pairs.".to_owned()));
+    assert_eq!(failed(&mut gateway), (work, "Aligned cannot be aligned by 3 pairs.".to_owned()));
     gateway.command(8, align(vec![[Vec3::default(); 2]; api::MAX_PAIRS + 9]));
-    assert_eq!(failed(&mut gateway).1, format!("Laid cannot be laid by {} pairs.", api::MAX_PAIRS));
+    assert_eq!(failed(&mut gateway).1, format!("Aligned cannot be aligned by {} pairs.", api::MAX_PAIRS));
     assert_eq!(std::fs::read_dir(uploads).expect("readable").count(), 0);
 }
 
 #[test]
-fn a_core_that_makes_no_maps_of_files_says_so() {
+fn a_core_without_an_importer_refuses_imports() {
     let bench = bench(usize::MAX);
     bench.clock(0);
     let mut gateway = bench.gateway();

@@ -1,12 +1,14 @@
-//! The Unix socket on which the gateway finds the core. Each message lies behind its length, a little-endian `u32`.
+//! The Unix socket between core and gateway. Each message follows its length, a little-endian `u32`.
 //!
-//! One gateway at a time: a new one takes the place of the old. A gateway that writes nonsense or speaks another
-//! version is dropped; one that does not read is dropped by [`StatePublisher`] or when a write takes longer than [`WRITE_MAX`].
+//! One gateway is connected at a time; a new one replaces it. A gateway that sends invalid messages or speaks another version is disconnected.
+//! So is one that does not read: by [`StatePublisher`] when its queue is full, or when a write takes longer than
+//! [`GatewayLinkConfig::write_timeout`].
 
 use crate::control_loop::ClientRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
 use crate::state_publisher::StatePublisher;
+use crate::texts;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
 use crossbeam_channel::Sender;
 use messages::{Command, Principal};
@@ -20,29 +22,40 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Longest time for one write to the gateway.
-const WRITE_MAX: Duration = Duration::from_secs(5);
-
-/// The listening socket and its threads. Dropping it closes all and removes the socket.
-pub struct GatewayLink {
-    path: PathBuf,
-    ending: Arc<AtomicBool>,
-    accepting: Option<JoinHandle<()>>,
+/// Parameters of the [`GatewayLink`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GatewayLinkConfig {
+    /// Longest time for one write to the gateway.
+    pub write_timeout: Duration,
 }
 
-/// What the threads share.
+impl Default for GatewayLinkConfig {
+    fn default() -> Self {
+        Self { write_timeout: Duration::from_secs(5) }
+    }
+}
+
+/// The listening socket and its threads. Dropping it closes the connection and removes the socket.
+pub struct GatewayLink {
+    path: PathBuf,
+    is_ending: Arc<AtomicBool>,
+    accept_thread: Option<JoinHandle<()>>,
+}
+
+/// Shared by the threads.
 #[derive(Clone)]
 struct Shared {
+    config: GatewayLinkConfig,
     state_publisher: Arc<StatePublisher>,
     commands: Sender<ClientRequest>,
     imports: Imports,
-    ending: Arc<AtomicBool>,
+    is_ending: Arc<AtomicBool>,
 }
 
 impl GatewayLink {
-    /// Begins to listen. A socket left over at this path is replaced: the data directory's lock has made sure that no
-    /// other core uses it.
+    /// Starts to listen. A socket left over at this path is replaced: the lock of the data directory ensures that no other core uses it.
     pub fn listen(
+        config: GatewayLinkConfig,
         path: &Path,
         state_publisher: Arc<StatePublisher>,
         commands: Sender<ClientRequest>,
@@ -56,51 +69,51 @@ impl GatewayLink {
             _ => {}
         }
         let listener = UnixListener::bind(path)?;
-        let ending = Arc::new(AtomicBool::new(false));
-        let shared = Shared { state_publisher, commands, imports, ending: Arc::clone(&ending) };
-        let accepting = thread::Builder::new()
+        let is_ending = Arc::new(AtomicBool::new(false));
+        let shared = Shared { config, state_publisher, commands, imports, is_ending: Arc::clone(&is_ending) };
+        let accept_thread = thread::Builder::new()
             .name("gateway-accept".to_owned())
             .spawn(move || accept(&listener, &shared))?;
-        Ok(Self { path: path.to_owned(), ending, accepting: Some(accepting) })
+        Ok(Self { path: path.to_owned(), is_ending, accept_thread: Some(accept_thread) })
     }
 }
 
 impl Drop for GatewayLink {
     fn drop(&mut self) {
-        self.ending.store(true, Ordering::Release);
+        self.is_ending.store(true, Ordering::Release);
         // Wakes the thread that waits for connections.
-        let woken = UnixStream::connect(&self.path).is_ok();
-        if let Some(accepting) = self.accepting.take().filter(|_| woken) {
-            let _ = accepting.join();
+        let is_awake = UnixStream::connect(&self.path).is_ok();
+        if let Some(thread) = self.accept_thread.take().filter(|_| is_awake) {
+            let _ = thread.join();
         }
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// The connection being served.
-struct Serving {
+/// The connected gateway.
+struct Connection {
     stream: UnixStream,
     threads: [JoinHandle<()>; 2],
 }
 
-impl Serving {
+impl Connection {
     fn start(stream: UnixStream, shared: &Shared) -> io::Result<Self> {
-        stream.set_write_timeout(Some(WRITE_MAX))?;
+        stream.set_write_timeout(Some(shared.config.write_timeout))?;
         let (reading, writing) = (stream.try_clone()?, stream.try_clone()?);
-        let connection = shared.state_publisher.connect();
+        let id = shared.state_publisher.connect();
         let (for_reader, state_publisher) = (shared.clone(), Arc::clone(&shared.state_publisher));
         let reader = thread::Builder::new().name("gateway-read".to_owned()).spawn(move || {
             if let Err(error) = read_all(&reading, &for_reader) {
                 tracing::warn!("the gateway's connection ends: {error}");
             }
-            for_reader.state_publisher.disconnect(connection);
+            for_reader.state_publisher.disconnect(id);
         })?;
         let writer = thread::Builder::new().name("gateway-write".to_owned()).spawn(move || {
-            if let Err(error) = write_all(&writing, &state_publisher, connection) {
+            if let Err(error) = write_all(&writing, &state_publisher, id) {
                 tracing::warn!("the gateway's connection ends: {error}");
             }
-            state_publisher.disconnect(connection);
-            // Ends the reader too, which waits for bytes.
+            state_publisher.disconnect(id);
+            // Ends the reader as well, which waits for bytes.
             let _ = writing.shutdown(Shutdown::Both);
         })?;
         Ok(Self { stream, threads: [reader, writer] })
@@ -115,16 +128,16 @@ impl Serving {
 }
 
 fn accept(listener: &UnixListener, shared: &Shared) {
-    let mut serving: Option<Serving> = None;
+    let mut connection: Option<Connection> = None;
     for stream in listener.incoming() {
-        if let Some(old) = serving.take() {
+        if let Some(old) = connection.take() {
             old.end();
         }
-        if shared.ending.load(Ordering::Acquire) {
+        if shared.is_ending.load(Ordering::Acquire) {
             return;
         }
-        match stream.and_then(|stream| Serving::start(stream, shared)) {
-            Ok(new) => serving = Some(new),
+        match stream.and_then(|stream| Connection::start(stream, shared)) {
+            Ok(new) => connection = Some(new),
             Err(error) => tracing::error!("a gateway could not connect: {error}"),
         }
     }
@@ -137,7 +150,7 @@ fn write_all(mut stream: &UnixStream, state_publisher: &StatePublisher, connecti
     Ok(())
 }
 
-/// A message behind its length.
+/// A message after its length.
 fn frame(message: &CoreMessage) -> Vec<u8> {
     let body = api::encode(message);
     let mut bytes = Vec::with_capacity(body.len() + 4);
@@ -148,17 +161,14 @@ fn frame(message: &CoreMessage) -> Vec<u8> {
 
 fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
     let mut reader = BufReader::new(stream);
-    let mut greeted = false;
+    let mut has_greeted = false;
     while let Some(message) = read_message(&mut reader)? {
         match message {
-            GatewayMessage::Hello { version } if version == api::VERSION => greeted = true,
+            GatewayMessage::Hello { version } if version == api::VERSION => has_greeted = true,
             GatewayMessage::Hello { version } => {
-                let text = format!("it speaks version {version} and the core {}", api::VERSION);
-                return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+                return Err(invalid(texts::other_version(version, api::VERSION)));
             }
-            _ if !greeted => {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, "it did not introduce itself"));
-            }
+            _ if !has_greeted => return Err(invalid(texts::NO_GREETING)),
             GatewayMessage::Command { id, by, command } => {
                 let request = match convert::route(command) {
                     RoutedCommand::Stack(kind) => {
@@ -185,7 +195,7 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
     Ok(())
 }
 
-/// The next message; none at the end of the stream.
+/// The next message; `None` at the end of the stream.
 fn read_message(reader: &mut impl Read) -> io::Result<Option<GatewayMessage>> {
     let mut length = [0; 4];
     match reader.read_exact(&mut length) {
@@ -194,14 +204,17 @@ fn read_message(reader: &mut impl Read) -> io::Result<Option<GatewayMessage>> {
     }
     let length = u32::from_le_bytes(length) as usize;
     if length > MAX_MESSAGE_BYTES {
-        let text = format!("a message of {length} bytes is announced; {MAX_MESSAGE_BYTES} is the most");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+        return Err(invalid(texts::message_too_long(length, MAX_MESSAGE_BYTES)));
     }
-    // Grows with what arrives, not with what is announced.
+    // The buffer grows with the bytes that arrive, not with the length that is announced.
     let mut body = Vec::new();
     reader.take(length as u64).read_to_end(&mut body)?;
     if body.len() < length {
         return Ok(None);
     }
-    api::decode(&body).map(Some).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))
+    api::decode(&body).map(Some).map_err(invalid)
+}
+
+fn invalid(error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, error)
 }

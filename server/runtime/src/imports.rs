@@ -1,9 +1,12 @@
-//! Point clouds that clients sent, made into maps, and maps laid into other maps' frames: one at a time, far from the control loop.
+//! Imports: makes maps of uploaded point clouds, and aligns saved maps with other saved maps. One import runs at a time, on a thread of its own.
+//!
+//! The work itself is done by the [`MapImporter`] in another process. The new map is adopted by the store when it is complete.
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
+use crate::texts::{self, ImportVerb};
 use api::{Event, Import, ImportStage};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::Severity;
@@ -15,12 +18,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use store::{Store, StoreError};
 use vocab::{MapId, UploadId, Vec3};
 
-/// Names longer than this are cut, characters.
-const NAME_MAX: usize = 80;
+/// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.
+const NAME_CHARS_MAX: usize = 80;
 
 /// A request to make a map.
 pub struct ImportRequest {
-    /// The uploaded file, or the id that the client gave to this work.
+    /// Id of the uploaded file, or for an alignment an id made by the client.
     pub upload: UploadId,
     /// Name of the map.
     pub name: String,
@@ -32,16 +35,16 @@ pub struct ImportRequest {
 pub enum ImportSource {
     /// The uploaded file.
     File {
-        /// The map whose frame it is to have.
+        /// The map with which it is aligned; its frame becomes the new map's frame.
         frame: Option<MapId>,
     },
-    /// Another map.
+    /// A saved map.
     Map {
-        /// Which.
+        /// The map.
         map: MapId,
-        /// The map whose frame it is to have.
+        /// The map with which it is aligned; its frame becomes the new map's frame.
         onto: MapId,
-        /// Points picked in both.
+        /// Corresponding points picked in both maps; without any, the alignment is found by place recognition.
         pairs: Vec<[Vec3; 2]>,
     },
 }
@@ -52,75 +55,76 @@ type Cancelled = Arc<Mutex<Option<UploadId>>>;
 /// Sends requests to the import thread.
 #[derive(Clone)]
 pub struct Imports {
-    /// None where this core imports no files.
+    /// `None` without an importer.
     requests: Option<Sender<ImportRequest>>,
     cancelled: Cancelled,
 }
 
 /// The import thread.
 pub struct ImportWorker {
+    /// Makes the maps.
     pub importer: Box<dyn MapImporter>,
     pub store: Arc<Store>,
     pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
     pub requests: Receiver<ImportRequest>,
-    /// Disconnected when it is time to end.
+    /// Disconnected when the core ends.
     pub stop: Receiver<()>,
     pub cancelled: Cancelled,
 }
 
 impl Imports {
-    /// With what the worker listens to. One may wait.
+    /// With the worker's end of the queue. One request may wait.
     pub fn new() -> (Self, Receiver<ImportRequest>) {
         let (sender, requests) = crossbeam_channel::bounded(1);
         (Self { requests: Some(sender), cancelled: Cancelled::default() }, requests)
     }
 
-    /// What the worker asks whether to go on.
+    /// Shared with the worker: the upload whose import was cancelled last.
     pub fn cancelled(&self) -> Cancelled {
         Arc::clone(&self.cancelled)
     }
 
-    /// Where nobody makes maps of files.
+    /// Refuses every request.
     pub fn none() -> Self {
         Self { requests: None, cancelled: Cancelled::default() }
     }
 
-    /// Begins to make a map of an uploaded file.
+    /// Queues a request.
     ///
     /// # Errors
-    /// Why not, one sentence.
+    /// The reason for the refusal, one sentence for people.
     pub fn begin(&self, request: ImportRequest) -> Result<(), String> {
-        let requests = self.requests.as_ref().ok_or("This platform makes no maps of files.")?;
+        let requests = self.requests.as_ref().ok_or(texts::NO_IMPORTER)?;
         requests.try_send(request).map_err(|error| match error {
-            TrySendError::Full(_) => "Another map is being imported. Wait until that is done.".to_owned(),
-            TrySendError::Disconnected(_) => "The platform is ending.".to_owned(),
+            TrySendError::Full(_) => texts::IMPORT_BUSY.to_owned(),
+            TrySendError::Disconnected(_) => texts::PLATFORM_ENDING.to_owned(),
         })
     }
 
-    /// Ends the import of that file, if it is under way.
+    /// Cancels the import of this upload, if it is running.
     pub fn cancel(&self, upload: UploadId) {
         *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner) = Some(upload);
     }
 }
 
 impl ImportWorker {
-    /// Works until told to stop.
+    /// Handles requests until the core ends.
     pub fn run(self) {
         loop {
             crossbeam_channel::select! {
                 recv(self.stop) -> _ => return,
                 recv(self.requests) -> request => match request {
-                    Ok(request) => self.make(request.upload, &tidy(&request.name), &request.source),
+                    Ok(request) => self.import(request.upload, &display_name(&request.name), &request.source),
                     Err(_) => return,
                 },
             }
         }
     }
 
-    fn make(&self, upload: UploadId, name: &str, of: &ImportSource) {
-        let (file, made) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
+    fn import(&self, upload: UploadId, name: &str, source: &ImportSource) {
+        let (file, out) = (self.store.dir().upload(upload), self.store.dir().upload_map(upload));
         let mut progress = |stage, share| {
             self.state_publisher.publish(Event::Import(Import::Running {
                 upload,
@@ -128,70 +132,71 @@ impl ImportWorker {
                 stage,
                 share,
             }));
-            if self.is_over(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.is_cancelled(upload) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let imported = if progress(ImportStage::Reading, 0.0).is_break() {
-            Err("It was cancelled.".to_owned())
+            Err(texts::IMPORT_CANCELLED.to_owned())
         } else {
-            self.made_of(of, &file, name, &made, &mut progress)
+            self.run_importer(source, &file, name, &out, &mut progress)
         };
-        let adopted = imported.and_then(|()| match self.is_over(upload) {
-            true => Err("It was cancelled.".to_owned()),
-            false => self.store.adopt_map(&made).map_err(|error| told(&error)),
+        let adopted = imported.and_then(|()| match self.is_cancelled(upload) {
+            true => Err(texts::IMPORT_CANCELLED.to_owned()),
+            false => self.store.adopt_map(&out).map_err(|error| store_reason(&error)),
         });
-        // What is left has no use; at the next start it is removed in any case.
-        if matches!(of, ImportSource::File { .. }) {
-            let _ = fs::remove_file(&file);
-        }
-        let _ = fs::remove_dir_all(&made);
-        let verb = if matches!(of, ImportSource::File { .. }) { "imported" } else { "laid" };
-        self.tell(upload, name, verb, adopted.map(|summary| summary.id));
+        // Files that cannot be removed now are removed at the next start.
+        let _ = fs::remove_dir_all(&out);
+        let verb = match source {
+            ImportSource::File { .. } => {
+                let _ = fs::remove_file(&file);
+                ImportVerb::Imported
+            }
+            ImportSource::Map { .. } => ImportVerb::Aligned,
+        };
+        self.publish_outcome(upload, name, verb, adopted.map(|summary| summary.id));
     }
 
-    fn made_of(
+    /// Makes the map in the folder `out`. Fails with a sentence for people.
+    fn run_importer(
         &self,
-        of: &ImportSource,
+        source: &ImportSource,
         file: &Path,
         name: &str,
-        made: &Path,
+        out: &Path,
         progress: &mut dyn FnMut(ImportStage, f32) -> ControlFlow<()>,
     ) -> Result<(), String> {
-        let gone = |what: &str| Err(format!("The map {what} is not here any more."));
         let folder = |map: MapId| Some(self.store.dir().map(map)).filter(|folder| folder.exists());
-        match of {
-            ImportSource::File { .. } if !file.exists() => {
-                Err("That file is not here any more. Send it again.".to_owned())
-            }
-            ImportSource::File { frame: None } => self.importer.import(file, name, None, made, progress),
+        match source {
+            ImportSource::File { .. } if !file.exists() => Err(texts::UPLOAD_MISSING.to_owned()),
+            ImportSource::File { frame: None } => self.importer.import(file, name, None, out, progress),
             ImportSource::File { frame: Some(frame) } => match folder(*frame) {
-                Some(frame) => self.importer.import(file, name, Some(&frame), made, progress),
-                None => gone("whose frame it was to have"),
+                Some(frame) => self.importer.import(file, name, Some(&frame), out, progress),
+                None => Err(texts::FRAME_MAP_MISSING.to_owned()),
             },
-            ImportSource::Map { map, onto, .. } if map == onto => {
-                Err("A map cannot be laid onto itself.".to_owned())
-            }
+            ImportSource::Map { map, onto, .. } if map == onto => Err(texts::ALIGN_ONTO_ITSELF.to_owned()),
             ImportSource::Map { map, onto, pairs } => match (folder(*map), folder(*onto)) {
-                (Some(_), Some(_)) if !self.store.has_space_for_copy(*map).map_err(|error| told(&error))? => {
-                    Err("There is too little room on the robot's disk for another map of this size. Delete maps or recordings first."
-                        .to_owned())
+                (Some(_), Some(_))
+                    if !self.store.has_space_for_copy(*map).map_err(|error| store_reason(&error))? =>
+                {
+                    Err(texts::NO_SPACE_FOR_COPY.to_owned())
                 }
-                (Some(map), Some(onto)) => self.importer.align([&map, &onto], pairs, name, made, progress),
-                (None, _) => gone("to be laid"),
-                (_, None) => gone("whose frame it was to have"),
+                (Some(map), Some(onto)) => self.importer.align([&map, &onto], pairs, name, out, progress),
+                (None, _) => Err(texts::ALIGNED_MAP_MISSING.to_owned()),
+                (_, None) => Err(texts::FRAME_MAP_MISSING.to_owned()),
             },
         }
     }
 
-    fn is_over(&self, upload: UploadId) -> bool {
+    /// Whether a client has cancelled this import, or the core ends.
+    fn is_cancelled(&self, upload: UploadId) -> bool {
         let cancelled = *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner);
-        let ended = matches!(self.stop.try_recv(), Err(crossbeam_channel::TryRecvError::Disconnected));
-        cancelled == Some(upload) || ended
+        let is_ending = matches!(self.stop.try_recv(), Err(crossbeam_channel::TryRecvError::Disconnected));
+        cancelled == Some(upload) || is_ending
     }
 
-    fn tell(&self, upload: UploadId, name: &str, verb: &str, result: Result<MapId, String>) {
+    fn publish_outcome(&self, upload: UploadId, name: &str, verb: ImportVerb, result: Result<MapId, String>) {
         let (severity, text) = match &result {
-            Ok(_) => (Severity::Info, format!("{name} is {verb}.")),
-            Err(reason) => (Severity::Warning, format!("{name} was not {verb}: {reason}")),
+            Ok(_) => (Severity::Info, texts::import_done(name, verb)),
+            Err(reason) => (Severity::Warning, texts::import_failed(name, verb, reason)),
         };
         if result.is_ok() {
             match self.store.maps() {
@@ -207,16 +212,21 @@ impl ImportWorker {
     }
 }
 
-fn told(error: &StoreError) -> String {
+/// Why the store refuses the map, one sentence for people.
+fn store_reason(error: &StoreError) -> String {
     match error {
-        StoreError::MapExists { .. } => "The same map is here already.".to_owned(),
+        StoreError::MapExists { .. } => texts::MAP_EXISTS.to_owned(),
         error => format!("{}.", sentence(error)),
     }
 }
 
-/// One line of a length that can be shown.
-fn tidy(name: &str) -> String {
-    let name: String = name.chars().filter(|letter| !letter.is_control()).take(NAME_MAX).collect();
+/// The name without control characters, cut to [`NAME_CHARS_MAX`]; a default for an empty one.
+fn display_name(name: &str) -> String {
+    let name: String = name.chars().filter(|letter| !letter.is_control()).take(NAME_CHARS_MAX).collect();
     let name = name.trim();
-    if name.is_empty() { "Map".to_owned() } else { name.to_owned() }
+    if name.is_empty() { texts::UNNAMED_MAP.to_owned() } else { name.to_owned() }
 }
+
+#[cfg(test)]
+#[path = "imports_tests.rs"]
+mod tests;

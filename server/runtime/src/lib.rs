@@ -4,14 +4,14 @@
 //! | --- | --- | --- |
 //! | the link's own | sensors in, drive commands out | the robot's clock |
 //! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
-//! | `recorder` | writes every input before it can matter to anyone else | the loop |
+//! | `recorder` | writes every input to the recording | the loop |
 //! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
 //! | `compute` | verifies loops, compares revisits, relocalises | the loop |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
-//! | `imports` | maps of files that clients sent, in a process of their own | a client |
+//! | `imports` | maps of uploaded files, made by another process | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |
 //!
-//! Nothing here makes the control loop wait for a disk, a client or a network. Each queue says what may be lost and how that is reported.
+//! The control loop never waits for a disk, a client or a network. Each queue documents what may be lost and how that is reported.
 
 mod clock;
 mod control_loop;
@@ -22,11 +22,14 @@ mod imports;
 mod jobs;
 mod live_map;
 mod mailbox;
-mod place_keeper;
 mod platform;
+mod pose_persistence;
 mod publisher;
 mod recording;
 mod state_publisher;
+#[cfg(test)]
+mod testing;
+mod texts;
 
 pub use crate::core::{Core, CoreConfig, StartError};
 pub use jobs::known_map;

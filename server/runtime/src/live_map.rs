@@ -1,5 +1,6 @@
-//! The map while it grows: keyframe clouds cut into tiles as they come, each in its keyframe's frame, so that a loop
-//! closure sends poses and no points.
+//! The tiles that clients see: of the map under construction, or of the saved map in which the robot is localised.
+//!
+//! The cloud of a new keyframe is cut into tiles in the keyframe's frame. After a loop closure only poses are sent again, no points.
 
 use crate::convert;
 use api::{Anchor, Event, Graph, LoopsChanged, TileEntry, TileHash, TilesChanged};
@@ -9,32 +10,44 @@ use std::sync::Arc;
 use store::{Store, StoreError};
 use vocab::{Aabb, KeyframeId, MapId, SessionId};
 
-/// Greatest step of a tile's lattice, metres: four per voxel of a keyframe's cloud.
-const RESOLUTION: f32 = 0.01;
+/// Parameters of the [`LiveMap`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LiveMapConfig {
+    /// Coarsest step to which coordinates are rounded in tiles, metres: a quarter of a voxel of a keyframe's cloud.
+    pub tile_resolution_m: f32,
+}
 
-/// Tiles of the running session.
+impl Default for LiveMapConfig {
+    fn default() -> Self {
+        Self { tile_resolution_m: 0.01 }
+    }
+}
+
+/// Tiles of the running session, and which saved map is shown.
 pub struct LiveMap {
+    config: LiveMapConfig,
     store: Arc<Store>,
     session: Option<SessionId>,
-    /// Whether the map that the session goes on from is shown.
-    base_shown: bool,
-    /// The saved map that is shown because the robot is localised in it.
-    known: Option<MapId>,
+    /// Whether the saved map that the session extends has been sent.
+    has_sent_extended: bool,
+    /// The saved map that is shown because the robot is localised or relocalises in it.
+    saved: Option<MapId>,
     splitter: LevelSplitter,
     tiles: Vec<TileHash>,
 }
 
 /// A session that has ended, and its tiles.
-pub type Ended = (SessionId, Vec<TileHash>);
+pub type EndedSession = (SessionId, Vec<TileHash>);
 
 impl LiveMap {
-    /// No session yet; tiles go to the store.
-    pub fn new(store: Arc<Store>) -> Self {
+    /// Without a session. Tiles are written to the store.
+    pub fn new(config: LiveMapConfig, store: Arc<Store>) -> Self {
         Self {
+            config,
             store,
             session: None,
-            base_shown: false,
-            known: None,
+            has_sent_extended: false,
+            saved: None,
             splitter: LevelSplitter::new(SplitConfig::default()),
             tiles: Vec::new(),
         }
@@ -45,8 +58,8 @@ impl LiveMap {
         self.session
     }
 
-    /// Follows the state of mapping. Returns the session that has ended with it, if one has.
-    pub fn follow(&mut self, state: &MappingState) -> Option<Ended> {
+    /// Updates the state of mapping. Returns the session that has ended, if one has.
+    pub fn set_mapping(&mut self, state: &MappingState) -> Option<EndedSession> {
         let session = match state {
             MappingState::Idle => None,
             MappingState::Loading { session, .. }
@@ -60,19 +73,19 @@ impl LiveMap {
         }
         let ended = std::mem::replace(&mut self.session, session);
         self.splitter = LevelSplitter::new(SplitConfig::default());
-        self.base_shown = false;
+        self.has_sent_extended = false;
         let tiles = std::mem::take(&mut self.tiles);
         ended.map(|session| (session, tiles))
     }
 
-    /// What to tell clients of the map that the session goes on from, once the robot has found itself in it: its tiles, which
-    /// stay where that map has them, and what was decided on its loops.
+    /// The events that show the map which the session extends: its tiles in the map's frame, and its loop decisions. They are returned once, when
+    /// the robot is localised in that map.
     ///
     /// # Errors
     /// When that map cannot be read.
-    pub fn show_base(&mut self, state: &MappingState) -> Result<Vec<Event>, StoreError> {
+    pub fn show_extended(&mut self, state: &MappingState) -> Result<Vec<Event>, StoreError> {
         let MappingState::Mapping { extends: Some(map), .. } = state else { return Ok(Vec::new()) };
-        if std::mem::replace(&mut self.base_shown, true) {
+        if std::mem::replace(&mut self.has_sent_extended, true) {
             return Ok(Vec::new());
         }
         let added = self.store.map_tiles(*map)?.tiles;
@@ -82,19 +95,19 @@ impl LiveMap {
         Ok(vec![tiles, loops])
     }
 
-    /// What to tell clients of the saved map that the robot is localised in: its tiles and its graph, from when on it has been read until
-    /// the robot is in another map or none.
+    /// The events that show the saved map in which the robot is localised or relocalises: its tiles and its graph. They are returned when the map
+    /// changes; without a map they clear both.
     ///
     /// # Errors
     /// When that map cannot be read.
-    pub fn show_known(&mut self, state: &LocalisationState) -> Result<Vec<Event>, StoreError> {
+    pub fn show_saved(&mut self, state: &LocalisationState) -> Result<Vec<Event>, StoreError> {
         let wanted = match state {
             LocalisationState::Localised { map, .. } | LocalisationState::Relocalising { map, .. } => {
                 Some(*map)
             }
             LocalisationState::Idle | LocalisationState::Loading { .. } => None,
         };
-        let before = std::mem::replace(&mut self.known, wanted);
+        let before = std::mem::replace(&mut self.saved, wanted);
         if before == wanted || self.session.is_some() {
             return Ok(Vec::new());
         }
@@ -104,15 +117,15 @@ impl LiveMap {
             }
             None => (Vec::new(), Graph::default()),
         };
-        // The graph first, since tiles hang on its keyframes.
+        // The graph comes first, because tiles refer to its keyframes.
         Ok(vec![Event::Graph(graph), Event::Tiles(TilesChanged { reset: true, added })])
     }
 
-    /// Adds a keyframe's cloud, and returns what to tell clients.
+    /// Cuts a keyframe's cloud into tiles, and returns the event that shows them.
     ///
     /// # Errors
-    /// When a tile could not be written; those before it are kept.
-    pub fn add(&mut self, keyframe: &Keyframe) -> Result<Event, StoreError> {
+    /// When a tile could not be written; the tiles before it are kept.
+    pub fn insert_keyframe(&mut self, keyframe: &Keyframe) -> Result<Event, StoreError> {
         let cloud = &keyframe.cloud;
         let levels = self.splitter.push(&keyframe.map_from_keyframe, &cloud.xyz, &cloud.intensity);
         let mut added = Vec::with_capacity(levels.len());
@@ -125,7 +138,7 @@ impl LiveMap {
     }
 
     fn write(&self, keyframe: KeyframeId, level: &LevelPoints) -> Result<TileEntry, StoreError> {
-        let bytes = level.encode(RESOLUTION);
+        let bytes = level.encode(self.config.tile_resolution_m);
         let mut bounds = Aabb::EMPTY;
         for point in &level.xyz {
             bounds.include(*point);
@@ -141,3 +154,7 @@ impl LiveMap {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "live_map_tests.rs"]
+mod tests;

@@ -1,8 +1,7 @@
-//! From the control loop to the publisher: never blocks, and holds the latest of what goes out of date.
+//! The queue of publications from the control loop to the publisher. Posting never blocks.
 //!
-//! Estimates and scans are replaced when the publisher has not fetched them yet. Everything else keeps its order and is
-//! never dropped: it is small, apart from keyframes, which come a few times a second and share their clouds with the
-//! job thread.
+//! An estimate or scan that the publisher has not taken yet is replaced by the next one. All other publications keep their order and are never
+//! dropped. They are small; only keyframes have clouds, which they share with the job thread.
 
 use messages::{CorrectedScan, Estimate, Notice, Publication, Severity};
 use std::collections::VecDeque;
@@ -10,12 +9,16 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use vocab::Stamp;
 
-/// What lies in the mailbox.
+/// The publications that wait.
 #[derive(Default)]
 pub struct Mail {
+    /// Publications in the order of posting, without estimates and scans.
     pub ordered: VecDeque<Publication>,
+    /// The newest scan.
     pub scan: Option<CorrectedScan>,
+    /// The newest estimate.
     pub estimate: Option<Estimate>,
+    /// Whether the control loop has ended.
     pub closed: bool,
 }
 
@@ -25,7 +28,7 @@ impl Mail {
     }
 }
 
-/// Shared by both sides.
+/// The queue, shared by both threads.
 #[derive(Default)]
 pub struct Mailbox {
     mail: Mutex<Mail>,
@@ -33,7 +36,7 @@ pub struct Mailbox {
 }
 
 impl Mailbox {
-    /// Hands over what the stack said.
+    /// Appends a publication.
     pub fn post(&self, publication: Publication) {
         let mut mail = self.lock();
         match publication {
@@ -45,33 +48,37 @@ impl Mailbox {
         self.arrived.notify_one();
     }
 
-    /// Hands over something that the shell itself has to say.
+    /// Appends a notice of the shell itself.
     pub fn notice(&self, at: Stamp, severity: Severity, text: String) {
         self.post(Publication::Notice(Notice { at, severity, text }));
     }
 
-    /// Nothing more will come.
+    /// Tells the publisher that nothing more comes.
     pub fn close(&self) {
         self.lock().closed = true;
         self.arrived.notify_one();
     }
 
-    /// Waits until something lies here, it is closed, or `deadline` has come, and takes all of it.
+    /// Waits until there is a publication, the mailbox is closed or `deadline` has passed. Takes all publications.
     pub fn wait(&self, deadline: Instant) -> Mail {
         let mut mail = self.lock();
         while mail.is_empty() && !mail.closed {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
+            let remaining = deadline.saturating_duration_since(Instant::now());
+            if remaining.is_zero() {
                 break;
             }
-            mail = self.arrived.wait_timeout(mail, left).unwrap_or_else(PoisonError::into_inner).0;
+            mail = self.arrived.wait_timeout(mail, remaining).unwrap_or_else(PoisonError::into_inner).0;
         }
         let closed = mail.closed;
         Mail { closed, ..std::mem::take(&mut mail) }
     }
 
-    /// Plain data behind the lock: a thread that panicked while holding it left nothing half-done that matters.
+    /// Locks the data. A panic of the other thread leaves it usable, because every change of it is a single assignment.
     fn lock(&self) -> MutexGuard<'_, Mail> {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+#[path = "mailbox_tests.rs"]
+mod tests;

@@ -7,15 +7,15 @@ use std::time::Instant;
 use store::Recordings;
 use vocab::{Span, Stamp};
 
-/// Reads what this process uses. Figures that the system does not give are zero.
+/// Measures the resources of this process. Values that the system does not give are zero.
 pub struct PlatformProbe {
     robot: String,
     site: Option<String>,
     recordings: Recordings,
-    before: Option<Reading>,
+    previous: Option<Reading>,
 }
 
-/// What was read a second ago.
+/// One measurement; the next one is compared with it.
 struct Reading {
     when: Instant,
     robot_clock: Stamp,
@@ -25,18 +25,18 @@ struct Reading {
 impl PlatformProbe {
     /// For a robot of this name, at this simulated site if it is simulated.
     pub fn new(robot: String, site: Option<String>, recordings: Recordings) -> Self {
-        Self { robot, site, recordings, before: None }
+        Self { robot, site, recordings, previous: None }
     }
 
     /// The state now; rates are since the last call.
     pub fn read(&mut self, robot_clock: Stamp) -> Platform {
         let reading = Reading { when: Instant::now(), robot_clock, cpu_seconds: cpu_seconds() };
-        let (real_time_factor, cpu_cores) = self.before.as_ref().map_or((1.0, 0.0), |before| {
-            let wall = (reading.when - before.when).as_secs_f64().max(1e-3);
-            let robot = (reading.robot_clock - before.robot_clock).secs_f64();
-            (robot / wall, (reading.cpu_seconds - before.cpu_seconds) / wall)
+        let (real_time_factor, cpu_cores) = self.previous.as_ref().map_or((1.0, 0.0), |previous| {
+            let wall = (reading.when - previous.when).as_secs_f64().max(1e-3);
+            let robot = (reading.robot_clock - previous.robot_clock).secs_f64();
+            (robot / wall, (reading.cpu_seconds - previous.cpu_seconds) / wall)
         });
-        self.before = Some(reading);
+        self.previous = Some(reading);
         Platform {
             robot: self.robot.clone(),
             site: self.site.clone(),
@@ -45,7 +45,7 @@ impl PlatformProbe {
             cpu_cores: cpu_cores as f32,
             memory_bytes: resident_bytes(),
             disk_free_bytes: self.recordings.free_bytes().unwrap_or(0),
-            // The gateway is who knows these two; it fills them in.
+            // The gateway fills in these two.
             core_connected: true,
             clients: 0,
         }
@@ -55,8 +55,8 @@ impl PlatformProbe {
 /// CPU time of this process so far, seconds.
 fn cpu_seconds() -> f64 {
     let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The command's name is in parentheses and may hold anything, so count from its end: utime and stime are the
-    // 12th and 13th fields after it.
+    // proc(5): the command's name is in parentheses and may contain blanks and parentheses. utime and stime are the 12th and 13th fields
+    // after the last parenthesis.
     let fields = stat.rsplit_once(") ").map_or("", |(_, fields)| fields).split(' ');
     let ticks: u64 = fields.skip(11).take(2).filter_map(|field| field.parse::<u64>().ok()).sum();
     ticks as f64 / rustix::param::clock_ticks_per_second() as f64
@@ -69,36 +69,49 @@ fn resident_bytes() -> u64 {
     pages * rustix::param::page_size() as u64
 }
 
-/// Says how long the battery lasts, from how fast its charge has changed.
-#[derive(Default)]
-pub struct BatteryForecast {
-    /// Where the present stretch of charging or discharging began.
-    anchor: Option<BatteryState>,
+/// Parameters of the [`BatteryForecast`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryForecastConfig {
+    /// Shortest time over which the rate of charge is measured.
+    pub min_span: Span,
+    /// Smallest change of charge (0 to 1) from which a rate is computed.
+    pub min_change: f64,
 }
 
-/// Shortest stretch from which a rate is taken.
-const FORECAST_AFTER: Span = Span::from_millis(60_000);
+impl Default for BatteryForecastConfig {
+    fn default() -> Self {
+        Self { min_span: Span::from_millis(60_000), min_change: 1e-4 }
+    }
+}
+
+/// Predicts the time until the battery is empty or full, from the mean rate since charging or discharging began.
+#[derive(Default)]
+pub struct BatteryForecast {
+    config: BatteryForecastConfig,
+    /// State at which the present charging or discharging began.
+    start: Option<BatteryState>,
+}
 
 impl BatteryForecast {
-    /// Looks at the battery's latest state.
-    pub fn look(&mut self, state: &BatteryState) -> Battery {
-        let anchor = *self.anchor.get_or_insert(*state);
-        let turned = anchor.charging != state.charging || state.stamp < anchor.stamp;
-        if turned {
-            self.anchor = Some(*state);
+    /// Adds the battery's latest state and returns it with the prediction.
+    pub fn update(&mut self, state: &BatteryState) -> Battery {
+        let start = *self.start.get_or_insert(*state);
+        let has_changed = start.charging != state.charging || state.stamp < start.stamp;
+        if has_changed {
+            self.start = Some(*state);
         }
-        let left = if turned { None } else { time_left(&anchor, state) };
+        let left = if has_changed { None } else { time_left(&self.config, &start, state) };
         Battery { stamp: state.stamp, charge: state.charge, left, charging: state.charging }
     }
 }
 
-/// Until empty, or until full while charging; none while there is too little to go by.
-fn time_left(since: &BatteryState, now: &BatteryState) -> Option<Span> {
-    let elapsed = now.stamp - since.stamp;
-    let change = f64::from(now.charge - since.charge);
-    let to_go = if now.charging { 1.0 - f64::from(now.charge) } else { -f64::from(now.charge) };
-    let known = elapsed >= FORECAST_AFTER && change.abs() > 1e-4 && change * to_go > 0.0;
-    known.then(|| Span::from_secs_f64(elapsed.secs_f64() * to_go / change))
+/// Time until the battery is empty, or full while it charges; `None` while the rate is not known.
+fn time_left(config: &BatteryForecastConfig, start: &BatteryState, now: &BatteryState) -> Option<Span> {
+    let elapsed = now.stamp - start.stamp;
+    let change = f64::from(now.charge - start.charge);
+    let remaining = if now.charging { 1.0 - f64::from(now.charge) } else { -f64::from(now.charge) };
+    let is_known = elapsed >= config.min_span && change.abs() > config.min_change && change * remaining > 0.0;
+    is_known.then(|| Span::from_secs_f64(elapsed.secs_f64() * remaining / change))
 }
 
 #[cfg(test)]
@@ -110,15 +123,15 @@ mod tests {
     }
 
     #[test]
-    fn a_battery_that_loses_a_hundredth_in_a_minute_lasts_as_many_minutes_as_it_has_hundredths() {
+    fn a_battery_that_loses_one_percent_a_minute_lasts_one_minute_per_percent() {
         let mut forecast = BatteryForecast::default();
-        assert_eq!(forecast.look(&state(0, 0.90, false)).left, None);
-        assert_eq!(forecast.look(&state(30, 0.895, false)).left, None);
-        let left = forecast.look(&state(60, 0.89, false)).left.expect("known after a minute");
+        assert_eq!(forecast.update(&state(0, 0.90, false)).left, None);
+        assert_eq!(forecast.update(&state(30, 0.895, false)).left, None);
+        let left = forecast.update(&state(60, 0.89, false)).left.expect("known after a minute");
         assert!((left.secs_f64() - 89.0 * 60.0).abs() < 1.0, "{left:?}");
-        // On the dock the rate of before says nothing.
-        assert_eq!(forecast.look(&state(70, 0.89, true)).left, None);
-        let left = forecast.look(&state(170, 0.94, true)).left.expect("known again");
+        // On the dock the rate is measured anew.
+        assert_eq!(forecast.update(&state(70, 0.89, true)).left, None);
+        let left = forecast.update(&state(170, 0.94, true)).left.expect("known again");
         assert!((left.secs_f64() - 120.0).abs() < 1.0, "{left:?}");
     }
 

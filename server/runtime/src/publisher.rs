@@ -1,29 +1,45 @@
-//! Publications of the stack, converted to events for clients. Runs on its own thread, so that encoding never delays the robot.
+//! Converts publications of the stack to events for clients, on a thread of its own: encoding must not delay the robot.
 
 use crate::clock::RobotClock;
 use crate::convert;
 use crate::jobs::{DiskJob, Jobs};
 use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
-use crate::place_keeper::PlaceKeeper;
 use crate::platform::{BatteryForecast, PlatformProbe};
+use crate::pose_persistence::PosePersistence;
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
+use crate::texts;
 use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
 use messages::{CorrectedScan, Estimate, Keyframe, PoseInMap, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
 
-/// Shortest time between estimates to clients: 20 Hz.
-const ESTIMATE_EVERY: Duration = Duration::from_millis(50);
-/// Time between reports about the server itself.
-const PLATFORM_EVERY: Duration = Duration::from_secs(1);
-/// Step of a live scan's lattice, metres.
-const SCAN_RESOLUTION: f32 = 0.01;
+/// Parameters of the [`PublisherWorker`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PublisherConfig {
+    /// Shortest time between two estimates for clients. 20 Hz look smooth.
+    pub estimate_period: Duration,
+    /// Time between two reports on the resources of the server.
+    pub platform_period: Duration,
+    /// Step to which coordinates are rounded in live scans, metres.
+    pub scan_resolution_m: f32,
+}
 
-/// The publisher's parts.
+impl Default for PublisherConfig {
+    fn default() -> Self {
+        Self {
+            estimate_period: Duration::from_millis(50),
+            platform_period: Duration::from_secs(1),
+            scan_resolution_m: 0.01,
+        }
+    }
+}
+
+/// The publisher's thread.
 pub struct PublisherWorker {
+    pub config: PublisherConfig,
     pub mailbox: Arc<Mailbox>,
     pub state_publisher: Arc<StatePublisher>,
     pub clock: Arc<RobotClock>,
@@ -31,10 +47,10 @@ pub struct PublisherWorker {
     pub live_map: LiveMap,
     pub platform: PlatformProbe,
     pub battery: BatteryForecast,
-    pub place: PlaceKeeper,
-    /// The newest goals, the newest first.
+    pub persistence: PosePersistence,
+    /// The latest state of the newest goals, the newest first.
     pub goals: Vec<Goal>,
-    /// The docks as published last; none before the first time, when they are as on the disk.
+    /// The docks as published last. `None` before the first publication, which repeats what is on disk.
     pub docks: Option<Arc<[PoseInMap]>>,
 }
 
@@ -52,22 +68,22 @@ impl PublisherWorker {
                 self.publish(publication);
             }
             if let Some(scan) = mail.scan.filter(|_| self.state_publisher.wants_scans()) {
-                self.state_publisher.push(encoded(&scan));
+                self.state_publisher.push(encode_scan(&scan, self.config.scan_resolution_m));
             }
             estimate = mail.estimate.or(estimate);
             let now = Instant::now();
             if let Some(estimate) = &estimate {
-                self.place.note(now, estimate);
+                self.persistence.update(now, estimate);
             }
             if now >= estimate_at
                 && let Some(estimate) = estimate.take()
             {
                 self.state_publisher.publish(Event::Estimate(convert::estimate(&estimate)));
-                estimate_at = now + ESTIMATE_EVERY;
+                estimate_at = now + self.config.estimate_period;
             }
             if now >= platform_at {
                 self.state_publisher.publish(Event::Platform(self.platform.read(self.clock.now())));
-                platform_at = now + PLATFORM_EVERY;
+                platform_at = now + self.config.platform_period;
             }
             if mail.closed {
                 return;
@@ -77,7 +93,7 @@ impl PublisherWorker {
 
     fn publish(&mut self, publication: Publication) {
         match publication {
-            Publication::Keyframe(keyframe) => self.keyframe(&keyframe),
+            Publication::Keyframe(keyframe) => self.publish_keyframe(&keyframe),
             Publication::Graph(graph) => {
                 self.state_publisher.publish(Event::Graph(convert::graph(&graph, self.live_map.session())));
             }
@@ -86,19 +102,20 @@ impl PublisherWorker {
                 self.state_publisher.publish(Event::GraphChanged(changed));
             }
             Publication::Mapping(state) => {
-                self.follow(&state);
+                self.set_session(&state);
                 self.state_publisher.publish(Event::Mapping(convert::mapping(&state)));
-                self.show_base(&state);
+                let shown = self.live_map.show_extended(&state);
+                self.publish_saved_map(shown);
             }
             Publication::Localisation(state) => {
-                self.place.follow(&state);
+                self.persistence.set_localisation(&state);
                 self.state_publisher.publish(Event::Localisation(convert::localisation(&state)));
-                let shown = self.live_map.show_known(&state);
-                self.show(shown);
+                let shown = self.live_map.show_saved(&state);
+                self.publish_saved_map(shown);
             }
             Publication::Docks(docks) => {
-                if self.docks.as_ref().is_some_and(|before| *before != docks) {
-                    self.place.save_docks(&docks);
+                if self.docks.as_ref().is_some_and(|last| *last != docks) {
+                    self.persistence.save_docks(&docks);
                 }
                 self.state_publisher.publish(Event::Docks(convert::docks(&docks)));
                 self.docks = Some(docks);
@@ -111,7 +128,7 @@ impl PublisherWorker {
                 self.state_publisher.publish(Event::Goals(self.goals.clone()));
             }
             Publication::Battery(state) => {
-                self.state_publisher.publish(Event::Battery(self.battery.look(&state)))
+                self.state_publisher.publish(Event::Battery(self.battery.update(&state)))
             }
             other => {
                 if let Some(event) = convert::event(other) {
@@ -121,13 +138,13 @@ impl PublisherWorker {
         }
     }
 
-    /// Clears the live map when its session has ended.
-    fn follow(&mut self, state: &messages::MappingState) {
-        let before = self.live_map.session();
-        if let Some((session, tiles)) = self.live_map.follow(state) {
+    /// Clears the live map of the clients when the session has changed.
+    fn set_session(&mut self, state: &messages::MappingState) {
+        let last = self.live_map.session();
+        if let Some((session, tiles)) = self.live_map.set_mapping(state) {
             self.jobs.start(DiskJob::Forget { session, tiles });
         }
-        if self.live_map.session() != before {
+        if self.live_map.session() != last {
             self.state_publisher.publish(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
             self.state_publisher.publish(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
             self.state_publisher.publish(Event::Quality(Quality::default()));
@@ -136,37 +153,36 @@ impl PublisherWorker {
         }
     }
 
-    fn show_base(&mut self, state: &messages::MappingState) {
-        let shown = self.live_map.show_base(state);
-        self.show(shown);
-    }
-
-    /// Publishes a saved map.
-    fn show(&mut self, shown: Result<Vec<Event>, StoreError>) {
+    /// Publishes the events that show a saved map, or a notice that it cannot be read.
+    fn publish_saved_map(&mut self, shown: Result<Vec<Event>, StoreError>) {
         match shown {
             Ok(events) => events.into_iter().for_each(|event| self.state_publisher.publish(event)),
             Err(error) => {
-                let text = format!("The map in use cannot be shown: {}.", sentence(&error));
+                let text = texts::map_not_shown(&sentence(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
         }
     }
 
-    fn keyframe(&mut self, keyframe: &Keyframe) {
-        match self.live_map.add(keyframe) {
+    fn publish_keyframe(&mut self, keyframe: &Keyframe) {
+        match self.live_map.insert_keyframe(keyframe) {
             Ok(tiles) => self.state_publisher.publish(tiles),
             Err(error) => {
-                let text = format!("A part of the live map cannot be shown: {}.", sentence(&error));
+                let text = texts::keyframe_not_shown(&sentence(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
         }
     }
 }
 
-fn encoded(scan: &CorrectedScan) -> CoreMessage {
+fn encode_scan(scan: &CorrectedScan, resolution_m: f32) -> CoreMessage {
     CoreMessage::Scan {
         stamp: scan.stamp,
         map_from_base: scan.map_from_base,
-        points: map_codec::encode_scan(&scan.cloud.xyz, &scan.cloud.intensity, SCAN_RESOLUTION),
+        points: map_codec::encode_scan(&scan.cloud.xyz, &scan.cloud.intensity, resolution_m),
     }
 }
+
+#[cfg(test)]
+#[path = "publisher_tests.rs"]
+mod tests;

@@ -1,11 +1,11 @@
-//! Recording inputs on a thread of its own.
+//! Records inputs on a thread of its own.
 //!
-//! The queue holds some ten seconds of a fully equipped robot. When the disk is slower than that for longer, inputs
-//! are left out and the recording says so in a notice; the robot goes on. When the disk fails, recording ends with a
-//! notice; the robot goes on.
+//! The queue holds about ten seconds of inputs of a fully equipped robot. When it is full, inputs are left out of the recording and a notice
+//! gives their number. When the disk fails, recording ends with a notice. The robot goes on in both cases.
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
+use crate::texts;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError};
 use messages::{Input, Severity};
 use ports::Journal;
@@ -16,10 +16,20 @@ use std::time::{Duration, Instant};
 use store::{RecordingSpace, Recordings};
 use vocab::Stamp;
 
-/// Inputs that may wait for the disk.
-const QUEUE_MAX: usize = 6_000;
-/// How often lost inputs are reported and room is made on the disk.
-const LOOK_EVERY: Duration = Duration::from_secs(5);
+/// Parameters of the [`Recorder`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RecorderConfig {
+    /// Inputs that may wait for the disk: ten seconds at 600 inputs a second.
+    pub max_queued_inputs: usize,
+    /// Time between two checks for lost inputs and for space on the disk.
+    pub maintenance_period: Duration,
+}
+
+impl Default for RecorderConfig {
+    fn default() -> Self {
+        Self { max_queued_inputs: 6_000, maintenance_period: Duration::from_secs(5) }
+    }
+}
 
 /// Where a run is recorded.
 pub struct RecordingTarget {
@@ -27,7 +37,7 @@ pub struct RecordingTarget {
     pub journal: Box<dyn Journal>,
     /// The file it writes.
     pub path: PathBuf,
-    /// Where that file and its older siblings share the disk.
+    /// All recordings: the oldest are deleted when they take more than their share of the disk.
     pub recordings: Recordings,
 }
 
@@ -43,7 +53,7 @@ impl RecorderQueue {
         Self { sender: None, lost: Arc::default() }
     }
 
-    /// Queues one input. Never blocks; see the head of this file for what happens when the queue is full.
+    /// Queues one input. Never blocks: an input that finds the queue full is left out and counted.
     pub fn record(&self, at: Stamp, input: &Input) {
         let Some(sender) = &self.sender else {
             return;
@@ -54,8 +64,9 @@ impl RecorderQueue {
     }
 }
 
-/// The recorder's end.
+/// The recorder's end of the queue.
 pub struct Recorder {
+    config: RecorderConfig,
     target: RecordingTarget,
     inputs: Receiver<(Stamp, Input)>,
     lost: Arc<AtomicU64>,
@@ -64,27 +75,23 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Both ends.
+    /// Both ends of the queue.
     pub fn new(
+        config: RecorderConfig,
         target: RecordingTarget,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
     ) -> (RecorderQueue, Self) {
-        let (sender, inputs) = crossbeam_channel::bounded(QUEUE_MAX);
+        let (sender, inputs) = crossbeam_channel::bounded(config.max_queued_inputs);
         let lost = Arc::new(AtomicU64::new(0));
         let queue = RecorderQueue { sender: Some(sender), lost: Arc::clone(&lost) };
-        (queue, Self { target, inputs, lost, mailbox, clock })
+        (queue, Self { config, target, inputs, lost, mailbox, clock })
     }
 
     /// Writes until the control loop ends, then closes the file.
     pub fn run(mut self) {
         if let Err(reason) = self.write_all() {
-            self.say(
-                Severity::Error,
-                format!(
-                    "Recording stopped: {reason}. The robot goes on without it; free some disk and restart."
-                ),
-            );
+            self.publish_notice(Severity::Error, texts::recording_stopped(&reason));
             return;
         }
         if let Err(error) = self.target.journal.finish() {
@@ -93,19 +100,19 @@ impl Recorder {
     }
 
     fn write_all(&mut self) -> Result<(), String> {
-        let mut look_at = Instant::now();
+        let mut maintenance_at = Instant::now();
         loop {
-            match self.inputs.recv_deadline(look_at) {
+            match self.inputs.recv_deadline(maintenance_at) {
                 Ok((at, input)) => {
                     self.target.journal.append(at, &input).map_err(|error| sentence(&error))?
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
-            if Instant::now() >= look_at {
+            if Instant::now() >= maintenance_at {
                 self.report_lost();
                 self.make_room()?;
-                look_at = Instant::now() + LOOK_EVERY;
+                maintenance_at = Instant::now() + self.config.maintenance_period;
             }
         }
     }
@@ -113,9 +120,7 @@ impl Recorder {
     fn make_room(&self) -> Result<(), String> {
         match self.target.recordings.evict_oldest(&self.target.path) {
             Ok(RecordingSpace::Available) => Ok(()),
-            Ok(RecordingSpace::Exhausted) => {
-                Err("it holds all of the disk that recordings may take".to_owned())
-            }
+            Ok(RecordingSpace::Exhausted) => Err(texts::RECORDINGS_FILL_THEIR_SHARE.to_owned()),
             Err(error) => Err(sentence(&error)),
         }
     }
@@ -123,21 +128,17 @@ impl Recorder {
     fn report_lost(&self) {
         let lost = self.lost.swap(0, Ordering::Relaxed);
         if lost > 0 {
-            let text = format!(
-                "The disk is too slow: {lost} inputs are missing from the recording, which cannot be replayed \
-                 exactly from here on."
-            );
-            self.say(Severity::Warning, text);
+            self.publish_notice(Severity::Warning, texts::inputs_lost(lost));
         }
     }
 
-    fn say(&self, severity: Severity, text: String) {
+    fn publish_notice(&self, severity: Severity, text: String) {
         tracing::warn!("{text}");
         self.mailbox.notice(self.clock.now(), severity, text);
     }
 }
 
-/// An error with its causes, for a person.
+/// An error with its causes as one clause, for a sentence in [`crate::texts`].
 pub fn sentence(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -147,3 +148,7 @@ pub fn sentence(error: &dyn std::error::Error) -> String {
     }
     text
 }
+
+#[cfg(test)]
+#[path = "recording_tests.rs"]
+mod tests;

@@ -1,0 +1,37 @@
+//! Requests that are refused, and names. The whole path of an import is tested in `core_tests.rs`.
+
+use super::*;
+use uuid::Uuid;
+
+fn request(number: u128) -> ImportRequest {
+    let upload = UploadId(Uuid::from_u128(number));
+    ImportRequest { upload, name: "Hall".to_owned(), source: ImportSource::File { frame: None } }
+}
+
+#[test]
+fn one_request_waits_and_the_next_is_refused() {
+    let (imports, requests) = Imports::new();
+    assert_eq!(imports.begin(request(1)), Ok(()));
+    assert_eq!(imports.begin(request(2)), Err(texts::IMPORT_BUSY.to_owned()));
+    assert_eq!(requests.try_recv().expect("the first waits").upload, UploadId(Uuid::from_u128(1)));
+    assert_eq!(imports.begin(request(3)), Ok(()));
+    drop(requests);
+    assert_eq!(imports.begin(request(4)), Err(texts::PLATFORM_ENDING.to_owned()));
+    assert_eq!(Imports::none().begin(request(5)), Err(texts::NO_IMPORTER.to_owned()));
+}
+
+#[test]
+fn the_worker_learns_which_import_is_cancelled() {
+    let (imports, _requests) = Imports::new();
+    let cancelled = imports.cancelled();
+    let upload = UploadId(Uuid::from_u128(1));
+    imports.clone().cancel(upload);
+    assert_eq!(*cancelled.lock().expect("no panic"), Some(upload));
+}
+
+#[test]
+fn names_fit_on_one_line() {
+    assert_eq!(display_name(" Pump\u{7} hall\n"), "Pump hall");
+    assert_eq!(display_name("\u{7} \n"), texts::UNNAMED_MAP);
+    assert_eq!(display_name(&"ä".repeat(200)), "ä".repeat(NAME_CHARS_MAX));
+}

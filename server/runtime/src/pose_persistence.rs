@@ -1,0 +1,76 @@
+//! Writes the robot's pose in the map in use and the docks to disk. At the next start the robot is localised there.
+
+use messages::{Estimate, LocalisationState, PoseInMap};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use store::Store;
+use vocab::MapId;
+
+/// Parameters of [`PosePersistence`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PosePersistenceConfig {
+    /// Shortest time between two writes of the pose. A robot walks about 2 m in it, which localisation corrects at the start.
+    pub write_period: Duration,
+}
+
+impl Default for PosePersistenceConfig {
+    fn default() -> Self {
+        Self { write_period: Duration::from_secs(2) }
+    }
+}
+
+/// Follows the published state of localisation and writes pose and docks.
+pub struct PosePersistence {
+    config: PosePersistenceConfig,
+    store: Arc<Store>,
+    /// The map in which the robot is localised without degradation.
+    localised_map: Option<MapId>,
+    /// The pose written last, and when.
+    written: Option<(Instant, PoseInMap)>,
+}
+
+impl PosePersistence {
+    /// Writes to this store.
+    pub fn new(config: PosePersistenceConfig, store: Arc<Store>) -> Self {
+        Self { config, store, localised_map: None, written: None }
+    }
+
+    /// Updates the state of localisation. The written pose stays while the robot relocalises, and is deleted when it leaves the map.
+    pub fn set_localisation(&mut self, state: &LocalisationState) {
+        self.localised_map = match state {
+            LocalisationState::Localised { map, degradation: None } => Some(*map),
+            _ => None,
+        };
+        if *state == LocalisationState::Idle {
+            self.written = None;
+            self.write(None);
+        }
+    }
+
+    /// Writes the pose if the robot is localised, the pose has changed and the last write is old enough.
+    pub fn update(&mut self, now: Instant, estimate: &Estimate) {
+        let Some(map) = self.localised_map else { return };
+        let pose = PoseInMap { map, map_from_base: estimate.map_from_base };
+        if self.written.is_none_or(|(at, last)| now >= at + self.config.write_period && last != pose) {
+            self.written = Some((now, pose));
+            self.write(Some(&pose));
+        }
+    }
+
+    /// Writes the docks.
+    pub fn save_docks(&self, docks: &[PoseInMap]) {
+        if let Err(error) = self.store.save_docks(docks) {
+            tracing::warn!("the docks cannot be saved: {error}");
+        }
+    }
+
+    fn write(&self, pose: Option<&PoseInMap>) {
+        if let Err(error) = self.store.save_last_pose(pose) {
+            tracing::warn!("the robot's pose cannot be saved: {error}");
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "pose_persistence_tests.rs"]
+mod tests;

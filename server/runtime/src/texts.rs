@@ -1,0 +1,110 @@
+//! Sentences for people, by key: notices, refusals and reasons of failed imports. English.
+
+use ports::SimulatedFault;
+use vocab::Span;
+
+/// The core was started without an importer.
+pub const NO_IMPORTER: &str = "This platform makes no maps of files.";
+/// The import thread works, and one more request waits already.
+pub const IMPORT_BUSY: &str = "Another map is being imported. Wait until that is done.";
+/// The import thread has ended.
+pub const PLATFORM_ENDING: &str = "The platform is ending.";
+/// A client cancelled the import, or the core ends.
+pub const IMPORT_CANCELLED: &str = "It was cancelled.";
+/// The uploaded file was deleted before the import began.
+pub const UPLOAD_MISSING: &str = "That file is not here any more. Send it again.";
+/// The map that gives the frame was deleted.
+pub const FRAME_MAP_MISSING: &str = "The map whose frame it was to have is not here any more.";
+/// The map to be aligned was deleted.
+pub const ALIGNED_MAP_MISSING: &str = "The map to be aligned is not here any more.";
+/// The map to be aligned is the one that gives the frame.
+pub const ALIGN_ONTO_ITSELF: &str = "A map cannot be aligned with itself. Choose another map.";
+/// Aligning makes a second map of the same size.
+pub const NO_SPACE_FOR_COPY: &str = "There is too little room on the robot's disk for another map of this size. Delete maps or recordings first.";
+/// A map with the same id was saved or imported before.
+pub const MAP_EXISTS: &str = "The same map is here already.";
+/// Name of a map whose name holds nothing to show.
+pub const UNNAMED_MAP: &str = "Map";
+
+/// Recordings may not take more of the disk, see [`store::RecordingSpace`].
+pub const RECORDINGS_FILL_THEIR_SHARE: &str = "it holds all of the disk that recordings may take";
+
+/// Whether an import made a map of a file or aligned a saved map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImportVerb {
+    Imported,
+    Aligned,
+}
+
+impl ImportVerb {
+    fn participle(self) -> &'static str {
+        match self {
+            Self::Imported => "imported",
+            Self::Aligned => "aligned",
+        }
+    }
+}
+
+/// A map was made.
+pub fn import_done(name: &str, verb: ImportVerb) -> String {
+    format!("{name} is {}.", verb.participle())
+}
+
+/// A map was not made for `reason`, a sentence.
+pub fn import_failed(name: &str, verb: ImportVerb, reason: &str) -> String {
+    format!("{name} was not {}: {reason}", verb.participle())
+}
+
+/// Recording ended for `reason`, a clause.
+pub fn recording_stopped(reason: &str) -> String {
+    format!("Recording stopped: {reason}. The robot goes on without it; free some disk and restart.")
+}
+
+/// The recorder's queue was full for this number of inputs.
+pub fn inputs_lost(count: u64) -> String {
+    format!(
+        "The disk is too slow: {count} inputs are missing from the recording, which cannot be replayed exactly from here on."
+    )
+}
+
+/// Tiles or graph of the saved map in use cannot be read for `reason`, a clause.
+pub fn map_not_shown(reason: &str) -> String {
+    format!("The map in use cannot be shown: {reason}.")
+}
+
+/// A tile of the map under construction cannot be written for `reason`, a clause.
+pub fn keyframe_not_shown(reason: &str) -> String {
+    format!("A part of the live map cannot be shown: {reason}.")
+}
+
+/// A fault was injected into the simulation.
+pub fn fault_injected(fault: SimulatedFault) -> String {
+    let seconds = |span: Span| format!("{:.0} s", span.secs_f64());
+    let what = match fault {
+        SimulatedFault::CoverLidar(span) => format!("the LiDAR is covered for {}", seconds(span)),
+        SimulatedFault::SilenceLidar(span) => format!("the LiDAR is cut off for {}", seconds(span)),
+        SimulatedFault::SilenceImu(span) => format!("the IMU is cut off for {}", seconds(span)),
+        SimulatedFault::SlipFeet(span) => format!("the feet slip for {}", seconds(span)),
+        SimulatedFault::CarryAway => "somebody carries the robot away with its LiDAR covered".to_owned(),
+        SimulatedFault::End => "all is well again".to_owned(),
+    };
+    format!("Simulated: {what}.")
+}
+
+/// The stack called an action although no action server is connected.
+pub fn no_action_server(action: &str) -> String {
+    format!("No action server offers \"{action}\".")
+}
+
+/// The gateway speaks another version of the contract.
+pub fn other_version(gateway: u16, core: u16) -> String {
+    format!("it speaks version {gateway} and the core {core}")
+}
+
+/// The gateway sent a message before its greeting.
+pub const NO_GREETING: &str = "its first message is not a greeting";
+
+/// The gateway announced a message longer than the contract allows.
+pub fn message_too_long(bytes: usize, max_bytes: usize) -> String {
+    format!("it announces a message of {bytes} bytes; the contract allows {max_bytes}")
+}
