@@ -1,26 +1,40 @@
-//! The control lease, and the answers to commands: a command that is sent again is answered again, but done once.
+//! The control lease, and the answers to commands. A command that is sent twice is answered twice, but executed once.
 
+use crate::texts;
 use messages::{Command, CommandKind, ControlState, Role};
 use std::collections::VecDeque;
 use vocab::{ClientId, CommandId};
 
-/// Number of answers that are remembered. Ten clients that drive at 10 Hz fill it in 25 s.
-const REMEMBERED: usize = 2_500;
+/// Parameters of [`Control`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ControlConfig {
+    /// Number of answers that are kept for commands that are sent again. Ten clients that drive at 10 Hz fill it in 25 s.
+    pub max_answers: usize,
+    /// Longest name of the lease's holder, characters; longer names are cut.
+    pub max_name_chars: usize,
+}
+
+impl Default for ControlConfig {
+    fn default() -> Self {
+        Self { max_answers: 2_500, max_name_chars: 60 }
+    }
+}
 
 /// The lease and the answered commands.
 #[derive(Debug, Default)]
 pub(crate) struct Control {
+    config: ControlConfig,
     state: ControlState,
     answered: VecDeque<(CommandId, Option<String>)>,
 }
 
-/// Whether a command is carried out.
+/// Decision on a command.
 pub(crate) enum Admission {
-    /// Yes. `changed`: the lease has another owner now.
+    /// It is executed. `changed`: the lease has a new owner or name.
     Granted { changed: bool },
-    /// It was answered before, with this refusal or none.
+    /// It was answered before, with this refusal or with `None`.
     Repeated(Option<String>),
-    /// No. The sentence says why and what to do.
+    /// It is refused. One sentence for people: why and what to do.
     Refused(String),
 }
 
@@ -30,13 +44,13 @@ impl Control {
         &self.state
     }
 
-    /// Decides on a command. An unheld lease goes to whoever commands first.
+    /// Decides on a command. A lease without a holder goes to the first client that sends a command.
     pub fn admit(&mut self, command: &Command) -> Admission {
         if let Some((_, answer)) = self.answered.iter().rev().find(|(id, _)| *id == command.id) {
             return Admission::Repeated(answer.clone());
         }
         if command.by.role == Role::Viewer && command.kind != CommandKind::StopMotion {
-            return Admission::Refused(crate::texts::VIEWER_REFUSED.to_owned());
+            return Admission::Refused(texts::VIEWER_REFUSED.to_owned());
         }
         match &command.kind {
             CommandKind::StopMotion => Admission::Granted { changed: false },
@@ -53,26 +67,24 @@ impl Control {
             }
             _ => match self.state.owner {
                 Some(owner) if owner == command.by.client => Admission::Granted { changed: false },
-                Some(_) => Admission::Refused(format!(
-                    "{} is in control. Take control first; the change of hands is recorded.",
-                    self.state.name
-                )),
-                None => Admission::Granted { changed: self.grant(command.by.client, "Operator") },
+                Some(_) => Admission::Refused(texts::control_held_by(&self.state.name)),
+                None => Admission::Granted { changed: self.grant(command.by.client, "") },
             },
         }
     }
 
-    /// Remembers an answer.
-    pub fn answered(&mut self, id: CommandId, refused: Option<String>) {
-        if self.answered.len() == REMEMBERED {
+    /// Keeps an answer for the case that the command is sent again.
+    pub fn keep_answer(&mut self, id: CommandId, refused: Option<String>) {
+        if self.answered.len() == self.config.max_answers {
             self.answered.pop_front();
         }
         self.answered.push_back((id, refused));
     }
 
     fn grant(&mut self, by: ClientId, name: &str) -> bool {
-        let name = if name.trim().is_empty() { "Operator" } else { name.trim() };
-        let next = ControlState { owner: Some(by), name: name.chars().take(60).collect() };
+        let name = if name.trim().is_empty() { texts::UNNAMED_OPERATOR } else { name.trim() };
+        let next =
+            ControlState { owner: Some(by), name: name.chars().take(self.config.max_name_chars).collect() };
         let changed = next != self.state;
         self.state = next;
         changed
@@ -80,46 +92,5 @@ impl Control {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use messages::Principal;
-    use uuid::Uuid;
-
-    fn command(id: u128, client: u128, role: Role, kind: CommandKind) -> Command {
-        let by = Principal { role, ..Principal::operator(ClientId(Uuid::from_u128(client))) };
-        Command { id: CommandId(Uuid::from_u128(id)), by, kind }
-    }
-
-    #[test]
-    fn the_lease_goes_to_the_first_who_commands_and_the_others_are_refused_all_but_a_stop() {
-        let mut control = Control::default();
-        let first = command(1, 1, Role::Operator, CommandKind::AllowMotion);
-        assert!(matches!(control.admit(&first), Admission::Granted { changed: true }));
-        let second = command(2, 2, Role::Operator, CommandKind::AllowMotion);
-        assert!(matches!(control.admit(&second), Admission::Refused(_)));
-        let stop = command(3, 2, Role::Operator, CommandKind::StopMotion);
-        assert!(matches!(control.admit(&stop), Admission::Granted { changed: false }));
-        let take = command(4, 2, Role::Operator, CommandKind::TakeControl { name: "Ada".to_owned() });
-        assert!(matches!(control.admit(&take), Admission::Granted { changed: true }));
-        assert_eq!(control.state().owner, Some(ClientId(Uuid::from_u128(2))));
-    }
-
-    #[test]
-    fn who_may_only_watch_may_stop_motion() {
-        let mut control = Control::default();
-        let take = command(1, 1, Role::Viewer, CommandKind::TakeControl { name: "Ada".to_owned() });
-        assert!(matches!(control.admit(&take), Admission::Refused(_)));
-        assert_eq!(control.state().owner, None);
-        let stop = command(2, 1, Role::Viewer, CommandKind::StopMotion);
-        assert!(matches!(control.admit(&stop), Admission::Granted { changed: false }));
-    }
-
-    #[test]
-    fn a_command_that_is_sent_again_is_answered_as_before() {
-        let mut control = Control::default();
-        let once = command(1, 1, Role::Operator, CommandKind::AllowMotion);
-        assert!(matches!(control.admit(&once), Admission::Granted { .. }));
-        control.answered(once.id, Some("no".to_owned()));
-        assert!(matches!(control.admit(&once), Admission::Repeated(Some(answer)) if answer == "no"));
-    }
-}
+#[path = "control_tests.rs"]
+mod tests;

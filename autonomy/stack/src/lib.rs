@@ -1,8 +1,7 @@
-//! The whole autonomy behind one entrance: [`Stack::step`].
+//! Connects all parts of the autonomy behind one function: [`Stack::step`].
 //!
-//! The stack is a pure, single-threaded, clockless function of its inputs: the only time it knows is `at`, and the only
-//! way anything reaches it is an [`Input`]. What it wants done comes out as [`StackEffect`]s. A recording of the inputs
-//! therefore repeats a run bit for bit.
+//! The stack is a pure, single-threaded, clockless function of its inputs. Its only time is `at`, and everything enters it as an [`Input`]. It
+//! returns [`StackEffect`]s, which the caller executes. A recording of the inputs therefore repeats a run bit for bit.
 
 mod control;
 mod localisation_phase;
@@ -35,8 +34,18 @@ use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
 use vocab::{Covariance6, MapId, Span, Stamp};
 
-/// Scans teach the terrain at most this often: people walk 0.3 m in between.
-const OBSERVE_EVERY: Span = Span::from_millis(180);
+/// Parameters of the [`Stack`] itself. The parts have their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct StackConfig {
+    /// Shortest time between two scans that are inserted into the elevation map. A person walks 0.3 m in it.
+    elevation_map_period: Span,
+}
+
+impl Default for StackConfig {
+    fn default() -> Self {
+        Self { elevation_map_period: Span::from_millis(180) }
+    }
+}
 
 /// State of the robot's autonomy.
 #[derive(Debug, Default)]
@@ -45,9 +54,10 @@ pub struct Stack {
     has_warned: bool,
 }
 
-/// Everything that exists once the boot record is known.
+/// State after the boot record.
 #[derive(Debug)]
 struct Running {
+    config: StackConfig,
     odometry: OdometryAdapter,
     control: Control,
     sensors: SensorMonitor,
@@ -55,22 +65,25 @@ struct Running {
     localisation: LocalisationPhase,
     docks: DockRegistry,
     executive: Executive,
+    /// Number of the next job.
     jobs: u64,
-    /// The job that saves a map, and which.
+    /// The job that saves a map, and the map.
     saving: Option<(u64, MapId)>,
     points_used: u32,
     odometer: Odometer,
+    /// The last located scan.
     last: Option<Box<LocatedScan>>,
-    observed: Option<Stamp>,
+    /// Stamp of the last scan that was inserted into the elevation map.
+    last_in_elevation_map: Option<Stamp>,
 }
 
 impl Stack {
-    /// A stack that has heard nothing yet. The first input must be [`Input::Boot`].
+    /// A stack before its first input, which must be [`Input::Boot`].
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The only way in. `at` is the only clock and never decreases; effects are appended in the order to be done.
+    /// Handles one input. `at` is the only clock and never decreases. Effects are appended in the order in which they must be executed.
     pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
         match (&mut self.running, input) {
             (running, Input::Boot(record)) => {
@@ -85,7 +98,7 @@ impl Stack {
                 self.has_warned = true;
                 effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));
             }
-            // Nothing in the stack depends on these yet; they are part of the log's schema.
+            // Nothing in the stack depends on these inputs yet. They are part of the log's schema.
             (
                 Some(_),
                 Input::WallClock { .. }
@@ -109,7 +122,7 @@ impl Running {
     fn boot(record: &BootRecord) -> Self {
         let mut mapping = MappingPhase::new(record);
         if let Some(session) = record.start_mapping {
-            // A fresh phase is idle, so this cannot be refused.
+            // A new phase is idle, so this is not refused.
             let _ = mapping.start(session);
         }
         let mut localisation = LocalisationPhase::default();
@@ -118,6 +131,7 @@ impl Running {
                 .start(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }
         Self {
+            config: StackConfig::default(),
             odometry: OdometryAdapter::new(record),
             control: Control::default(),
             sensors: SensorMonitor::default(),
@@ -130,7 +144,7 @@ impl Running {
             points_used: 0,
             odometer: Odometer::default(),
             last: None,
-            observed: None,
+            last_in_elevation_map: None,
         }
     }
 
@@ -150,20 +164,20 @@ impl Running {
             self.docks.set_charging(battery.charging);
             publish(effects, Publication::Battery(*battery));
         }
-        let mut said = Vec::new();
-        self.odometry.update(sensor, &mut said);
-        self.handle_odometry_events(at, said, effects);
+        let mut events = Vec::new();
+        self.odometry.update(sensor, &mut events);
+        self.handle_odometry_events(at, events, effects);
     }
 
-    /// Works through what odometry said.
+    /// Handles events of the odometry in their order.
     fn handle_odometry_events(
         &mut self,
         at: Stamp,
-        said: Vec<OdometryEvent>,
+        events: Vec<OdometryEvent>,
         effects: &mut Vec<StackEffect>,
     ) {
-        for one in said {
-            match one {
+        for event in events {
+            match event {
                 OdometryEvent::FrameReset => {
                     self.executive.surroundings().clear();
                     self.notify_executive(at, ExecutiveEvent::OdometryRestarted, effects);
@@ -185,18 +199,19 @@ impl Running {
         if self.mapping.is_starting() {
             self.replace_map(at, effects);
         }
-        let grown = self.mapping.add(&located);
-        let turn = self.localisation.update(&located, self.mapping.sensor(), &self.docks);
-        self.publish_transition(at, turn, effects);
+        let map_update = self.mapping.add(&located);
+        let transition = self.localisation.update(&located, self.mapping.sensor(), &self.docks);
+        self.publish_transition(at, transition, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
         if self.docks.update(at, self.localisation.localised_map().map(|map| (map, map_from_base))) {
             publish(effects, Publication::Docks(plain_docks(&self.docks)));
         }
         self.odometer.move_to(&located.odom_from_base.translation.vector);
         self.points_used = located.points_used;
-        if !located.is_dead_reckoned && self.observed.is_none_or(|last| located.stamp - last >= OBSERVE_EVERY)
-        {
-            self.observed = Some(located.stamp);
+        let period = self.config.elevation_map_period;
+        let is_due = self.last_in_elevation_map.is_none_or(|last| located.stamp - last >= period);
+        if !located.is_dead_reckoned && is_due {
+            self.last_in_elevation_map = Some(located.stamp);
             let sensor = self.mapping.sensor();
             let surroundings = self.executive.surroundings();
             surroundings.insert_scan(at, &located.odom_from_base, sensor, &located.cloud.xyz);
@@ -210,7 +225,7 @@ impl Running {
                 cloud: Arc::clone(&located.cloud),
             }),
         );
-        match grown {
+        match map_update {
             Some(MapUpdate::Keyframe { keyframe, graph, events }) => {
                 publish(effects, Publication::Keyframe(keyframe));
                 effects.extend(graph.map(StackEffect::Publish));
@@ -233,7 +248,7 @@ impl Running {
         self.report(at, effects);
     }
 
-    /// Publishes what changed in the map under construction, and starts the next comparisons.
+    /// Publishes the changes of the map under construction, and starts the next comparisons.
     fn publish_mapping(&mut self, at: Stamp, events: MappingEvents, effects: &mut Vec<StackEffect>) {
         if events.is_localised {
             self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
@@ -292,7 +307,7 @@ impl Running {
         effects.push(notice(at, severity, text.to_owned()));
     }
 
-    /// Where odometry's frame is in the map that is in use.
+    /// Pose of the odometry's frame in the map in use.
     fn map_from_odom(&self) -> Isometry {
         self.localisation.map_from_odom().unwrap_or_else(|| self.mapping.map_from_odom())
     }
@@ -338,7 +353,7 @@ impl Running {
         self.executive.publish_changes(at, &frames, effects);
     }
 
-    /// With the base at its last place; at the origin before the first.
+    /// Frames with the base at its last pose. Before the first scan it is at the origin.
     fn frames(&self, last: Option<&LocatedScan>) -> Frames {
         Frames {
             map_from_odom: self.map_from_odom(),
@@ -346,7 +361,7 @@ impl Running {
         }
     }
 
-    /// What the executive reads, now.
+    /// Present state of localisation, as the executive reads it.
     fn situation(&self, frames: Frames) -> Situation {
         Situation {
             frames,
@@ -362,7 +377,7 @@ impl Running {
         self.executive.handle_event(at, event, &situation, effects);
     }
 
-    /// Another map's frame from now on: what was known of the ground is looked at anew, and goals end.
+    /// The map frame is another one from now on: clears the elevation map, and ends goals.
     fn replace_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         self.executive.surroundings().clear();
         self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
@@ -386,7 +401,7 @@ impl Running {
                 self.handle_command(at, command, effects).err()
             }
         };
-        self.control.answered(command.id, refused.clone());
+        self.control.keep_answer(command.id, refused.clone());
         effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused });
         self.publish_changes(at, effects);
     }
@@ -410,20 +425,21 @@ impl Running {
                 self.start_jobs(effects);
                 Ok(())
             }
-            CommandKind::Localise { map, at: place } => {
+            CommandKind::Localise { map, at: given } => {
                 if !self.mapping.is_idle() {
                     return Err(texts::MAPPING_RUNS.to_owned());
                 }
-                let unsound = || texts::POSE_NOT_FINITE.to_owned();
-                let place =
-                    place.as_ref().map(|it| isometry_from_pose(it).ok_or_else(unsound)).transpose()?;
-                let walked = || {
+                let not_finite = || texts::POSE_NOT_FINITE.to_owned();
+                let map_from_base =
+                    given.as_ref().map(|pose| isometry_from_pose(pose).ok_or_else(not_finite)).transpose()?;
+                let from_mapping = || {
                     self.last
                         .as_ref()
                         .and_then(|last| self.mapping.map_from_odom_of(*map, last))
                         .map(InitialPose::MapFromOdom)
                 };
-                self.localisation.start(*map, place.map(InitialPose::MapFromBase).or_else(walked));
+                let initial_pose = map_from_base.map(InitialPose::MapFromBase).or_else(from_mapping);
+                self.localisation.start(*map, initial_pose);
                 self.replace_map(at, effects);
                 self.start_jobs(effects);
                 Ok(())
@@ -435,9 +451,9 @@ impl Running {
             }
             CommandKind::DiscardMapping => self.mapping.discard(),
             CommandKind::FinishMapping { map, name } => {
-                let mut said = Vec::new();
-                self.odometry.flush(&mut said);
-                self.handle_odometry_events(at, said, effects);
+                let mut events = Vec::new();
+                self.odometry.flush(&mut events);
+                self.handle_odometry_events(at, events, effects);
                 self.mapping.finish(at, *map, name)?;
                 self.save_closed_map(at, effects);
                 Ok(())
@@ -475,15 +491,16 @@ impl Running {
         }
     }
 
+    /// Passes a saved map, or why it cannot be used, to the phase that asked for it.
     fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<StackEffect>) {
-        for refused in [self.mapping.loaded(job, read), self.localisation.finish_loading(job, read)] {
-            if let Err(text) = refused {
+        for result in [self.mapping.loaded(job, read), self.localisation.finish_loading(job, read)] {
+            if let Err(text) = result {
                 effects.push(notice(at, Severity::Error, text));
             }
         }
     }
 
-    /// Starts saving the map of a session that has been ended, when it is ready for it.
+    /// Starts to save the map of a session that has ended, once its last jobs are done.
     fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
         if let Some(finished) = self.mapping.closed(at) {
             self.saving = Some((self.jobs, finished.map));
@@ -494,19 +511,19 @@ impl Running {
 
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<StackEffect>) {
         match done.result {
-            JobResult::Relocalised(answer) => {
-                let turn = self.localisation.finish_relocalisation(done.job, Some(&answer));
-                self.publish_transition(at, turn, effects);
+            JobResult::Relocalised(response) => {
+                let transition = self.localisation.finish_relocalisation(done.job, Some(&response));
+                self.publish_transition(at, transition, effects);
             }
-            JobResult::DisambiguationPlanned(told) => {
-                self.localisation.finish_disambiguation(done.job, Some(&told))
+            JobResult::DisambiguationPlanned(plan) => {
+                self.localisation.finish_disambiguation(done.job, Some(&plan))
             }
             JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
                 let events = self.mapping.complete_job(&done);
                 self.publish_mapping(at, events, effects);
                 self.save_closed_map(at, effects);
             }
-            JobResult::MapLoaded(known) => self.loaded(at, done.job, Ok(&known), effects),
+            JobResult::MapLoaded(prior_map) => self.loaded(at, done.job, Ok(&prior_map), effects),
             JobResult::MapSaved { map, .. } => {
                 self.mapping.saved(map, true);
                 effects.push(notice(at, Severity::Info, texts::MAP_SAVED.to_owned()));
@@ -516,7 +533,7 @@ impl Running {
         self.publish_changes(at, effects);
     }
 
-    /// Tells whoever started a job that it was not done.
+    /// Passes the failure of a job to the phase that started it.
     fn job_failed(&mut self, at: Stamp, job: u64, reason: &str, effects: &mut Vec<StackEffect>) {
         if let Some((_, map)) = self.saving.take_if(|(saving, _)| *saving == job) {
             self.mapping.saved(map, false);
@@ -533,7 +550,7 @@ impl Running {
     }
 }
 
-/// The robot's profile, with the standing height that the recording says.
+/// The robot's profile, with the standing height of the recording if it has one.
 fn profile(record: &BootRecord) -> RobotProfile {
     let mut profile = record.profile.clone();
     profile.standing_height_m = record.mounting.standing_height.unwrap_or(profile.standing_height_m);

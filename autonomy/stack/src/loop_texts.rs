@@ -1,4 +1,4 @@
-//! Sentences for people about loops: why a pair of keyframes is or is not a loop, and why a command about one is refused.
+//! Sentences for people about loops, by key: why a pair of keyframes is or is not a loop, and why a command about a loop is refused. English.
 
 use mapping::{
     Evidence, GraphError, KeyframePair, LoopCommandError, LoopOutcome, LoopRecord, RejectionReason, Verdict,
@@ -45,7 +45,7 @@ fn rejected(reason: RejectionReason, evidence: &Evidence, config: &VerificationC
             config.max_residual_m * 1e3
         ),
         RejectionReason::FreeSpaceViolation => format!(
-            "One saw through {:.1} % of what the other saw, where at most {:.1} % are allowed.",
+            "{:.1} % of one cloud stand in free space of the other, where at most {:.1} % are allowed.",
             evidence.free_space_violation[0].max(evidence.free_space_violation[1]) * 100.0,
             config.max_free_space_violation * 100.0
         ),
@@ -53,9 +53,12 @@ fn rejected(reason: RejectionReason, evidence: &Evidence, config: &VerificationC
             format!("Another place fits {} % as well.", percent(evidence.runner_up_ratio))
         }
         RejectionReason::Degenerate => match evidence.degenerate_directions {
-            1 => "Along one direction nothing shows where the two places lie to each other.".to_owned(),
+            1 => "One direction of translation is not observed, and the graph does not know it either."
+                .to_owned(),
             count => {
-                format!("Along {count} directions nothing shows where the two places lie to each other.")
+                format!(
+                    "{count} directions of translation are not observed, and the graph does not know them either."
+                )
             }
         },
     }
@@ -103,3 +106,7 @@ pub(crate) fn graph_failed(error: &GraphError) -> String {
 fn names((from, to): &KeyframePair) -> String {
     format!("Keyframes {} and {}", from.0, to.0)
 }
+
+#[cfg(test)]
+#[path = "loop_texts_tests.rs"]
+mod tests;

@@ -273,3 +273,7 @@ fn rejection_from_plain(reason: LoopRejection) -> RejectionReason {
         LoopRejection::Degenerate => RejectionReason::Degenerate,
     }
 }
+
+#[cfg(test)]
+#[path = "mapping_messages_tests.rs"]
+mod tests;

@@ -1,4 +1,4 @@
-//! Odometry as the stack uses it: sensor messages in, located scans and findings out.
+//! Adapter of crate `odometry`: converts sensor messages to its inputs, and its events to located scans and findings.
 
 use crate::texts;
 use geometry::{Isometry, Matrix6, Vector3, isometry_from_pose, vec_from_plain, vec_to_plain};
@@ -24,23 +24,23 @@ pub(crate) struct LocatedScan {
     pub covariance: Matrix6,
     /// The part of the covariance that was added for unknown motion, see [`odometry::Estimate::covariance_inflation`].
     pub covariance_inflation: Matrix6,
-    /// Directions that the LiDAR did not see, as unit vectors in the base frame.
+    /// Degenerate directions of the scan's registration, as unit vectors in the base frame.
     pub degenerate: [Option<Vector3>; 3],
     /// Points that entered registration.
     pub points_used: u32,
-    /// Whether the LiDAR saw nothing, or nothing that fits the scans before, so that other sensors carried the pose.
+    /// Whether the pose is predicted by other sensors, because the LiDAR saw nothing or nothing that fits the local map.
     pub is_dead_reckoned: bool,
     /// Motion-corrected points, base frame, metres.
     pub cloud: Arc<Cloud>,
 }
 
-/// What comes out of odometry.
+/// Event of the odometry.
 pub(crate) enum OdometryEvent {
-    /// Odometry starts, or starts again, in a frame that has no relation to the one before.
+    /// Odometry has started or restarted. Its frame has no known relation to the one before.
     FrameReset,
     /// A scan was located.
     Scan(Box<LocatedScan>),
-    /// Something is wrong with a sensor.
+    /// A sensor works badly.
     Finding(Finding),
 }
 
@@ -48,13 +48,13 @@ pub(crate) enum OdometryEvent {
 #[derive(Debug)]
 pub(crate) struct OdometryAdapter {
     odometry: Odometry,
-    /// The pose whose scan has not come yet: a pose comes first, then its scan.
+    /// The last pose without its scan. The odometry emits a pose before its scan.
     pending: Option<Box<PoseEvent>>,
     events: Vec<odometry::OdometryEvent>,
 }
 
 impl OdometryAdapter {
-    /// Odometry with the sensors and the mounting of a boot record.
+    /// Configures odometry with the sensors and the mounting of a boot record.
     pub fn new(record: &BootRecord) -> Self {
         let mounting = &record.mounting;
         let config = OdometryConfig {
@@ -75,7 +75,7 @@ impl OdometryAdapter {
         Self { odometry: Odometry::new(config), pending: None, events: Vec::new() }
     }
 
-    /// Findings about the mounting itself.
+    /// Findings about invalid poses in the mounting.
     pub fn mounting_findings(record: &BootRecord) -> Vec<Finding> {
         let mounting = &record.mounting;
         [("LiDAR", mounting.base_from_lidar), ("IMU", mounting.base_from_imu)]
@@ -133,7 +133,7 @@ impl OdometryAdapter {
         self.collect(output);
     }
 
-    /// Whether odometry tracks the robot: not before it has started, nor while it starts again.
+    /// Whether odometry tracks the robot. It does not before it has started, and while it restarts.
     pub fn is_tracking(&self) -> bool {
         self.odometry.is_tracking()
     }
@@ -193,3 +193,7 @@ impl OdometryAdapter {
 fn twist(linear: &Vector3, angular: &Vector3) -> Twist {
     Twist { linear: vec_to_plain(linear), angular: vec_to_plain(angular) }
 }
+
+#[cfg(test)]
+#[path = "odometry_adapter_tests.rs"]
+mod tests;

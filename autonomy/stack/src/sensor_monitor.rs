@@ -1,66 +1,83 @@
-//! Which sensors speak, how often, and what is wrong.
+//! Rates and silences of the sensors, and findings about them, as the health report that clients see.
 
 use crate::texts;
 use messages::{Finding, Health, Sensor, SensorHealth, Severity};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
 
-/// Rates are counted over this long.
-const WINDOW: Span = Span::from_millis(2_000);
-/// A sensor silent for this long is reported.
-const SILENT: Span = Span::from_millis(1_500);
-/// Health is published this often.
-const EVERY: Span = Span::from_millis(1_000);
+/// Parameters of the [`SensorMonitor`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SensorMonitorConfig {
+    /// Time over which messages are counted for a rate. At 10 Hz, the usual rate of a LiDAR, it holds 20 messages.
+    pub rate_window: Span,
+    /// A sensor without a message for this time is reported as silent. 15 periods of a LiDAR at 10 Hz.
+    pub silence_timeout: Span,
+    /// Time between two reports while nothing changes.
+    pub report_period: Span,
+}
 
-/// Kinds of sensors in the order of the list shown.
-const NAMES: [&str; 5] = ["LiDAR", "IMU", "Legs", "External odometry", "Battery"];
-/// Whether silence of the kind matters: a battery may speak as seldom as it likes.
-const WATCHED: [bool; 5] = [true, true, true, true, false];
+impl Default for SensorMonitorConfig {
+    fn default() -> Self {
+        Self {
+            rate_window: Span::from_millis(2_000),
+            silence_timeout: Span::from_millis(1_500),
+            report_period: Span::from_millis(1_000),
+        }
+    }
+}
 
-/// Bookkeeping of all sensors.
+/// Kinds of sensors with their names for people, in the order of the report.
+const KINDS: [&str; 5] = ["LiDAR", "IMU", "Legs", "External odometry", "Battery"];
+/// Index of the battery in [`KINDS`]. It is never reported as silent, because batteries send at any rate.
+const BATTERY: usize = 4;
+
+/// Collects the stamps of sensor messages and the findings about sensors.
 #[derive(Debug, Default)]
 pub(crate) struct SensorMonitor {
-    heard: [VecDeque<Stamp>; 5],
-    last: [Option<Stamp>; 5],
+    config: SensorMonitorConfig,
+    /// Of each kind, the stamps within the rate window.
+    recent: [VecDeque<Stamp>; KINDS.len()],
+    /// Of each kind, the stamp of the last message.
+    last: [Option<Stamp>; KINDS.len()],
     findings: Vec<Finding>,
     published: Option<Stamp>,
-    dirty: bool,
+    /// Whether a sensor or a finding is new since the last report.
+    has_changed: bool,
 }
 
 impl SensorMonitor {
-    /// Notes that a sensor spoke at `at`. Amortised constant time.
+    /// Counts a message that arrived at `at`. Amortised constant time.
     pub fn on_message(&mut self, at: Stamp, sensor: &Sensor) {
         let kind = match sensor {
             Sensor::Scan(_) => 0,
             Sensor::Imu(_) => 1,
             Sensor::Legs(_) => 2,
             Sensor::Odometry(_) => 3,
-            Sensor::Battery(_) => 4,
+            Sensor::Battery(_) => BATTERY,
         };
-        self.dirty |= self.last[kind].is_none();
+        self.has_changed |= self.last[kind].is_none();
         self.last[kind] = Some(at);
-        self.heard[kind].push_back(at);
-        while self.heard[kind].front().is_some_and(|&old| at - old > WINDOW) {
-            self.heard[kind].pop_front();
-        }
+        self.recent[kind].push_back(at);
+        self.forget_old(kind, at);
     }
 
-    /// Adds a finding, or renews the one that says the same.
+    /// Adds a finding, unless there is the same already.
     pub fn add_finding(&mut self, finding: Finding) {
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
             self.findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-            self.dirty = true;
+            self.has_changed = true;
         }
     }
 
-    /// The report, when it is due.
+    /// The report, if something is new or the period has passed.
     pub fn report(&mut self, at: Stamp, points_used: u32) -> Option<Health> {
-        let due = self.dirty || self.published.is_none_or(|last| at - last >= EVERY);
-        if !due {
+        let period = self.config.report_period;
+        let is_due = self.has_changed || self.published.is_none_or(|last| at - last >= period);
+        if !is_due {
             return None;
         }
-        self.dirty = false;
+        self.has_changed = false;
         self.published = Some(at);
         let mut findings = self.silences(at);
         findings.extend(self.findings.iter().cloned());
@@ -69,50 +86,35 @@ impl SensorMonitor {
 
     fn sensors(&mut self, at: Stamp) -> Vec<SensorHealth> {
         let mut sensors = Vec::new();
-        for kind in 0..NAMES.len() {
+        for (kind, name) in KINDS.into_iter().enumerate() {
             let Some(last) = self.last[kind] else { continue };
-            while self.heard[kind].front().is_some_and(|&old| at - old > WINDOW) {
-                self.heard[kind].pop_front();
-            }
-            let rate_hz = self.heard[kind].len() as f32 / WINDOW.secs_f64() as f32;
-            sensors.push(SensorHealth { name: NAMES[kind].to_owned(), rate_hz, age: at - last });
+            self.forget_old(kind, at);
+            let rate_hz = self.recent[kind].len() as f32 / self.config.rate_window.secs_f64() as f32;
+            sensors.push(SensorHealth { name: name.to_owned(), rate_hz, age: at - last });
         }
         sensors
     }
 
+    fn forget_old(&mut self, kind: usize, at: Stamp) {
+        let window = self.config.rate_window;
+        while self.recent[kind].front().is_some_and(|&old| at - old > window) {
+            self.recent[kind].pop_front();
+        }
+    }
+
     fn silences(&self, at: Stamp) -> Vec<Finding> {
-        (0..NAMES.len())
-            .filter(|&kind| WATCHED[kind])
-            .filter_map(|kind| {
-                let age = at - self.last[kind]?;
-                (age > SILENT).then(|| Finding {
-                    severity: Severity::Error,
-                    what: texts::sensor_silent(NAMES[kind], age.secs_f64()),
-                    remedy: texts::SILENT_SENSOR_REMEDY.to_owned(),
-                })
+        let silence = |(kind, name): (usize, &str)| {
+            let age = at - self.last[kind]?;
+            (kind != BATTERY && age > self.config.silence_timeout).then(|| Finding {
+                severity: Severity::Error,
+                what: texts::sensor_silent(name, age.secs_f64()),
+                remedy: texts::SILENT_SENSOR_REMEDY.to_owned(),
             })
-            .collect()
+        };
+        KINDS.into_iter().enumerate().filter_map(silence).collect()
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use messages::ImuSample;
-
-    #[test]
-    fn rates_are_counted_and_silence_is_said() {
-        let mut monitor = SensorMonitor::default();
-        let at = |ms: i64| Stamp::from_nanos(ms * 1_000_000);
-        for ms in (0..4_000).step_by(10) {
-            monitor.on_message(at(ms), &Sensor::Imu(ImuSample { stamp: at(ms), ..ImuSample::default() }));
-        }
-        let health = monitor.report(at(4_000), 0).expect("first report");
-        assert!((health.sensors[0].rate_hz - 100.0).abs() < 1.5, "{}", health.sensors[0].rate_hz);
-        assert!(health.findings.is_empty());
-        assert!(monitor.report(at(4_500), 0).is_none(), "nothing new yet");
-        let health = monitor.report(at(6_000), 0).expect("due");
-        assert_eq!(health.sensors[0].rate_hz, 0.0);
-        assert!(health.findings[0].what.contains("IMU"), "{:?}", health.findings);
-    }
-}
+#[path = "sensor_monitor_tests.rs"]
+mod tests;

@@ -3,6 +3,8 @@
 pub(crate) const NO_BOOT_RECORD: &str =
     "The log does not begin with a boot record, so nothing in it can be used.";
 pub(crate) const VIEWER_REFUSED: &str = "This account may only watch, and stop motion.";
+/// Name of a holder of the lease who gave none.
+pub(crate) const UNNAMED_OPERATOR: &str = "Operator";
 
 pub(crate) const POSE_CANDIDATE_FOUND: &str =
     "The robot has found a pose in the map that fits, and checks whether another one fits as well.";
@@ -34,6 +36,11 @@ pub(crate) const MAP_SAVED: &str = "The map is saved.";
 pub(crate) const MOUNTING_REMEDY: &str = "Correct its position and orientation in the robot's description.";
 pub(crate) const SILENT_SENSOR_REMEDY: &str =
     "Check its cable, power and driver; mapping goes on with the other sensors.";
+
+/// Another client holds the control lease.
+pub(crate) fn control_held_by(name: &str) -> String {
+    format!("{name} is in control. Take control first; the change of hands is recorded.")
+}
 
 /// Saving failed for `reason`, a clause.
 pub(crate) fn map_not_saved(reason: &str) -> String {
