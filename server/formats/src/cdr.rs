@@ -4,7 +4,7 @@
 //! matters to the messages in [`crate::ros`], so one reader and one writer serve both.
 //! Source: OMG DDS-XTypes 1.3, clause 7.4; ROS 1 wiki, "msg".
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 
 /// How the messages of a channel are serialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,11 +59,7 @@ impl<'a> Reader<'a> {
                 (0, 6) => (true, 4),
                 (0, 7) => (false, 4),
                 _ => {
-                    return Err(FormatError::at_byte(
-                        what,
-                        0,
-                        format!("unknown CDR representation {high:02x} {kind:02x}; re-record with plain CDR"),
-                    ));
+                    return Err(FormatError::at_byte(what, 0, texts::unknown_cdr(high, kind)));
                 }
             };
             reader.origin = 4;

@@ -1,11 +1,11 @@
-//! Errors of reading a file or message: one sentence that says what is wrong, where, and what to do.
+//! Errors of reading a file or message: one sentence with what is wrong, where, and what to do. The details are in `texts.rs`.
 
 use std::io;
 
-/// Text from a file for a sentence: at most `most` characters on one line, with control characters escaped.
-pub fn legible(text: &str, most: usize) -> String {
-    let mut shown: String = text.chars().take(most).flat_map(char::escape_debug).collect();
-    if text.chars().nth(most).is_some() {
+/// Text from a file for a sentence: at most `max_chars` characters on one line, with control characters escaped.
+pub fn legible(text: &str, max_chars: usize) -> String {
+    let mut shown: String = text.chars().take(max_chars).flat_map(char::escape_debug).collect();
+    if text.chars().nth(max_chars).is_some() {
         shown.push('…');
     }
     shown
@@ -26,7 +26,7 @@ pub enum FormatError {
         /// Bytes that would have been needed, at least.
         missing: u64,
     },
-    /// The bytes are of another kind altogether.
+    /// The bytes are of another format.
     #[error("this is not {expected}: {found}")]
     WrongKind {
         /// With its article: "a PCD file".
@@ -44,10 +44,10 @@ pub enum FormatError {
         /// What is wrong and, where that helps, what to do.
         problem: String,
     },
-    /// Correct, but not something this reader knows.
+    /// Correct, but not supported by this reader.
     #[error("{what} is not supported; {remedy}")]
     Unsupported {
-        /// What was met.
+        /// What is not supported.
         what: String,
         /// What to do about it.
         remedy: &'static str,

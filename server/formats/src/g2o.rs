@@ -3,7 +3,7 @@
 //! Information matrices are in the platform's order, `[rotation; translation]`; g2o's files have translation
 //! first. The parametrisation of a file's SE(3) information is not written in it: see [`Information`].
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 use std::io::{self, Write};
 use vocab::{Pose, Quat, Vec3};
 
@@ -125,7 +125,7 @@ pub fn read_as(text: &str, convention: Information) -> Result<Graph, FormatError
             }
             "FIX" => graph.fixed.push(words.id()?),
             other => {
-                let problem = format!("'{other}' is not a pose, an edge between poses or FIX");
+                let problem = texts::unknown_graph_element(other);
                 return Err(FormatError::at_line(WHAT, index + 1, problem));
             }
         }
@@ -228,12 +228,12 @@ struct Words<'a> {
 
 impl<'a> Words<'a> {
     fn next_word(&mut self) -> Result<&'a str, FormatError> {
-        self.words.next().ok_or_else(|| FormatError::at_line(WHAT, self.line, "it ends early"))
+        self.words.next().ok_or_else(|| FormatError::at_line(WHAT, self.line, texts::LINE_ENDS_EARLY))
     }
 
     fn id(&mut self) -> Result<u64, FormatError> {
         let word = self.next_word()?;
-        let problem = || format!("'{word}' is not the number of a vertex");
+        let problem = || texts::not_a_vertex(word);
         word.parse().map_err(|_| FormatError::at_line(WHAT, self.line, problem()))
     }
 
@@ -241,7 +241,7 @@ impl<'a> Words<'a> {
         let mut values = [0.0; N];
         for value in &mut values {
             let word = self.next_word()?;
-            let problem = || format!("'{word}' is not a number");
+            let problem = || texts::not_a_number(word);
             *value = word.parse().map_err(|_| FormatError::at_line(WHAT, self.line, problem()))?;
         }
         Ok(values)

@@ -1,12 +1,13 @@
 //! LAS and LAZ (ASPRS LAS 1.2, point format 0; LASzip compression), which survey programs read.
 //!
-//! Coordinates are kept as whole millimetres around the middle of the cloud. The intensity of sensors differs in range,
-//! so it is spread over the 16 bits as the standard asks.
+//! Coordinates are whole millimetres from the middle of the cloud. The range of intensities differs between sensors; it is scaled to 16 bits,
+//! as the standard requires.
 
+use crate::texts;
 use las::{Builder, Header, Point, Transform, Vector, Writer, point::Format};
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// Step of the coordinates, metres.
+/// Step to which coordinates are rounded, metres.
 const STEP: f64 = 0.001;
 
 /// Writes points (metres) with their intensity (sensor units; missing ones are 0), compressed or not.
@@ -20,21 +21,21 @@ pub fn write(
     compressed: bool,
 ) -> io::Result<()> {
     let header = header(xyz, compressed)?;
-    let mut writer = Writer::new(Lasting::new(out), header).map_err(io::Error::other)?;
+    let mut writer = Writer::new(FailureKeeper::new(out), header).map_err(io::Error::other)?;
     let scale = intensity_scale(intensity);
     let intensities = intensity.iter().copied().chain(std::iter::repeat(0.0));
     for ([x, y, z], intensity) in xyz.iter().map(|point| point.map(f64::from)).zip(intensities) {
         let point = Point { x, y, z, intensity: (intensity * scale).round() as u16, ..Point::default() };
         writer.write_point(point).map_err(io::Error::other)?;
     }
-    let mut lasting = writer.into_inner().map_err(io::Error::other)?;
-    lasting.failed.take().map_or(Ok(()), Err)?;
-    lasting.out.flush()
+    let mut output = writer.into_inner().map_err(io::Error::other)?;
+    output.failed.take().map_or(Ok(()), Err)?;
+    output.out.flush()
 }
 
-/// What the writer writes to. After a failure it takes everything and keeps nothing, as if all were well: the writer ends
-/// its file when it is dropped, and panics if that fails.
-struct Lasting<W> {
+/// Output of the library's writer. After the first failure it discards all further bytes and reports success, because the library's writer
+/// completes its file when it is dropped and panics if that fails. The failure is reported at the end.
+struct FailureKeeper<W> {
     out: W,
     /// Position and end of the file as the writer believes them to be, bytes.
     position: u64,
@@ -43,7 +44,7 @@ struct Lasting<W> {
     failed: Option<io::Error>,
 }
 
-impl<W> Lasting<W> {
+impl<W> FailureKeeper<W> {
     fn new(out: W) -> Self {
         Self { out, position: 0, end: 0, failed: None }
     }
@@ -55,7 +56,7 @@ impl<W> Lasting<W> {
     }
 }
 
-impl<W: Write> Write for Lasting<W> {
+impl<W: Write> Write for FailureKeeper<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.attempt(|out| out.write_all(bytes));
         self.position += bytes.len() as u64;
@@ -69,9 +70,9 @@ impl<W: Write> Write for Lasting<W> {
     }
 }
 
-impl<W: Seek> Seek for Lasting<W> {
+impl<W: Seek> Seek for FailureKeeper<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        let before_start = || io::Error::new(io::ErrorKind::InvalidInput, "before the start of the file");
+        let before_start = || io::Error::new(io::ErrorKind::InvalidInput, texts::SEEK_BEFORE_START);
         self.position = match to {
             SeekFrom::Start(place) => Some(place),
             SeekFrom::Current(way) => self.position.checked_add_signed(way),
@@ -94,7 +95,7 @@ fn header(xyz: &[[f32; 3]], compressed: bool) -> io::Result<Header> {
             .all(|(c, offset)| (f64::from(*c) - offset).abs() / STEP < f64::from(i32::MAX))
     };
     if !xyz.iter().all(fits) {
-        let problem = "a point is not finite, or over 2,147 km from the middle of the others";
+        let problem = texts::LAS_POINT_UNWRITABLE;
         return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
     }
     let mut builder = Builder::from((1, 2));

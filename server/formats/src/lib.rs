@@ -1,8 +1,8 @@
 //! File and message formats of other tools: bytes in, typed data or a typed error out.
 //!
-//! Nothing here knows the command line, the network or the clock. No reader allocates from a count in a header
-//! without checking that the bytes are there, and none panics on any input. Point formats meet in
-//! [`PointTable`], which [`PointTable::to_scan`] turns into the one scan type of the stack.
+//! The crate does not know the command line, the network or the clock. No reader allocates by a count in a header before it has checked that the
+//! bytes are there, and none panics on any input. All formats of points become a [`PointTable`], and [`PointTable::to_scan`] converts that to the
+//! stack's scan. Texts of errors stand in `texts.rs`.
 
 pub mod cdr;
 pub mod e57;
@@ -20,6 +20,7 @@ pub mod rosbag1;
 pub mod rosbag2;
 pub mod scan_file;
 pub mod survey;
+mod texts;
 pub mod tum;
 
 pub use error::{FormatError, legible};

@@ -1,32 +1,34 @@
 //! LZF decompression, as PCD's `binary_compressed` uses it.
 //!
-//! A control byte below 32 starts a literal run of one more byte than it says; any other carries a length in its
-//! upper three bits (7: one more byte follows) and a distance in its lower five and the next byte.
+//! A control byte `c` below 32 is followed by `c + 1` literal bytes. Any other control byte is a reference to earlier output: its upper three
+//! bits are the length less 2 (7: the next byte is added), its lower five bits and the next byte are the distance less 1.
 //! Source: liblzf 3.6, "lzf.h".
 
-use crate::FormatError;
+use crate::{FormatError, texts};
+
+/// Bytes of output per byte of input, at most: the longest reference takes 3 bytes and yields 7 + 255 + 2.
+const YIELD_MAX: usize = 264;
 
 /// Decompresses `input` into exactly `length` bytes.
 ///
 /// # Errors
-/// When the input refers before its start, ends early or yields another length. Allocates no more than the
-/// input can yield: a run of 3 bytes makes at most 264.
+/// When the input refers to bytes before its start, ends early or yields another length. Allocates no more than the input can yield.
 pub fn decompress(input: &[u8], length: usize) -> Result<Vec<u8>, FormatError> {
-    let broken = |at: usize, problem: &str| FormatError::at_byte("LZF data", at as u64, problem);
-    if length > input.len().saturating_mul(264) {
-        return Err(broken(0, "the stated size is larger than the data can unpack to"));
+    let malformed = |at: usize, problem: &str| FormatError::at_byte("LZF data", at as u64, problem);
+    if length > input.len().saturating_mul(YIELD_MAX) {
+        return Err(malformed(0, texts::LZF_SIZE_IMPOSSIBLE));
     }
     let mut out = Vec::with_capacity(length);
     let mut at = 0;
     let next = |at: &mut usize| {
-        let byte = input.get(*at).copied().ok_or_else(|| broken(*at, "the data is cut off"))?;
+        let byte = input.get(*at).copied().ok_or_else(|| malformed(*at, texts::LZF_CUT_OFF))?;
         *at += 1;
         Ok::<_, FormatError>(usize::from(byte))
     };
     while at < input.len() {
         let control = next(&mut at)?;
         if control < 32 {
-            let run = input.get(at..at + control + 1).ok_or_else(|| broken(at, "the data is cut off"))?;
+            let run = input.get(at..at + control + 1).ok_or_else(|| malformed(at, texts::LZF_CUT_OFF))?;
             out.extend_from_slice(run);
             at += control + 1;
         } else {
@@ -38,18 +40,18 @@ pub fn decompress(input: &[u8], length: usize) -> Result<Vec<u8>, FormatError> {
             let start = out
                 .len()
                 .checked_sub(distance)
-                .ok_or_else(|| broken(at, "a reference precedes the start"))?;
+                .ok_or_else(|| malformed(at, texts::LZF_REFERENCE_BEFORE_START))?;
             // Source and target may overlap, so byte by byte.
             for i in start..start + run + 2 {
                 out.push(out[i]);
             }
         }
         if out.len() > length {
-            return Err(broken(at, "it unpacks to more than the stated size"));
+            return Err(malformed(at, texts::LZF_TOO_LONG));
         }
     }
     if out.len() != length {
-        return Err(broken(at, "it unpacks to less than the stated size"));
+        return Err(malformed(at, texts::LZF_TOO_SHORT));
     }
     Ok(out)
 }

@@ -2,10 +2,14 @@
 //!
 //! Source: "The PCD (Point Cloud Data) file format", version 0.7, Point Cloud Library documentation.
 
-use crate::{FormatError, PointField, PointTable, ScalarType, lzf};
+use crate::{FormatError, PointField, PointTable, ScalarType, lzf, texts};
 use std::io::{self, Write};
 
 const WHAT: &str = "PCD file";
+/// Longest point that is read, bytes. A larger size in the header is damage.
+const POINT_BYTES_MAX: usize = 1 << 20;
+/// Bytes at the start of a file that are searched for the first lines of the header.
+const MAGIC_BYTES: usize = 256;
 
 /// The header of a PCD file.
 struct Header {
@@ -43,17 +47,14 @@ pub fn read(bytes: &[u8]) -> Result<PointTable<'_>, FormatError> {
 
 /// Whether a file that starts with these bytes is a PCD file.
 pub fn is_pcd(start: &[u8]) -> bool {
-    let text = start.get(..start.len().min(256)).unwrap_or_default();
+    let text = start.get(..start.len().min(MAGIC_BYTES)).unwrap_or_default();
     let text = String::from_utf8_lossy(text);
     text.starts_with("# .PCD") || text.lines().take(3).any(|line| line.starts_with("VERSION"))
 }
 
 fn read_header(bytes: &[u8]) -> Result<Header, FormatError> {
     if !is_pcd(bytes) {
-        return Err(FormatError::WrongKind {
-            expected: "a PCD file",
-            found: "it does not begin with a PCD header".into(),
-        });
+        return Err(FormatError::WrongKind { expected: "a PCD file", found: texts::NO_PCD_HEADER.into() });
     }
     let (mut names, mut sizes, mut kinds, mut counts) = (vec![], vec![], vec![], vec![]);
     let (mut width, mut height, mut points) = (None, None, None);
@@ -68,8 +69,7 @@ fn read_header(bytes: &[u8]) -> Result<Header, FormatError> {
         let Some(key) = words.next() else { continue };
         let words: Vec<&str> = words.collect();
         let number = |word: &str| {
-            word.parse::<usize>()
-                .map_err(|_| FormatError::at_line(WHAT, lines, format!("'{word}' is not a count")))
+            word.parse::<usize>().map_err(|_| FormatError::at_line(WHAT, lines, texts::not_a_count(word)))
         };
         let numbers = || words.iter().map(|word| number(word)).collect::<Result<Vec<_>, _>>();
         let single = || number(words.first().copied().unwrap_or_default());
@@ -87,14 +87,14 @@ fn read_header(bytes: &[u8]) -> Result<Header, FormatError> {
                     Some("binary") => DataKind::Binary,
                     Some("binary_compressed") => DataKind::Compressed,
                     other => {
-                        let problem = format!("unknown data kind '{}'", other.unwrap_or_default());
+                        let problem = texts::unknown_data_kind(other.unwrap_or_default());
                         return Err(FormatError::at_line(WHAT, lines, problem));
                     }
                 };
                 let (fields, point_step) = lay_out(names, &sizes, &kinds, &counts, lines)?;
                 let grid = width.map(|width| width.saturating_mul(height.unwrap_or(1)));
                 let Some(points) = points.or(grid) else {
-                    return Err(FormatError::at_line(WHAT, lines, "neither POINTS nor WIDTH was given"));
+                    return Err(FormatError::at_line(WHAT, lines, texts::NO_PCD_SIZE));
                 };
                 return Ok(Header { fields, point_step, points, data, end, lines });
             }
@@ -115,13 +115,13 @@ fn lay_out(
         && kinds.len() == names.len()
         && (counts.is_empty() || counts.len() == names.len());
     if names.is_empty() || !same_length {
-        return Err(FormatError::at_line(WHAT, line, "FIELDS, SIZE, TYPE and COUNT do not match"));
+        return Err(FormatError::at_line(WHAT, line, texts::PCD_COLUMNS_DIFFER));
     }
     let mut offset = 0usize;
     let mut fields = Vec::with_capacity(names.len());
     for (i, name) in names.into_iter().enumerate() {
         let Some(scalar) = scalar_type(&kinds[i], sizes[i]) else {
-            let problem = format!("field '{name}' has the unknown type {}{}", kinds[i], sizes[i]);
+            let problem = texts::unknown_field_type(&name, &kinds[i], sizes[i]);
             return Err(FormatError::at_line(WHAT, line, problem));
         };
         let count = counts.get(i).copied().unwrap_or(1);
@@ -129,8 +129,8 @@ fn lay_out(
             return Err(FormatError::at_line(WHAT, line, format!("field '{name}' has the count 0")));
         }
         let end = scalar.size().checked_mul(count).and_then(|size| size.checked_add(offset));
-        let Some(end) = end.filter(|end| *end <= 1 << 20) else {
-            let problem = format!("field '{name}' has the absurd count {count}");
+        let Some(end) = end.filter(|end| *end <= POINT_BYTES_MAX) else {
+            let problem = texts::absurd_field_count(&name, count);
             return Err(FormatError::at_line(WHAT, line, problem));
         };
         fields.push(PointField { name, offset, scalar, count });
@@ -169,7 +169,7 @@ fn read_compressed<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, Fo
     };
     let columns = if unpacked == 0 { Vec::new() } else { lzf::decompress(packed, unpacked)? };
     if columns.len() < header.points.saturating_mul(header.point_step) {
-        let problem = format!("{} points were stated but the data ends earlier", header.points);
+        let problem = texts::data_ends_early(header.points);
         return Err(FormatError::at_byte(WHAT, header.end as u64, problem));
     }
     let mut rows = vec![0; header.points * header.point_step];
@@ -197,11 +197,11 @@ fn read_ascii<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, FormatE
         let mut words = line.split_whitespace();
         for field in &header.fields {
             for _ in 0..field.count {
-                let word = words.next().ok_or_else(|| {
-                    FormatError::at_line(WHAT, number, format!("the value of '{}' is missing", field.name))
-                })?;
+                let word = words
+                    .next()
+                    .ok_or_else(|| FormatError::at_line(WHAT, number, texts::value_missing(&field.name)))?;
                 push_ascii(&mut rows, field.scalar, word).ok_or_else(|| {
-                    let problem = format!("'{word}' is not a value of '{}'", field.name);
+                    let problem = texts::not_a_value(word, &field.name);
                     FormatError::at_line(WHAT, number, problem)
                 })?;
             }
@@ -209,7 +209,7 @@ fn read_ascii<'a>(header: Header, body: &[u8]) -> Result<PointTable<'a>, FormatE
         count += 1;
     }
     if count < header.points {
-        let problem = format!("{} points were stated but only {count} are there", header.points);
+        let problem = texts::too_few_points(header.points, count);
         return Err(FormatError::at_line(WHAT, header.lines + count, problem));
     }
     PointTable::new(header.fields, header.point_step, count, false, rows.into())

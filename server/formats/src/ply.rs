@@ -3,10 +3,12 @@
 //! Source: G. Turk, "The PLY Polygon File Format", 1994.
 
 use crate::pcd::push_ascii;
-use crate::{FormatError, PointField, PointTable, ScalarType};
+use crate::{FormatError, PointField, PointTable, ScalarType, texts};
 use std::io::{self, Write};
 
 const WHAT: &str = "PLY file";
+/// Bytes of rows that are collected before they are written.
+const WRITE_BUFFER_BYTES: usize = 1 << 16;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Body {
@@ -36,13 +38,13 @@ pub fn is_ply(start: &[u8]) -> bool {
 pub fn read(bytes: &[u8]) -> Result<PointTable<'_>, FormatError> {
     let (body, elements, end, lines) = read_header(bytes)?;
     let Some(position) = elements.iter().position(|element| element.name == "vertex") else {
-        return Err(FormatError::at_line(WHAT, lines, "there is no element 'vertex'"));
+        return Err(FormatError::at_line(WHAT, lines, texts::NO_VERTICES));
     };
     let (before, vertex) = (&elements[..position], &elements[position]);
     if vertex.has_list || before.iter().any(|element| element.has_list) {
         return Err(FormatError::Unsupported {
-            what: "a PLY file with lists in or before its vertices".into(),
-            remedy: "save it with vertices first",
+            what: texts::PLY_LIST_BEFORE_VERTICES.into(),
+            remedy: texts::SAVE_VERTICES_FIRST,
         });
     }
     let fields = vertex.fields.clone();
@@ -61,7 +63,7 @@ pub fn read(bytes: &[u8]) -> Result<PointTable<'_>, FormatError> {
 
 fn read_header(bytes: &[u8]) -> Result<(Body, Vec<Element>, usize, usize), FormatError> {
     if !is_ply(bytes) {
-        let found = "it does not begin with 'ply'".into();
+        let found = texts::NO_PLY_HEADER.into();
         return Err(FormatError::WrongKind { expected: "a PLY file", found });
     }
     let (mut end, mut lines) = (0, 0);
@@ -80,11 +82,11 @@ fn read_header(bytes: &[u8]) -> Result<(Body, Vec<Element>, usize, usize), Forma
                     "ascii" => Body::Ascii,
                     "binary_little_endian" => Body::LittleEndian,
                     "binary_big_endian" => Body::BigEndian,
-                    other => return Err(problem(format!("unknown format '{other}'"))),
+                    other => return Err(problem(texts::unknown_ply_format(other))),
                 });
             }
             ["element", name, count] => {
-                let count = count.parse().map_err(|_| problem(format!("'{count}' is not a count")))?;
+                let count = count.parse().map_err(|_| problem(texts::not_a_count(count)))?;
                 elements.push(Element {
                     name: (*name).into(),
                     count,
@@ -95,23 +97,23 @@ fn read_header(bytes: &[u8]) -> Result<(Body, Vec<Element>, usize, usize), Forma
             }
             ["property", rest @ ..] => {
                 let Some(element) = elements.last_mut() else {
-                    return Err(problem("a property comes before any element".into()));
+                    return Err(problem(texts::PROPERTY_BEFORE_ELEMENT.into()));
                 };
                 match rest {
                     ["list", ..] => element.has_list = true,
                     [kind, name] => {
                         let Some(scalar) = scalar_type(kind) else {
-                            return Err(problem(format!("unknown type '{kind}'")));
+                            return Err(problem(texts::unknown_ply_type(kind)));
                         };
                         let offset = element.step;
                         element.fields.push(PointField { name: (*name).into(), offset, scalar, count: 1 });
                         element.step += scalar.size();
                     }
-                    _ => return Err(problem("a property needs a type and a name".into())),
+                    _ => return Err(problem(texts::PROPERTY_INCOMPLETE.into())),
                 }
             }
             ["end_header"] => {
-                let Some(body) = body else { return Err(problem("the format is not given".into())) };
+                let Some(body) = body else { return Err(problem(texts::NO_PLY_FORMAT.into())) };
                 return Ok((body, elements, end, lines));
             }
             // "ply", "comment", "obj_info" and blank lines.
@@ -140,13 +142,13 @@ fn read_ascii(data: &[u8], vertex: &Element, skip: usize, header: usize) -> Resu
     let mut rows = Vec::new();
     for done in 0..vertex.count {
         let Some((index, line)) = lines.next() else {
-            let problem = format!("{} vertices were stated but only {done} are there", vertex.count);
+            let problem = texts::too_few_vertices(vertex.count, done);
             return Err(FormatError::at_line(WHAT, header + text.lines().count(), problem));
         };
         let mut words = line.split_whitespace();
         for field in &vertex.fields {
             words.next().and_then(|word| push_ascii(&mut rows, field.scalar, word)).ok_or_else(|| {
-                let problem = format!("the value of '{}' is missing or no number", field.name);
+                let problem = texts::value_missing_or_no_number(&field.name);
                 FormatError::at_line(WHAT, header + index + 1, problem)
             })?;
         }
@@ -161,14 +163,14 @@ fn read_ascii(data: &[u8], vertex: &Element, skip: usize, header: usize) -> Resu
 pub fn write(out: &mut impl Write, xyz: &[[f32; 3]], intensity: &[f32]) -> io::Result<()> {
     let with_intensity = intensity.len() == xyz.len() && !xyz.is_empty();
     write_header(out, xyz.len(), with_intensity)?;
-    let mut rows = Vec::with_capacity(1 << 16);
+    let mut rows = Vec::with_capacity(WRITE_BUFFER_BYTES);
     for (i, point) in xyz.iter().enumerate() {
         rows.extend(point.iter().flat_map(|c| c.to_le_bytes()));
         if with_intensity {
             rows.extend(intensity[i].to_le_bytes());
         }
-        // A map has many points: not all of them in memory twice.
-        if rows.len() > 1 << 16 {
+        // A map has many points; they must not be in memory twice.
+        if rows.len() > WRITE_BUFFER_BYTES {
             out.write_all(&rows)?;
             rows.clear();
         }
@@ -176,8 +178,8 @@ pub fn write(out: &mut impl Write, xyz: &[[f32; 3]], intensity: &[f32]) -> io::R
     out.write_all(&rows)
 }
 
-/// Writes the header of a binary PLY; `count` rows of little-endian f32 must follow, `x y z` and `intensity` if so
-/// asked. For clouds too large to be held at once.
+/// Writes the header of a binary PLY. `count` rows of little-endian f32 must follow: `x y z`, and `intensity` if `with_intensity`. For clouds
+/// that are too large for the memory.
 ///
 /// # Errors
 /// When `out` fails.

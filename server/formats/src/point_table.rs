@@ -1,9 +1,9 @@
 //! Points as rows of named binary fields, the common form of PointCloud2, PCD, PLY and KITTI files.
 //!
-//! [`PointTable::to_scan`] is the one place that knows which names mean intensity, channel and time, and in
-//! which units the makers of sensors write the time of a point.
+//! Only [`PointTable::to_scan`] knows which names mean intensity, channel and time, and in which units the makers of sensors write the time of
+//! a point.
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 use messages::Scan;
 use std::borrow::Cow;
 use vocab::Stamp;
@@ -50,7 +50,7 @@ pub struct PointField {
     pub offset: usize,
     /// Type of each number.
     pub scalar: ScalarType,
-    /// How many numbers it holds.
+    /// Number of numbers in it.
     pub count: usize,
 }
 
@@ -76,7 +76,7 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    /// All of them.
+    /// Sum of both.
     pub fn total(self) -> usize {
         self.non_finite + self.zero_range
     }
@@ -133,7 +133,7 @@ impl<'a> PointTable<'a> {
                 return Err(FormatError::Malformed {
                     what: "point cloud",
                     place: format!("field '{}'", field.name),
-                    problem: format!("it ends at byte {end} of a point of {point_step} bytes"),
+                    problem: texts::field_beyond_point(end, point_step),
                 });
             }
         }
@@ -142,7 +142,7 @@ impl<'a> PointTable<'a> {
             return Err(FormatError::Malformed {
                 what: "point cloud",
                 place: "row_step".into(),
-                problem: format!("{row_step} bytes cannot hold {width} points of {point_step} bytes"),
+                problem: texts::row_too_short(row_step, width, point_step),
             });
         }
         let needed = match (width, height) {
@@ -180,7 +180,7 @@ impl<'a> PointTable<'a> {
         exact.or_else(|| self.fields.iter().find(|field| field.name.eq_ignore_ascii_case(name)))
     }
 
-    /// Whether points carry a time of their own.
+    /// Whether points have a time of their own.
     pub fn has_times(&self) -> bool {
         self.first_field(&TIME_NAMES).is_some()
     }
@@ -268,7 +268,7 @@ impl<'a> PointTable<'a> {
         self.field(name).filter(|field| field.count > 0).ok_or_else(|| FormatError::Malformed {
             what: "point cloud",
             place: format!("field '{name}'"),
-            problem: format!("it is missing; the fields are: {}", self.field_names()),
+            problem: texts::coordinate_missing(&self.field_names()),
         })
     }
 

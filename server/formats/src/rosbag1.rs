@@ -1,11 +1,11 @@
 //! ROS 1 bags, format 2.0: chunks unpacked, packed with bzip2 or with lz4, with an index or cut off.
 //!
-//! A complete bag ends with an index of its chunks. Any other is walked once from the start, so that a recorder
-//! that was stopped hard loses only what it had not written. Source: ROS wiki, "Bags/Format/2.0".
+//! A complete bag ends with an index of its chunks. A bag without a usable index is read once from the start, so that only the data which the
+//! recorder had not written is lost. Source: ROS wiki, "Bags/Format/2.0".
 
 mod records;
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 use records::{Record, op};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
@@ -16,6 +16,8 @@ const WHAT: &str = "ROS 1 bag";
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// Largest chunk, packed or not, that is read.
 const CHUNK_BYTES_MAX: u64 = 1 << 30;
+/// Characters of a name in the file that an error shows, at most.
+const SHOWN_NAME_CHARS_MAX: usize = 40;
 
 /// One publisher's topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -88,11 +90,11 @@ pub fn read_index(file: &mut (impl Read + Seek)) -> Result<BagIndex, FormatError
     let indexed = read_header(file, size).and_then(|header| read_chunk_infos(file, size, &header));
     match indexed {
         Ok(index) => Ok(index),
-        Err(_) => survey(file, size),
+        Err(_) => scan_records(file, size),
     }
 }
 
-/// Unpacks the chunk at `position`, as far as its bytes are there.
+/// Unpacks the chunk at `position`; of a chunk that is cut off, the part that is there.
 ///
 /// # Errors
 /// When there is no chunk or nothing of it can be unpacked.
@@ -100,7 +102,7 @@ pub fn read_chunk(file: &mut (impl Read + Seek), position: u64) -> Result<Unpack
     let size = file.seek(SeekFrom::End(0))?;
     let record = records::read_head(file, size, position)?;
     if record.op() != Some(op::CHUNK) {
-        return Err(FormatError::at_byte(WHAT, position, "there is no chunk where one was announced"));
+        return Err(FormatError::at_byte(WHAT, position, texts::NO_CHUNK));
     }
     unpack(file, size, &record)
 }
@@ -111,8 +113,8 @@ fn check_magic(file: &mut (impl Read + Seek), size: u64) -> Result<(), FormatErr
         return Ok(());
     }
     let found = match is_bag(&start) {
-        true => "it is a bag of an older version; convert it with 'rosbag fix'".to_owned(),
-        false => "it does not begin as a bag does".to_owned(),
+        true => texts::OLD_BAG.to_owned(),
+        false => texts::NO_BAG.to_owned(),
     };
     Err(FormatError::WrongKind { expected: "a ROS 1 bag of version 2.0", found })
 }
@@ -134,13 +136,13 @@ fn read_header(file: &mut (impl Read + Seek), size: u64) -> Result<BagHeader, Fo
     })
 }
 
-/// Reads the index, all of it or nothing: a bag cut between two of its records would lose chunks unnoticed.
+/// Reads the index. An incomplete index is an error: a bag cut between two of its records would lose chunks unnoticed.
 fn read_chunk_infos(
     file: &mut (impl Read + Seek),
     size: u64,
     header: &BagHeader,
 ) -> Result<BagIndex, FormatError> {
-    let incomplete = || FormatError::at_byte(WHAT, header.index_position, "the index is not complete");
+    let incomplete = || FormatError::at_byte(WHAT, header.index_position, texts::BAG_INDEX_INCOMPLETE);
     if header.index_position == 0 {
         return Err(incomplete());
     }
@@ -160,7 +162,7 @@ fn read_chunk_infos(
                 });
                 let position = record.u64("chunk_pos")?;
                 if position >= size {
-                    return Err(FormatError::at_byte(WHAT, at, "a chunk lies beyond the end of the file"));
+                    return Err(FormatError::at_byte(WHAT, at, texts::CHUNK_BEYOND_END));
                 }
                 let span = (record.time("start_time")?, record.time("end_time")?);
                 index.chunks.push(Chunk { position, span, counts: pairs.collect() });
@@ -176,8 +178,8 @@ fn read_chunk_infos(
     Ok(index)
 }
 
-/// Walks a bag without a usable index.
-fn survey(file: &mut (impl Read + Seek), size: u64) -> Result<BagIndex, FormatError> {
+/// Indexes a bag without a usable index by reading all of its records.
+fn scan_records(file: &mut (impl Read + Seek), size: u64) -> Result<BagIndex, FormatError> {
     let mut index = BagIndex::default();
     let mut at = MAGIC.len() as u64;
     while at < size {
@@ -205,11 +207,8 @@ fn survey(file: &mut (impl Read + Seek), size: u64) -> Result<BagIndex, FormatEr
         at = record.end();
     }
     index.warnings.push(match at < size {
-        true => format!(
-            "the bag is cut off or damaged at byte {at} of {size}: everything before that is used; 'rosbag reindex' \
-             repairs bags of a recorder that was stopped hard"
-        ),
-        false => "the bag has no index because it was not closed; everything in it is used".to_owned(),
+        true => texts::bag_cut_off(at, size),
+        false => texts::BAG_WITHOUT_INDEX.to_owned(),
     });
     Ok(index)
 }
@@ -229,7 +228,7 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
     let packed = records::read_bytes(file, size, record.data_start, available)?;
     let unpacked = u64::from(record.u32("size")?);
     if unpacked > CHUNK_BYTES_MAX {
-        let problem = format!("a chunk claims to unpack to {unpacked} bytes, which is more than is read");
+        let problem = texts::chunk_too_large(unpacked, CHUNK_BYTES_MAX);
         return Err(FormatError::at_byte(WHAT, record.data_start, problem));
     }
     let mut chunk = UnpackedChunk::default();
@@ -243,19 +242,18 @@ fn unpack(file: &mut (impl Read + Seek), size: u64, record: &Record) -> Result<U
         }
         other => {
             return Err(FormatError::Unsupported {
-                what: format!(
-                    "a chunk packed with '{}'",
-                    crate::legible(other.unwrap_or("nothing it names"), 40)
-                ),
-                remedy: "unpack the bag with 'rosbag decompress'",
+                what: texts::unknown_compression(&crate::legible(
+                    other.unwrap_or(texts::UNNAMED_COMPRESSION),
+                    SHOWN_NAME_CHARS_MAX,
+                )),
+                remedy: texts::DECOMPRESS_BAG,
             });
         }
     };
     let complete = result.is_ok() && chunk.bytes.len() as u64 == unpacked;
     let walked = list_messages(&mut chunk);
     if !complete || walked.is_err() {
-        chunk.warning =
-            Some(format!("the chunk at byte {} is cut off, the rest of it is lost", record.data_start));
+        chunk.warning = Some(texts::chunk_cut_off(record.data_start));
     }
     Ok(chunk)
 }
@@ -264,7 +262,7 @@ fn list_messages(chunk: &mut UnpackedChunk) -> Result<(), FormatError> {
     let mut at = 0;
     while at < chunk.bytes.len() {
         let record = records::parse_head(&chunk.bytes, at)?;
-        let range = at_most(&chunk.bytes, &record)?;
+        let range = checked_range(&chunk.bytes, &record)?;
         at = range.end;
         match record.op() {
             Some(op::MESSAGE) => {
@@ -284,7 +282,7 @@ fn list_messages(chunk: &mut UnpackedChunk) -> Result<(), FormatError> {
     Ok(())
 }
 
-fn at_most(bytes: &[u8], record: &Record) -> Result<Range<usize>, FormatError> {
+fn checked_range(bytes: &[u8], record: &Record) -> Result<Range<usize>, FormatError> {
     if record.end() > bytes.len() as u64 {
         let missing = record.end() - bytes.len() as u64;
         return Err(FormatError::Truncated { what: WHAT, at: record.data_start, missing });

@@ -1,6 +1,6 @@
 //! rosbag2: folders with a `metadata.yaml`, and the SQLite files in them.
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 use rusqlite::{Connection, OpenFlags, params};
 use std::path::Path;
 use vocab::Stamp;
@@ -14,7 +14,7 @@ pub struct DatabaseTopic {
     pub name: String,
     /// ROS type, e.g. `sensor_msgs/msg/Imu`.
     pub type_name: String,
-    /// `cdr` for all but experiments.
+    /// Encoding of its messages; only `cdr` is read.
     pub serialization: String,
     /// Messages.
     pub count: u64,
@@ -32,6 +32,9 @@ pub struct DatabaseMessage {
     /// Its bytes.
     pub data: Vec<u8>,
 }
+
+/// Messages that one query reads, at most.
+pub const BATCH_MESSAGES: usize = 32;
 
 /// A rosbag2 database, opened for reading.
 pub struct Database {
@@ -59,7 +62,7 @@ impl Database {
         if tables != 2 {
             return Err(FormatError::WrongKind {
                 expected: "a rosbag2 database",
-                found: "it has no tables 'topics' and 'messages'".into(),
+                found: texts::NO_ROSBAG2_TABLES.into(),
             });
         }
         Ok(Self { connection })
@@ -98,8 +101,8 @@ impl Database {
         Ok(first.zip(last).map(|(first, last)| (Stamp::from_nanos(first), Stamp::from_nanos(last))))
     }
 
-    /// The next messages of some topics after the one of this time and row, by time and row. Few at a time, because
-    /// a message can be megabytes.
+    /// The next messages of some topics after this time and row, ordered by time and row. At most [`BATCH_MESSAGES`] at a time, because a message
+    /// can have megabytes.
     ///
     /// # Errors
     /// When the database is damaged.
@@ -108,11 +111,10 @@ impl Database {
         topics: &[i64],
         (at, row): (Stamp, i64),
     ) -> Result<Vec<DatabaseMessage>, FormatError> {
-        const AT_ONCE: usize = 32;
         let numbers: Vec<String> = topics.iter().map(i64::to_string).collect();
         let mut statement = self.connection.prepare_cached(&format!(
             "SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN ({}) \
-             AND (timestamp, id) > (?1, ?2) ORDER BY timestamp, id LIMIT {AT_ONCE}",
+             AND (timestamp, id) > (?1, ?2) ORDER BY timestamp, id LIMIT {BATCH_MESSAGES}",
             numbers.join(",")
         ))?;
         let rows = statement.query_map(params![at.nanos(), row], |row| {
@@ -132,7 +134,7 @@ impl Database {
 pub struct BagMetadata {
     /// Names of the data files, in order.
     pub files: Vec<String>,
-    /// How files or messages are packed beyond the format's own ways: empty, or e.g. `zstd`.
+    /// Compression of files or messages by rosbag2: empty, or for example `zstd`.
     pub compression: String,
 }
 

@@ -1,10 +1,10 @@
 //! Trajectories in the TUM format: one pose a line, `seconds x y z qx qy qz qw`.
 
-use crate::FormatError;
+use crate::{FormatError, texts};
 use std::io::{self, Write};
 use vocab::{Pose, Quat, Stamp, Vec3};
 
-/// Reads a trajectory. Numbers may be apart by blanks or commas; lines that begin with `#` are comments.
+/// Reads a trajectory. Numbers are separated by blanks or commas; lines that begin with `#` are comments.
 ///
 /// # Errors
 /// When a line does not hold eight numbers.
@@ -18,13 +18,12 @@ fn read_line(line: &str, number: usize) -> Result<(Stamp, Pose), FormatError> {
     const WHAT: &str = "TUM trajectory";
     let words: Vec<&str> = line.split([' ', '\t', ',']).filter(|word| !word.is_empty()).collect();
     let [time, numbers @ ..] = words.as_slice() else {
-        return Err(FormatError::at_line(WHAT, number, "it is empty"));
+        return Err(FormatError::at_line(WHAT, number, texts::TRAJECTORY_LINE_EMPTY));
     };
-    let stamp = stamp(time)
-        .ok_or_else(|| FormatError::at_line(WHAT, number, format!("'{time}' is not a time in seconds")))?;
+    let stamp = stamp(time).ok_or_else(|| FormatError::at_line(WHAT, number, texts::not_a_time(time)))?;
     let values: Option<Vec<f64>> = numbers.iter().map(|word| word.parse().ok()).collect();
     let Some(&[x, y, z, qx, qy, qz, qw, ..]) = values.as_deref() else {
-        return Err(FormatError::at_line(WHAT, number, "it does not hold 'seconds x y z qx qy qz qw'"));
+        return Err(FormatError::at_line(WHAT, number, texts::TRAJECTORY_LINE_SHORT));
     };
     Ok((stamp, Pose { position: Vec3::new(x, y, z), orientation: Quat { w: qw, x: qx, y: qy, z: qz } }))
 }

@@ -2,9 +2,12 @@
 
 use super::standard::Header;
 use crate::cdr::{Encoding, Reader, Writer};
-use crate::{FormatError, PointField, PointTable, ScalarType};
+use crate::{FormatError, PointField, PointTable, ScalarType, texts};
 use messages::Scan;
 use std::borrow::Cow;
+
+/// Least bytes of a `sensor_msgs/PointField`: length of the name, offset, data type and count.
+const FIELD_BYTES_MIN: usize = 4 + 4 + 1 + 4;
 
 /// A point cloud message; the points stay where they are in the message's bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +31,7 @@ impl<'a> PointCloud2<'a> {
         let header = Header::read(&mut reader, encoding)?;
         let height = reader.u32()? as usize;
         let width = reader.u32()? as usize;
-        let fields = reader.sequence(13, read_field)?;
+        let fields = reader.sequence(FIELD_BYTES_MIN, read_field)?;
         let big_endian = reader.bool()?;
         let point_step = reader.u32()? as usize;
         let row_step = reader.u32()? as usize;
@@ -44,7 +47,7 @@ fn read_field(reader: &mut Reader<'_>) -> Result<PointField, FormatError> {
     let datatype = reader.u8()?;
     let count = reader.u32()? as usize;
     let Some(scalar) = scalar_type(datatype) else {
-        return Err(reader.malformed(format!("field '{name}' has the unknown data type {datatype}")));
+        return Err(reader.malformed(texts::unknown_ros_field_type(&name, datatype)));
     };
     // Some drivers write 0 instead of 1.
     Ok(PointField { name, offset, scalar, count: count.max(1) })
@@ -64,6 +67,7 @@ fn scalar_type(datatype: u8) -> Option<ScalarType> {
     TYPES.get(usize::from(datatype).checked_sub(1)?).copied()
 }
 
+// Data types of `sensor_msgs/PointField`.
 const INT32: u8 = 5;
 const UINT32: u8 = 6;
 const UINT16: u8 = 4;

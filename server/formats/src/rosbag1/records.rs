@@ -1,7 +1,7 @@
 //! Records of a bag: a header of named fields, then data.
 
 use super::{CHUNK_BYTES_MAX, WHAT};
-use crate::FormatError;
+use crate::{FormatError, texts};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 use vocab::Stamp;
@@ -14,7 +14,7 @@ pub mod op {
     pub const CONNECTION: u8 = 7;
 }
 
-/// A header longer than this is nonsense.
+/// Longest header of a record that is read, bytes.
 const HEADER_BYTES_MAX: u64 = 1 << 20;
 
 /// A record's header and the position of its data.
@@ -55,7 +55,7 @@ impl Record {
 
     fn array<const N: usize>(&self, name: &str) -> Result<[u8; N], FormatError> {
         let value = self.fields.get(name).and_then(|value| value.as_slice().try_into().ok());
-        value.ok_or_else(|| FormatError::at_byte(WHAT, self.at, format!("a record lacks its field '{name}'")))
+        value.ok_or_else(|| FormatError::at_byte(WHAT, self.at, texts::record_field_missing(name)))
     }
 }
 
@@ -63,7 +63,7 @@ impl Record {
 pub fn read_head(file: &mut (impl Read + Seek), size: u64, at: u64) -> Result<Record, FormatError> {
     let header_length = u64::from(le_u32(&read_bytes(file, size, at, 4)?));
     if header_length > HEADER_BYTES_MAX {
-        return Err(FormatError::at_byte(WHAT, at, "a record header is absurdly long"));
+        return Err(FormatError::at_byte(WHAT, at, texts::RECORD_HEADER_TOO_LONG));
     }
     let header = read_bytes(file, size, at + 4, header_length)?;
     let data_length = u64::from(le_u32(&read_bytes(file, size, at + 4 + header_length, 4)?));
@@ -87,7 +87,7 @@ pub fn parse_fields(bytes: &[u8]) -> Result<BTreeMap<String, Vec<u8>>, FormatErr
     let mut rest = bytes;
     while !rest.is_empty() {
         let cut =
-            || FormatError::at_byte(WHAT, (bytes.len() - rest.len()) as u64, "a record header is cut off");
+            || FormatError::at_byte(WHAT, (bytes.len() - rest.len()) as u64, texts::RECORD_HEADER_CUT_OFF);
         let length = le_u32(rest.get(..4).ok_or_else(cut)?) as usize;
         let field = rest.get(4..).and_then(|rest| rest.get(..length)).ok_or_else(cut)?;
         let equals = field.iter().position(|byte| *byte == b'=').ok_or_else(cut)?;

@@ -1,7 +1,7 @@
 //! E57 (ASTM E2807): several scans with their poses; Cartesian or spherical, integer or floating point.
 
 use super::{CoordinateOffset, PointCollector, Station, Survey, station_with_pose};
-use crate::{FormatError, legible};
+use crate::{FormatError, legible, texts};
 use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
 use std::io::BufReader;
@@ -10,6 +10,12 @@ use vocab::{Pose, Quat, Vec3};
 
 /// Points between two reports of progress.
 const PROGRESS_POINTS: u64 = 1 << 16;
+/// Characters of a scan's name that an error shows, at most.
+const SHOWN_NAME_CHARS_MAX: usize = 60;
+/// Characters of the library's error that ours shows, at most.
+const SHOWN_ERROR_CHARS_MAX: usize = 200;
+/// Shortest quaternion that counts as a rotation.
+const QUATERNION_LENGTH_MIN: f64 = 1e-6;
 
 /// Reads all scans.
 ///
@@ -44,8 +50,11 @@ fn read_scan(
     if scan.records > 0 && scan.prototype.iter().all(|record| is_constant(&record.data_type)) {
         return Err(FormatError::Malformed {
             what: "E57 file",
-            place: format!("scan '{}'", legible(scan.name.as_deref().unwrap_or("without a name"), 60)),
-            problem: "none of its values takes a single bit".into(),
+            place: texts::scan_place(&legible(
+                scan.name.as_deref().unwrap_or(texts::UNNAMED_SCAN),
+                SHOWN_NAME_CHARS_MAX,
+            )),
+            problem: texts::SCAN_WITHOUT_DATA.into(),
         });
     }
     let pose = pose(scan);
@@ -80,7 +89,7 @@ fn read_scan(
     })
 }
 
-/// Whether values of this type take no bits, so that the file can announce any number of them.
+/// Whether values of this type take no bits. A file can announce any number of such values.
 fn is_constant(kind: &RecordDataType) -> bool {
     match kind {
         RecordDataType::Single { .. } | RecordDataType::Double { .. } => false,
@@ -95,7 +104,7 @@ fn pose(scan: &PointCloud) -> Option<Pose> {
     let length = (q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z).sqrt();
     let position = Vec3::new(t.x, t.y, t.z);
     let finite = [position.x, position.y, position.z].iter().all(|value| value.is_finite());
-    if !(finite && length.is_finite() && length > 1e-6) {
+    if !(finite && length.is_finite() && length > QUATERNION_LENGTH_MIN) {
         return None;
     }
     let orientation = Quat { w: q.w / length, x: q.x / length, y: q.y / length, z: q.z / length };
@@ -105,7 +114,7 @@ fn pose(scan: &PointCloud) -> Option<Pose> {
 fn malformed(error: ::e57::Error) -> FormatError {
     FormatError::Malformed {
         what: "E57 file",
-        place: "reading it".into(),
-        problem: format!("{}; copy or export it again", legible(&error.to_string(), 200)),
+        place: texts::WHILE_READING.into(),
+        problem: texts::library_error(legible(&error.to_string(), SHOWN_ERROR_CHARS_MAX)),
     }
 }

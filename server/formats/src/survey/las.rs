@@ -3,25 +3,25 @@
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
 
 use super::{CoordinateOffset, PointCollector, Station, Survey};
-use crate::FormatError;
+use crate::{FormatError, texts};
 use laz::{LasZipDecompressor, LazVlr};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 const WHAT: &str = "LAS or LAZ file";
-/// Bytes of the header in every version; later versions append to it.
+/// Bytes of the header in versions 1.0 to 1.2 (public header block); later versions append to it.
 const HEADER_LEN: usize = 227;
-/// Bytes of the header in version 1.4, which counts points in 64 bits.
+/// Bytes of the header in version 1.4 (public header block), which counts points in 64 bits.
 const HEADER_LEN_1_4: usize = 375;
-/// Bytes of the header of a variable length record.
+/// Bytes of the header of a variable length record, in all versions.
 const RECORD_HEADER_LEN: u64 = 54;
 /// Bytes of points decoded at a time; at least one point.
 const BATCH_BYTES: usize = 1 << 20;
-/// Least bytes of a point: coordinates, intensity, flags.
+/// Bytes of the shortest point: point data record format 0.
 const POINT_BYTES_MIN: usize = 20;
 
-/// What the header says about the points.
+/// The fields of the header that describe the points.
 struct Header {
     size: u64,
     points_at: u64,
@@ -53,8 +53,8 @@ pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey,
         header.each(&mut collector, progress, |bytes| {
             points.decompress_many(bytes).map_err(|error| FormatError::Malformed {
                 what: WHAT,
-                place: "its compressed points".into(),
-                problem: format!("{error}; copy or export it again"),
+                place: texts::COMPRESSED_POINTS.into(),
+                problem: texts::library_error(error),
             })
         })?;
     } else {
@@ -99,18 +99,18 @@ impl Header {
     fn check(&self, length: u64) -> Result<(), FormatError> {
         let problem = |at: u64, problem: String| Err(FormatError::at_byte(WHAT, at, problem));
         if self.size < HEADER_LEN as u64 || self.points_at < self.size {
-            return problem(96, format!("points cannot begin at byte {}", self.points_at));
+            return problem(96, texts::points_begin_in_header(self.points_at));
         }
         let room = self.points_at - self.size;
         if u64::from(self.records) * RECORD_HEADER_LEN > room {
-            return problem(100, format!("{} records do not fit into {room} bytes", self.records));
+            return problem(100, texts::records_too_many(self.records, room));
         }
         if self.point_size < POINT_BYTES_MIN {
-            return problem(105, format!("a point cannot have {} bytes", self.point_size));
+            return problem(105, texts::point_too_small(self.point_size));
         }
         if !self.scale.iter().chain(&self.offset).all(|value| value.is_finite()) || self.scale.contains(&0.0)
         {
-            return problem(131, "the scale or the offset of the coordinates is no number".into());
+            return problem(131, texts::SCALE_NOT_FINITE.into());
         }
         let needed = if self.compressed { self.count.min(1) } else { self.count }
             .saturating_mul(self.point_size as u64)
@@ -165,14 +165,14 @@ fn laszip_record(file: &mut File, header: &Header) -> Result<LazVlr, FormatError
             file.read_exact(&mut bytes)?;
             let vlr = LazVlr::from_buffer(&bytes).map_err(compressed)?;
             if vlr.items().is_empty() || vlr.items_size() != header.point_size as u64 {
-                let problem = format!("it does not describe points of {} bytes", header.point_size);
+                let problem = texts::laszip_record_differs(header.point_size);
                 return Err(FormatError::at_byte(WHAT, at, problem));
             }
             return Ok(vlr);
         }
         at += RECORD_HEADER_LEN + u64::from(length);
     }
-    Err(FormatError::at_byte(WHAT, header.size, "nothing says how its points are compressed"))
+    Err(FormatError::at_byte(WHAT, header.size, texts::NO_LASZIP_RECORD))
 }
 
 /// Checks the number of chunks, because the decoder allocates by it.
@@ -193,7 +193,7 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), For
     file.read_exact(&mut word)?;
     let chunks = u64::from(u32::from_le_bytes([word[4], word[5], word[6], word[7]]));
     if chunks > header.count.max(1).min(length) {
-        let problem = format!("{chunks} chunks of {} points are impossible", header.count);
+        let problem = texts::chunks_impossible(chunks, header.count);
         return Err(FormatError::at_byte(WHAT, table + 4, problem));
     }
     Ok(())
@@ -202,9 +202,8 @@ fn check_chunks(file: &mut File, header: &Header, length: u64) -> Result<(), For
 fn compressed(error: laz::LasZipError) -> FormatError {
     match error {
         laz::LasZipError::IoError(error) => FormatError::Io(error),
-        other => FormatError::Unsupported {
-            what: format!("this kind of LAZ file ({other})"),
-            remedy: "save it as LAS, or as LAZ of version 1.2",
-        },
+        other => {
+            FormatError::Unsupported { what: texts::unknown_laz(other), remedy: texts::SAVE_AS_OTHER_LAS }
+        }
     }
 }

@@ -8,7 +8,7 @@ mod las;
 mod ptx;
 mod table;
 
-use crate::{FormatError, pcd, ply};
+use crate::{FormatError, pcd, ply, texts};
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -89,7 +89,7 @@ pub fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, Format
     }
     Err(FormatError::WrongKind {
         expected: "a map that can be imported",
-        found: "it begins like no PCD, PLY, LAS, LAZ, E57 or PTX file; convert it to one of them".into(),
+        found: texts::NO_SURVEY_FORMAT.into(),
     })
 }
 
@@ -110,8 +110,8 @@ fn guarded(
     read: impl FnOnce() -> Result<Survey, FormatError>,
 ) -> Result<Survey, FormatError> {
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(|_| {
-        let problem = "its compressed data is damaged; copy or export it again".into();
-        Err(FormatError::Malformed { what, place: "an unknown place".into(), problem })
+        let problem = texts::COMPRESSED_DATA_DAMAGED.into();
+        Err(FormatError::Malformed { what, place: texts::UNKNOWN_PLACE.into(), problem })
     })
 }
 

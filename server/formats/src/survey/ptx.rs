@@ -1,14 +1,14 @@
 //! PTX (Leica): text. Each scan has its size, the scanner's position and axes, a matrix, and one line a point.
 
 use super::{CoordinateOffset, PointCollector, Survey, station_with_pose};
-use crate::FormatError;
+use crate::{FormatError, texts};
 use std::io::{BufRead, Read};
 use vocab::{Pose, Quat, Vec3};
 
 const WHAT: &str = "PTX file";
-/// LineReader between a scan's size and its points: position, three axes, four rows of a matrix.
+/// Lines between a scan's size and its points: position, three axes, four rows of a matrix.
 const POSE_LINES: usize = 8;
-/// LineReader between two reports of progress.
+/// Lines between two reports of progress.
 const PROGRESS_LINES: usize = 1 << 14;
 /// Longest line of the format, bytes.
 const LINE_BYTES_MAX: u64 = 1024;
@@ -74,11 +74,7 @@ impl<R: BufRead> LineReader<R> {
         self.read += length as u64;
         self.number += 1;
         if length as u64 == LINE_BYTES_MAX {
-            return Err(FormatError::at_line(
-                WHAT,
-                self.number,
-                "the line is longer than any of this format",
-            ));
+            return Err(FormatError::at_line(WHAT, self.number, texts::PTX_LINE_TOO_LONG));
         }
         Ok((length > 0).then_some(self.line.trim()))
     }
@@ -94,8 +90,7 @@ impl<R: BufRead> LineReader<R> {
             let Some(line) = self.next()? else { return Ok(None) };
             // Some programs leave lines empty between scans.
             if !line.is_empty() {
-                let problem =
-                    || FormatError::at_line(WHAT, number, "a count of columns or rows was expected");
+                let problem = || FormatError::at_line(WHAT, number, texts::PTX_COUNT_EXPECTED);
                 return line.parse().map(Some).map_err(|_| problem());
             }
         }
@@ -107,7 +102,7 @@ impl<R: BufRead> LineReader<R> {
         let mut words = line.split_whitespace().map(str::parse::<f64>);
         let mut values = [0.0; N];
         for value in &mut values {
-            let problem = || FormatError::at_line(WHAT, number, format!("{N} numbers were expected"));
+            let problem = || FormatError::at_line(WHAT, number, texts::numbers_expected(N));
             *value = words.next().and_then(Result::ok).ok_or_else(problem)?;
         }
         Ok(values)
@@ -123,8 +118,7 @@ impl<R: BufRead> LineReader<R> {
             *row = self.numbers::<4>()?;
         }
         let [x, y, z, origin] = rows;
-        let problem =
-            || FormatError::at_line(WHAT, self.number, "the matrix is not a rotation and a translation");
+        let problem = || FormatError::at_line(WHAT, self.number, texts::PTX_MATRIX_INVALID);
         let orientation = rotation([x, y, z].map(|row| [row[0], row[1], row[2]])).ok_or_else(problem)?;
         let position = Vec3::new(origin[0], origin[1], origin[2]);
         if !origin.iter().all(|value| value.is_finite()) {
@@ -141,7 +135,7 @@ impl<R: BufRead> LineReader<R> {
         let mut next = || words.next().and_then(Result::ok);
         match (next(), next(), next()) {
             (Some(x), Some(y), Some(z)) => Ok(([x, y, z], next().unwrap_or(0.5) as f32)),
-            _ => Err(FormatError::at_line(WHAT, number, "a point's three coordinates were expected")),
+            _ => Err(FormatError::at_line(WHAT, number, texts::PTX_POINT_EXPECTED)),
         }
     }
 }
