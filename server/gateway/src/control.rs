@@ -1,11 +1,12 @@
-//! The control socket: state out, commands in.
+//! The control socket: sends state to a client and receives its commands.
 
 use crate::app::App;
 use crate::hub::ControlSeat;
 use crate::limits::RateLimit;
 use crate::outbox::Answer;
 use crate::snapshot::Cursor;
-use crate::socket::{Closing, Incoming, Outgoing, farewell};
+use crate::socket::{Closing, Incoming, Outgoing, close};
+use crate::texts;
 use crate::wire::ServerMessageRef;
 use api::{ClientMessage, Command, CommandOutcome, Event};
 use axum::extract::ws::WebSocket;
@@ -25,11 +26,11 @@ pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
         closing = converse(&mut sink, &mut incoming, &app) => closing,
         () = app.shutdown() => Closing::Shutdown,
     };
-    let last_word = match &closing {
+    let last_message = match &closing {
         Closing::Refused(reason) => Some(api::encode(&ServerMessageRef::Refused { reason })),
         _ => None,
     };
-    farewell(sink, incoming, closing, last_word).await;
+    close(sink, incoming, closing, last_message).await;
 }
 
 async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
@@ -38,16 +39,13 @@ async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) 
         Err(closing) => return closing,
     };
     let Some(seat) = ControlSeat::claim(&app.hub, client) else {
-        let clients = app.limits.clients;
-        return Closing::Refused(format!(
-            "The server already has {clients} clients. Close one, then reload."
-        ));
+        return Closing::Refused(texts::too_many_clients(app.limits.clients));
     };
     tokio::select! {
         closing = write_events(sink, &seat, app) => closing,
         closing = listen(incoming, &seat, app) => closing,
         () = seat.outbox.overflowed() => {
-            Closing::Refused("This client asks faster than it reads the answers. Reload the page.".to_owned())
+            Closing::Refused(texts::ANSWERS_NOT_READ.to_owned())
         }
     }
 }
@@ -57,7 +55,7 @@ async fn greeting(incoming: &mut Incoming) -> Result<ClientId, Closing> {
     match incoming.message().await? {
         ClientMessage::Hello { version: api::VERSION, client } => Ok(client),
         ClientMessage::Hello { version, .. } => Err(Closing::wrong_version(version)),
-        _ => Err(Closing::Refused("A client says hello first.".to_owned())),
+        _ => Err(Closing::Refused(texts::NO_HELLO.to_owned())),
     }
 }
 
@@ -71,10 +69,10 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Clo
         return closing;
     }
     loop {
-        // Marked as seen before looking, so that no change falls between looking and waiting.
+        // Marked as seen before the events are read, so that no change is lost between reading and waiting.
         changes.mark_unchanged();
         loop {
-            // Answers to this client first, they are few; then state.
+            // Answers to this client come before state; they are few.
             let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(Answer::Event));
             let sent = match next {
                 Some(Answer::Pong(token)) => {
@@ -104,34 +102,34 @@ async fn sink_message(sink: &mut Outgoing, message: &ServerMessageRef<'_>) -> Re
 
 /// Reads commands and pings until the client leaves or falls silent.
 async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closing {
-    let mut gate = Gate::new(app.limits.commands_per_second);
+    let mut rates = CommandRates::new(app.limits.commands_per_second);
     loop {
         match incoming.message().await {
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
-            Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut gate, id, command),
+            Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut rates, id, command),
             Ok(ClientMessage::Hello { .. }) => {
-                return Closing::Refused("A client says hello only once.".to_owned());
+                return Closing::Refused(texts::SECOND_HELLO.to_owned());
             }
             Err(closing) => return closing,
         }
     }
 }
 
-fn handle_command(seat: &ControlSeat, gate: &mut Gate, id: CommandId, command: Command) {
-    let forwarded = gate.check(&command).and_then(|()| seat.forward(id, command));
+fn handle_command(seat: &ControlSeat, rates: &mut CommandRates, id: CommandId, command: Command) {
+    let forwarded = rates.check(&command).and_then(|()| seat.forward(id, command));
     if let Err(reason) = forwarded {
         let outcome = CommandOutcome::Refused(reason.to_owned());
         seat.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
     }
 }
 
-/// Rate limits of one client. Orders to stop have their own, so that no flood of others can hold one back.
-struct Gate {
+/// Rate limits of one client. Stop motion has a limit of its own, so that other commands cannot delay it.
+struct CommandRates {
     stops: RateLimit,
     others: RateLimit,
 }
 
-impl Gate {
+impl CommandRates {
     fn new(per_second: f64) -> Self {
         let now = Instant::now();
         Self { stops: RateLimit::new(per_second, now), others: RateLimit::new(per_second, now) }
@@ -139,7 +137,6 @@ impl Gate {
 
     fn check(&mut self, command: &Command) -> Result<(), &'static str> {
         let limit = if *command == Command::StopMotion { &mut self.stops } else { &mut self.others };
-        let too_fast = "This client sends commands too fast. Wait a second, then try again.";
-        if limit.allow(Instant::now()) { Ok(()) } else { Err(too_fast) }
+        if limit.allow(Instant::now()) { Ok(()) } else { Err(texts::COMMANDS_TOO_FAST) }
     }
 }

@@ -1,6 +1,7 @@
 //! The gateway's side of the Unix socket to the core: connects, reconnects, and passes messages both ways.
 
 use crate::hub::Hub;
+use crate::texts;
 use api::{CoreMessage, DecodeError, GatewayMessage, MAX_MESSAGE_BYTES};
 use axum::body::Bytes;
 use futures_util::{SinkExt, StreamExt};
@@ -14,8 +15,10 @@ use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::sync::mpsc;
 use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
-const RETRY_FIRST: Duration = Duration::from_millis(50);
-const RETRY_LAST: Duration = Duration::from_secs(1);
+/// Pause before the first attempt to reconnect; it doubles with each further attempt.
+const RETRY_PAUSE_MIN: Duration = Duration::from_millis(50);
+/// Longest pause between two attempts to reconnect.
+const RETRY_PAUSE_MAX: Duration = Duration::from_secs(1);
 /// Longest time from connecting to the core's hello.
 const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -28,7 +31,7 @@ enum CoreLinkError {
     Io(#[from] io::Error),
     #[error("sent bytes that are no message: {0}")]
     Decode(#[from] DecodeError),
-    #[error("does not introduce itself")]
+    #[error("sends no hello")]
     NoHello,
     #[error("speaks version {0} of the contract and this server version {ours}: start both from the same program", ours = api::VERSION)]
     Version(u16),
@@ -36,20 +39,20 @@ enum CoreLinkError {
 
 /// Keeps the hub connected to the core at `socket`; never returns.
 pub(crate) async fn run(socket: &Path, hub: &Arc<Hub>) {
-    let mut retry = RETRY_FIRST;
+    let mut retry = RETRY_PAUSE_MIN;
     loop {
-        let error = match greet(socket).await {
+        let error = match connect(socket).await {
             Ok((reader, writer)) => {
                 tracing::info!(socket = %socket.display(), "connected to the core");
-                retry = RETRY_FIRST;
-                converse(reader, writer, hub).await
+                retry = RETRY_PAUSE_MIN;
+                exchange(reader, writer, hub).await
             }
             Err(error) => error,
         };
         tracing::warn!(socket = %socket.display(), "the core {error}");
-        hub.core_lost(&format!("The robot's core {error}."));
+        hub.core_lost(&texts::core_fault(&error));
         tokio::time::sleep(retry).await;
-        retry = (2 * retry).min(RETRY_LAST);
+        retry = (2 * retry).min(RETRY_PAUSE_MAX);
     }
 }
 
@@ -57,7 +60,7 @@ type Reader = FramedRead<OwnedReadHalf, LengthDelimitedCodec>;
 type Writer = FramedWrite<OwnedWriteHalf, LengthDelimitedCodec>;
 
 /// Connects and exchanges hellos.
-async fn greet(socket: &Path) -> Result<(Reader, Writer), CoreLinkError> {
+async fn connect(socket: &Path) -> Result<(Reader, Writer), CoreLinkError> {
     let stream = UnixStream::connect(socket).await.map_err(CoreLinkError::Connect)?;
     let (reader, writer) = stream.into_split();
     let (mut reader, mut writer) = (FramedRead::new(reader, codec()), FramedWrite::new(writer, codec()));
@@ -71,7 +74,7 @@ async fn greet(socket: &Path) -> Result<(Reader, Writer), CoreLinkError> {
 }
 
 /// Passes messages both ways until one way fails.
-async fn converse(mut reader: Reader, mut writer: Writer, hub: &Arc<Hub>) -> CoreLinkError {
+async fn exchange(mut reader: Reader, mut writer: Writer, hub: &Arc<Hub>) -> CoreLinkError {
     let mut outgoing = hub.core_connected();
     let incoming = async {
         loop {
@@ -109,7 +112,7 @@ async fn write_all(
     }
 }
 
-/// A message behind its length, 4 bytes, little endian.
+/// A message after its length, 4 bytes, little endian.
 fn codec() -> LengthDelimitedCodec {
     LengthDelimitedCodec::builder()
         .little_endian()

@@ -4,6 +4,7 @@ use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
 use crate::problem::ProblemResponse;
 use crate::schemas::{GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument};
+use crate::texts;
 use api::TileHash;
 use axum::Json;
 use axum::extract::rejection::PathRejection;
@@ -24,11 +25,7 @@ type Answer = Result<Response, ProblemResponse>;
 ))]
 pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
     let listed = app.hub.with_maps(|maps| Json(maps).into_response());
-    let mut response = listed.ok_or_else(|| {
-        ProblemResponse::unavailable(
-            "The robot's core has not sent its list of maps yet. Try again in a moment.",
-        )
-    })?;
+    let mut response = listed.ok_or_else(|| ProblemResponse::unavailable(texts::MAPS_NOT_LISTED))?;
     response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
     Ok(response)
 }
@@ -60,13 +57,12 @@ pub(crate) async fn map_graph(State(app): State<Arc<App>>, id: AnyPath, headers:
 }
 
 async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -> Answer {
-    let malformed = || ProblemResponse::malformed("A map is named by a UUID. GET /api/v1/maps lists them.");
+    let malformed = || ProblemResponse::malformed(texts::MAP_ID_MALFORMED);
     let id: MapId = text(id).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let file = app.data_dir.join("maps").join(id.to_string()).join(name);
     let serving = Serving { content_type: "application/json", cache_control: REVALIDATE, etag: None };
-    let missing =
-        || ProblemResponse::not_found(format!("There is no map {id}. GET /api/v1/maps lists them."));
+    let missing = || ProblemResponse::not_found(texts::no_map(id));
     respond(&file, headers, serving).await?.ok_or_else(missing)
 }
 
@@ -80,14 +76,13 @@ async fn map_document(app: &App, id: AnyPath, name: &str, headers: &HeaderMap) -
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such tile"),
 ))]
 pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: HeaderMap) -> Answer {
-    let malformed = || ProblemResponse::malformed("A tile is named by 64 hexadecimal digits.");
+    let malformed = || ProblemResponse::malformed(texts::TILE_HASH_MALFORMED);
     let hash: TileHash = text(hash).and_then(|text| text.parse().ok()).ok_or_else(malformed)?;
     let name = hash.to_string();
     let file = app.data_dir.join("tiles").join(&name[..2]).join(&name);
     let serving =
         Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&name) };
-    let missing =
-        || ProblemResponse::not_found(format!("There is no tile {name}. Ask for the list of tiles anew."));
+    let missing = || ProblemResponse::not_found(texts::no_tile(&name));
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }
 
@@ -104,8 +99,7 @@ pub(crate) async fn tile(State(app): State<Arc<App>>, hash: AnyPath, headers: He
     (status = 404, body = ProblemDocument, content_type = "application/problem+json", description = "No such scan, or not any more"),
 ))]
 pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers: HeaderMap) -> Answer {
-    let malformed =
-        || ProblemResponse::malformed("A session is named by a UUID, a keyframe by its number from 0.");
+    let malformed = || ProblemResponse::malformed(texts::KEYFRAME_MALFORMED);
     let Path((session, keyframe)) = names.map_err(|_| malformed())?;
     let session: SessionId = session.parse().map_err(|_| malformed())?;
     let keyframe = KeyframeId(keyframe.parse().map_err(|_| malformed())?);
@@ -115,10 +109,7 @@ pub(crate) async fn cloud(State(app): State<Arc<App>>, names: TwoParts, headers:
     let etag = format!("{session}-{}", keyframe.0);
     let serving =
         Serving { content_type: "application/octet-stream", cache_control: IMMUTABLE, etag: Some(&etag) };
-    let missing = || {
-        let text = "is not kept: scans of keyframes are there while their map is being made";
-        ProblemResponse::not_found(format!("The scan of keyframe {} {text}.", keyframe.0))
-    };
+    let missing = || ProblemResponse::not_found(texts::no_keyframe_scan(keyframe.0));
     respond(&file, &headers, serving).await?.ok_or_else(missing)
 }
 

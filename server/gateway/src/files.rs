@@ -1,6 +1,7 @@
 //! Files as responses: streamed, with validators, and precompressed where a `.br` or `.gz` lies beside them.
 
 use crate::problem::ProblemResponse;
+use crate::texts;
 use axum::body::Body;
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::Response;
@@ -35,10 +36,7 @@ pub(crate) async fn respond(
 ) -> Result<Option<Response>, ProblemResponse> {
     let chosen = choose(path, request).await.map_err(|error| {
         tracing::warn!(path = %path.display(), %error, "could not read a file");
-        ProblemResponse::new(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "The server could not read the file from its disk.",
-        )
+        ProblemResponse::new(StatusCode::INTERNAL_SERVER_ERROR, texts::FILE_NOT_READ)
     })?;
     let Some(Chosen { file, metadata, encoding }) = chosen else { return Ok(None) };
     let etag = match serving.etag {

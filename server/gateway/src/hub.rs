@@ -1,16 +1,17 @@
 //! Connects the link to the core with the clients: the latest state, the listeners, and the queue of commands.
 //!
-//! One lock, held for microseconds and never across an await. Nobody waits for a client: the link to the core writes
-//! into the [`Snapshot`], and every client reads from it at its own pace.
+//! One lock protects the state; it is never held across an await. Nobody waits for a client: the link to the core writes into the [`Snapshot`],
+//! and every client reads from it at its own pace.
 
-use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, Limits, MAX_PENDING};
+use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, LIVE_SCAN_AGE_MAX, Limits, MAX_PENDING};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
+use crate::texts;
 use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, ScanFrame};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use tokio::sync::{mpsc, watch};
 use vocab::{ClientId, CommandId, Stamp};
 
@@ -29,12 +30,8 @@ pub(crate) struct LiveScan {
     pub(crate) frame: ScanFrame,
 }
 
-/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
-const LIVE_SCAN_AGE_MAX: Duration = Duration::from_secs(1);
-
 impl LiveScan {
-    /// Whether it shows what the robot sees now. The core sends scans only while somebody listens, so the last one may
-    /// be from long ago.
+    /// Whether it is not older than [`LIVE_SCAN_AGE_MAX`]. The core sends scans only while a client wants them, so the last one may be old.
     pub(crate) fn is_live(&self, now: Instant) -> bool {
         now.saturating_duration_since(self.received) < LIVE_SCAN_AGE_MAX
     }
@@ -53,9 +50,9 @@ pub(crate) struct Hub {
 struct State {
     snapshot: Snapshot,
     clock: RobotClock,
-    /// Way to the core; `None` while there is no core.
+    /// Queue to the core; `None` while it is not connected.
     core: Option<mpsc::Sender<GatewayMessage>>,
-    /// Why there is no core.
+    /// Why the core is not connected, one sentence.
     core_fault: String,
     members: BTreeMap<u64, Member>,
     next_member: u64,
@@ -78,7 +75,7 @@ impl Hub {
                 snapshot: Snapshot::new(),
                 clock: RobotClock::new(),
                 core: None,
-                core_fault: "The robot's core has not been reached yet.".to_owned(),
+                core_fault: texts::CORE_NOT_REACHED.to_owned(),
                 members: BTreeMap::new(),
                 next_member: 0,
                 stream_sockets: 0,
@@ -91,11 +88,11 @@ impl Hub {
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // No code under the lock leaves the state half changed, so a panic elsewhere need not spread.
+        // No code under the lock leaves the state half changed, so it is usable after a panic of another thread.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A core has introduced itself; its snapshot follows. Returns the queue of messages for it.
+    /// A core has sent its hello; its snapshot follows. Returns the queue of messages for it.
     pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
         let (sender, receiver) = mpsc::channel(COMMAND_QUEUE);
         {
@@ -109,7 +106,7 @@ impl Hub {
         receiver
     }
 
-    /// The core is gone, for this reason. Commands that it has not answered are refused in its place.
+    /// The connection to the core has ended, for this reason. Commands that the core has not answered are refused.
     pub(crate) fn core_lost(&self, reason: &str) {
         {
             let mut state = self.lock();
@@ -120,9 +117,7 @@ impl Hub {
             state.snapshot.change_platform(|platform| platform.core_connected = false);
             for member in state.members.values_mut() {
                 for id in member.pending.drain(..) {
-                    let reason = "The robot's core went away before it answered. Look at what the robot does before \
-                                  you repeat the command.";
-                    let outcome = CommandOutcome::Refused(reason.to_owned());
+                    let outcome = CommandOutcome::Refused(texts::CORE_LOST_BEFORE_ANSWER.to_owned());
                     member.outbox.answer(Arc::new(Event::CommandDone { id, outcome }));
                 }
             }
@@ -134,12 +129,12 @@ impl Hub {
     /// Handles a message that follows the core's hello.
     pub(crate) fn apply(&self, message: CoreMessage) {
         match message {
-            CoreMessage::Hello { .. } => tracing::warn!("the core introduced itself twice"),
+            CoreMessage::Hello { .. } => tracing::warn!("the core sent a second hello"),
             CoreMessage::Event { to: Some(client), event } => self.answer(client, event),
             CoreMessage::Event { to: None, event } => {
                 {
                     let mut state = self.lock();
-                    state.clock.learn(&event, Instant::now());
+                    state.clock.update(&event, Instant::now());
                     state.snapshot.apply(event);
                 }
                 self.changed.send_replace(());
@@ -162,10 +157,10 @@ impl Hub {
         }
     }
 
-    /// Whether there is a core.
+    /// Whether the core is connected.
     ///
     /// # Errors
-    /// Why there is none, one sentence.
+    /// Why it is not, one sentence.
     pub(crate) fn core_state(&self) -> Result<(), String> {
         let state = self.lock();
         if state.core.is_some() { Ok(()) } else { Err(state.core_fault.clone()) }
@@ -248,17 +243,14 @@ impl ControlSeat {
         let mut state = self.hub.lock();
         let is_stop = command == Command::StopMotion;
         let State { core, members, .. } = &mut *state;
-        let core = core.as_ref().ok_or(
-            "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.",
-        )?;
-        let Some(member) = members.get_mut(&self.key) else { return Err("This connection is closing.") };
-        let busy = "The robot has not answered earlier commands yet. Wait for it, then try again.";
+        let core = core.as_ref().ok_or(texts::CORE_LOST)?;
+        let Some(member) = members.get_mut(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
         // Some places of the queue are kept for Stop motion.
         if !is_stop && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
-            return Err(busy);
+            return Err(texts::CORE_BUSY);
         }
         let command = GatewayMessage::Command { id, by: self.client, command };
-        core.try_send(command).map_err(|_| busy)?;
+        core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
         if member.pending.len() < MAX_PENDING && !member.pending.contains(&id) {
             member.pending.push_back(id);
         }

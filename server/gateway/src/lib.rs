@@ -1,12 +1,12 @@
-//! The gateway: between the robot's core and everybody's browser.
+//! The gateway: connects the robot's core with clients in browsers.
 //!
-//! It speaks the contract of crate `api` both ways: over a Unix socket to the core, over HTTP and WebSockets to clients;
-//! and it hands out the client's own files and the tiles of maps. It may crash or be flooded; the core does not notice.
+//! It speaks the contract of crate `api` with both: over a Unix socket with the core, over HTTP and WebSockets with clients. It also serves the
+//! client's own files and the tiles of maps. If it crashes or is flooded, the core goes on.
 //!
 //! Three rules hold everywhere in it:
 //!
-//! - Nobody waits for a client. The link to the core writes into a snapshot; clients take from it at their own pace.
-//! - No queue without a bound. What replaces is kept once, what answers is counted, what stalls is closed.
+//! - Nobody waits for a client. The link to the core writes into a snapshot, and clients read from it at their own pace.
+//! - Every queue has a limit. State that replaces earlier state is kept once, answers are counted, and a connection that stalls is closed.
 //! - Every refusal is a sentence that says what to do.
 
 mod app;
@@ -30,6 +30,7 @@ mod snapshot;
 mod socket;
 mod static_files;
 mod stream;
+mod texts;
 mod uploads;
 mod wire;
 

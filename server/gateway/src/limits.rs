@@ -32,7 +32,9 @@ impl Default for Limits {
     }
 }
 
-/// Longest message from a client, bytes. The longest legitimate one is a command with a name in it.
+/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
+pub(crate) const LIVE_SCAN_AGE_MAX: Duration = Duration::from_secs(1);
+/// Longest message from a client, bytes. The longest regular one is a command with a name in it.
 pub(crate) const MAX_CLIENT_MESSAGE_BYTES: usize = 16 << 10;
 /// Longest head of a request, bytes.
 pub(crate) const MAX_REQUEST_HEAD_BYTES: usize = 32 << 10;
@@ -52,15 +54,15 @@ pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
 pub(crate) const MAX_GRAPH_CHANGES: usize = 256;
 /// Notices kept for clients that connect later.
 pub(crate) const MAX_NOTICES: usize = 50;
-/// Tiles in one event: some 50 kB, so that a pose does not wait behind a large map.
+/// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.
 pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
-/// Decisions on loops in one event: some 40 kB.
+/// Decisions on loops in one event: about 40 kB.
 pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
 
-/// Longest file from a client, bytes: some 400 million points.
+/// Longest file from a client, bytes: about 400 million points.
 pub(crate) const MAX_UPLOAD_BYTES: u64 = 16 << 30;
 /// Disk space kept free for the robot's own recordings and maps, bytes.
-pub(crate) const UPLOAD_DISK_SPARED: u64 = 2 << 30;
+pub(crate) const UPLOAD_DISK_RESERVE_BYTES: u64 = 2 << 30;
 /// Files that may wait to be imported.
 pub(crate) const MAX_UPLOADS_KEPT: usize = 4;
 /// Uploads at a time.

@@ -1,34 +1,48 @@
 //! When a client may be sent its next scan: credits, the rate it asked for, and a window that follows its delay.
 //!
-//! At most [`MAX_UNACKNOWLEDGED`] frames are under way. That alone would let a slow link hold four old frames, so the
-//! window also follows delay, as TCP Vegas does (Brakmo and Peterson, 1995): it shrinks while acknowledgements take much
-//! longer than the link's own delay, and grows by one frame per window otherwise. The link's own delay is the least seen,
-//! drifting up slowly so that a changed route is learnt.
+//! At most [`MAX_UNACKNOWLEDGED`] frames are sent without acknowledgement. A slow link would still hold that many old frames, so the window also
+//! follows the delay, as in TCP Vegas (Brakmo and Peterson, 1995). It is halved when an acknowledgement takes much longer than the link's base
+//! delay, and grows by one frame per window otherwise. The base delay is the least delay seen. It follows longer delays slowly, because the route
+//! may have changed.
 
 use api::MAX_UNACKNOWLEDGED;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Greatest rate a client is given, per second. Scans come at 10 to 20.
-const MAX_HZ: f32 = 60.0;
-/// Delay beyond twice the link's own that counts as a queue: below it a browser is merely busy drawing.
-const QUEUE_TOLERANCE: Duration = Duration::from_millis(60);
-/// Share of the difference by which the link's own delay follows a longer delay, per frame.
-const DRIFT: f64 = 0.01;
+/// Parameters of the [`Pacer`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PacerConfig {
+    /// Greatest rate of scans for a client, Hz. LiDARs scan at 2 to 20 Hz.
+    pub(crate) max_hz: f32,
+    /// Delay beyond twice the base delay that counts as a queue. A browser that draws delays an acknowledgement by less.
+    pub(crate) queue_tolerance: Duration,
+    /// Share of the difference by which the base delay follows a longer delay, per frame.
+    pub(crate) base_delay_gain: f64,
+}
+
+impl Default for PacerConfig {
+    fn default() -> Self {
+        Self { max_hz: 60.0, queue_tolerance: Duration::from_millis(60), base_delay_gain: 0.01 }
+    }
+}
+
+/// Lowest rate of scans, Hz; it keeps the interval representable.
+const MIN_HZ: f32 = 1e-3;
 
 /// Flow control of one stream socket.
 #[derive(Debug)]
 pub(crate) struct Pacer {
+    config: PacerConfig,
     interval: Option<Duration>,
     window: f64,
-    link_delay: Option<Duration>,
-    /// Number and time of the frames under way, oldest first.
-    under_way: VecDeque<(u64, Instant)>,
+    base_delay: Option<Duration>,
+    /// Number and time of the frames without acknowledgement, oldest first.
+    unacknowledged: VecDeque<(u64, Instant)>,
     last_sent: Option<Instant>,
     sequence: u64,
 }
 
-/// What to do about the latest scan.
+/// Whether the latest scan may be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Permission {
     /// Send it now.
@@ -45,12 +59,13 @@ pub(crate) struct UnknownFrame;
 
 impl Pacer {
     /// Paused until [`Pacer::set_rate`].
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(config: PacerConfig) -> Self {
         Self {
+            config,
             interval: None,
             window: MAX_UNACKNOWLEDGED as f64,
-            link_delay: None,
-            under_way: VecDeque::new(),
+            base_delay: None,
+            unacknowledged: VecDeque::new(),
             last_sent: None,
             sequence: 0,
         }
@@ -58,8 +73,8 @@ impl Pacer {
 
     /// Frames per second at most; zero, negative or NaN pauses.
     pub(crate) fn set_rate(&mut self, max_hz: f32) {
-        // The least rate keeps the interval representable.
-        self.interval = (max_hz > 0.0).then(|| Duration::from_secs_f32(1.0 / max_hz.clamp(1e-3, MAX_HZ)));
+        self.interval =
+            (max_hz > 0.0).then(|| Duration::from_secs_f32(1.0 / max_hz.clamp(MIN_HZ, self.config.max_hz)));
     }
 
     /// Whether the client wants scans at all.
@@ -70,7 +85,7 @@ impl Pacer {
     /// Whether the latest scan may go now.
     pub(crate) fn permission(&self, now: Instant) -> Permission {
         let Some(interval) = self.interval else { return Permission::AfterMessage };
-        if self.under_way.len() >= self.window as usize {
+        if self.unacknowledged.len() >= self.window as usize {
             return Permission::AfterMessage;
         }
         match self.last_sent.map(|last| last + interval) {
@@ -82,7 +97,7 @@ impl Pacer {
     /// Counts a frame as sent and returns its number.
     pub(crate) fn sent(&mut self, now: Instant) -> u64 {
         self.sequence += 1;
-        self.under_way.push_back((self.sequence, now));
+        self.unacknowledged.push_back((self.sequence, now));
         self.last_sent = Some(now);
         self.sequence
     }
@@ -92,23 +107,24 @@ impl Pacer {
         if sequence == 0 || sequence > self.sequence {
             return Err(UnknownFrame);
         }
-        while self.under_way.front().is_some_and(|(number, _)| *number <= sequence) {
-            let Some((number, sent)) = self.under_way.pop_front() else { break };
+        while self.unacknowledged.front().is_some_and(|(number, _)| *number <= sequence) {
+            let Some((number, sent)) = self.unacknowledged.pop_front() else { break };
             if number == sequence {
-                self.learn(now.saturating_duration_since(sent));
+                self.adapt_window(now.saturating_duration_since(sent));
             }
         }
         Ok(())
     }
 
-    fn learn(&mut self, delay: Duration) {
-        let link_delay = match self.link_delay {
-            Some(known) if known < delay => known + (delay - known).mul_f64(DRIFT),
+    /// Adapts base delay and window to the delay of an acknowledgement.
+    fn adapt_window(&mut self, delay: Duration) {
+        let base_delay = match self.base_delay {
+            Some(known) if known < delay => known + (delay - known).mul_f64(self.config.base_delay_gain),
             _ => delay,
         };
-        self.link_delay = Some(link_delay);
-        let queued = delay > 2 * link_delay + QUEUE_TOLERANCE;
-        let change = if queued { -self.window / 2.0 } else { 1.0 / self.window };
+        self.base_delay = Some(base_delay);
+        let is_queued = delay > 2 * base_delay + self.config.queue_tolerance;
+        let change = if is_queued { -self.window / 2.0 } else { 1.0 / self.window };
         self.window = (self.window + change).clamp(1.0, MAX_UNACKNOWLEDGED as f64);
     }
 }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 const SCAN: Duration = Duration::from_millis(100);
 
 fn open(max_hz: f32) -> (Pacer, Instant) {
-    let mut pacer = Pacer::new();
+    let mut pacer = Pacer::new(PacerConfig::default());
     pacer.set_rate(max_hz);
     (pacer, Instant::now())
 }
@@ -19,7 +19,7 @@ fn at_most_four_are_under_way() {
     }
     assert_eq!(pacer.permission(later(4)), Permission::AfterMessage);
     assert_eq!(pacer.acknowledged(2, later(4)), Ok(()));
-    assert_eq!(pacer.under_way.len(), 2);
+    assert_eq!(pacer.unacknowledged.len(), 2);
     assert_eq!(pacer.permission(later(4)), Permission::Send);
 }
 
@@ -104,8 +104,8 @@ proptest! {
                 if sequence > 0 { prop_assert_eq!(pacer.acknowledged(sequence, now), Ok(())); }
             }
             if pacer.permission(now) == Permission::Send { pacer.sent(now); }
-            prop_assert!(pacer.under_way.len() as u64 <= MAX_UNACKNOWLEDGED);
-            if pacer.under_way.is_empty() {
+            prop_assert!(pacer.unacknowledged.len() as u64 <= MAX_UNACKNOWLEDGED);
+            if pacer.unacknowledged.is_empty() {
                 prop_assert_ne!(pacer.permission(now), Permission::AfterMessage);
             }
         }

@@ -3,6 +3,7 @@
 use crate::app::App;
 use crate::limits::MAX_CLIENT_MESSAGE_BYTES;
 use crate::problem::ProblemResponse;
+use crate::texts;
 use crate::{control, documents, openapi, security, static_files, stream, uploads};
 use axum::extract::State;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
@@ -38,7 +39,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
 }
 
 async fn wrong_method(method: Method, uri: Uri) -> ProblemResponse {
-    let detail = format!("{} cannot be asked with {method}. See /api/v1/openapi.json.", uri.path());
+    let detail = texts::method_not_allowed(uri.path(), method);
     ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, detail)
 }
 
@@ -62,7 +63,7 @@ where
 {
     let upgrade = upgrade.map_err(|rejection| {
         let status = rejection.into_response().status();
-        ProblemResponse::new(status, "This path is a WebSocket. Connect to it with one (version 13).")
+        ProblemResponse::new(status, texts::PATH_IS_WEBSOCKET)
     })?;
     let bounded = upgrade.max_message_size(MAX_CLIENT_MESSAGE_BYTES).max_frame_size(MAX_CLIENT_MESSAGE_BYTES);
     Ok(bounded.on_upgrade(move |socket| serve(socket, app)).into_response())

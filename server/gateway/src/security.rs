@@ -1,6 +1,7 @@
 //! Which pages may open a socket, and what a page of this server may do.
 
 use crate::problem::ProblemResponse;
+use crate::texts;
 use axum::extract::Request;
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::Next;
@@ -36,11 +37,7 @@ pub(crate) async fn same_origin(request: Request, next: Next) -> Response {
     if is_same_origin(request.headers()) {
         next.run(request).await
     } else {
-        ProblemResponse::new(
-            StatusCode::FORBIDDEN,
-            "Only pages from this server may connect. Open the client at the server's own address.",
-        )
-        .into_response()
+        ProblemResponse::new(StatusCode::FORBIDDEN, texts::FOREIGN_ORIGIN).into_response()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Accepts connections, bounds them, and ends them all when the gateway stops.
+//! Accepts connections, limits their number, and ends them when the gateway stops.
 
 use crate::app::App;
 use crate::client_io::ClientIo;
@@ -16,11 +16,11 @@ use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
 
-/// Longest wait for connections to end by themselves.
-const GRACE: Duration = Duration::from_secs(3);
-/// Pause when the system cannot give another socket, so that others can be closed meanwhile.
+/// Longest time that open connections have to end when the gateway stops.
+const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(3);
+/// Pause after the system could not create another socket, so that others can be closed meanwhile.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
-/// All that a connection too many is told. Written without reading anything from it.
+/// Answer to a connection beyond the limit, written without reading anything from it.
 const TOO_MANY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
     retry-after: 5\r\nconnection: close\r\n\r\n\
     {\"status\":503,\"title\":\"Service Unavailable\",\"detail\":\"Too many connections are open. Close some, then try again.\"}";
@@ -46,7 +46,7 @@ pub async fn serve_with(
 
     tracing::info!(address = %bound, "listening");
     if let Some(on_ready) = config.on_ready {
-        // Nobody waits for it any more: no reason not to serve.
+        // If the caller does not wait for the address any more, the gateway serves all the same.
         on_ready.send(bound).ok();
     }
     tokio::select! {
@@ -55,8 +55,8 @@ pub async fn serve_with(
         () = shutdown => {}
     }
     stop.send_replace(true);
-    // Every connection holds the app, which holds `alive`; nothing is ever sent.
-    tokio::time::timeout(GRACE, all_ended.recv()).await.ok();
+    // Every connection holds the app, which holds `alive`: the channel closes with the last one. Nothing is ever sent on it.
+    tokio::time::timeout(SHUTDOWN_TIMEOUT, all_ended.recv()).await.ok();
     Ok(())
 }
 

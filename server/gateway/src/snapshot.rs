@@ -1,7 +1,7 @@
-//! The latest state of every kind, and how far each client has been told: what makes "latest value wins" need no queue.
+//! The latest state of every kind, and what each client was sent of it.
 //!
-//! Nothing is queued per client. A [`Cursor`] remembers which revision of each kind its client was sent; whatever is
-//! newer is owed. A client that reads slowly is owed fewer, newer values, in the memory of one cursor.
+//! Nothing is queued per client. A [`Cursor`] holds the revision of each kind that its client was sent; newer state is sent next. A client that
+//! reads slowly gets fewer and newer values, and needs the memory of one cursor only.
 
 use crate::limits::{MAX_GRAPH_CHANGES, MAX_LOOPS_PER_EVENT, MAX_NOTICES, MAX_TILES_PER_EVENT};
 use api::{
@@ -17,7 +17,7 @@ const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
 const SOURCES: usize = LATEST_KINDS + 3;
 
-/// Everything a client that connects now must be told.
+/// The state that a client gets when it connects.
 pub(crate) struct Snapshot {
     /// Counts changes; a kind's revision is that of its last change.
     revision: u64,
@@ -50,7 +50,7 @@ struct Loops {
     kept: VecDeque<LoopDecision>,
 }
 
-/// What one client has been told.
+/// What one client was sent.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cursor {
     /// Revision last sent, by source.

@@ -1,5 +1,6 @@
-//! What both WebSockets share: reading with a bound on silence, writing, and saying good-bye.
+//! Functions of both WebSockets: reading with a limit on silence, writing, and closing with a reason.
 
+use crate::texts;
 use api::decode;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -8,8 +9,8 @@ use serde::de::DeserializeOwned;
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Longest time that a closing connection is kept so that the peer can read the last word.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// Longest time that a closing connection is kept open so that the peer can read the reason.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// RFC 6455, 5.5: control frames carry 125 bytes, two of them the code.
 const MAX_CLOSE_REASON_BYTES: usize = 123;
@@ -20,11 +21,11 @@ pub(crate) type Outgoing = SplitSink<WebSocket, Message>;
 /// Why a socket is being closed.
 #[derive(Debug)]
 pub(crate) enum Closing {
-    /// The peer is gone: nothing can be said to it.
+    /// The peer is gone; nothing can be sent to it.
     Gone,
-    /// The peer said nothing for too long.
+    /// The peer sent nothing for too long.
     Silent,
-    /// The server will not go on, for the reason in this sentence.
+    /// The server ends the connection, for the reason in this sentence.
     Refused(String),
     /// The server stops.
     Shutdown,
@@ -33,19 +34,15 @@ pub(crate) enum Closing {
 impl Closing {
     /// The client speaks another version of the contract.
     pub(crate) fn wrong_version(version: u16) -> Self {
-        let ours = api::VERSION;
-        Self::Refused(format!(
-            "This client speaks version {version} of the contract and the server version {ours}. Reload the page to \
-             get the client that fits."
-        ))
+        Self::Refused(texts::wrong_version(version, api::VERSION))
     }
 
     fn frame(&self) -> CloseFrame {
         let (code, reason) = match self {
             Self::Gone => (close_code::NORMAL, ""),
-            Self::Silent => (close_code::POLICY, "nothing was heard for too long"),
+            Self::Silent => (close_code::POLICY, texts::CLOSED_FOR_SILENCE),
             Self::Refused(reason) => (close_code::POLICY, start_of(reason)),
-            Self::Shutdown => (close_code::AWAY, "the server stops"),
+            Self::Shutdown => (close_code::AWAY, texts::CLOSED_BY_SHUTDOWN),
         };
         CloseFrame { code, reason: reason.into() }
     }
@@ -81,14 +78,11 @@ impl Incoming {
                 }
                 Ok(Some(Ok(Message::Ping(_) | Message::Pong(_)))) => {}
                 Ok(Some(Ok(Message::Text(_)))) => {
-                    return Err(Closing::Refused("Messages are binary (postcard), not text.".to_owned()));
+                    return Err(Closing::Refused(texts::MESSAGE_NOT_BINARY.to_owned()));
                 }
                 Ok(Some(Ok(Message::Binary(bytes)))) => {
-                    return decode(&bytes).map_err(|error| {
-                        Closing::Refused(format!(
-                            "Not understood: {error}. Reload to get the client that fits."
-                        ))
-                    });
+                    return decode(&bytes)
+                        .map_err(|error| Closing::Refused(texts::message_not_understood(error)));
                 }
             }
         }
@@ -103,24 +97,24 @@ pub(crate) async fn send(sink: &mut Outgoing, bytes: Vec<u8>) -> Result<(), Clos
     })
 }
 
-/// Says the last word, closes, and waits a little for the peer to have read it: closing at once with bytes unread would
-/// make the kernel reset the connection and the last word be lost.
-pub(crate) async fn farewell(
+/// Sends the reason, closes, and waits a little until the peer has read it. If the socket were closed at once with unread bytes, the kernel would
+/// reset the connection and the reason would be lost.
+pub(crate) async fn close(
     mut sink: Outgoing,
     mut incoming: Incoming,
     closing: Closing,
-    last_word: Option<Vec<u8>>,
+    last_message: Option<Vec<u8>>,
 ) {
     tracing::debug!(?closing, "closing a socket");
     if matches!(closing, Closing::Gone) {
         return;
     }
-    let say = async {
-        if let Some(bytes) = last_word {
+    let closing_handshake = async {
+        if let Some(bytes) = last_message {
             send(&mut sink, bytes).await.ok();
         }
         sink.send(Message::Close(Some(closing.frame()))).await.ok();
         while incoming.stream.next().await.is_some_and(|message| message.is_ok()) {}
     };
-    timeout(FAREWELL, say).await.ok();
+    timeout(CLOSE_TIMEOUT, closing_handshake).await.ok();
 }

@@ -3,6 +3,7 @@
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
 use crate::problem::ProblemResponse;
+use crate::texts;
 use axum::extract::State;
 use axum::http::{HeaderMap, Method, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
@@ -21,14 +22,13 @@ pub(crate) async fn serve(
 ) -> Result<Response, ProblemResponse> {
     let path = uri.path();
     if path == "/api" || path.starts_with("/api/") {
-        return Err(ProblemResponse::not_found(format!("There is no {path}. See /api/v1/openapi.json.")));
+        return Err(ProblemResponse::not_found(texts::no_path(path)));
     }
     if method != Method::GET && method != Method::HEAD {
-        let problem =
-            ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, "Files can only be read (GET, HEAD).");
+        let problem = ProblemResponse::new(StatusCode::METHOD_NOT_ALLOWED, texts::FILES_ARE_READ_ONLY);
         return Ok(([("allow", "GET, HEAD")], problem).into_response());
     }
-    let missing = || ProblemResponse::not_found(format!("There is no file {path}."));
+    let missing = || ProblemResponse::not_found(texts::no_file(path));
     let file = locate(&app.static_dir, path).ok_or_else(missing)?;
     let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     let serving = Serving {
@@ -42,9 +42,7 @@ pub(crate) async fn serve(
     };
     match respond(&file, &headers, serving).await? {
         Some(response) => Ok(response),
-        None if path == "/" => Err(ProblemResponse::not_found(
-            "The page is not installed with this server. Start the server with its folder of static files.",
-        )),
+        None if path == "/" => Err(ProblemResponse::not_found(texts::PAGE_NOT_INSTALLED)),
         None => Err(missing()),
     }
 }

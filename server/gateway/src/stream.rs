@@ -1,9 +1,10 @@
-//! The stream socket: live scans, the latest only, never more under way than the client can take.
+//! The stream socket: sends the latest scan whenever the client can take one.
 
 use crate::app::App;
 use crate::hub::{LiveScan, StreamSeat};
-use crate::pacer::{Pacer, Permission};
-use crate::socket::{Closing, Incoming, Outgoing, farewell, send};
+use crate::pacer::{Pacer, PacerConfig, Permission};
+use crate::socket::{Closing, Incoming, Outgoing, close, send};
+use crate::texts;
 use crate::wire::ScanFrameRef;
 use api::StreamRequest;
 use axum::extract::ws::{Message, WebSocket};
@@ -20,12 +21,12 @@ pub(crate) async fn serve(socket: WebSocket, app: Arc<App>) {
         closing = converse(&mut sink, &mut incoming, &app) => closing,
         () = app.shutdown() => Closing::Shutdown,
     };
-    farewell(sink, incoming, closing, None).await;
+    close(sink, incoming, closing, None).await;
 }
 
 async fn converse(sink: &mut Outgoing, incoming: &mut Incoming, app: &Arc<App>) -> Closing {
     let Some(seat) = StreamSeat::claim(&app.hub) else {
-        return Closing::Refused("too many streams".to_owned());
+        return Closing::Refused(texts::TOO_MANY_STREAMS.to_owned());
     };
     let flow = Flow::default();
     tokio::select! {
@@ -42,7 +43,7 @@ struct Flow {
 
 impl Default for Flow {
     fn default() -> Self {
-        Self { pacer: Mutex::new(Pacer::new()), requested: Notify::new() }
+        Self { pacer: Mutex::new(Pacer::new(PacerConfig::default())), requested: Notify::new() }
     }
 }
 
@@ -54,11 +55,11 @@ impl Flow {
 
 /// Reads requests and acknowledgements until the client leaves or falls silent.
 async fn read_requests(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flow) -> Closing {
-    let mut opened = false;
+    let mut is_open = false;
     loop {
         match incoming.message().await {
             Ok(StreamRequest::Open { version: api::VERSION, max_hz }) => {
-                opened = true;
+                is_open = true;
                 let wants_scans = {
                     let mut pacer = flow.pacer();
                     pacer.set_rate(max_hz);
@@ -67,12 +68,12 @@ async fn read_requests(incoming: &mut Incoming, mut seat: StreamSeat, flow: &Flo
                 seat.set_wants_scans(wants_scans);
             }
             Ok(StreamRequest::Open { version, .. }) => return Closing::wrong_version(version),
-            Ok(StreamRequest::Acknowledge { .. }) if !opened => {
-                return Closing::Refused("a stream is opened first".to_owned());
+            Ok(StreamRequest::Acknowledge { .. }) if !is_open => {
+                return Closing::Refused(texts::STREAM_NOT_OPENED.to_owned());
             }
             Ok(StreamRequest::Acknowledge { sequence }) => {
                 if flow.pacer().acknowledged(sequence, Instant::now()).is_err() {
-                    return Closing::Refused("a frame was acknowledged that was never sent".to_owned());
+                    return Closing::Refused(texts::UNKNOWN_FRAME.to_owned());
                 }
             }
             Err(closing) => return closing,
@@ -88,7 +89,7 @@ async fn write_scans(
     flow: &Flow,
     app: &App,
 ) -> Closing {
-    // Browsers answer pings by themselves, so a paused stream is still seen to live.
+    // Browsers answer pings by themselves, so a paused stream is not taken for a broken one.
     let mut ping = tokio::time::interval((app.limits.silence / 3).max(Duration::from_millis(1)));
     loop {
         let permission = flow.pacer().permission(Instant::now());

@@ -1,9 +1,10 @@
-//! Files that clients send, to become maps. They are kept until the core makes something of them, and gone with it.
+//! Uploaded files, which become maps. Each is stored until the core has imported it.
 
 use crate::app::App;
-use crate::limits::{MAX_UPLOAD_BYTES, MAX_UPLOADS_KEPT, UPLOAD_DISK_SPARED};
+use crate::limits::{MAX_UPLOAD_BYTES, MAX_UPLOADS_KEPT, UPLOAD_DISK_RESERVE_BYTES};
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
+use crate::texts;
 use axum::body::BodyDataStream;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Request, State};
@@ -36,24 +37,18 @@ pub(crate) async fn put(
     id: Result<Path<String>, PathRejection>,
     request: Request,
 ) -> Result<StatusCode, ProblemResponse> {
-    let malformed = || ProblemResponse::malformed("An upload is named by a UUID that the client makes.");
+    let malformed = || ProblemResponse::malformed(texts::UPLOAD_ID_MALFORMED);
     let id: UploadId = id.ok().and_then(|Path(id)| id.parse().ok()).ok_or_else(malformed)?;
     let length = length(request.headers())?;
     let Ok(_turn) = app.uploading.try_acquire() else {
-        return Err(ProblemResponse::new(
-            StatusCode::TOO_MANY_REQUESTS,
-            "Another file is being sent. Wait until it is here.",
-        ));
+        return Err(ProblemResponse::new(StatusCode::TOO_MANY_REQUESTS, texts::UPLOAD_BUSY));
     };
     let folder = app.data_dir.join("uploads");
-    make_room(&folder, length).await?;
+    check_space(&folder, length).await?;
     // From the parsed id, so that the path holds hexadecimal digits and hyphens only.
     let place = folder.join(id.to_string());
     if fs::try_exists(&place).await.unwrap_or(true) {
-        return Err(ProblemResponse::new(
-            StatusCode::CONFLICT,
-            "A file of this id is here already. Make a new one.",
-        ));
+        return Err(ProblemResponse::new(StatusCode::CONFLICT, texts::UPLOAD_EXISTS));
     }
     let partial = Partial { path: place.with_extension("part") };
     partial.fill(request.into_body().into_data_stream(), length, app.limits.write_stall).await?;
@@ -64,25 +59,17 @@ pub(crate) async fn put(
 /// The announced length, bytes: a file that does not fit is refused before it is sent.
 fn length(headers: &HeaderMap) -> Result<u64, ProblemResponse> {
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
-    let needed = || {
-        ProblemResponse::new(
-            StatusCode::LENGTH_REQUIRED,
-            "The length of the file is missing: send the Content-Length header.",
-        )
-    };
+    let needed = || ProblemResponse::new(StatusCode::LENGTH_REQUIRED, texts::LENGTH_MISSING);
     let length: u64 = announced.ok_or_else(needed)?;
     if length > MAX_UPLOAD_BYTES {
-        let most = MAX_UPLOAD_BYTES >> 30;
-        let text = format!(
-            "The file is larger than {most} GiB. Thin it first, or import it on the robot's computer."
-        );
+        let text = texts::upload_too_large(MAX_UPLOAD_BYTES >> 30);
         return Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, text));
     }
     Ok(length)
 }
 
-/// Checks that few files wait and that the disk has room.
-async fn make_room(folder: &FilePath, length: u64) -> Result<(), ProblemResponse> {
+/// Checks that not too many files wait and that the disk has enough space.
+async fn check_space(folder: &FilePath, length: u64) -> Result<(), ProblemResponse> {
     fs::create_dir_all(folder).await.map_err(|error| disk(&error))?;
     let mut entries = fs::read_dir(folder).await.map_err(|error| disk(&error))?;
     let mut waiting = 0;
@@ -90,17 +77,13 @@ async fn make_room(folder: &FilePath, length: u64) -> Result<(), ProblemResponse
         waiting += usize::from(entry.path().extension().is_none());
     }
     if waiting >= MAX_UPLOADS_KEPT {
-        let text = format!(
-            "{waiting} files wait to be imported already. Import one, or restart the platform to be rid of them."
-        );
+        let text = texts::too_many_uploads(waiting);
         return Err(ProblemResponse::new(StatusCode::TOO_MANY_REQUESTS, text));
     }
     let free = rustix::fs::statvfs(folder).map(|disk| disk.f_bavail * disk.f_frsize);
     let free = free.map_err(|error| disk(&io::Error::from(error)))?;
-    if free < length.saturating_add(UPLOAD_DISK_SPARED) {
-        let text =
-            "There is too little room on the robot's disk for this file. Delete maps or recordings first.";
-        return Err(ProblemResponse::new(StatusCode::INSUFFICIENT_STORAGE, text));
+    if free < length.saturating_add(UPLOAD_DISK_RESERVE_BYTES) {
+        return Err(ProblemResponse::new(StatusCode::INSUFFICIENT_STORAGE, texts::DISK_TOO_FULL));
     }
     Ok(())
 }
@@ -111,7 +94,7 @@ fn disk(error: &io::Error) -> ProblemResponse {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => StatusCode::INSUFFICIENT_STORAGE,
         _ => StatusCode::INTERNAL_SERVER_ERROR,
     };
-    ProblemResponse::new(status, "The server could not write the file to its disk.")
+    ProblemResponse::new(status, texts::FILE_NOT_WRITTEN)
 }
 
 /// A file that is being received; removed when dropped before it is complete.
@@ -134,22 +117,18 @@ impl Partial {
         stall: Duration,
     ) -> Result<(), ProblemResponse> {
         let mut file = File::create(&self.path).await.map_err(|error| disk(&error))?;
-        let incomplete = || ProblemResponse::malformed("The file is incomplete. Send it again.");
-        let mut came = 0;
+        let incomplete = || ProblemResponse::malformed(texts::UPLOAD_INCOMPLETE);
+        let mut received = 0;
         loop {
             let next = tokio::time::timeout(stall, body.next()).await;
-            let next = next.map_err(|_| {
-                ProblemResponse::new(
-                    StatusCode::REQUEST_TIMEOUT,
-                    "No bytes came for too long. Send the file again.",
-                )
-            })?;
+            let stalled = |_| ProblemResponse::new(StatusCode::REQUEST_TIMEOUT, texts::UPLOAD_STALLED);
+            let next = next.map_err(stalled)?;
             let Some(part) = next else { break };
             let part = part.map_err(|_| incomplete())?;
-            came += part.len() as u64;
+            received += part.len() as u64;
             file.write_all(&part).await.map_err(|error| disk(&error))?;
         }
         file.flush().await.map_err(|error| disk(&error))?;
-        if came == length { Ok(()) } else { Err(incomplete()) }
+        if received == length { Ok(()) } else { Err(incomplete()) }
     }
 }

@@ -1,0 +1,106 @@
+//! Sentences of the gateway for people, by key: refusals of commands, reasons of closed sockets, and details of HTTP errors. English.
+
+// The core.
+
+/// Before the first connection to the core.
+pub(crate) const CORE_NOT_REACHED: &str = "The robot's core has not been reached yet.";
+/// A command that the core had not answered when its connection ended.
+pub(crate) const CORE_LOST_BEFORE_ANSWER: &str = "The robot's core went away before it answered. Look at what the robot does before you repeat the command.";
+/// A command while the core is not connected.
+pub(crate) const CORE_LOST: &str =
+    "The server has lost the robot's core, so nothing was done. It reconnects by itself; try again.";
+
+/// Why there is no core; `reason` is a clause after "The robot's core".
+pub(crate) fn core_fault(reason: impl std::fmt::Display) -> String {
+    format!("The robot's core {reason}.")
+}
+
+// Sockets.
+
+pub(crate) const CONNECTION_CLOSING: &str = "This connection is closing.";
+/// The queue to the core or the client's share of it is full.
+pub(crate) const CORE_BUSY: &str =
+    "The robot has not answered earlier commands yet. Wait for it, then try again.";
+pub(crate) const COMMANDS_TOO_FAST: &str =
+    "This client sends commands too fast. Wait a second, then try again.";
+pub(crate) const ANSWERS_NOT_READ: &str =
+    "This client asks faster than it reads the answers. Reload the page.";
+pub(crate) const NO_HELLO: &str = "A client says hello first.";
+pub(crate) const SECOND_HELLO: &str = "A client says hello only once.";
+pub(crate) const MESSAGE_NOT_BINARY: &str = "Messages are binary (postcard), not text.";
+pub(crate) const TOO_MANY_STREAMS: &str = "too many streams";
+pub(crate) const STREAM_NOT_OPENED: &str = "a stream is opened first";
+pub(crate) const UNKNOWN_FRAME: &str = "a frame was acknowledged that was never sent";
+/// Reason in a close frame: no message for too long.
+pub(crate) const CLOSED_FOR_SILENCE: &str = "nothing was heard for too long";
+/// Reason in a close frame: the gateway ends.
+pub(crate) const CLOSED_BY_SHUTDOWN: &str = "the server stops";
+
+pub(crate) fn too_many_clients(max_clients: usize) -> String {
+    format!("The server already has {max_clients} clients. Close one, then reload.")
+}
+pub(crate) fn wrong_version(client: u16, server: u16) -> String {
+    format!(
+        "This client speaks version {client} of the contract and the server version {server}. Reload the page to get the client that fits."
+    )
+}
+pub(crate) fn message_not_understood(error: impl std::fmt::Display) -> String {
+    format!("Not understood: {error}. Reload to get the client that fits.")
+}
+
+// HTTP.
+
+pub(crate) const MAPS_NOT_LISTED: &str =
+    "The robot's core has not sent its list of maps yet. Try again in a moment.";
+pub(crate) const MAP_ID_MALFORMED: &str = "A map is named by a UUID. GET /api/v1/maps lists them.";
+pub(crate) const TILE_HASH_MALFORMED: &str = "A tile is named by 64 hexadecimal digits.";
+pub(crate) const KEYFRAME_MALFORMED: &str = "A session is named by a UUID, a keyframe by its number from 0.";
+pub(crate) const FILES_ARE_READ_ONLY: &str = "Files can only be read (GET, HEAD).";
+pub(crate) const PAGE_NOT_INSTALLED: &str =
+    "The page is not installed with this server. Start the server with its folder of static files.";
+pub(crate) const PATH_IS_WEBSOCKET: &str = "This path is a WebSocket. Connect to it with one (version 13).";
+pub(crate) const FOREIGN_ORIGIN: &str =
+    "Only pages from this server may connect. Open the client at the server's own address.";
+pub(crate) const FILE_NOT_READ: &str = "The server could not read the file from its disk.";
+
+pub(crate) fn no_map(map: impl std::fmt::Display) -> String {
+    format!("There is no map {map}. GET /api/v1/maps lists them.")
+}
+pub(crate) fn no_tile(hash: &str) -> String {
+    format!("There is no tile {hash}. Ask for the list of tiles anew.")
+}
+pub(crate) fn no_keyframe_scan(keyframe: u32) -> String {
+    format!(
+        "The scan of keyframe {keyframe} is not kept: scans of keyframes are there while their map is being made."
+    )
+}
+pub(crate) fn no_path(path: &str) -> String {
+    format!("There is no {path}. See /api/v1/openapi.json.")
+}
+pub(crate) fn no_file(path: &str) -> String {
+    format!("There is no file {path}.")
+}
+pub(crate) fn method_not_allowed(path: &str, method: impl std::fmt::Display) -> String {
+    format!("{path} cannot be asked with {method}. See /api/v1/openapi.json.")
+}
+
+// Uploads.
+
+pub(crate) const UPLOAD_ID_MALFORMED: &str = "An upload is named by a UUID that the client makes.";
+pub(crate) const UPLOAD_BUSY: &str = "Another file is being sent. Wait until it is here.";
+pub(crate) const UPLOAD_EXISTS: &str = "A file of this id is here already. Make a new one.";
+pub(crate) const LENGTH_MISSING: &str = "The length of the file is missing: send the Content-Length header.";
+pub(crate) const DISK_TOO_FULL: &str =
+    "There is too little room on the robot's disk for this file. Delete maps or recordings first.";
+pub(crate) const FILE_NOT_WRITTEN: &str = "The server could not write the file to its disk.";
+pub(crate) const UPLOAD_INCOMPLETE: &str = "The file is incomplete. Send it again.";
+pub(crate) const UPLOAD_STALLED: &str = "No bytes came for too long. Send the file again.";
+
+pub(crate) fn upload_too_large(max_gib: u64) -> String {
+    format!("The file is larger than {max_gib} GiB. Thin it first, or import it on the robot's computer.")
+}
+pub(crate) fn too_many_uploads(waiting: usize) -> String {
+    format!(
+        "{waiting} files wait to be imported already. Import one, or restart the platform to be rid of them."
+    )
+}
