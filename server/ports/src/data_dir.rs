@@ -4,10 +4,13 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         incomplete maps, to be deleted
-//! uploads/<id>             files that clients sent, to become maps; removed at the next start
+//! sessions/<session>/      clouds of the running mapping session; removed at the next start
+//! uploads/<id>             uploaded files that wait to be imported; removed at the next start
 //! place.json               last pose of the robot in the map in use
+//! docks.json               docks of the saved maps
 //! recordings/<time>.mcap   inputs of the stack; names sort by time
-//! run/core.sock            socket on which the core listens for the gateway
+//! run/lock                 held by the process that owns the directory
+//! run/core.sock            the core's Unix socket for the gateway
 //! ```
 
 use api::TileHash;
@@ -107,7 +110,7 @@ impl DataDir {
         if inside.as_os_str().len() <= SOCKET_PATH_MAX {
             return inside;
         }
-        // FNV-1a is the same in all processes. After a collision the second core only reports that the socket is in use.
+        // FNV-1a is stable between processes. In a collision the second core reports that the socket is in use.
         let hash =
             inside.as_os_str().as_encoded_bytes().iter().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
                 (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
