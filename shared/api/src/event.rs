@@ -1,4 +1,4 @@
-//! What the server tells clients. Every event replaces the last of its kind unless it says otherwise.
+//! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
 use crate::{CommandOutcome, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
@@ -9,13 +9,13 @@ use vocab::{
 /// One piece of state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Event {
-    /// Where the robot is.
+    /// Estimate of the robot's pose.
     Estimate(Estimate),
     /// Poses and edges of the current mapping session; empty without one. It changes by [`Self::GraphChanged`].
     Graph(Graph),
     /// Tiles of the current mapping session: adds to what was sent, unless `reset`.
     Tiles(TilesChanged),
-    /// How good the map of the current mapping session is; empty without one.
+    /// Quality of the map of the current mapping session; empty without one.
     Quality(Quality),
     /// State of mapping.
     Mapping(Mapping),
@@ -27,7 +27,7 @@ pub enum Event {
     Executive(Executive),
     /// The newest goals with their outcomes, the newest first, [`crate::MAX_GOALS`] at most.
     Goals(Vec<Goal>),
-    /// Who controls.
+    /// Holder of the control lease.
     Control(Control),
     /// Sensors and odometry.
     Health(Health),
@@ -37,20 +37,20 @@ pub enum Event {
     Maps(Vec<MapSummary>),
     /// Pairs of keyframes decided on in the current mapping session: adds to what was sent, unless `reset`.
     Loops(LoopsChanged),
-    /// Something to read; adds to those before.
+    /// A message for people; adds to those before.
     Notice(Notice),
-    /// Answer to a command, to its maker only.
+    /// Answer to a command, to the client that sent it only.
     CommandDone {
-        /// Which command.
+        /// Id of the command.
         id: CommandId,
-        /// What became of it.
+        /// Its outcome.
         outcome: CommandOutcome,
     },
     /// State of the server itself.
     Platform(Platform),
-    /// A point cloud of somebody else's on its way to being a map; the last one, once it has ended.
+    /// State of the running or the last import.
     Import(Import),
-    /// Docks of saved maps, as the robot learnt them by being charged there.
+    /// Docks of saved maps, as the robot recorded them while it was charged.
     Docks(Vec<Dock>),
     /// Changes of the graph of the current mapping session; adds to [`Self::Graph`].
     GraphChanged(GraphChanged),
@@ -65,31 +65,31 @@ pub struct Dock {
     pub map_from_base: Pose,
 }
 
-/// A point cloud of somebody else's on its way to being a map.
+/// State of an import: the making of a map of an uploaded point cloud, or the alignment of a saved map.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Import {
     /// None so far.
     #[default]
     None,
-    /// Under way.
+    /// It runs.
     Running {
         /// The file.
         upload: UploadId,
         /// Name of the map.
         name: String,
-        /// What is done now.
+        /// Its present stage.
         stage: ImportStage,
-        /// How far that is, 0 to 1.
+        /// Share of the stage that is done, 0 to 1.
         share: f32,
     },
-    /// It is a map now.
+    /// The map was made.
     Done {
         /// The file.
         upload: UploadId,
         /// The map.
         map: MapId,
     },
-    /// It could not be made one.
+    /// The map could not be made.
     Failed {
         /// The file.
         upload: UploadId,
@@ -100,20 +100,20 @@ pub enum Import {
     },
 }
 
-/// What is done of an import.
+/// Stage of an import.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ImportStage {
     /// The file is read.
     #[default]
     Reading,
-    /// Places where a robot could stand are found, and what is seen from them.
+    /// Virtual viewpoints are computed: poses at which a robot could stand, and the points visible from them.
     Looking,
     /// The map is written.
     Writing,
 }
 
-/// Where the robot is and how sure.
+/// Estimate of the robot's pose with its covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The instant of the estimate, robot's clock.
@@ -124,7 +124,7 @@ pub struct Estimate {
     pub velocity: Twist,
     /// Of `map_from_base`.
     pub covariance: Covariance6,
-    /// Number of directions that the LiDAR does not see now.
+    /// Number of degenerate directions of the last registration.
     pub degenerate: u8,
     /// Metres walked.
     pub distance: f64,
@@ -151,11 +151,11 @@ pub struct GraphNode {
     pub id: KeyframeId,
     /// When it was made.
     pub stamp: Stamp,
-    /// Where.
+    /// Its pose in the map.
     pub map_from_keyframe: Pose,
 }
 
-/// How good a map is while it is made.
+/// Quality of the map under construction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Quality {
     /// Floor seen from near, square metres.
@@ -213,29 +213,29 @@ pub enum Mapping {
         /// Which session.
         session: SessionId,
     },
-    /// A saved map is being read, that the session goes on from.
+    /// The saved map that the session extends is being read.
     Loading {
         /// Which session.
         session: SessionId,
         /// Which map.
         map: MapId,
     },
-    /// The robot looks for its place in that map; nothing is added to it yet, and where the robot is said to be is not of its frame.
+    /// The robot is not localised in that map yet. Nothing is added to it, and estimates are not in its frame.
     Finding {
         /// Which session.
         session: SessionId,
         /// Which map.
         map: MapId,
-        /// Metres walked while looking.
+        /// Distance walked in this state, metres.
         distance: f64,
-        /// Whether what was seen so far fits in two ways.
+        /// Whether the walk so far fits the map at two poses.
         ambiguous: bool,
     },
     /// Building.
     Running {
         /// Which session.
         session: SessionId,
-        /// The saved map that it goes on from.
+        /// The saved map that it extends, if any.
         extends: Option<MapId>,
         /// Since when.
         since: Stamp,
@@ -243,7 +243,7 @@ pub enum Mapping {
         distance: f64,
         /// Keyframes so far.
         keyframes: u32,
-        /// Whether the robot is where the map shows everything already, so that it does not grow.
+        /// Whether the map already shows what the robot sees, so that it does not grow.
         on_known_ground: bool,
     },
     /// Being written.
@@ -264,16 +264,16 @@ pub enum Localisation {
         /// Which.
         map: MapId,
     },
-    /// The robot looks for its place in it.
+    /// The robot's pose in the map is not known.
     Relocalising {
         /// Which.
         map: MapId,
         /// Number of poses at which the robot may be; 0 where it has to move to see more.
         hypotheses: u32,
     },
-    /// It knows its place.
+    /// The robot's pose in the map is known.
     Localised {
-        /// In which.
+        /// The map.
         map: MapId,
         /// What speaks against it, if anything does.
         degradation: Option<DegradationReason>,
@@ -324,22 +324,22 @@ pub enum Motion {
     Walking {
         /// Where to, map frame.
         goal: Vec3,
-        /// The way, map frame.
+        /// The path to it, map frame.
         path: Vec<Vec3>,
         /// Metres to go.
         remaining: f64,
     },
-    /// On its way to a point, and standing because it sees nothing; goes on by itself.
+    /// Standing on the path to a point, because the LiDAR sees nothing. It continues by itself.
     Waiting {
         /// Where to, map frame.
         goal: Vec3,
     },
-    /// Looking about to find its place in the map; goes on by itself once it knows.
+    /// Relocalising in the map. It continues by itself when its pose is known.
     Looking {
-        /// Where it goes then, map frame, if anywhere.
+        /// The point to which it walks then, map frame, if any.
         goal: Option<Vec3>,
     },
-    /// Could not go on.
+    /// The goal was given up.
     Blocked {
         /// Where to, map frame.
         goal: Vec3,
@@ -348,7 +348,7 @@ pub enum Motion {
     },
 }
 
-/// Who controls.
+/// Holder of the control lease.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Control {
     /// Holder of the lease.
@@ -379,7 +379,7 @@ pub struct SensorHealth {
     pub age: Span,
 }
 
-/// Something wrong, and what to do about it.
+/// A problem of a sensor or its setup, with its remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// How bad.
@@ -406,13 +406,13 @@ pub struct Battery {
     pub stamp: Stamp,
     /// Charge, 0 to 1.
     pub charge: f32,
-    /// Time left at the present draw, or until full while charging, if known.
+    /// Predicted time until it is empty, or until it is full while it charges, if known.
     pub left: Option<Span>,
     /// Whether it charges.
     pub charging: bool,
 }
 
-/// Something to read.
+/// A message for people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Notice {
     /// When.
@@ -430,9 +430,9 @@ pub struct Platform {
     pub robot: String,
     /// Name of the site, if the robot is simulated.
     pub site: Option<String>,
-    /// Robot's clock when this was said.
+    /// Robot's clock when this was measured.
     pub now: Stamp,
-    /// Processed time over real time of the last seconds; below 1 the stack falls behind.
+    /// Robot time over real time in the last second; below 1 the stack falls behind.
     pub real_time_factor: f32,
     /// CPU of core and gateway, cores.
     pub cpu_cores: f32,

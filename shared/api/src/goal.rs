@@ -18,7 +18,7 @@ pub enum GoalKind {
 /// A goal and how far it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
-    /// Made by whoever asked.
+    /// Id made by the client that asked.
     pub id: GoalId,
     /// What is to be reached.
     pub kind: GoalKind,

@@ -1,4 +1,4 @@
-//! What enters the stack.
+//! Inputs of the stack.
 
 use crate::{
     ComparedRevisit, DisambiguationPlan, GoalKind, MapSearchResult, PriorMap, RelocalisationResponse,
@@ -11,13 +11,13 @@ use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, 
 /// One step's input. A log of these, with their `at`, is all that is needed to repeat a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Input {
-    /// First input of every log: who the robot is and how the stack is set up.
+    /// First input of every log: the robot's profile and the setup of the stack.
     Boot(Box<BootRecord>),
-    /// Time passes; sent at 20 Hz whether or not sensors speak.
+    /// A tick of the clock, at 20 Hz, with or without sensor messages.
     Tick,
-    /// A sensor spoke.
+    /// A sensor message.
     Sensor(Sensor),
-    /// Somebody wants something.
+    /// A command of a client.
     Command(Command),
     /// A job started by the stack has finished.
     JobDone(JobDone),
@@ -33,13 +33,13 @@ pub enum Input {
         /// Number of the commit.
         seq: u64,
     },
-    /// An action that the stack called says how far it is.
+    /// Progress of an action that the stack called.
     ActionFeedback {
         /// Which call.
         call: ActionCallId,
-        /// How far, 0 to 1, if it knows.
+        /// Share that is done, 0 to 1, if it is known.
         progress: Option<f32>,
-        /// What it does now, for people.
+        /// Its present step, for people.
         text: String,
     },
     /// An action that the stack called has ended.
@@ -110,9 +110,9 @@ pub struct BootRecord {
     pub start_mapping: Option<SessionId>,
     /// Whether loops are left open, so that the map is what the odometry alone makes of it.
     pub leave_loops_open: bool,
-    /// Where the robot was before it was switched off: it is localised in that map at once.
+    /// The robot's pose when the program ended, if it was localised. It is localised in that map at once.
     pub last_pose: Option<PoseInMap>,
-    /// Docks of saved maps, as it learnt them before.
+    /// Docks of saved maps, as the robot recorded them while it was charged.
     pub docks: Arc<[PoseInMap]>,
 }
 

@@ -150,7 +150,7 @@ pub struct ComparedRevisit {
     pub rejection: Option<LoopRejection>,
 }
 
-/// A revisit that was confirmed: from now on, the robot's pose is told from this keyframe.
+/// A confirmed revisit. The robot's pose is relative to this keyframe from now on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reanchored {
     /// The mapping session.

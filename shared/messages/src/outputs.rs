@@ -1,4 +1,4 @@
-//! What leaves the stack.
+//! Outputs of the stack: effects for the shell, jobs, and publications for clients.
 
 use crate::{
     BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, GraphDelta, LoopDecision, LoopTask,
@@ -11,10 +11,10 @@ use vocab::{
     Vec3,
 };
 
-/// What the shell has to do after a step, in this order.
+/// Action that the shell must execute after a step. The effects of a step are executed in their order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum StackEffect {
-    /// Tell the robot how to move. Links stop the robot by themselves when these cease for 0.5 s.
+    /// Send a velocity command to the robot. Links stop the robot by themselves when none comes for 0.5 s.
     Drive(Drive),
     /// Run a job and hand its result back as `Input::JobDone`.
     StartJob {
@@ -23,18 +23,18 @@ pub enum StackEffect {
         /// What to do.
         work: Job,
     },
-    /// Tell whoever listens.
+    /// Publish state to all clients.
     Publish(Publication),
-    /// Make these durable, in this order, then answer with `Input::Committed`. What follows from them is done after the answer.
+    /// Write these events to durable storage, in this order, then answer with `Input::Committed`. The stack acts on them after the answer.
     Commit {
         /// Number of the commit, counted up from 0.
         seq: u64,
-        /// What is to be durable.
+        /// The events.
         events: Vec<LedgerEvent>,
     },
     /// Call an action. Feedback and result come as `Input::ActionFeedback` and `Input::ActionDone`.
     CallAction {
-        /// Names the call.
+        /// Id of the call.
         call: ActionCallId,
         /// Registered name of the action.
         action: String,
@@ -43,11 +43,11 @@ pub enum StackEffect {
     },
     /// Cancel a call. It still ends with `Input::ActionDone`.
     CancelAction(ActionCallId),
-    /// Answer a command, to its maker only.
+    /// Answer a command. Only the client that sent it gets the answer.
     Answer {
-        /// Which command.
+        /// Id of the command.
         id: CommandId,
-        /// Its maker.
+        /// The client that sent it.
         to: ClientId,
         /// `None` when it was accepted; else one sentence: why not and what to do.
         refused: Option<String>,
@@ -68,34 +68,34 @@ pub struct Drive {
     pub velocity: Twist,
 }
 
-/// ComputeJob too long for a step.
+/// Work that is too long for a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Job {
     /// Write a finished map as an immutable version.
     SaveMap(Arc<FinishedMap>),
-    /// Look whether two keyframes saw the same place. The stack keeps what that takes until it is fetched with
-    /// `Stack::take_compute_job`; a replay never fetches it, because the result is in the log.
+    /// Check whether two keyframes saw the same place. The stack keeps the data of the job until the shell fetches it with
+    /// `Stack::take_compute_job`. A replay never fetches it, because the result is in the log.
     VerifyLoop(LoopTask),
-    /// Compare what is seen now with an old keyframe; as for [`Self::VerifyLoop`].
+    /// Compare the present scan with an old keyframe. Its data are fetched as those of [`Self::VerifyLoop`].
     CompareRevisit(RevisitTask),
-    /// Read a saved map that a session goes on from, and make its clouds the session's first.
+    /// Read a saved map that a session extends, and copy its clouds to the session.
     LoadMap {
         /// The session.
         session: SessionId,
         /// The saved map.
         map: MapId,
     },
-    /// Look for the robot's place in that map; as for [`Self::VerifyLoop`].
+    /// Search that map for the robot's walk. Its data are fetched as those of [`Self::VerifyLoop`].
     SearchMap(MapSearchTask),
-    /// Read a saved map to be localised in.
+    /// Read a saved map for localisation.
     ReadMap(MapId),
-    /// Look where the robot may stand in it; as for [`Self::VerifyLoop`].
+    /// Find the poses of the map at which the robot may be. Its data are fetched as those of [`Self::VerifyLoop`].
     Relocalise(RelocalisationTask),
-    /// Look which way to walk to tell places in it apart; as for [`Self::VerifyLoop`].
+    /// Plan a path on which the robot can reject some of these poses. Its data are fetched as those of [`Self::VerifyLoop`].
     PlanDisambiguation(DisambiguationTask),
 }
 
-/// Points in the frame that the holder names, as parallel columns.
+/// Points as parallel columns. The type that contains them documents their frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
     /// Metres.
@@ -104,22 +104,22 @@ pub struct Cloud {
     pub intensity: Vec<f32>,
 }
 
-/// What the stack says.
+/// State that the stack publishes to clients.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Publication {
-    /// Where the robot is; after every scan, and at 20 Hz between them.
+    /// Estimate of the robot's pose; after every scan, and at 20 Hz between scans.
     Estimate(Estimate),
     /// A motion-corrected scan.
     Scan(CorrectedScan),
     /// A new keyframe of the map under construction. The shell keeps its cloud until the session is saved or discarded.
     Keyframe(Keyframe),
-    /// The whole pose graph: at the beginning, and whenever changes alone do not say it. Afterwards it changes by [`Self::GraphDelta`].
+    /// The whole pose graph: at the beginning of a session, and when changes cannot describe it. Afterwards it changes by [`Self::GraphDelta`].
     Graph(Arc<PoseGraph>),
     /// A pair of keyframes was decided on.
     LoopDecided(LoopDecision),
-    /// The robot found its place on known ground.
+    /// The robot's pose on known ground was measured against an old keyframe.
     Reanchored(Reanchored),
-    /// How good the map under construction is; every few seconds while it changes.
+    /// Quality of the map under construction; every few seconds while it changes.
     Quality(MapQuality),
     /// State of mapping.
     Mapping(MappingState),
@@ -129,40 +129,40 @@ pub enum Publication {
     Docks(Arc<[PoseInMap]>),
     /// State of motion.
     Motion(MotionState),
-    /// A goal was accepted, has got on, or has ended.
+    /// A goal was accepted, has made progress, or has ended.
     Goal(GoalUpdate),
     /// State of the executive.
     Executive(ExecutiveStatus),
-    /// Who controls.
+    /// Holder of the control lease.
     Control(ControlState),
     /// State of sensors and odometry; at 1 Hz and on change.
     Health(Health),
-    /// The battery spoke.
+    /// State of the battery.
     Battery(BatteryState),
-    /// Something people should read.
+    /// A message for people.
     Notice(Notice),
     /// The pose graph changed: keyframes and edges were added or removed, or poses moved.
     GraphDelta(Arc<GraphDelta>),
 }
 
-/// Where the robot is and how sure.
+/// Estimate of the robot's pose with its covariance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The instant of the estimate.
     pub stamp: Stamp,
-    /// Base in the map of the session.
+    /// Base in the map in use.
     pub map_from_base: Pose,
     /// Velocity of the base in its own frame.
     pub velocity: Twist,
     /// Of `map_from_base`.
     pub covariance: Covariance6,
-    /// Directions that the LiDAR did not see, as unit vectors in the base frame, carried by other sources.
+    /// Degenerate directions of the last registration, as unit vectors in the base frame. Other sensors determine the pose along them.
     pub degenerate: [Option<Vec3>; 3],
     /// Metres walked since boot.
     pub distance: f64,
 }
 
-/// A scan with the robot's motion during the sweep taken out.
+/// A motion-corrected scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CorrectedScan {
     /// The instant to which all points were moved.
@@ -173,7 +173,7 @@ pub struct CorrectedScan {
     pub cloud: Arc<Cloud>,
 }
 
-/// A place of the pose graph with its cloud.
+/// A keyframe with its cloud.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
     /// The mapping session it belongs to.
@@ -186,7 +186,7 @@ pub struct Keyframe {
     pub map_from_keyframe: Pose,
     /// Motion-corrected points in the keyframe's frame.
     pub cloud: Arc<Cloud>,
-    /// Where the LiDAR was that saw them, keyframe's frame, metres.
+    /// Position of the LiDAR, keyframe's frame, metres.
     pub lidar: [f32; 3],
 }
 
@@ -204,7 +204,7 @@ pub struct PoseGraph {
 /// One keyframe's pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraphNode {
-    /// Which keyframe.
+    /// Id of the keyframe.
     pub id: KeyframeId,
     /// When it was made.
     pub stamp: Stamp,
@@ -219,7 +219,7 @@ pub struct GraphEdge {
     pub from: KeyframeId,
     /// Child keyframe.
     pub to: KeyframeId,
-    /// What made it.
+    /// Its kind.
     pub kind: EdgeKind,
     /// Measured pose of `to` in `from`.
     pub from_from_to: Pose,
@@ -227,12 +227,12 @@ pub struct GraphEdge {
     pub information: [[f64; 6]; 6],
 }
 
-/// What made an edge.
+/// Kind of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EdgeKind {
     /// Consecutive keyframes.
     Odometry,
-    /// The walk came back to a place.
+    /// A loop closure between keyframes of the same place.
     Loop,
 }
 
@@ -289,37 +289,37 @@ pub enum MappingState {
         /// Which session.
         session: SessionId,
     },
-    /// A saved map is being read, that the session goes on from.
+    /// The saved map that the session extends is being read.
     Loading {
         /// Which session.
         session: SessionId,
         /// Which map.
         map: MapId,
     },
-    /// The robot looks for its place in that map; nothing is added to it yet, and poses are not of its frame.
+    /// The robot is not localised in that map yet. Nothing is added to it, and poses are not in its frame.
     Finding {
         /// Which session.
         session: SessionId,
         /// Which map.
         map: MapId,
-        /// Metres walked while looking.
+        /// Distance walked in this state, metres.
         distance: f64,
-        /// Whether what was seen so far fits in two ways.
+        /// Whether the walk so far fits the map at two poses.
         ambiguous: bool,
     },
     /// Building.
     Mapping {
         /// Which session.
         session: SessionId,
-        /// The saved map that it goes on from.
+        /// The saved map that it extends, if any.
         extends: Option<MapId>,
         /// Since when.
         since: Stamp,
-        /// Metres walked in it.
+        /// Distance walked in it, metres.
         distance: f64,
         /// Keyframes so far.
         keyframes: u32,
-        /// Whether the robot is where the map shows everything already, so that it does not grow.
+        /// Whether the map already shows what the robot sees, so that it does not grow.
         on_known_ground: bool,
     },
     /// Being written.
@@ -331,7 +331,7 @@ pub enum MappingState {
     },
 }
 
-/// How good a map is while it is made.
+/// Quality of the map under construction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapQuality {
     /// Floor seen from near, square metres.
@@ -368,9 +368,9 @@ pub enum MotionState {
     /// Standing, free to move.
     #[default]
     Idle,
-    /// Stopped by somebody; nothing moves until allowed again.
+    /// Stopped by a person. The robot does not move until a person allows it.
     Stopped {
-        /// Who pressed it, if known.
+        /// Who stopped it, if known.
         by: Option<ClientId>,
     },
     /// Driven by hand.
@@ -379,22 +379,22 @@ pub enum MotionState {
     Walking {
         /// Where to, map frame.
         goal: Vec3,
-        /// The way there, map frame.
+        /// The path to it, map frame.
         path: Vec<Vec3>,
         /// Metres to go.
         remaining: f64,
     },
-    /// On its way to a point, and standing because it sees nothing; goes on by itself.
+    /// Standing on the path to a point, because the LiDAR sees nothing. It continues by itself.
     Waiting {
         /// Where to, map frame.
         goal: Vec3,
     },
-    /// Looking about to find its place in the map; goes on by itself once it knows.
+    /// Relocalising in the map. It continues by itself when its pose is known.
     Looking {
-        /// Where it goes then, map frame, if anywhere.
+        /// The point to which it walks then, map frame, if any.
         goal: Option<Vec3>,
     },
-    /// Could not go on; the reason is for people.
+    /// The goal was given up; the reason is for people.
     Blocked {
         /// Where to, map frame.
         goal: Vec3,
@@ -403,7 +403,7 @@ pub enum MotionState {
     },
 }
 
-/// Who controls the robot.
+/// Holder of the control lease.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControlState {
     /// Holder of the lease.
@@ -415,9 +415,9 @@ pub struct ControlState {
 /// State of sensors and odometry.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
-    /// One entry per sensor that was heard or is expected.
+    /// One entry per sensor that has sent a message.
     pub sensors: Vec<SensorHealth>,
-    /// One entry per thing that is wrong, most serious first.
+    /// One entry per problem, the most serious first.
     pub findings: Vec<Finding>,
     /// Points of the last scan that entered registration.
     pub points_used: u32,
@@ -434,7 +434,7 @@ pub struct SensorHealth {
     pub age: Span,
 }
 
-/// Something wrong with a sensor or its setup, with what to do about it.
+/// A problem of a sensor or its setup, with its remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// How bad.
@@ -454,19 +454,19 @@ pub enum Severity {
     Error,
 }
 
-/// Something people should read.
+/// A message for people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Notice {
     /// When.
     pub at: Stamp,
     /// How bad.
     pub severity: Severity,
-    /// Says what happened and what comes next.
+    /// What happened and what comes next.
     pub text: String,
 }
 
-/// A finished mapping session. The clouds are not in it: each went out with its [`Publication::Keyframe`], and the
-/// shell keeps them on disk by session and keyframe, so that memory does not grow with the walk.
+/// A finished mapping session without clouds. Each cloud was published with its [`Publication::Keyframe`], and the shell keeps it on disk by
+/// session and keyframe, so that memory does not grow with the walk.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FinishedMap {
     /// Id of the version.
@@ -475,7 +475,7 @@ pub struct FinishedMap {
     pub name: String,
     /// Session it came from.
     pub session: SessionId,
-    /// The saved map that it goes on from, whose keyframes come first. Its trajectory and decisions are not repeated here.
+    /// The saved map that it extends. The keyframes of that map come first; its trajectory and decisions are not repeated here.
     pub extends: Option<MapId>,
     /// When it was finished.
     pub at: Stamp,
@@ -483,28 +483,28 @@ pub struct FinishedMap {
     pub distance: f64,
     /// Final graph, with the final pose of every keyframe.
     pub graph: Arc<PoseGraph>,
-    /// Base in the map after every scan, with final corrections; in sessions of hours, of what was walked long ago after some scans.
+    /// Pose of the base in the map after every scan, with final corrections. In sessions of hours, old parts have a pose after some scans only.
     pub trajectory: Vec<(Stamp, Pose)>,
-    /// Stretches in which the LiDAR alone could not tell the motion in some direction.
+    /// Segments in which the registration of scans was degenerate in some direction.
     pub degenerate: Vec<DegenerateStretch>,
-    /// Every pair of keyframes that was decided on, in that order.
+    /// All loop decisions in their order.
     pub decisions: Vec<LoopDecision>,
-    /// Pairs that there was no time to look at.
+    /// Number of proposed pairs that were not compared for lack of time.
     pub unverified: u64,
-    /// What became of walks over known ground.
+    /// Comparisons on known ground.
     pub revisits: RevisitCounts,
 }
 
-/// Comparisons of what is seen with old keyframes, on known ground.
+/// Numbers of comparisons of scans with old keyframes on known ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RevisitCounts {
-    /// Made.
+    /// Comparisons made.
     pub compared: u64,
-    /// That found the robot where it was expected, or nearly.
+    /// Comparisons that confirmed the expected pose, or nearly.
     pub confirmed: u64,
 }
 
-/// A stretch of the walk in which the LiDAR did not see some direction.
+/// A segment of the walk in which the registration of scans was degenerate in some direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DegenerateStretch {
     /// First scan of it.
