@@ -1,4 +1,4 @@
-//! When a path is planned on which the hypotheses can be told apart.
+//! Schedule of disambiguation: when a path is planned on which wrong hypotheses can be rejected.
 //!
 //! Planning takes up to a tenth of a second, so it is a job. A new path is planned whenever a hypothesis has been rejected, and as the robot
 //! walks: its poses are known better then.
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct ExplorationHint {
     /// Number of hypotheses.
     pub hypotheses: usize,
-    /// The path on which they can be told apart, odometry's frame: empty if there is none, none until it has been planned.
+    /// Path on which wrong hypotheses can be rejected, odometry's frame. Empty if there is none; `None` until it has been planned.
     pub path: Option<Arc<[Vector3]>>,
 }
 

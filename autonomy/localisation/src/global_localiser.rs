@@ -48,7 +48,7 @@ pub struct GlobalLocaliserConfig {
     /// How hypotheses are accepted. Two poses that are one by its `same_pose` are refined once.
     pub acceptance: AcceptanceConfig,
     /// Surfaces are built up to this distance from a tracked pose, metres, so that the pose tracker need not build them until the next
-    /// check. It is as far as keyframes' clouds reach.
+    /// check. It is the range of keyframes' clouds.
     pub surface_radius_m: f64,
 }
 

@@ -76,7 +76,7 @@ impl Default for AcceptanceConfig {
 pub enum RelocalisationResult {
     /// One pose fits, and no other one.
     Unique(PoseHypothesis),
-    /// Several poses fit, the best first. The robot has to move before they can be told apart.
+    /// Several poses fit, the best first. The robot has to move before wrong ones can be rejected.
     Ambiguous(Vec<PoseHypothesis>),
     /// One pose fits partly and no other one nearly as well. One scan is not enough to accept it.
     LowConfidence(PoseHypothesis),

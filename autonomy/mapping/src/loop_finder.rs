@@ -224,7 +224,7 @@ impl LoopFinder {
     }
 
     /// Removes a loop that a person rejected, whether it was accepted or held. Returns whether there was one. The robot's pose may depend on it, so
-    /// it is told from the last keyframe again.
+    /// it is relative to the last keyframe again.
     pub fn remove_loop(&mut self, graph: &mut PoseGraph, from: KeyframeId, to: KeyframeId) -> bool {
         let removed = self.consistency.remove_loop(graph, from, to);
         if removed {

@@ -1,7 +1,7 @@
 //! Known ground: where the robot walks again, its pose is found among old keyframes instead of adding new ones. The graph then grows with the
 //! size of the site and not with time (docs/maths/loops.md, section 7).
 //!
-//! The robot's pose is told from an anchor, a keyframe, by the odometry since. A waypoint near an old keyframe that saw most of the current scan
+//! The robot's pose is that of an anchor, which is a keyframe, plus the odometry since then. A waypoint near an old keyframe that saw most of the current scan
 //! is a revisit, of which nothing is kept. Every few metres a revisit is compared with that keyframe, and the result makes it the anchor. If the
 //! comparison knows the relative pose of both anchors better than the graph does, it becomes a loop between them. Where the ground is unknown, or
 //! no comparison has succeeded for some metres, waypoints become keyframes. Source of the idea: Johannsson et al., *Temporally scalable visual
@@ -123,7 +123,7 @@ pub(crate) struct Revisits {
     pending: VecDeque<PendingRevisit>,
 }
 
-/// The robot's pose, told from a keyframe.
+/// The robot's pose relative to a keyframe.
 #[derive(Clone, Copy, Debug)]
 struct AnchoredPose {
     anchor: KeyframeId,
@@ -170,7 +170,7 @@ impl Revisits {
         self.by_odometry = Some((anchor, identity));
     }
 
-    /// A loop was removed on which the pose may depend: the pose is told from the last keyframe, pending comparisons are dropped, and the next
+    /// A loop was removed on which the pose may depend: the pose is relative to the last keyframe again, pending comparisons are dropped, and the next
     /// waypoint becomes a keyframe.
     pub fn reset_to_odometry(&mut self) {
         self.pending.clear();

@@ -562,8 +562,8 @@ fn slices_in_the_way(
     let step_slices = config.slices_up_to(ground, step);
     let low = seen & config.low_slices(ground, clearance);
     let body = low & (u16::MAX << step_slices.clamp(0, SLICES_MAX - 1));
-    // An object that is higher than a step by less than a slice lies in the slice in which the step ends. Below a hanging object it cannot be
-    // told from one that is lower than a step by as much.
+    // An object that is higher than a step by less than a slice lies in the slice in which the step ends. Below a hanging object it looks like one
+    // that is lower than a step by less than a slice.
     let grazing = low & (1 << (step_slices - 1).clamp(0, SLICES_MAX - 1));
     if body == 0 && step_slices > 1 { grazing } else { body }
 }

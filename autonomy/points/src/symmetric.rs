@@ -3,7 +3,7 @@
 /// A symmetric 3x3 matrix as `[xx, xy, xz, yy, yz, zz]`.
 pub type Symmetric3 = [f32; 6];
 
-/// Principal axes of a covariance matrix, as far as surfaces need them.
+/// Principal axes of a covariance matrix that describe a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalAxes {
     /// Eigenvalues in ascending order, in the unit of the matrix.

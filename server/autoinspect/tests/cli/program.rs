@@ -19,10 +19,10 @@ pub fn run(arguments: &[&str]) -> Output {
 /// Runs it with `--json` and returns its last line.
 pub fn json(arguments: &[&str]) -> Value {
     let output = run(&[arguments, &["--json"]].concat());
-    let said = String::from_utf8_lossy(&output.stdout);
+    let output_text = String::from_utf8_lossy(&output.stdout);
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {complaint}");
-    serde_json::from_str(said.lines().last().unwrap_or_default()).expect("the last line is JSON")
+    serde_json::from_str(output_text.lines().last().unwrap_or_default()).expect("the last line is JSON")
 }
 
 /// Runs it and expects exit code 2 and one sentence.
