@@ -21,7 +21,7 @@ fn scan(number: i64) -> Sensor {
     let intensity = vec![7.0; xyz.len()];
     let last = xyz.len() as i64 - 1;
     let offset_ns = (0..=last).map(|index| (SWEEP.nanos() * index / last) as i32).collect();
-    Sensor::Scan(Scan { stamp, xyz, intensity, offset_ns, ring: Vec::new() })
+    Sensor::Scan(Arc::new(Scan { stamp, xyz, intensity, offset_ns, ring: Vec::new() }))
 }
 
 fn lidar_only() -> BootRecord {

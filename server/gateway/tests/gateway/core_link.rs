@@ -166,7 +166,7 @@ async fn a_core_of_another_version_or_without_sense_is_left_and_tried_again() {
     let health = gateway.get(api::paths::HEALTH_PATH, &[]).await;
     health.expect_problem(503);
     assert!(
-        health.json()["detail"].as_str().is_some_and(|detail| detail.contains("introduce")),
+        health.json()["detail"].as_str().is_some_and(|detail| detail.contains("sends no hello")),
         "{health:?}"
     );
 
