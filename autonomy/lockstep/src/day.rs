@@ -148,13 +148,13 @@ impl Day {
         self.finished.take().unwrap_or_else(|| panic!("not saved: {:?}", self.mapping))
     }
 
-    pub(crate) fn true_place(&mut self) -> Vector3 {
+    pub(crate) fn true_position(&mut self) -> Vector3 {
         vec_from_plain(self.lockstep.simulator().truth().site_from_base.position)
     }
 
     /// Error of the estimate in the frame of a map that began at `origin` with the site's heading, metres.
     pub(crate) fn error(&mut self, origin: &Vector3) -> f64 {
-        (self.true_place() - origin - vec_from_plain(self.estimate.position)).norm()
+        (self.true_position() - origin - vec_from_plain(self.estimate.position)).norm()
     }
 }
 
@@ -165,10 +165,10 @@ pub(crate) fn first() -> &'static (Arc<PriorMap>, Arc<FinishedMap>, Vector3) {
         let Some(route) = Site::new(SiteName::B1).route("short").cloned() else { panic!("no such route") };
         let mut day = Day::begin(route.start, 3, Some(SessionId(Uuid::from_u128(1))));
         day.run(1.0);
-        let origin = day.true_place();
+        let origin = day.true_position();
         day.drive(route.start, &route.waypoints);
         let finished = day.finish(FIRST);
-        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
-        (known, finished, origin)
+        let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
+        (prior_map, finished, origin)
     })
 }

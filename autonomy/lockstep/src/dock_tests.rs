@@ -36,22 +36,22 @@ fn twins() -> &'static (Arc<PriorMap>, Vector3) {
         let start = at([13.0, 3.5], 0.0);
         let mut day = Day::on(SiteName::Twins, 0, start, 41, Some(SessionId(uuid::Uuid::from_u128(1))));
         day.run(1.0);
-        let origin = day.true_place();
+        let origin = day.true_position();
         let about = [[11.3, 2.4], [11.3, 8.9], [3.0, 8.9], [3.0, 2.4]];
         let room = |west: f64| about.map(|[x, y]| [west + x, y]);
         let corridor = [[9.0, -1.5], [43.0, -1.5], [43.0, 2.4]];
         day.drive(start, &[&room(6.0)[..], &corridor, &room(40.0)].concat());
         day.finish(FIRST);
-        let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
-        (known, origin)
+        let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("the map was not kept") };
+        (prior_map, origin)
     })
 }
 
 #[test]
 fn in_one_of_two_equal_rooms_the_robot_leaves_by_itself_and_finds_its_pose() {
-    let (known, origin) = twins();
+    let (prior_map, origin) = twins();
     let mut day = Day::on(SiteName::Twins, 0, at([47.0, 8.0], 0.0), 44, None);
-    day.lockstep.keep_map(Arc::clone(known));
+    day.lockstep.keep_map(Arc::clone(prior_map));
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.start_goal(GoalKind::Relocalise);
     let mut tenths = 0;
@@ -62,8 +62,8 @@ fn in_one_of_two_equal_rooms_the_robot_leaves_by_itself_and_finds_its_pose() {
     // The robot had to leave by the door, 10 m away, on the shortest path: the whole search takes at most 35 s.
     assert_eq!(day.localisation, LOCALISED);
     assert!(day.error(origin) < 0.5, "{} m", day.error(origin));
-    let place = day.true_place();
-    assert!(place.y < 0.0 && (place.x - 43.0).abs() < 4.0, "{place}");
+    let position = day.true_position();
+    assert!(position.y < 0.0 && (position.x - 43.0).abs() < 4.0, "{position}");
     assert!(
         day.localisations
             .iter()
@@ -75,10 +75,10 @@ fn in_one_of_two_equal_rooms_the_robot_leaves_by_itself_and_finds_its_pose() {
 
 #[test]
 fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
-    let (known, origin) = twins();
+    let (prior_map, origin) = twins();
     let another_day = |docks: Arc<[PoseInMap]>| {
         let mut day = Day::on(SiteName::Twins, 0, at([47.0, 3.5], 0.0), 42, None);
-        day.lockstep.keep_map(Arc::clone(known));
+        day.lockstep.keep_map(Arc::clone(prior_map));
         let boot = BootRecord { docks, ..day.lockstep.simulator().boot() };
         day.lockstep.give(Input::Boot(Box::new(boot)));
         day
@@ -88,7 +88,7 @@ fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
     day.order(CommandKind::Localise { map: FIRST, at: None });
     charged(&mut day, 60);
     let LocalisationState::Relocalising { hypotheses: 2.., .. } = day.localisation else {
-        panic!("no dock is known: {:?}", day.localisation)
+        panic!("no dock is stored: {:?}", day.localisation)
     };
     // The dock's stored pose is about 0.2 m wrong, as if somebody had pushed the dock.
     let position = Vec3::new(47.2 - origin.x, 3.4 - origin.y, 0.0);
@@ -107,10 +107,10 @@ fn charging_at_a_known_dock_decides_between_two_equal_rooms() {
 
 #[test]
 fn a_localised_robot_learns_the_dock_at_which_it_charges() {
-    let (known, _, origin) = first();
+    let (prior_map, _, origin) = first();
     let dock = Vec3::new(16.4, 23.5, 0.0);
     let mut day = Day::begin(Start { position: dock, yaw: 0.0 }, 43, None);
-    day.lockstep.keep_map(Arc::clone(known));
+    day.lockstep.keep_map(Arc::clone(prior_map));
     day.run(6.0);
     assert!(day.docks.is_empty(), "no dock must be learnt without a map");
     day.order(CommandKind::Localise { map: FIRST, at: None });

@@ -14,12 +14,12 @@ const LARGER: MapId = MapId(Uuid::from_u128(6));
 
 #[test]
 fn on_another_day_the_robot_localises_in_the_map_and_adds_only_new_ground() {
-    let (known, finished, origin) = first();
+    let (prior_map, finished, origin) = first();
     let old = finished.graph.nodes.len();
-    assert_eq!(known.keyframes.len(), old);
+    assert_eq!(prior_map.keyframes.len(), old);
     let start = Start { position: Vec3::new(29.0, 21.5, 0.0), yaw: -1.5 };
     let mut day = Day::begin(start, 4, None);
-    day.lockstep.keep_map(Arc::clone(known));
+    day.lockstep.keep_map(Arc::clone(prior_map));
     day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(3.0);
     assert!(matches!(day.mapping, MappingState::Finding { map: FIRST, .. }), "{:?}", day.mapping);
@@ -61,11 +61,11 @@ fn a_map_that_was_just_saved_is_extended_without_relocalisation() {
     let mut day = Day::begin(route.start, 5, Some(SessionId(Uuid::from_u128(1))));
     day.drive(route.start, &route.waypoints[..1]);
     let keyframes = day.finish(FIRST).graph.nodes.len();
-    let place = day.estimate.position;
+    let position = day.estimate.position;
     day.order(CommandKind::ExtendMap { session: SessionId(Uuid::from_u128(2)), map: FIRST });
     day.run(1.5);
     assert!(matches!(day.mapping, MappingState::Mapping { extends: Some(FIRST), .. }), "{:?}", day.mapping);
-    assert!((vec_from_plain(day.estimate.position) - vec_from_plain(place)).norm() < 0.03);
+    assert!((vec_from_plain(day.estimate.position) - vec_from_plain(position)).norm() < 0.03);
     let at = |[x, y]: [f64; 2]| Start { position: Vec3::new(x, y, 0.0), yaw: 0.0 };
     day.drive(at(route.waypoints[0]), &[[26.0, 23.2]]);
     assert!(day.finish(LARGER).graph.nodes.len() >= keyframes + 5);

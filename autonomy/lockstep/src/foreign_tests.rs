@@ -16,11 +16,11 @@ const STEP: f32 = 0.002;
 
 /// All points of the first day's map, downsampled to voxels of 0.1 m.
 fn cloud() -> Vec<[f32; 3]> {
-    let known = &first().0;
+    let prior_map = &first().0;
     let mut all = Vec::new();
-    for (node, place) in known.graph.nodes.iter().zip(&known.keyframes) {
+    for (node, keyframe) in prior_map.graph.nodes.iter().zip(&prior_map.keyframes) {
         let Some(pose) = isometry_from_pose(&node.map_from_keyframe) else { panic!("no pose") };
-        all.extend(place.points.iter().map(|point| -> [f32; 3] {
+        all.extend(keyframe.points.iter().map(|point| -> [f32; 3] {
             let point = Vector3::from(point.map(|c| f64::from(f32::from(c) * STEP)));
             (pose.rotation * point + pose.translation.vector).map(|c| c as f32).into()
         }));
@@ -33,32 +33,33 @@ fn cloud() -> Vec<[f32; 3]> {
 /// A map of what a robot would see from virtual viewpoints in the cloud.
 fn map_of(cloud: &[[f32; 3]]) -> PriorMap {
     let options = ViewpointConfig::default();
-    let VirtualViewpoints { viewpoints: places, connections: ways } =
-        find_viewpoints(cloud, &options, &mut |_| {});
-    let nodes = (0..).zip(&places).map(|(number, place)| GraphNode {
+    let VirtualViewpoints { viewpoints, connections } = find_viewpoints(cloud, &options, &mut |_| {});
+    let nodes = (0..).zip(&viewpoints).map(|(number, viewpoint)| GraphNode {
         id: KeyframeId(number),
         stamp: Stamp::EPOCH,
-        map_from_keyframe: pose_from_isometry(&place.map_from_base),
+        map_from_keyframe: pose_from_isometry(&viewpoint.map_from_base),
     });
     let mut information = [[0.0; 6]; 6];
     (0..6).for_each(|index| information[index][index] = 1e4);
-    let edges = ways.iter().map(|&[from, to]| GraphEdge {
+    let edges = connections.iter().map(|&[from, to]| GraphEdge {
         from: KeyframeId(from as u32),
         to: KeyframeId(to as u32),
         kind: EdgeKind::Odometry,
-        from_from_to: pose_from_isometry(&(places[from].map_from_base.inverse() * places[to].map_from_base)),
+        from_from_to: pose_from_isometry(
+            &(viewpoints[from].map_from_base.inverse() * viewpoints[to].map_from_base),
+        ),
         information,
     });
-    let known = places.iter().map(|place| {
-        let base = place.map_from_base.translation.vector.map(|c| c as f32);
+    let keyframes = viewpoints.iter().map(|viewpoint| {
+        let base = viewpoint.map_from_base.translation.vector.map(|c| c as f32);
         let about = |index: &u32| std::array::from_fn(|axis| cloud[*index as usize][axis] - base[axis]);
-        let xyz: Vec<[f32; 3]> = place.visible.iter().map(about).collect();
-        let pose = pose_from_isometry(&place.map_from_base);
-        let known = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height_m]);
-        known.unwrap_or_else(|| panic!("no pose"))
+        let xyz: Vec<[f32; 3]> = viewpoint.visible.iter().map(about).collect();
+        let pose = pose_from_isometry(&viewpoint.map_from_base);
+        let keyframe = stack::encode_prior_keyframe(&pose, &xyz, [0.0, 0.0, options.lidar_height_m]);
+        keyframe.unwrap_or_else(|| panic!("no pose"))
     });
     let graph = PoseGraph { revision: 1, nodes: nodes.collect(), edges: edges.collect() };
-    PriorMap { map: FOREIGN, graph, keyframes: known.collect() }
+    PriorMap { map: FOREIGN, graph, keyframes: keyframes.collect() }
 }
 
 #[test]

@@ -77,14 +77,14 @@ fn a_wrong_pose_at_a_place_that_looks_alike_is_not_accepted() {
     let start = at(on_the_ring(-90.0), 0.0);
     let mut day = Day::on(SiteName::Torus, 0, start, 31, Some(SessionId(uuid::Uuid::from_u128(1))));
     day.run(1.0);
-    let origin = day.true_place();
+    let origin = day.true_position();
     day.drive(start, &ring(-85, 40).collect::<Vec<_>>());
     day.finish(FIRST);
-    let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+    let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
 
     let start = at(on_the_ring(-45.0), 0.5);
     let mut day = Day::on(SiteName::Torus, 2, start, 32, None);
-    day.lockstep.keep_map(known);
+    day.lockstep.keep_map(prior_map);
     let [x, y] = on_the_ring(0.0);
     let half = (0.5 + 45.0_f64.to_radians()) / 2.0;
     let wrong = Pose {
@@ -123,8 +123,8 @@ fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
     assert_eq!(day.localisation, LOCALISED);
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
     let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, violation_share: 0.0 };
-    let places = vec![PoseHypothesis { map_from_base, fit: 0.99, violation_share: 0.0 }, own];
-    let result = JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses: places }));
+    let hypotheses = vec![PoseHypothesis { map_from_base, fit: 0.99, violation_share: 0.0 }, own];
+    let result = JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses }));
     day.lockstep.give(Input::JobDone(JobDone { job, result }));
     day.run(0.2);
     let undecided = LocalisationState::Relocalising { map: FIRST, hypotheses: 2 };
@@ -188,13 +188,13 @@ fn a_robot_that_is_carried_along_a_featureless_corridor_reports_that_it_is_lost(
     let start = at([-8.0, -1.5], 0.0);
     let mut day = Day::on(SiteName::Twins, 0, start, 51, Some(SessionId(uuid::Uuid::from_u128(1))));
     day.run(1.0);
-    let origin = day.true_place();
+    let origin = day.true_position();
     day.drive(start, &[[40.0, -1.5]]);
     day.finish(FIRST);
-    let Some(known) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
+    let Some(prior_map) = day.lockstep.map(FIRST).cloned() else { panic!("not kept") };
 
     let mut day = Day::on(SiteName::Twins, 0, start, 52, None);
-    day.lockstep.keep_map(known);
+    day.lockstep.keep_map(prior_map);
     day.order(CommandKind::Localise { map: FIRST, at: None });
     day.run(3.0);
     day.drive(start, &[[12.0, -1.5]]);
@@ -243,8 +243,8 @@ fn a_robot_that_is_carried_away_during_a_walk_relocalises_and_reaches_its_goal_b
     assert_eq!(day.refusals.len(), 1, "a walk must be refused while the pose is unknown");
     until_it_stands(&mut day, 90);
     assert_eq!((day.motion.clone(), day.localisation), (MotionState::Idle, LOCALISED));
-    let place = day.true_place() - origin;
-    assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
+    let position = day.true_position() - origin;
+    assert!((position.x - goal.x).hypot(position.y - goal.y) < 0.25, "{position}");
     let again = replay(day.lockstep.log().iter().cloned(), &mut Stack::new());
     assert_eq!(again.hex(), day.lockstep.digest().hex());
 }
@@ -263,13 +263,13 @@ fn a_walk_waits_while_the_lidar_is_blind_and_then_goes_on() {
         .simulator()
         .inject_fault(ScheduledFault::BlindLidar { from: now, until: now + Span::from_millis(20_000) });
     day.run(3.0);
-    let waits = day.true_place();
+    let waits = day.true_position();
     assert!(matches!(day.motion, MotionState::Waiting { .. }), "{:?}", day.motion);
     day.run(16.5);
-    assert!((day.true_place() - waits).norm() < 0.1, "the robot must not walk without seeing the ground");
+    assert!((day.true_position() - waits).norm() < 0.1, "the robot must not walk without seeing the ground");
     until_it_stands(&mut day, 30);
-    let place = day.true_place() - origin;
-    assert!((place.x - goal.x).hypot(place.y - goal.y) < 0.25, "{place}");
+    let position = day.true_position() - origin;
+    assert!((position.x - goal.x).hypot(position.y - goal.y) < 0.25, "{position}");
     assert_eq!(day.localisation, LOCALISED);
 }
 
@@ -325,7 +325,7 @@ fn past_the_end_of_a_short_map() -> (Day, Vector3) {
     let session = Some(SessionId(uuid::Uuid::from_u128(1)));
     let mut day = Day::begin(at([29.0, 21.5], 0.0), 1, session);
     day.run(1.0);
-    let origin = day.true_place();
+    let origin = day.true_position();
     push(&mut day, -0.8, 0.0, 20);
     assert!(day.finish(FIRST).graph.nodes.len() >= 2);
     push(&mut day, -0.8, 0.3, 20);
@@ -344,10 +344,11 @@ fn in_a_map_that_was_just_made_the_robot_is_localised_within_two_seconds() {
 #[test]
 fn beyond_the_end_of_a_map_the_robot_localises_after_walking() {
     let (mut day, origin) = past_the_end_of_a_short_map();
-    let (truth, known) = (day.lockstep.simulator().truth().site_from_base, day.lockstep.map(FIRST).cloned());
+    let (truth, prior_map) =
+        (day.lockstep.simulator().truth().site_from_base, day.lockstep.map(FIRST).cloned());
     let yaw = 2.0 * truth.orientation.z.atan2(truth.orientation.w);
     let mut other = Day::among(2, Start { position: Vec3 { z: 0.0, ..truth.position }, yaw }, 7, None);
-    other.lockstep.keep_map(known.unwrap_or_else(|| panic!("the map was not kept")));
+    other.lockstep.keep_map(prior_map.unwrap_or_else(|| panic!("the map was not kept")));
     other.order(CommandKind::Localise { map: FIRST, at: None });
     other.run(3.0);
     let looking = LocalisationState::Relocalising { map: FIRST, hypotheses: 0 };

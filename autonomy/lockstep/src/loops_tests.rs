@@ -182,26 +182,26 @@ impl StackRun {
             .graph
             .nodes
             .iter()
-            .map(|node| (true_place(node.stamp), vec_from_plain(node.map_from_keyframe.position)))
+            .map(|node| (true_position(node.stamp), vec_from_plain(node.map_from_keyframe.position)))
             .collect();
         aligned_rmse(&pairs).unwrap_or(f64::NAN)
     }
 
     /// Greatest distance of a keyframe from its position in another graph, which must contain all of them, metres.
-    fn apart(&self, other: &PoseGraph) -> f64 {
-        let place = |stamp: Stamp| {
+    fn position_difference_m(&self, other: &PoseGraph) -> f64 {
+        let other_position = |stamp: Stamp| {
             let node = other.nodes.iter().find(|node| node.stamp == stamp);
             node.map(|node| node.map_from_keyframe.position).expect("a keyframe of both graphs")
         };
         let nodes = self.graph.nodes.iter();
         nodes
-            .map(|node| (node.map_from_keyframe.position, place(node.stamp)))
+            .map(|node| (node.map_from_keyframe.position, other_position(node.stamp)))
             .map(|(a, b)| (vec_from_plain(a) - vec_from_plain(b)).norm())
             .fold(0.0, f64::max)
     }
 }
 
-fn true_place(stamp: Stamp) -> Vector3 {
+fn true_position(stamp: Stamp) -> Vector3 {
     let truths = &walk().truths;
     let next = truths.partition_point(|truth| truth.stamp < stamp).clamp(1, truths.len() - 1);
     let (a, b) = (&truths[next - 1], &truths[next]);
@@ -334,12 +334,20 @@ fn a_person_rejects_loops_and_accepts_them_again() {
     }
     assert!(run.loops().is_empty());
     // Where odometry was dead reckoning, relinearisation leaves errors of millimetres.
-    assert!(run.apart(&by_odometry) < 5e-3, "{} m from the odometry", run.apart(&by_odometry));
+    assert!(
+        run.position_difference_m(&by_odometry) < 5e-3,
+        "{} m from the odometry",
+        run.position_difference_m(&by_odometry)
+    );
     for &(from, to) in &loops {
         assert_eq!(run.order(CommandKind::AcceptLoop { from, to }), None);
     }
     assert_eq!(run.loops(), loops);
-    assert!(run.apart(&closed) < 5e-3, "{} m from before", run.apart(&closed));
+    assert!(
+        run.position_difference_m(&closed) < 5e-3,
+        "{} m from before",
+        run.position_difference_m(&closed)
+    );
     assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 }
 

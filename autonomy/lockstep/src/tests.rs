@@ -78,7 +78,7 @@ fn operator(client: u128) -> Principal {
     Principal::operator(ClientId(Uuid::from_u128(client)))
 }
 
-fn apart(a: Vec3, b: Vec3) -> f64 {
+fn distance_m(a: Vec3, b: Vec3) -> f64 {
     (a.x - b.x).hypot(a.y - b.y)
 }
 
@@ -96,11 +96,11 @@ fn driving_by_hand_stops_half_a_second_after_the_last_command() {
         scene.run(0.1);
     }
     let driven = scene.true_position();
-    assert!(apart(start, driven) > 0.4, "moved {} m", apart(start, driven));
+    assert!(distance_m(start, driven) > 0.4, "moved {} m", distance_m(start, driven));
     scene.run(1.5);
     let stopped = scene.true_position();
     scene.run(1.0);
-    assert!(apart(stopped, scene.true_position()) < 0.02, "the robot still moves");
+    assert!(distance_m(stopped, scene.true_position()) < 0.02, "the robot still moves");
     assert_eq!(scene.motion, MotionState::Idle);
 }
 
@@ -118,7 +118,7 @@ fn a_walk_reaches_its_goal_and_the_estimate_is_right() {
     assert_eq!(*accepted, GoalStatus::Accepted);
     assert!(running.len() > 10 && running.iter().all(|status| matches!(status, GoalStatus::Running(_))));
     assert!(matches!(reached, GoalStatus::Succeeded(_)), "{reached:?}");
-    let moved = apart(start, scene.true_position());
+    let moved = distance_m(start, scene.true_position());
     let believed = scene.estimate.position.x.hypot(scene.estimate.position.y);
     assert!((moved - believed).abs() < 0.05, "moved {moved} m, believed {believed} m");
     assert!((believed - 3.04).abs() < 0.3, "believed {believed} m");

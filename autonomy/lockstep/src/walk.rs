@@ -152,8 +152,8 @@ impl Lockstep {
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
                 StackEffect::StartJob { job, work: Job::LoadMap { map, .. } } => {
-                    if let Some(known) = self.maps.get(&map) {
-                        self.keyframes.clone_from(&known.keyframes);
+                    if let Some(prior_map) = self.maps.get(&map) {
+                        self.keyframes.clone_from(&prior_map.keyframes);
                     }
                     self.read_map(job, map);
                 }
@@ -171,7 +171,7 @@ impl Lockstep {
                         self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
                     self.working.push((self.pace.ticks, JobDone { job, result }));
                 }
-                StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_place(&keyframe),
+                StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_keyframe(&keyframe),
                 StackEffect::Publish(_)
                 | StackEffect::Answer { .. }
                 | StackEffect::Commit { .. }
@@ -184,11 +184,12 @@ impl Lockstep {
 
     fn read_map(&mut self, job: u64, map: MapId) {
         let absent = || JobResult::Failed { reason: "there is no such map".to_owned() };
-        let result = self.maps.get(&map).map_or_else(absent, |known| JobResult::MapLoaded(Arc::clone(known)));
+        let result =
+            self.maps.get(&map).map_or_else(absent, |prior_map| JobResult::MapLoaded(Arc::clone(prior_map)));
         self.working.push((self.pace.ticks, JobDone { job, result }));
     }
 
-    fn keep_place(&mut self, keyframe: &Keyframe) {
+    fn keep_keyframe(&mut self, keyframe: &Keyframe) {
         if keyframe.id.0 == 0 {
             self.keyframes.clear();
         }
