@@ -44,7 +44,7 @@ pub struct BehaviourContext<'a> {
     /// Whether the ground was seen lately. A behaviour that walks by itself stands still while it was not.
     pub sees_ground: bool,
     /// Whether the robot's pose in the saved map is known and not in doubt.
-    pub is_place_known: bool,
+    pub is_localised: bool,
     /// Plan of localisation for finding the pose by walking.
     pub exploration_hint: &'a ExplorationHint,
     /// Commanded velocity of the base in its own frame. Zero at the beginning of every update.

@@ -36,15 +36,15 @@ pub struct Situation {
     /// Whether a saved map is in use: the pose in it is known or searched for.
     pub is_in_saved_map: bool,
     /// Whether the pose in it is known and not in doubt.
-    pub is_place_known: bool,
+    pub is_localised: bool,
     /// Whether the pose in it is searched for, or may be wrong.
-    pub is_place_sought: bool,
+    pub is_pose_unconfirmed: bool,
     /// Plan of localisation for finding the pose by walking.
     pub exploration_hint: ExplorationHint,
 }
 
 /// Number of goal ids that are remembered, so that a repeated request has no effect.
-const KNOWN_GOALS: usize = 64;
+const RECENT_GOALS_MAX: usize = 64;
 
 /// The executive. Effects are appended in order of execution.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ pub struct Executive {
     entered: (Stamp, ExecutiveEvent),
     pub(crate) behaviour: Option<Box<dyn Behaviour>>,
     goal: Option<RunningGoal>,
-    known_goals: VecDeque<GoalId>,
+    recent_goals: VecDeque<GoalId>,
     stopped_by: Option<ClientId>,
     /// A walk that failed. It is kept until the next event.
     blocked: Option<(Vector3, GoalFailure)>,
@@ -106,7 +106,7 @@ impl Executive {
             entered: (Stamp::EPOCH, ExecutiveEvent::Started),
             behaviour: None,
             goal: None,
-            known_goals: VecDeque::new(),
+            recent_goals: VecDeque::new(),
             stopped_by: None,
             blocked: None,
             published: None,
@@ -132,7 +132,7 @@ impl Executive {
         situation: &Situation,
         effects: &mut Vec<StackEffect>,
     ) -> Result<(), String> {
-        if self.known_goals.contains(&id) {
+        if self.recent_goals.contains(&id) {
             return Ok(());
         }
         let is_refused = self
@@ -207,7 +207,7 @@ impl Executive {
 
     /// Updates the behaviour, which moves the robot. To be called at 20 Hz.
     pub fn update(&mut self, at: Stamp, situation: &Situation, effects: &mut Vec<StackEffect>) {
-        if self.state == ExecutiveState::Recovering && situation.is_place_known {
+        if self.state == ExecutiveState::Recovering && situation.is_localised {
             // Localisation reports a found pose only once. The pose may have been in doubt then, and after a restart of odometry there may be no
             // report.
             self.fire(at, ExecutiveEvent::PlaceFound, None, situation, effects);
@@ -218,7 +218,7 @@ impl Executive {
             frames: situation.frames,
             terrain: self.surroundings.terrain(),
             sees_ground: self.surroundings.sees_ground(at),
-            is_place_known: situation.is_place_known,
+            is_localised: situation.is_localised,
             exploration_hint: &situation.exploration_hint,
             velocity: Twist::default(),
         };
@@ -296,17 +296,14 @@ impl Executive {
     /// The behaviour of a new goal.
     fn begin(&self, at: Stamp, kind: GoalKind, situation: &Situation) -> Result<Box<dyn Behaviour>, String> {
         match kind {
-            GoalKind::WalkTo(_) if situation.is_place_sought => Err(texts::NOT_LOCALISED.to_owned()),
+            GoalKind::WalkTo(_) if situation.is_pose_unconfirmed => Err(texts::NOT_LOCALISED.to_owned()),
             GoalKind::WalkTo(point) if !point.is_finite() => Err(texts::POINT_NOT_FINITE.to_owned()),
             GoalKind::WalkTo(point) => {
                 let (terrain, frames) = (self.surroundings.terrain(), &situation.frames);
                 let walk = WalkBehaviour::begin(self.config.walk, at, terrain, frames, vec_from_plain(point));
                 walk.map(|walk| Box::new(walk) as Box<dyn Behaviour>).map_err(|error| error.to_string())
             }
-            GoalKind::Relocalise if !situation.is_place_sought => {
-                Err("The robot looks for its place in no map. Choose \"Use this map\" on a saved one first."
-                    .to_owned())
-            }
+            GoalKind::Relocalise if !situation.is_pose_unconfirmed => Err(texts::NO_POSE_TO_FIND.to_owned()),
             GoalKind::Relocalise => Ok(self.search(at)),
         }
     }
@@ -350,8 +347,8 @@ impl Executive {
                 && row.event == event
                 && match row.guard {
                     Guard::Always => true,
-                    Guard::GoalNeedsPlace => in_map && matches!(kind, Some(GoalKind::WalkTo(_))),
-                    Guard::GoalFindsPlace => in_map && kind == Some(GoalKind::Relocalise),
+                    Guard::GoalNeedsPose => in_map && matches!(kind, Some(GoalKind::WalkTo(_))),
+                    Guard::GoalFindsPose => in_map && kind == Some(GoalKind::Relocalise),
                     Guard::InSavedMap => in_map,
                     Guard::NotInSavedMap => !in_map,
                 }
@@ -375,7 +372,7 @@ impl Executive {
         self.taken.push(number);
         let row = &TABLE[number];
         if row.actions.contains(&Action::Refuse) {
-            return Err("Motion is stopped. Press \"Allow motion\" first.".to_owned());
+            return Err(texts::MOTION_STOPPED.to_owned());
         }
         if row.to != self.state {
             (self.state, self.entered) = (row.to, (at, event));
@@ -410,10 +407,10 @@ impl Executive {
             }
             Action::BeginGoal => {
                 if let Some((goal, behaviour)) = trigger.goal.take() {
-                    if self.known_goals.len() == KNOWN_GOALS {
-                        self.known_goals.pop_front();
+                    if self.recent_goals.len() == RECENT_GOALS_MAX {
+                        self.recent_goals.pop_front();
                     }
-                    self.known_goals.push_back(goal.id);
+                    self.recent_goals.push_back(goal.id);
                     self.behaviour = Some(behaviour);
                     effects.push(goal.update());
                     self.goal = Some(goal);
@@ -477,7 +474,7 @@ impl Executive {
         let Some(behaviour) = self.behaviour.take() else { return };
         let Some(goal) = &mut self.goal else { return };
         for attempt in behaviour.attempts() {
-            match goal.tried.iter_mut().find_map(|known| add(known, &attempt)) {
+            match goal.tried.iter_mut().find_map(|total| add(total, &attempt)) {
                 Some(()) => {}
                 None => goal.tried.push(attempt),
             }
@@ -512,10 +509,10 @@ impl RunningGoal {
     }
 }
 
-/// Adds an attempt to another one of the same kind.
-fn add(known: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
+/// Adds an attempt to `total` if both are of the same kind. Otherwise `None`.
+fn add(total: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
     let sum = |a: &mut Span, b: &Span| *a = *a + *b;
-    match (known, attempt) {
+    match (total, attempt) {
         (GoalAttempt::PlannedPaths(a), GoalAttempt::PlannedPaths(b))
         | (GoalAttempt::ExploredPaths(a), GoalAttempt::ExploredPaths(b)) => *a += b,
         (GoalAttempt::WaitedForPath(a), GoalAttempt::WaitedForPath(b))

@@ -88,7 +88,7 @@ pub struct RelocalisationBehaviour {
     searched_at: Option<Stamp>,
     walks: u32,
     /// The hint's path on which the robot got stuck.
-    barred: Option<Arc<[Vector3]>>,
+    blocked_hint: Option<Arc<[Vector3]>>,
     phase: Phase,
 }
 
@@ -121,7 +121,7 @@ impl RelocalisationBehaviour {
             searched: Span::ZERO,
             searched_at: Some(at),
             walks: 0,
-            barred: None,
+            blocked_hint: None,
             phase: Phase::Standing { since: at, tried: None },
         }
     }
@@ -149,7 +149,7 @@ impl RelocalisationBehaviour {
         if at - moved.0 > self.config.stuck_timeout {
             // The end of the path counts as visited, so that it is not chosen again.
             self.visited.extend(follower.path().last());
-            self.barred = hint.take().or(self.barred.take());
+            self.blocked_hint = hint.take().or(self.blocked_hint.take());
             return self.stand(at);
         }
         if at - *planned_at < self.config.replan_period {
@@ -181,7 +181,7 @@ impl RelocalisationBehaviour {
         hint: &ExplorationHint,
     ) -> Option<Piece> {
         let stands = match hint {
-            ExplorationHint { hypotheses: 2.., path: Some(way) } if way.is_empty() => Span::ZERO,
+            ExplorationHint { hypotheses: 2.., path: Some(path) } if path.is_empty() => Span::ZERO,
             ExplorationHint { hypotheses: 2.., path: Some(_) } => self.config.stand,
             _ if self.walks > 0 => self.config.stand,
             _ => self.config.first_stand,
@@ -198,16 +198,18 @@ impl RelocalisationBehaviour {
 
     /// A path to the farthest point of the hint's path, within the look-ahead distance, that a short path over seen ground reaches.
     fn follow_hint(&self, terrain: &ElevationMap, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
-        let way = hint.path.as_ref().filter(|way| {
-            hint.hypotheses > 1 && !self.barred.as_ref().is_some_and(|barred| Arc::ptr_eq(barred, way))
+        let hint_path = hint.path.as_ref().filter(|path| {
+            hint.hypotheses > 1
+                && !self.blocked_hint.as_ref().is_some_and(|blocked_hint| Arc::ptr_eq(blocked_hint, path))
         })?;
         let distance = |to: &Vector3| (to - here).xy().norm();
-        let nearest = (0..way.len()).min_by(|&a, &b| distance(&way[a]).total_cmp(&distance(&way[b])))?;
-        let mut along_m = distance(&way[nearest]);
+        let nearest = (0..hint_path.len())
+            .min_by(|&a, &b| distance(&hint_path[a]).total_cmp(&distance(&hint_path[b])))?;
+        let mut along_m = distance(&hint_path[nearest]);
         let mut ahead = Vec::new();
-        for (number, end) in way.iter().enumerate().skip(nearest) {
+        for (number, end) in hint_path.iter().enumerate().skip(nearest) {
             if number > nearest {
-                along_m += (end - way[number - 1]).xy().norm();
+                along_m += (end - hint_path[number - 1]).xy().norm();
             }
             if along_m > self.config.hint_ahead_m {
                 break;
@@ -221,7 +223,7 @@ impl RelocalisationBehaviour {
             let path = plan(&self.config.planner, terrain, here, end).ok()?;
             (length(&path) <= along_m + self.config.hint_detour_max_m).then_some(path)
         })?;
-        Some((Some(Arc::clone(way)), path))
+        Some((Some(Arc::clone(hint_path)), path))
     }
 
     /// A new path to the end of another one, on the terrain as it is known now. `None` if it is longer than the other path and much longer than
@@ -237,7 +239,7 @@ impl RelocalisationBehaviour {
 impl Behaviour for RelocalisationBehaviour {
     fn update(&mut self, context: &mut BehaviourContext<'_>) -> Poll<Outcome> {
         let at = context.at;
-        if context.is_place_known {
+        if context.is_localised {
             return Poll::Ready(Ok(()));
         }
         if !context.sees_ground {

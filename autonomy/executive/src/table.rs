@@ -24,9 +24,9 @@ pub enum Guard {
     /// No condition.
     Always,
     /// A saved map is in use, and the running goal needs the pose in it.
-    GoalNeedsPlace,
+    GoalNeedsPose,
     /// A saved map is in use, and the running goal is to find the pose in it.
-    GoalFindsPlace,
+    GoalFindsPose,
     /// A saved map is in use.
     InSavedMap,
     /// No saved map is in use.
@@ -95,7 +95,7 @@ use CancelReason::{DrivenByHand, MotionStopped, Replaced, Requested};
 use ExecutiveEvent as On;
 use ExecutiveState::{Executing, Idle, ManualDriving, Recovering, Stopped};
 use GoalFailure::MapReplaced;
-use Guard::{Always, GoalFindsPlace, GoalNeedsPlace, InSavedMap, NotInSavedMap};
+use Guard::{Always, GoalFindsPose, GoalNeedsPose, InSavedMap, NotInSavedMap};
 
 /// Every transition. The first row that fits is taken. An event without a row changes nothing.
 pub const TABLE: &[Transition] = &[
@@ -122,10 +122,10 @@ pub const TABLE: &[Transition] = &[
     row(Executing, On::BehaviourSucceeded, Always, Idle, &[SucceedGoal, StopRobot]),
     row(Executing, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
     row(Recovering, On::BehaviourFailed, Always, Idle, &[FailGoal, StopRobot]),
-    row(Executing, On::PlaceLost, GoalNeedsPlace, Recovering, &[SuspendGoal, StopRobot]),
+    row(Executing, On::PlaceLost, GoalNeedsPose, Recovering, &[SuspendGoal, StopRobot]),
     row(Recovering, On::PlaceFound, Always, Executing, &[ResumeGoal]),
-    row(Executing, On::OdometryRestarted, GoalNeedsPlace, Recovering, &[SuspendGoal, StopRobot]),
-    row(Executing, On::OdometryRestarted, GoalFindsPlace, Executing, &[RestartSearch, StopRobot]),
+    row(Executing, On::OdometryRestarted, GoalNeedsPose, Recovering, &[SuspendGoal, StopRobot]),
+    row(Executing, On::OdometryRestarted, GoalFindsPose, Executing, &[RestartSearch, StopRobot]),
     row(Recovering, On::OdometryRestarted, InSavedMap, Recovering, &[RestartSearch, StopRobot]),
     row(Executing, On::OdometryRestarted, NotInSavedMap, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
     row(Recovering, On::OdometryRestarted, NotInSavedMap, Idle, &[FailGoalBecause(MapReplaced), StopRobot]),
@@ -145,40 +145,40 @@ const fn row(
 
 /// States with descriptions, in order of precedence.
 const STATES: [(ExecutiveState, &str); 5] = [
-    (Stopped, "Somebody has stopped motion. The robot stands until somebody allows motion again."),
+    (Stopped, "A person has stopped motion. The robot stands until a person allows motion again."),
     (
         ManualDriving,
-        "A person drives. Each velocity counts until the next one, or until the watchdog's time has passed.",
+        "A person drives the robot by hand. Each velocity is valid until the next one, or until the watchdog time has passed.",
     ),
     (
         Recovering,
-        "The place in the saved map was lost under a goal. The goal waits while the robot looks for its place.",
+        "The pose in the saved map was lost during a goal. The goal waits while the robot searches for its pose.",
     ),
-    (Executing, "A goal is executed."),
+    (Executing, "The robot executes a goal."),
     (Idle, "The robot stands and is free to move."),
 ];
 
 /// Events with descriptions.
 const EVENTS: [(ExecutiveEvent, &str); 13] = [
-    (On::StopRequested, "Somebody stops motion. This needs no lease."),
-    (On::MotionAllowed, "Somebody allows motion again."),
-    (On::VelocityCommanded, "A velocity comes from whoever drives by hand."),
-    (On::VelocityTimedOut, "No velocity came for the watchdog's time of the robot profile."),
-    (On::LeaseLost, "The control lease went to somebody else, or was given back. Goals go on."),
+    (On::StopRequested, "A person stops motion. This needs no lease."),
+    (On::MotionAllowed, "A person allows motion again."),
+    (On::VelocityCommanded, "A velocity has arrived from the person who drives by hand."),
+    (On::VelocityTimedOut, "No velocity has arrived for the watchdog time of the robot profile."),
+    (On::LeaseLost, "The control lease has passed to another person, or was returned. Goals continue."),
     (
         On::GoalRequested,
-        "Somebody asks for a goal, and its behaviour can begin. A goal that cannot begin is refused.",
+        "A person requests a goal, and its behaviour can begin. A goal that cannot begin is refused.",
     ),
-    (On::CancelRequested, "Somebody cancels the running goal."),
-    (On::BehaviourSucceeded, "The behaviour of the goal has reached it."),
-    (On::BehaviourFailed, "The behaviour has given up."),
-    (On::PlaceLost, "Localisation has lost the place in the saved map."),
-    (On::PlaceFound, "Localisation knows the place in the saved map, and nothing speaks against it."),
+    (On::CancelRequested, "A person cancels the running goal."),
+    (On::BehaviourSucceeded, "The behaviour has reached the goal."),
+    (On::BehaviourFailed, "The behaviour has ended without reaching the goal."),
+    (On::PlaceLost, "Localisation has lost the pose in the saved map."),
+    (On::PlaceFound, "Localisation has found the pose in the saved map and has no reason to doubt it."),
     (
         On::OdometryRestarted,
-        "Odometry has begun anew, in a frame that has nothing to do with the one before.",
+        "Odometry has restarted. Its new frame has no known relation to the previous one.",
     ),
-    (On::MapReplaced, "Another map is in use, or none, or the map's frame has moved to another place."),
+    (On::MapReplaced, "Another map is in use, or no map is in use, or the map's frame has moved."),
 ];
 
 /// The text of `docs/executive.md`.
@@ -209,10 +209,10 @@ impl Guard {
     fn text(self) -> &'static str {
         match self {
             Always => "",
-            GoalNeedsPlace => "in a saved map, goal needs the place",
-            GoalFindsPlace => "in a saved map, goal is to find the place",
+            GoalNeedsPose => "in a saved map, goal needs the pose",
+            GoalFindsPose => "in a saved map, goal is to find the pose",
             InSavedMap => "in a saved map",
-            NotInSavedMap => "in no saved map",
+            NotInSavedMap => "not in a saved map",
         }
     }
 }
@@ -221,7 +221,7 @@ impl Action {
     fn text(self) -> &'static str {
         match self {
             Refuse => "refuse the command",
-            StopRobot => "stop the robot at once",
+            StopRobot => "stop the robot immediately",
             StandStill => "stand still",
             Drive => "drive",
             BeginGoal => "begin the goal",
@@ -229,14 +229,14 @@ impl Action {
             CancelGoal(MotionStopped) => "cancel the goal (motion stopped)",
             CancelGoal(DrivenByHand) => "cancel the goal (driven by hand)",
             CancelGoal(Replaced) => "cancel the goal (replaced)",
-            SucceedGoal => "the goal has succeeded",
-            FailGoal => "the goal has failed",
-            FailGoalBecause(MapReplaced) => "the goal has failed (map replaced)",
-            FailGoalBecause(GoalFailure::PathBlocked) => "the goal has failed (path blocked)",
-            FailGoalBecause(GoalFailure::PlaceNotFound) => "the goal has failed (place not found)",
-            SuspendGoal => "the goal waits; look for the place",
-            ResumeGoal => "go on with the goal",
-            RestartSearch => "begin to look for the place anew",
+            SucceedGoal => "end the goal (succeeded)",
+            FailGoal => "end the goal (failed)",
+            FailGoalBecause(MapReplaced) => "end the goal (failed: map replaced)",
+            FailGoalBecause(GoalFailure::PathBlocked) => "end the goal (failed: path blocked)",
+            FailGoalBecause(GoalFailure::PlaceNotFound) => "end the goal (failed: pose not found)",
+            SuspendGoal => "suspend the goal; search for the pose",
+            ResumeGoal => "resume the goal",
+            RestartSearch => "restart the search for the pose",
         }
     }
 }

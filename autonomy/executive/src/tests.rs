@@ -30,10 +30,11 @@ pub(crate) fn room() -> Vec<[f32; 3]> {
 }
 
 /// A thin post.
-pub(crate) fn post(place: &Vector3) -> impl Iterator<Item = [f32; 3]> + use<> {
-    let place = *place;
+pub(crate) fn post(position: &Vector3) -> impl Iterator<Item = [f32; 3]> + use<> {
+    let position = *position;
     (0..20_u8).flat_map(move |z| {
-        let at = |x: f64, y: f64| [(place.x + x) as f32, (place.y + y) as f32, 0.05 * f32::from(z) - 0.4];
+        let at =
+            |x: f64, y: f64| [(position.x + x) as f32, (position.y + y) as f32, 0.05 * f32::from(z) - 0.4];
         [at(0.0, 0.0), at(0.1, 0.0), at(-0.1, 0.0), at(0.0, 0.1), at(0.0, -0.1)]
     })
 }
@@ -59,8 +60,8 @@ impl Rig {
             situation: Situation {
                 frames,
                 is_in_saved_map: false,
-                is_place_known: false,
-                is_place_sought: false,
+                is_localised: false,
+                is_pose_unconfirmed: false,
                 exploration_hint: ExplorationHint::default(),
             },
             now: Stamp::EPOCH,
@@ -90,18 +91,18 @@ impl Rig {
     }
 
     /// The pose in a saved map is lost.
-    pub fn lose_place(&mut self) {
+    pub fn lose_pose(&mut self) {
         self.situation.is_in_saved_map = true;
-        self.situation.is_place_sought = true;
-        self.situation.is_place_known = false;
+        self.situation.is_pose_unconfirmed = true;
+        self.situation.is_localised = false;
         self.fire(ExecutiveEvent::PlaceLost);
     }
 
     /// The pose is found.
-    pub fn find_place(&mut self) {
+    pub fn find_pose(&mut self) {
         self.situation.is_in_saved_map = true;
-        self.situation.is_place_sought = false;
-        self.situation.is_place_known = true;
+        self.situation.is_pose_unconfirmed = false;
+        self.situation.is_localised = true;
         self.fire(ExecutiveEvent::PlaceFound);
     }
 
@@ -152,12 +153,12 @@ impl Rig {
         for _ in 0..(seconds * 20.0).round() as u32 {
             self.effects.clear();
             self.step(is_open);
-            track.push(self.place());
+            track.push(self.position());
         }
         track
     }
 
-    fn place(&self) -> Vector3 {
+    fn position(&self) -> Vector3 {
         self.situation.frames.odom_from_base.translation.vector
     }
 
@@ -205,11 +206,11 @@ fn a_walk_waits_while_the_robot_sees_nothing_and_then_goes_on() {
     let mut rig = Rig::in_room(shifted(10.0, 0.0));
     assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
     rig.run(1.0, &|_| true);
-    let before = rig.place();
+    let before = rig.position();
     rig.points.clear();
     rig.run(20.0, &|_| true);
     assert!(matches!(rig.motion, MotionState::Waiting { .. }));
-    let after = rig.place();
+    let after = rig.position();
     assert!((after - before).norm() < 1.4 && after.x < 2.3, "{after}");
     rig.points = room();
     rig.run(5.0, &|_| true);
@@ -221,23 +222,23 @@ fn a_walk_waits_while_the_robot_sees_nothing_and_then_goes_on() {
 fn a_robot_that_loses_its_pose_searches_on_seen_ground_and_resumes_its_goal() {
     let mut rig = Rig::in_room(shifted(10.0, 0.0));
     assert_eq!(rig.walk_to(13.0, 0.0), Ok(()));
-    rig.lose_place();
+    rig.lose_pose();
     assert!(
         rig.effects.contains(&StackEffect::Drive(messages::Drive::default())),
         "the robot must stop immediately"
     );
     let track = rig.run(2.0, &|_| true);
     assert!(
-        track.iter().all(|place| place.norm() < 0.01),
+        track.iter().all(|at| at.norm() < 0.01),
         "the robot must stand first, so that its surroundings can be recognised"
     );
     let track = rig.run(20.0, &|_| true);
     assert!(matches!(rig.motion, MotionState::Looking { goal: Some(_) }));
-    let far = track.iter().map(|place| place.norm()).fold(0.0, f64::max);
-    assert!(far > 2.0 && track.iter().all(|place| place.x.abs().max(place.y.abs()) < 3.6), "{far}");
+    let far = track.iter().map(|at| at.norm()).fold(0.0, f64::max);
+    assert!(far > 2.0 && track.iter().all(|at| at.x.abs().max(at.y.abs()) < 3.6), "{far}");
     // The found pose moves the map by 1 m.
     rig.situation.frames.map_from_odom = shifted(11.0, 0.0);
-    rig.find_place();
+    rig.find_pose();
     rig.run(12.0, &|_| true);
     assert_eq!(rig.motion, MotionState::Idle);
     assert!(
@@ -249,15 +250,15 @@ fn a_robot_that_loses_its_pose_searches_on_seen_ground_and_resumes_its_goal() {
 fn a_search_without_success_ends_and_a_stopped_robot_stays_stopped() {
     let mut rig = Rig::in_room(shifted(0.0, 0.0));
     assert_eq!(rig.walk_to(3.0, 0.0), Ok(()));
-    rig.lose_place();
+    rig.lose_pose();
     rig.run(180.0, &|_| true);
     assert!(matches!(rig.motion, MotionState::Blocked { .. }), "{:?}", rig.motion);
     assert_eq!(rig.start(GoalKind::Relocalise), Ok(()));
     rig.executive.stop(rig.now, operator(1), &rig.situation, &mut rig.effects);
-    rig.find_place();
+    rig.find_pose();
     assert!(rig.start(GoalKind::Relocalise).is_err());
-    let at = rig.place();
-    assert!(rig.run(5.0, &|_| true).iter().all(|place| (place - at).norm() < 1e-9));
+    let stopped = rig.position();
+    assert!(rig.run(5.0, &|_| true).iter().all(|at| (at - stopped).norm() < 1e-9));
     assert!(matches!(rig.motion, MotionState::Stopped { .. }));
 }
 
@@ -291,7 +292,7 @@ fn searching() -> (Rig, Vector3) {
 /// A robot in the room that has just started to search for its pose.
 fn searching_by(hint: ExplorationHint) -> Rig {
     let mut rig = Rig::in_room(shifted(0.0, 0.0));
-    rig.lose_place();
+    rig.lose_pose();
     rig.situation.exploration_hint = hint;
     assert_eq!(rig.start(GoalKind::Relocalise), Ok(()));
     rig
@@ -300,10 +301,10 @@ fn searching_by(hint: ExplorationHint) -> Rig {
 #[test]
 fn a_search_walks_round_a_new_obstacle_on_its_path() {
     let (mut rig, end) = searching();
-    let place = end * 0.6;
-    rig.points.extend(post(&place));
+    let obstacle = end * 0.6;
+    rig.points.extend(post(&obstacle));
     let track = rig.run(15.0, &|_| true);
-    let nearest = track.iter().map(|at| (at - place).xy().norm()).fold(f64::INFINITY, f64::min);
+    let nearest = track.iter().map(|at| (at - obstacle).xy().norm()).fold(f64::INFINITY, f64::min);
     let farthest = track.iter().map(|at| at.norm()).fold(0.0, f64::max);
     assert!(nearest > 0.3 && farthest > 1.5, "{nearest} m from it, {farthest} m away");
 }
@@ -311,27 +312,27 @@ fn a_search_walks_round_a_new_obstacle_on_its_path() {
 #[test]
 fn a_search_walks_elsewhere_when_an_unseen_obstacle_stops_it() {
     let (mut rig, end) = searching();
-    let that_way = end.normalize();
-    let track = rig.run(30.0, &|place: &Vector3| place.dot(&that_way) < 0.5);
-    let farthest = track.iter().map(|place| place.norm()).fold(0.0, f64::max);
+    let direction = end.normalize();
+    let track = rig.run(30.0, &|at: &Vector3| at.dot(&direction) < 0.5);
+    let farthest = track.iter().map(|at| at.norm()).fold(0.0, f64::max);
     assert!(farthest > 1.5, "{farthest} m");
 }
 
 /// Two hypotheses, and a path with two corners that distinguishes them.
-fn two_places() -> ExplorationHint {
-    let way = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
+fn two_hypotheses() -> ExplorationHint {
+    let path = [[0.0, 0.0], [0.0, 1.5], [0.0, 3.0], [-1.5, 3.0], [-3.0, 3.0]];
     ExplorationHint {
         hypotheses: 2,
-        path: Some(way.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()),
+        path: Some(path.map(|[x, y]| Vector3::new(x, y, -0.5)).into_iter().collect()),
     }
 }
 
 #[test]
 fn a_search_with_two_hypotheses_walks_the_distinguishing_path_without_standing() {
-    let track = searching_by(two_places()).run(12.0, &|_| true);
+    let track = searching_by(two_hypotheses()).run(12.0, &|_| true);
     assert!(
         track[20..].windows(10).take(100).all(|part| part[0] != part[9]),
-        "the robot must not stand on the way"
+        "the robot must not stand on its path"
     );
     let near =
         |x: f64, y: f64| track.iter().map(|at| (at.x - x).hypot(at.y - y)).fold(f64::INFINITY, f64::min);
@@ -354,7 +355,7 @@ fn a_search_stands_until_the_distinguishing_path_is_computed() {
 
 #[test]
 fn a_search_leaves_a_path_that_an_unseen_obstacle_blocks() {
-    let mut rig = searching_by(two_places());
+    let mut rig = searching_by(two_hypotheses());
     rig.run(1.0, &|_| true);
     let track = rig.run(25.0, &|at: &Vector3| at.y < 1.0);
     assert!(track.iter().any(|at| at.xy().norm() > 2.0), "the robot must leave the blocked path");

@@ -26,8 +26,8 @@ fn scenarios() -> Vec<(&'static str, ExpectFile)> {
         "stop_and_allow",
         "drive_by_hand",
         "lease",
-        "place_lost_and_found",
-        "place_not_found",
+        "pose_lost_and_found",
+        "pose_not_found",
         "path_blocked",
         "odometry_restarts",
         "map_replaced",
@@ -145,8 +145,8 @@ impl Player {
             }
             "map" => {
                 situation.is_in_saved_map = words[1] == "saved";
-                situation.is_place_known = situation.is_in_saved_map;
-                situation.is_place_sought = false;
+                situation.is_localised = situation.is_in_saved_map;
+                situation.is_pose_unconfirmed = false;
                 None
             }
             "sight" => {
@@ -156,14 +156,14 @@ impl Player {
             "wall" => {
                 // A row of posts through the room.
                 let posts = (-40..=40_i8).map(|y| Vector3::new(number(1), 0.1 * f64::from(y), 0.0));
-                let posts: Vec<_> = posts.flat_map(|place| post(&place)).collect();
+                let posts: Vec<_> = posts.flat_map(|position| post(&position)).collect();
                 self.rig.points.extend(posts);
                 None
             }
-            "place" => {
+            "pose" => {
                 match words[1] {
-                    "lost" => self.rig.lose_place(),
-                    _ => self.rig.find_place(),
+                    "lost" => self.rig.lose_pose(),
+                    _ => self.rig.find_pose(),
                 }
                 None
             }

@@ -366,8 +366,8 @@ impl Running {
         Situation {
             frames,
             is_in_saved_map: !self.localisation.is_idle(),
-            is_place_known: self.localisation.is_localised(),
-            is_place_sought: self.localisation.is_unconfirmed(),
+            is_localised: self.localisation.is_localised(),
+            is_pose_unconfirmed: self.localisation.is_unconfirmed(),
             exploration_hint: self.localisation.exploration_hint(),
         }
     }
