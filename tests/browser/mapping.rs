@@ -36,7 +36,7 @@ fn a_hall_is_mapped_saved_and_opened_again() {
     let keyframes_at_first = number(&mut page, "Keyframes").unwrap();
 
     drive_by_keys(&mut page, 2.0);
-    drive_by_stick(&mut page, 2.0);
+    drive_by_joystick(&mut page, 2.0);
     wait_for("the map to grow", WALK_LIMIT, || {
         let grown = number(&mut page, "Keyframes")? > keyframes_at_first
             && number(&mut page, "Points in map")? > points_at_first;
@@ -206,15 +206,15 @@ fn drive_by_keys(page: &mut Page, distance_m: f64) {
     page.key_up(Key::W);
 }
 
-/// Drags the on-screen stick ahead until the robot has walked `distance_m` more.
+/// Drags the joystick on the screen ahead until the robot has walked `distance_m` more.
 #[track_caller]
-fn drive_by_stick(page: &mut Page, distance_m: f64) {
+fn drive_by_joystick(page: &mut Page, distance_m: f64) {
     let goal = number(page, "Distance").unwrap_or(0.0) + distance_m;
-    let stick = page.control("group", "Drive stick");
-    let middle = page.middle(&stick).unwrap();
+    let joystick = page.control("group", "Joystick");
+    let middle = page.middle(&joystick).unwrap();
     page.press(middle);
     page.move_to(At { x: middle.x + 25.0, y: middle.y - 50.0 });
-    wait_for("the robot to walk by the stick", WALK_LIMIT, || {
+    wait_for("the robot to walk by the joystick", WALK_LIMIT, || {
         (number(page, "Distance")? >= goal).then_some(())
     });
     page.release(middle);

@@ -19,7 +19,7 @@ struct ClientAppConfig {
     decode_ms: f64,
     /// Interval of frames while nothing moves: shown ages and countdowns still change.
     idle_repaint: Duration,
-    /// Interval of frames while the robot is driven by hand: its velocity is read from stick and keys in every frame.
+    /// Interval of frames while the robot is driven by hand: its velocity is read from joystick and keys in every frame.
     drive_repaint: Duration,
 }
 

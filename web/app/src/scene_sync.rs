@@ -440,7 +440,7 @@ fn robot_state(config: &SceneSyncConfig, model: &Model) -> Option<RobotState> {
         orientation,
         ok: fresh && !model.is_stopped(),
         selected: model.selection() == Some(Selection::Robot),
-        accuracy: panels::words::position_sigma_m(&estimate.value),
+        accuracy: client_model::position_sigma_m(&estimate.value),
     })
 }
 

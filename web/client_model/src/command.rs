@@ -76,7 +76,7 @@ pub enum ClientCommand {
     ProposeLoop,
     /// At which poses the scans of the selected loop are drawn.
     SetScanOverlay(ScanOverlay),
-    /// The velocity that stick or keys command; `None` on release.
+    /// The velocity that joystick or keys command; `None` on release.
     SetVelocity(Option<Twist>),
     /// Walk to this point of the map, metres.
     WalkTo(Vec3),

@@ -266,7 +266,7 @@ impl Model {
         Some(estimate.age(self.now()).max(travelled))
     }
 
-    /// The velocity that the operator commands by hand; `None` while stick and keys are released.
+    /// The velocity that the operator commands by hand; `None` while joystick and keys are released.
     pub fn driven_velocity(&self) -> Option<Twist> {
         self.driving.velocity()
     }

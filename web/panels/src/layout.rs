@@ -130,3 +130,6 @@ pub(crate) fn area(name: &str, order: Order) -> egui::Area {
         .fade_in(false)
         .interactable(true)
 }
+
+#[cfg(test)]
+mod tests;

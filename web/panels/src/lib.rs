@@ -1,6 +1,9 @@
 //! What the operator sees and touches: egui views that read a [`client_model::Model`] and emit
-//! [`client_model::ClientCommand`]s. The only thing that they change themselves is [`PanelState`]: what is unfolded, and text that is
-//! not submitted yet.
+//! [`client_model::ClientCommand`]s. They change nothing themselves but [`PanelState`]: which tab is open, and text that is not
+//! submitted yet.
+//!
+//! `frame` draws the page and calls the panels of `features`, which says how to add one. `feature_panel` is the interface between the
+//! two.
 //!
 //! # Names of the controls
 //!
@@ -21,7 +24,7 @@
 //! | button (toggled) | `Session`, `Loops` | Map: parts of its card |
 //! | status | `Accepted loops`, `Under test loops`, `Rejected loops` | Loops |
 //! | button | `Add a loop`, then `Propose`, `Cancel adding` | Loops: two keyframes are chosen in between |
-//! | button (toggled) | `From the graph`, `Same place` | Loops, once two keyframes are chosen |
+//! | button (toggled) | `From the graph`, `Same position` | Loops, once two keyframes are chosen |
 //! | button | `Undo the decision` | Loops |
 //! | button (toggled) | `Loop FROM → TO: VERDICT. REASON` | Loops: one for each row in sight |
 //! | status | `Verdict`, `Overlap`, `Surfaces apart`, `Seen through`, `Best rival`, `Moved from the guess`, `Found by` | a loop's evidence |
@@ -31,7 +34,7 @@
 //! | button | `Back to live` | while looking at a saved map |
 //! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
 //! | button | `Cancel walk` | drive card, while walking |
-//! | group | `Drive stick` | drive card |
+//! | group | `Joystick` | drive card |
 //! | button | `Colour`, `Ceiling`, `Point size`, `Remembered views`, `Theme` | tools; each opens a menu |
 //! | button (toggled) | `Pose graph`, `Follow robot` | tools |
 //! | button | `Top view`, `Fit view`, `Keyboard shortcuts` | tools |
@@ -44,78 +47,65 @@
 //! | button | `Cancel goal`, `Dismiss the outcome` | Live, while there is a goal or an outcome |
 //! | alert | the sentence itself | notices and findings |
 
+pub mod format;
 pub mod icon;
 pub mod theme;
-pub mod words;
 
-mod banner;
 mod button;
-mod drive;
+mod feature_panel;
 mod features;
-mod help;
+mod frame;
 mod layout;
-mod live;
-mod map_card;
-mod rail;
-mod sensors;
-mod simulated_faults;
-mod state;
+mod message;
 mod text_input;
-mod top_bar;
 mod widgets;
 
 #[cfg(test)]
 mod test_support;
-#[cfg(test)]
-mod tests;
 
 pub use features::scene_labels::{SceneLabel, show_labels};
 pub use layout::{Layout, Width};
-pub use state::PanelState;
 pub use text_input::{
     TextInput, TextInputEvent, TextInputKind, TextInputRequest, TextInputResponse, TextInputs,
 };
 
-use client_model::{ClientCommand, Model, Screen};
-use features::view_settings;
+use client_model::{ClientCommand, Model};
+use feature_panel::{FrameState, PanelContext};
+use features::FeaturePanels;
 use theme::Tokens;
 
-/// Draws everything that floats over the scene. `out` receives what the person asks for.
-pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, out: &mut Vec<ClientCommand>) {
-    let tokens = Tokens::of(model.view_settings().theme);
-    let layout = Layout::of(ctx.content_rect());
-    state.text_inputs.begin_frame();
-    drive::shortcuts(ctx, model, out);
-    map_card::follow_selection(model, state, out);
-
-    top_bar::show(ctx, model, &tokens, &layout, state, out);
-    rail::show(ctx, model, &tokens, &layout, state, out);
-    view_settings::show(ctx, model, &tokens, &layout, state, out);
-    drive::show(ctx, model, &tokens, &layout, state, out);
-    drive::steer(ctx, model, state, out);
-    if layout.width == Width::Wide || state.drawer_open {
-        right_card(ctx, model, &tokens, &layout, state, out);
-    }
-    banner::show(ctx, model, &tokens, &layout, state.drawer_open, out);
-    help::show(ctx, &tokens, state);
-    state.text_inputs.end_frame();
+/// State of the panels between frames.
+#[derive(Debug, Default)]
+pub struct PanelState {
+    /// The bridge to the page's text inputs.
+    pub text_inputs: TextInputs,
+    /// The client's offset from UTC, seconds: for dates.
+    utc_offset_s: i64,
+    /// Which tabs are open and what is unfolded.
+    frame: FrameState,
+    /// What the panels of features keep.
+    features: FeaturePanels,
 }
 
-/// What the screen is about.
-fn right_card(
-    ctx: &egui::Context,
-    model: &Model,
-    tokens: &Tokens,
-    layout: &Layout,
-    state: &mut PanelState,
-    out: &mut Vec<ClientCommand>,
-) {
-    let name = match model.view.screen() {
-        Screen::Live => "Robot panel",
-        Screen::Map => "Map panel",
+impl PanelState {
+    /// For a page that lays its own inputs over the text fields.
+    pub fn for_page(utc_offset_s: i64) -> Self {
+        Self { utc_offset_s, text_inputs: TextInputs::new(true), ..Self::default() }
+    }
+}
+
+/// Shows everything that floats over the scene. `commands` receives the commands of the operator.
+pub fn show(ctx: &egui::Context, model: &Model, state: &mut PanelState, commands: &mut Vec<ClientCommand>) {
+    state.text_inputs.begin_frame();
+    let mut cx = PanelContext {
+        model,
+        tokens: &Tokens::of(model.view_settings().theme),
+        layout: &Layout::of(ctx.content_rect()),
+        utc_offset_s: state.utc_offset_s,
+        text_inputs: &mut state.text_inputs,
+        frame: &mut state.frame,
+        commands,
     };
-    layout::card(ctx, tokens, name, layout.card, |ui| match model.view.screen() {
-        Screen::Live => live::show(ui, model, tokens, state, out),
-        Screen::Map => map_card::show(ui, model, tokens, state, out),
-    });
+    frame::show(ctx, &mut state.features, &mut cx);
+    state.text_inputs.end_frame();
 }

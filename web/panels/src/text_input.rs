@@ -250,3 +250,6 @@ impl<'a> TextInput<'a> {
         TextInputResponse { changed: response.changed(), submitted: lost_focus && enter, lost_focus }
     }
 }
+
+#[cfg(test)]
+mod tests;

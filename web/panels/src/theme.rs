@@ -294,3 +294,6 @@ pub fn card(tokens: &Tokens) -> egui::Frame {
         .corner_radius(CornerRadius::same(CARD_RADIUS))
         .inner_margin(Margin::same(PADDING))
 }
+
+#[cfg(test)]
+mod tests;

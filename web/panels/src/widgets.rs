@@ -23,6 +23,14 @@ pub fn head(ui: &mut Ui, tokens: &Tokens, text: &str) {
     ui.ctx().accesskit_node_builder(response.id, |node| node.set_role(Role::Heading));
 }
 
+/// A line across, and the head of the section below it.
+pub(crate) fn section_head(ui: &mut Ui, tokens: &Tokens, text: &str) {
+    ui.add_space(8.0);
+    rule(ui, tokens);
+    ui.add_space(4.0);
+    head(ui, tokens, text);
+}
+
 /// A sentence, wrapped.
 pub fn sentence(ui: &mut Ui, tokens: &Tokens, text: &str) {
     ui.add(egui::Label::new(egui::RichText::new(text).size(theme::BODY).color(tokens.text)).wrap());

@@ -1,20 +1,91 @@
-//! The panels of features, a folder each: panel, texts by key, tests. A folder has the name of its slice in `client_model`. Only
-//! `scene_labels` has no slice: it labels what several features show in the scene.
+//! The panels of features, a folder each: panel, texts by key, tests. A folder has the name of its slice in `client_model` if it has
+//! one.
 //!
 //! # A new panel
 //!
-//! 1. A folder here, and its line in the list below.
-//! 2. One line where it is shown: in a card (`map_card`, `live`) or in the panel of another feature.
-//! 3. If it keeps something between frames: a struct in its folder, and its field in [`PanelState`](crate::PanelState).
+//! 1. A folder here, with a struct that implements [`FeaturePanel`]. The struct holds what the panel keeps between frames.
+//! 2. One line in the list at the end of this file. Its field in [`FeaturePanels`] and all calls of the frame follow from it.
+//!
+//! A tab of its own is a [`Tab`](crate::feature_panel::Tab) that the panel returns: the side card shows every tab that a panel names.
+//! `tabs` has those that several features share.
+//!
+//! Folders that the list does not name have no panel of their own: other panels and the top bar show them (control lease, imports,
+//! quality). `scene_labels` labels what several features show in the scene.
 
 pub(crate) mod alignment;
+pub(crate) mod connection;
+pub(crate) mod control;
+pub(crate) mod driving;
 pub(crate) mod goals;
 pub(crate) mod imports;
 pub(crate) mod localisation;
 pub(crate) mod loops;
+pub(crate) mod map_view;
 pub(crate) mod mapping;
 pub(crate) mod maps;
 pub(crate) mod notices;
+pub(crate) mod platform;
 pub(crate) mod quality;
+pub(crate) mod robot;
 pub(crate) mod scene_labels;
+pub(crate) mod selection;
+pub(crate) mod sensors;
+pub(crate) mod simulated_faults;
+pub(crate) mod tabs;
 pub(crate) mod view_settings;
+
+use crate::feature_panel::FeaturePanel;
+
+/// Makes [`FeaturePanels`] of the listed panels.
+macro_rules! panels_of {
+    ($($(#[$doc:meta])* $name:ident: $panel:ty,)*) => {
+        /// The panels of all features, a field each.
+        #[derive(Debug, Default)]
+        pub(crate) struct FeaturePanels {
+            $($(#[$doc])* pub(crate) $name: $panel,)*
+        }
+
+        impl FeaturePanels {
+            /// All panels, in the order of the list.
+            pub(crate) fn iter_mut(&mut self) -> impl Iterator<Item = &mut dyn FeaturePanel> {
+                [$(&mut self.$name as &mut dyn FeaturePanel,)*].into_iter()
+            }
+        }
+    };
+}
+
+// The order is that of the messages at the top of the scene, of the tabs of a screen, and of the sections in a tab.
+panels_of! {
+    /// The view tools.
+    view_settings: view_settings::ViewTools,
+    /// Driving by hand.
+    driving: driving::DrivingPanel,
+    /// The connection to the robot.
+    connection: connection::ConnectionPanel,
+    /// The saved map that is viewed.
+    map_view: map_view::MapViewPanel,
+    /// The mapping session.
+    mapping: mapping::MappingPanel,
+    /// The robot's state.
+    robot: robot::RobotPanel,
+    /// Goals and their outcomes.
+    goals: goals::GoalsPanel,
+    /// Setting the robot's pose.
+    localisation: localisation::LocalisationPanel,
+    /// Sensors and their findings.
+    sensors: sensors::SensorsPanel,
+    /// Faults of a simulated robot.
+    simulated_faults: simulated_faults::SimulatedFaultsPanel,
+    /// The robot's computer.
+    platform: platform::PlatformPanel,
+    /// Loops of the map under construction.
+    loops: loops::LoopsPanel,
+    /// Aligning one saved map to another.
+    alignment: alignment::AlignmentPanel,
+    /// Saved maps.
+    maps: maps::MapsPanel,
+    /// Notices.
+    notices: notices::NoticesPanel,
+    /// What is selected.
+    selection: selection::SelectionPanel,
+}

@@ -29,12 +29,12 @@ pub(crate) struct Teleoperation {
 }
 
 impl Teleoperation {
-    /// The commanded velocity; `None` while stick and keys are released.
+    /// The commanded velocity; `None` while joystick and keys are released.
     pub(crate) fn velocity(&self) -> Option<Twist> {
         self.velocity
     }
 
-    /// Stick or keys moved, or were released. Returns the velocity to send at once: on release zero, once.
+    /// Joystick or keys moved, or were released. Returns the velocity to send at once: on release zero, once.
     pub(crate) fn set_velocity(&mut self, now: ClientTime, velocity: Option<Twist>) -> Option<Twist> {
         let before = std::mem::replace(&mut self.velocity, velocity);
         match (before, velocity) {

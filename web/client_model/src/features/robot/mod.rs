@@ -31,5 +31,13 @@ impl Feature for RobotTelemetry {
     }
 }
 
+/// One standard deviation of the position in the worst horizontal direction, metres.
+pub fn position_sigma_m(estimate: &Estimate) -> f64 {
+    let covariance = &estimate.covariance.0;
+    let (xx, yy, xy) = (covariance[3][3], covariance[4][4], covariance[3][4]);
+    let largest = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
+    largest.max(0.0).sqrt()
+}
+
 #[cfg(test)]
 mod tests;

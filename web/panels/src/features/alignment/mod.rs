@@ -5,10 +5,12 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
-use crate::features::{imports, maps};
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::{imports, maps, tabs};
+use crate::message::show_message;
 use crate::theme::Tokens;
-use crate::{icon, widgets, words};
-use api::{Import, MAX_PAIR_RMS_M};
+use crate::{format, icon, widgets};
+use api::{Import, MAX_PAIR_RMS_M, Mapping};
 use client_model::{ClientCommand, MapAlignment, Model};
 use egui::Ui;
 use vocab::MapId;
@@ -17,6 +19,37 @@ use vocab::MapId;
 const LEAST_RESIDUAL_M: f64 = 1e-3;
 /// Pairs of points that an alignment needs.
 const MIN_PAIRS: usize = 2;
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct AlignmentPanel;
+
+impl FeaturePanel for AlignmentPanel {
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let is_picking = |alignment: &&MapAlignment| alignment.reference.is_some() && alignment.job.is_none();
+        let Some(alignment) = cx.model.alignment().filter(is_picking) else { return };
+        let (tokens, sentence) = (cx.tokens, next_step(cx.model, alignment));
+        show_message(ui, tokens, tokens.accent, icon::ARROWS_DOWN_UP, &sentence, |ui| {
+            if Button::new(texts::CANCEL_SHORT).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::CancelAlignment);
+            }
+        });
+    }
+
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::SESSION]
+    }
+
+    /// Shown in the place of the saved maps, and of the whole tab while nothing is mapped.
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let Some(alignment) = cx.model.alignment() else { return };
+        if *cx.model.mapping() != Mapping::Idle {
+            ui.add_space(4.0);
+            widgets::rule(ui, cx.tokens);
+        }
+        show(ui, cx.model, cx.tokens, alignment, cx.commands);
+    }
+}
 
 /// The button of the map that is viewed, if there is another map to align it to.
 pub(crate) fn show_offer(
@@ -38,13 +71,7 @@ pub(crate) fn show_offer(
 }
 
 /// The card while an alignment is prepared.
-pub(crate) fn show(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    out: &mut Vec<ClientCommand>,
-) {
+fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, alignment: &MapAlignment, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, &texts::align(maps::name(model, alignment.map)));
     match alignment.reference {
         None => show_references(ui, model, tokens, alignment.map, out),
@@ -88,9 +115,9 @@ fn show_agreement(
     reference: MapId,
 ) -> bool {
     widgets::fact(ui, tokens, texts::REFERENCE, maps::name(model, reference));
-    widgets::fact(ui, tokens, texts::PAIRS, &words::count(alignment.pairs.len() as u64));
+    widgets::fact(ui, tokens, texts::PAIRS, &format::count(alignment.pairs.len() as u64));
     let Some(residual_m) = alignment.rms_residual_m() else { return false };
-    widgets::fact(ui, tokens, texts::RESIDUAL, &words::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
+    widgets::fact(ui, tokens, texts::RESIDUAL, &format::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
     let contradictory = residual_m > MAX_PAIR_RMS_M;
     if contradictory {
         widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
@@ -164,7 +191,7 @@ fn has_points(alignment: &MapAlignment) -> bool {
 }
 
 /// What the operator does next.
-pub(crate) fn next_step(model: &Model, alignment: &MapAlignment) -> String {
+fn next_step(model: &Model, alignment: &MapAlignment) -> String {
     let Some(next) = alignment.next_map() else { return texts::ENOUGH_POINTS.to_owned() };
     let map = maps::name(model, next);
     if model.viewed_map() != Some(next) {

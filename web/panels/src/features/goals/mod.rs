@@ -5,15 +5,47 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::{robot, tabs};
+use crate::message::show_message;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{icon, words};
-use api::{ExecutiveState, Goal, GoalStatus};
+use crate::{format, icon};
+use api::{ExecutiveState, Goal, GoalStatus, Motion};
 use client_model::{ClientCommand, GoalOutcome, Model};
 use egui::{Color32, Role, Ui};
 
 /// Age of an outcome from which it is shown, seconds.
 const SHOWN_AGE_S: f64 = 1.0;
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct GoalsPanel;
+
+impl FeaturePanel for GoalsPanel {
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if cx.model.is_picking_goal() {
+            show_message(ui, cx.tokens, cx.tokens.accent, icon::MAP_PIN, texts::PICK_HINT, |_| {});
+        }
+    }
+
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::ROBOT]
+    }
+
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let (model, tokens) = (cx.model, cx.tokens);
+        let Some(executive) = model.goals.executive() else { return };
+        widgets::section_head(ui, tokens, texts::HEAD);
+        show_state_chip(ui, tokens, executive.state);
+        if let Some(goal) = model.goals.active() {
+            show_active(ui, model, tokens, goal, cx.commands);
+        }
+        if let Some(outcome) = model.goals.outcome() {
+            show_outcome(ui, model, tokens, outcome, cx.commands);
+        }
+    }
+}
 
 /// What the robot does, in a few words: the state of the executive; while it executes a goal or stands, the state of motion, which says more.
 pub(crate) fn heading(model: &Model) -> &'static str {
@@ -21,23 +53,24 @@ pub(crate) fn heading(model: &Model) -> &'static str {
         Some(executive) if !matches!(executive.state, ExecutiveState::Executing | ExecutiveState::Idle) => {
             texts::state(executive.state)
         }
-        _ => words::motion(model.robot.motion.as_ref().map(|motion| &motion.value)),
+        _ => robot::motion_text(model),
     }
 }
 
-/// The section of the card of Live.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    let Some(executive) = model.goals.executive() else { return };
-    ui.add_space(8.0);
-    widgets::rule(ui, tokens);
-    ui.add_space(4.0);
-    widgets::head(ui, tokens, texts::HEAD);
-    show_state_chip(ui, tokens, executive.state);
-    if let Some(goal) = model.goals.active() {
-        show_active(ui, model, tokens, goal, out);
+/// Shows the button that cancels the walk, or the one with which the operator picks where to walk.
+pub(crate) fn show_walk_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
+    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Looking { .. }) {
+        if Button::new(texts::CANCEL_WALK).icon(icon::X).wide(ui).show(ui, tokens).clicked() {
+            cx.commands.extend(model.goals.active().map(|goal| ClientCommand::CancelGoal(goal.id)));
+        }
+        return;
     }
-    if let Some(outcome) = model.goals.outcome() {
-        show_outcome(ui, model, tokens, outcome, out);
+    let is_picking = model.is_picking_goal();
+    let walk = Button::new(texts::WALK_TO_POINT).icon(icon::MAP_PIN).on(is_picking);
+    let enabled = !model.is_stopped() && model.is_connected();
+    if walk.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
+        cx.commands.push(ClientCommand::PickGoal(!is_picking));
     }
 }
 
@@ -60,7 +93,7 @@ fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &m
     fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind));
     if let GoalStatus::Running(progress) = &goal.status {
         if let Some(remaining_m) = progress.remaining_m {
-            fact(ui, tokens, texts::REMAINING, &words::distance(remaining_m));
+            fact(ui, tokens, texts::REMAINING, &format::distance(remaining_m));
         }
         if let Some(share) = model.goals.progress(goal) {
             show_progress(ui, tokens, share);
@@ -87,7 +120,7 @@ fn show_progress(ui: &mut Ui, tokens: &Tokens, share: f32) {
     ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_role(Role::ProgressIndicator);
         node.set_label(texts::PROGRESS);
-        node.set_value(words::share(share));
+        node.set_value(format::share(share));
     });
 }
 
@@ -103,7 +136,7 @@ fn show_outcome(
     let sentence = texts::outcome(goal);
     let tried = texts::tried(&goal.status);
     let age_s = model.now().since(outcome.ended);
-    let age = (age_s > SHOWN_AGE_S).then(|| texts::ago(&words::duration(age_s)));
+    let age = (age_s > SHOWN_AGE_S).then(|| texts::ago(&format::duration(age_s)));
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
         ui.horizontal(|ui| {

@@ -1,8 +1,11 @@
 //! Texts of goals, by key.
 
-use crate::words;
+use crate::format;
 use api::{CancelCause, ExecutiveState, Goal, GoalAttempt, GoalFailure, GoalKind, GoalStatus, WaitReason};
 
+pub(super) const WALK_TO_POINT: &str = "Walk to a point";
+pub(super) const CANCEL_WALK: &str = "Cancel walk";
+pub(super) const PICK_HINT: &str = "Click the floor where the robot shall walk.";
 pub(super) const HEAD: &str = "Goal";
 pub(super) const STATE: &str = "Executive";
 pub(super) const GOAL: &str = "Doing";
@@ -27,7 +30,7 @@ pub(super) fn state(state: ExecutiveState) -> &'static str {
 
 pub(super) fn goal(kind: GoalKind) -> String {
     match kind {
-        GoalKind::WalkTo(point) => format!("Walking to {}", words::place(&point)),
+        GoalKind::WalkTo(point) => format!("Walking to {}", format::position(&point)),
         GoalKind::Relocalise => "Relocalising".to_owned(),
     }
 }
@@ -53,7 +56,7 @@ pub(super) fn outcome_word(status: &GoalStatus) -> &'static str {
 pub(super) fn outcome(goal: &Goal) -> String {
     match &goal.status {
         GoalStatus::Succeeded { took, .. } => {
-            let took = words::duration(took.secs_f64());
+            let took = format::duration(took.secs_f64());
             match goal.kind {
                 GoalKind::WalkTo(_) => format!("The robot reached its goal in {took}."),
                 GoalKind::Relocalise => format!("The robot is localised after {took}."),
@@ -90,10 +93,10 @@ fn attempt(attempt: &GoalAttempt) -> String {
         GoalAttempt::PlannedPaths(1) => "1 path planned".to_owned(),
         GoalAttempt::PlannedPaths(paths) => format!("{paths} paths planned"),
         GoalAttempt::WaitedForPath(span) => {
-            format!("waited {} for a free path", words::duration(span.secs_f64()))
+            format!("waited {} for a free path", format::duration(span.secs_f64()))
         }
         GoalAttempt::SearchedForPlace(span) => {
-            format!("searched the map for {}", words::duration(span.secs_f64()))
+            format!("searched the map for {}", format::duration(span.secs_f64()))
         }
         GoalAttempt::ExploredPaths(1) => "1 path explored".to_owned(),
         GoalAttempt::ExploredPaths(paths) => format!("{paths} paths explored"),

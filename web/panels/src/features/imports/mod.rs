@@ -6,7 +6,7 @@ mod texts;
 
 use crate::button::Button;
 use crate::theme::{self, Tokens};
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use api::{Import, MapSummary};
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Response, Ui, vec2};
@@ -44,7 +44,7 @@ fn reference_map(model: &Model) -> Option<&MapSummary> {
 /// A running import: activity, progress, and a button that cancels it.
 fn show_running(ui: &mut Ui, tokens: &Tokens, activity: &str, share: f32, out: &mut Vec<ClientCommand>) {
     let share = share.clamp(0.0, 1.0);
-    let percent = words::share(share);
+    let percent = format::share(share);
     let response = show_activity(ui, tokens, activity, &percent);
     widgets::status_node(&response, texts::STATE, &texts::progress(activity, &percent));
     widgets::progress_bar(ui, tokens, share);

@@ -1,17 +1,125 @@
-//! Localisation in a saved map: using and leaving a map, setting the pose, relocalising.
+//! Localisation: how far the position can be trusted; using and leaving a saved map, setting the pose, relocalising.
 
 mod texts;
 
 use crate::button::Button;
-use crate::theme::Tokens;
-use crate::{icon, widgets};
+use crate::feature_panel::{FeaturePanel, PanelContext};
+use crate::message::show_message;
+use crate::theme::{self, Tokens, Weight};
+use crate::{Width, format, icon, widgets};
 use api::{Command, Localisation, MapSummary, Motion};
-use client_model::{ClientCommand, Model};
+use client_model::{ClientCommand, Model, position_sigma_m};
 use egui::Ui;
 
-/// The state of localisation in words.
-pub(crate) fn state_text(localisation: &Localisation) -> String {
-    texts::state(localisation)
+/// Greatest number of characters of a state that fits beside its name.
+const MAX_LINE_CHARS: usize = 24;
+/// Standard deviation of the position above which it is shown as uncertain, metres.
+const UNCERTAIN_SIGMA_M: f64 = 0.5;
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct LocalisationPanel;
+
+impl FeaturePanel for LocalisationPanel {
+    fn cancel(&mut self, cx: &mut PanelContext<'_>) -> bool {
+        let is_picking = cx.model.is_picking_pose();
+        if is_picking {
+            cx.commands.push(ClientCommand::PickPose(false));
+        }
+        is_picking
+    }
+
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if !cx.model.is_picking_pose() {
+            return;
+        }
+        let tokens = cx.tokens;
+        show_message(ui, tokens, tokens.accent, icon::NAVIGATION_ARROW, texts::SET_POSE_HINT, |ui| {
+            if Button::new(texts::CANCEL).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::PickPose(false));
+            }
+        });
+    }
+}
+
+/// The state of localisation: on the line of its name if it is short, else a sentence below.
+pub(crate) fn show_state(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+    let state = texts::state(&model.localisation());
+    if state.chars().count() <= MAX_LINE_CHARS {
+        widgets::fact(ui, tokens, texts::LOCALISATION, &state);
+        return;
+    }
+    widgets::tinted_box(ui, tokens, tokens.warn, |ui| {
+        let text = egui::RichText::new(&state).size(theme::BODY).color(tokens.text);
+        let response = ui.add(egui::Label::new(text).wrap());
+        widgets::status_node(&response, texts::LOCALISATION, &state);
+    });
+}
+
+/// How far the position in the top bar can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PositionQuality {
+    None,
+    Outdated,
+    Relocalising,
+    Uncertain,
+    Degenerate,
+    Good,
+}
+
+fn position_quality(model: &Model) -> PositionQuality {
+    let Some(estimate) = &model.robot.estimate else { return PositionQuality::None };
+    let localisation = model.localisation();
+    if !model.is_connected() {
+        PositionQuality::Outdated
+    } else if matches!(localisation, Localisation::Loading { .. } | Localisation::Relocalising { .. }) {
+        PositionQuality::Relocalising
+    } else if position_sigma_m(&estimate.value) > UNCERTAIN_SIGMA_M
+        || matches!(localisation, Localisation::Localised { degradation: Some(_), .. })
+    {
+        PositionQuality::Uncertain
+    } else if estimate.value.degenerate > 0 {
+        PositionQuality::Degenerate
+    } else {
+        PositionQuality::Good
+    }
+}
+
+/// Shows in the top bar how far the position can be trusted, with its accuracy.
+pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
+    let quality = position_quality(model);
+    let (icon, colour, text) = match quality {
+        PositionQuality::None => (icon::GPS_SLASH, tokens.dim, texts::NO_POSITION),
+        PositionQuality::Outdated => (icon::GPS_SLASH, tokens.bad, texts::LAST_POSITION),
+        PositionQuality::Relocalising => (icon::GPS_SLASH, tokens.warn, texts::RELOCALISING),
+        PositionQuality::Uncertain => (icon::WARNING, tokens.warn, texts::POSITION_UNCERTAIN),
+        PositionQuality::Degenerate => (icon::WARNING, tokens.warn, texts::FEW_LANDMARKS),
+        PositionQuality::Good => (icon::GPS_FIX, tokens.good, texts::LOCALISED),
+    };
+    let figure = position_figure(model, quality);
+    let value = format!("{text} {figure}");
+    let (shown_text, shown_figure) = match (cx.layout.width, quality) {
+        (Width::Narrow, PositionQuality::Uncertain) => (texts::POSITION_UNCERTAIN_SHORT, ""),
+        (Width::Narrow, _) => (text, ""),
+        _ => (text, figure.as_str()),
+    };
+    let parts = [
+        (icon, theme::ICON, Weight::Regular, colour),
+        (shown_text, theme::BODY, Weight::Regular, tokens.text),
+        (shown_figure, theme::BODY, Weight::Regular, tokens.dim),
+    ];
+    let response = widgets::status_line(ui, texts::POSITION, value.trim(), &parts);
+    response.on_hover_text(texts::POSITION_HINT);
+}
+
+/// The age of an outdated position, the accuracy of one that is known; else nothing.
+fn position_figure(model: &Model, quality: PositionQuality) -> String {
+    match (&model.robot.estimate, quality) {
+        (None, _) | (_, PositionQuality::None | PositionQuality::Relocalising) => String::new(),
+        (Some(estimate), PositionQuality::Outdated) => format::age(estimate.age(model.now())),
+        (Some(estimate), _) => format::accuracy(position_sigma_m(&estimate.value)),
+    }
 }
 
 /// The section of the map that is viewed.

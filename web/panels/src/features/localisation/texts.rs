@@ -2,10 +2,23 @@
 
 use api::{DegradationReason, Localisation};
 
+pub(super) const LOCALISATION: &str = "Localisation";
+pub(super) const POSITION: &str = "Position";
+pub(super) const POSITION_HINT: &str = "Accuracy is one standard deviation of the horizontal position";
+pub(super) const NO_POSITION: &str = "No position yet";
+pub(super) const LAST_POSITION: &str = "Last position";
+pub(super) const RELOCALISING: &str = "Relocalising";
+pub(super) const POSITION_UNCERTAIN: &str = "Position uncertain";
+pub(super) const POSITION_UNCERTAIN_SHORT: &str = "Uncertain";
+pub(super) const FEW_LANDMARKS: &str = "Few landmarks";
+pub(super) const LOCALISED: &str = "Localised";
 pub(super) const USE_SHORT: &str = "Use this map";
 pub(super) const USE_HINT: &str = "The robot localises itself in this map and plans its paths in it.";
 pub(super) const LEAVE_SHORT: &str = "Leave this map";
 pub(super) const SET_POSE: &str = "Set the pose";
+pub(super) const SET_POSE_HINT: &str =
+    "Press the floor where the robot stands and drag in the direction it faces.";
+pub(super) const CANCEL: &str = "Cancel";
 pub(super) const RELOCALISE: &str = "Relocalise";
 pub(super) const RELOCALISE_HINT: &str =
     "Walks a few metres at a time, over free floor, until the robot is localised.";
@@ -24,9 +37,9 @@ pub(super) fn state(localisation: &Localisation) -> String {
         Localisation::Idle => "In no map".to_owned(),
         Localisation::Loading { .. } => "Loading the map".to_owned(),
         Localisation::Relocalising { hypotheses: 0, .. } => "Relocalising".to_owned(),
-        Localisation::Relocalising { hypotheses: 1, .. } => "Relocalising: checking one place".to_owned(),
+        Localisation::Relocalising { hypotheses: 1, .. } => "Relocalising: checking one pose".to_owned(),
         Localisation::Relocalising { hypotheses, .. } => {
-            format!("Relocalising: {hypotheses} places are possible, the robot has to move")
+            format!("Relocalising: {hypotheses} poses are possible, the robot has to move")
         }
         Localisation::Localised { degradation: None, .. } => "Localised".to_owned(),
         Localisation::Localised { degradation: Some(reason), .. } => degradation(*reason).to_owned(),

@@ -4,7 +4,7 @@ use super::texts::{self, Quantity};
 use super::{obstacle, sign_of};
 use crate::button::{Button, Kind};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use api::{Command, LoopDecision, LoopVerdict};
 use client_model::{CameraMove, ClientCommand, CloudState, LoopPair, Model, ScanOverlay};
 use egui::{Align, Layout, ScrollArea, Ui, vec2};
@@ -178,7 +178,7 @@ fn show_quantities(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
     let (distance_m, angle_rad) = client_model::correction_of(decision);
     let measured: [(Quantity, String); 5] = [
         (texts::OVERLAP, texts::two_shares(decision.overlap)),
-        (texts::RESIDUAL, words::accuracy(f64::from(decision.residual))),
+        (texts::RESIDUAL, format::accuracy(f64::from(decision.residual))),
         (texts::FREE_SPACE_VIOLATION, texts::two_shares(decision.free_space_violation)),
         (texts::RUNNER_UP, texts::runner_up(decision.runner_up_ratio)),
         (texts::CORRECTION, texts::correction(distance_m, angle_rad)),

@@ -8,11 +8,13 @@ mod tests;
 mod texts;
 
 use crate::button::Button;
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::message::show_message;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use api::LoopVerdict;
-use client_model::{ClientCommand, LoopPair, LoopPick, Model, Selection};
-use egui::{Align2, Color32, CornerRadius, Sense, Ui, pos2, vec2};
+use client_model::{ClientCommand, LoopPair, Model, Screen, Selection};
+use egui::{Align2, Color32, Context, CornerRadius, Sense, Ui, pos2, vec2};
 
 /// Keyframes that the graph needs before a loop can be added by hand.
 const MIN_KEYFRAMES: usize = 3;
@@ -22,17 +24,62 @@ const MIN_KEYFRAMES: usize = 3;
 pub(crate) struct LoopsPanel {
     /// The loop to which the list was scrolled last.
     scrolled_to: Option<LoopPair>,
+    /// What was selected in the last frame. A newly selected loop opens its evidence.
+    last_selection: Option<Selection>,
 }
 
-/// The card of the part *Loops* of Map.
-pub(crate) fn show(
+/// The tab of loops.
+pub(crate) const TAB: Tab = Tab { screen: Screen::Map, name: texts::TAB, scrolls: false, row_spacing: 8.0 };
+
+impl FeaturePanel for LoopsPanel {
+    /// Opens the evidence of a loop that was selected since the last frame.
+    fn update(&mut self, _ctx: &Context, cx: &mut PanelContext<'_>) {
+        let selection = cx.model.selection();
+        let last = std::mem::replace(&mut self.last_selection, selection);
+        if selection != last && matches!(selection, Some(Selection::Loop(_))) {
+            cx.frame.open_tab(TAB);
+            cx.frame.drawer_open = true;
+            if cx.model.view.screen() != TAB.screen {
+                cx.commands.push(ClientCommand::ShowScreen(TAB.screen));
+            }
+        }
+    }
+
+    fn cancel(&mut self, cx: &mut PanelContext<'_>) -> bool {
+        let is_picking = cx.model.loop_pick().is_some();
+        if is_picking {
+            cx.commands.push(ClientCommand::PickLoopKeyframes(false));
+        }
+        is_picking
+    }
+
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let Some(pick) = cx.model.loop_pick() else { return };
+        let tokens = cx.tokens;
+        show_message(ui, tokens, tokens.accent, icon::GRAPH, &texts::step(pick), |ui| {
+            if Button::new(texts::CANCEL_SHORT).show(ui, tokens).clicked() {
+                cx.commands.push(ClientCommand::PickLoopKeyframes(false));
+            }
+        });
+    }
+
+    fn tabs(&self) -> &'static [Tab] {
+        &[TAB]
+    }
+
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        show_tab(ui, cx.model, cx.tokens, self, cx.commands);
+    }
+}
+
+/// The numbers, the list, and the evidence of the selected loop or the steps of adding one.
+fn show_tab(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
     panel: &mut LoopsPanel,
     out: &mut Vec<ClientCommand>,
 ) {
-    ui.spacing_mut().item_spacing.y = 8.0;
     if model.viewed_map().is_some() {
         show_saved_map(ui, model, tokens);
         return;
@@ -57,11 +104,6 @@ pub(crate) fn show(
     }
 }
 
-/// What the operator does next to add a loop by hand.
-pub(crate) fn next_step(pick: LoopPick) -> String {
-    texts::step(pick)
-}
-
 fn selected_loop(model: &Model) -> Option<LoopPair> {
     match model.selection() {
         Some(Selection::Loop(pair)) => Some(pair),
@@ -71,7 +113,7 @@ fn selected_loop(model: &Model) -> Option<LoopPair> {
 
 /// A saved map has edges but no evidence.
 fn show_saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let closed = words::count(model.displayed_map().graph.loops.len() as u64);
+    let closed = format::count(model.displayed_map().graph.loops.len() as u64);
     widgets::fact(ui, tokens, texts::SAVED_LOOPS, &closed);
     widgets::remark(ui, tokens, texts::SAVED_HINT);
 }
@@ -99,7 +141,7 @@ fn show_count(ui: &mut Ui, tokens: &Tokens, width: f32, verdict: LoopVerdict, nu
     let (sign, colour) = sign_of(verdict, tokens);
     let left = rect.left() + 10.0;
     widgets::icon_at(ui, pos2(left + 8.0, rect.top() + 17.0), sign, theme::ICON, colour);
-    let number = words::count(number as u64);
+    let number = format::count(number as u64);
     let (large, small) = (font(theme::HEAD, Weight::SemiBold), font(theme::SMALL, Weight::Regular));
     painter.text(pos2(left + 24.0, rect.top() + 17.0), Align2::LEFT_CENTER, &number, large, tokens.text);
     let name = texts::verdict(verdict);

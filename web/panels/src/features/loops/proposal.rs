@@ -3,7 +3,7 @@
 use super::{evidence, obstacle, texts};
 use crate::button::{Button, Kind};
 use crate::theme::Tokens;
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use client_model::{ClientCommand, LoopInitialGuess, LoopPair, LoopPick, Model};
 use egui::Ui;
 
@@ -32,7 +32,7 @@ pub(super) fn show(
 
 /// The pose from which the comparison starts.
 fn show_guess(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
-    widgets::fact(ui, tokens, texts::GRAPH_DISTANCE, &words::distance(graph_distance_m(model, pair)));
+    widgets::fact(ui, tokens, texts::GRAPH_DISTANCE, &format::distance(graph_distance_m(model, pair)));
     widgets::remark(ui, tokens, texts::INITIAL_GUESS);
     let choices = [
         (texts::GUESS_GRAPH, LoopInitialGuess::Graph),

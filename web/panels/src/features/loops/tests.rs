@@ -1,6 +1,6 @@
 //! The loops of a map: list, evidence, deciding, adding by hand.
 
-use crate::map_card::MapPart;
+use crate::features::tabs;
 use crate::test_support::{OTHER, TestClient, click, contrast, running, value};
 use crate::theme::Tokens;
 use api::LoopVerdict::{Accepted, Held, Rejected};
@@ -50,7 +50,7 @@ fn loops(decisions: Vec<LoopDecision>) -> TestClient {
         .event(Event::Graph(graph))
         .event(Event::Loops(LoopsChanged { reset: true, added: decisions }))
         .on(Screen::Map);
-    client.panels.map_card.part = MapPart::Loops;
+    client.panels.frame.open_tab(super::TAB);
     client
 }
 
@@ -106,7 +106,7 @@ fn the_evidence_has_a_unit_for_every_number() {
 #[test]
 fn a_loop_selected_in_the_scene_brings_its_evidence_forth() {
     let mut client = loops(vec![decided(5, 150, Held)]).on(Screen::Live);
-    client.panels.map_card.part = MapPart::Session;
+    client.panels.frame.open_tab(tabs::SESSION);
     let mut harness = client.shown(1024.0, 768.0);
     assert!(harness.query_by_label("Verdict").is_none());
     let selected = ClientEvent::Command(ClientCommand::Select(Some(Selection::Loop(pair(5, 150)))));

@@ -1,9 +1,11 @@
 //! Texts of loops, by key.
 
-use crate::words;
+use crate::format;
 use api::{LoopSource, LoopVerdict};
 use client_model::{LoopPair, LoopPick};
 use vocab::KeyframeId;
+
+pub(super) const TAB: &str = "Loops";
 
 // The list.
 pub(super) const ADD: &str = "Add a loop";
@@ -22,7 +24,7 @@ pub(super) const GRAPH_DISTANCE: &str = "Apart in the graph";
 pub(super) const INITIAL_GUESS: &str =
     "The pose from which the comparison starts. An error of one or two metres is small enough.";
 pub(super) const GUESS_GRAPH: &str = "From the graph";
-pub(super) const GUESS_SAME_POSITION: &str = "Same place";
+pub(super) const GUESS_SAME_POSITION: &str = "Same position";
 pub(super) const ADJACENT: &str =
     "These keyframes follow each other and are joined already. Choose two others.";
 pub(super) const PROPOSE: &str = "Propose";
@@ -158,7 +160,7 @@ pub(super) fn source(source: LoopSource) -> String {
 
 /// A share of each scan: `77 % and 63 %`.
 pub(super) fn two_shares([newer, older]: [f32; 2]) -> String {
-    format!("{} and {}", words::share(newer), words::share(older))
+    format!("{} and {}", format::share(newer), format::share(older))
 }
 
 /// How well another pose fits: `none`, `42 % as good`.
@@ -168,5 +170,5 @@ pub(super) fn runner_up(ratio: f32) -> String {
 
 /// A movement: `12 cm, 3.1°`.
 pub(super) fn correction(distance_m: f64, angle_rad: f64) -> String {
-    format!("{}, {:.1}°", words::accuracy(distance_m), angle_rad.to_degrees())
+    format!("{}, {:.1}°", format::accuracy(distance_m), angle_rad.to_degrees())
 }

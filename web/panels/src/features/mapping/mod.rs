@@ -5,10 +5,11 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
-use crate::features::{maps, quality};
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::{maps, quality, tabs};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{TextInput, TextInputs, icon, words};
+use crate::{TextInput, TextInputs, format, icon};
 use api::{Command, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{Ui, vec2};
@@ -34,8 +35,21 @@ struct Progress {
     on_known_ground: bool,
 }
 
-/// The section of the card of Map.
-pub(crate) fn show(
+impl FeaturePanel for MappingPanel {
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::SESSION]
+    }
+
+    /// Shown unless an alignment takes the whole tab while nothing is mapped.
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if *cx.model.mapping() != Mapping::Idle || cx.model.alignment().is_none() {
+            show_session(ui, cx.model, cx.tokens, self, cx.text_inputs, cx.commands);
+        }
+    }
+}
+
+/// The session in its state.
+fn show_session(
     ui: &mut Ui,
     model: &Model,
     tokens: &Tokens,
@@ -116,7 +130,7 @@ fn show_localising(ui: &mut Ui, tokens: &Tokens, hint: &str, distance_m: f64, ou
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, hint));
     let share = (distance_m / LOCALISING_DISTANCE_M).min(1.0) as f32;
     ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
-    fact(ui, tokens, texts::LOCALISING_DISTANCE, &words::distance(distance_m));
+    fact(ui, tokens, texts::LOCALISING_DISTANCE, &format::distance(distance_m));
     show_cancel(ui, tokens, out);
 }
 
@@ -151,11 +165,11 @@ fn show_progress(ui: &mut Ui, model: &Model, tokens: &Tokens, progress: &Progres
         show_state(ui, tokens, texts::RUNNING);
     });
     ui.spacing_mut().item_spacing.y = 4.0;
-    fact(ui, tokens, texts::ELAPSED, &words::elapsed(elapsed_s));
-    fact(ui, tokens, texts::DISTANCE, &words::distance(progress.distance_m));
-    fact(ui, tokens, texts::KEYFRAMES, &words::count(u64::from(progress.keyframes)));
+    fact(ui, tokens, texts::ELAPSED, &format::elapsed(elapsed_s));
+    fact(ui, tokens, texts::DISTANCE, &format::distance(progress.distance_m));
+    fact(ui, tokens, texts::KEYFRAMES, &format::count(u64::from(progress.keyframes)));
     fact(ui, tokens, texts::GROUND, texts::ground(progress.on_known_ground));
-    fact(ui, tokens, texts::POINTS, &words::points(model.live_map().tiles.points()));
+    fact(ui, tokens, texts::POINTS, &format::points(model.live_map().tiles.points()));
 }
 
 /// The name of the map, saving it, and discarding it.

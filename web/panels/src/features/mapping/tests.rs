@@ -26,7 +26,7 @@ fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
     assert_eq!(value(&harness, "Keyframes"), "41");
     assert_eq!(value(&harness, "Ground"), "New");
     assert_eq!(value(&harness, "Distance"), "12.3 m");
-    harness.state_mut().panels.mapping.map_name = " Pump hall ".into();
+    harness.state_mut().panels.features.mapping.map_name = " Pump hall ".into();
     click(&mut harness, "Finish and save");
     assert!(harness.state().emitted(&ClientCommand::FinishMapping { name: "Pump hall".into() }));
 }

@@ -5,9 +5,10 @@ mod tests;
 mod texts;
 
 use crate::button::Button;
-use crate::features::{alignment, imports, localisation};
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::{alignment, imports, localisation, tabs};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use api::{Command, MapSummary, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
@@ -22,14 +23,27 @@ pub(crate) fn name(model: &Model, map: MapId) -> &str {
     known.map_or(texts::UNKNOWN_MAP, |summary| &summary.name)
 }
 
-/// The section of the card of Map. Dates are shown at this offset from UTC, seconds.
-pub(crate) fn show(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    utc_offset_s: i64,
-    out: &mut Vec<ClientCommand>,
-) {
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct MapsPanel;
+
+impl FeaturePanel for MapsPanel {
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::SESSION]
+    }
+
+    /// Shown unless an alignment takes its place.
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        if cx.model.alignment().is_none() {
+            ui.add_space(4.0);
+            widgets::rule(ui, cx.tokens);
+            show_list(ui, cx.model, cx.tokens, cx.utc_offset_s, cx.commands);
+        }
+    }
+}
+
+/// The list, and importing a map. Dates are shown at this offset from UTC, seconds.
+fn show_list(ui: &mut Ui, model: &Model, tokens: &Tokens, utc_offset_s: i64, out: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, texts::HEAD);
     match model.maps().list() {
         None => widgets::remark(ui, tokens, texts::LOADING),
@@ -80,7 +94,7 @@ fn show_summary(ui: &mut Ui, tokens: &Tokens, utc_offset_s: i64, map: &MapSummar
             ui.spacing_mut().item_spacing.y = 2.0;
             let name = egui::RichText::new(&map.name).font(font(theme::BODY, Weight::Medium));
             ui.add(egui::Label::new(name.color(tokens.text)).truncate());
-            widgets::remark(ui, tokens, &words::date(map.created, utc_offset_s));
+            widgets::remark(ui, tokens, &format::date(map.created, utc_offset_s));
             widgets::remark(ui, tokens, &texts::size(map));
         });
     });

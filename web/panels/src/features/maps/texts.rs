@@ -1,6 +1,6 @@
 //! Texts of saved maps, by key.
 
-use crate::words;
+use crate::format;
 use api::MapSummary;
 
 pub(super) const HEAD: &str = "Saved maps";
@@ -31,11 +31,11 @@ pub(super) fn entry(map: &str) -> String {
 
 /// Value of an entry in the accessible tree.
 pub(super) fn entry_value(map: &MapSummary, utc_offset_s: i64) -> String {
-    format!("{}, {}", words::date(map.created, utc_offset_s), words::distance(map.distance))
+    format!("{}, {}", format::date(map.created, utc_offset_s), format::distance(map.distance))
 }
 
 /// Travelled distance, points and bytes of a map. An imported map has no travelled distance.
 pub(super) fn size(map: &MapSummary) -> String {
-    let size = format!("{} points · {}", words::points(map.points), words::bytes(map.bytes));
-    if map.distance > 0.0 { format!("{} · {size}", words::distance(map.distance)) } else { size }
+    let size = format!("{} points · {}", format::points(map.points), format::bytes(map.bytes));
+    if map.distance > 0.0 { format!("{} · {size}", format::distance(map.distance)) } else { size }
 }

@@ -5,19 +5,27 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
-use crate::sensors::{severity_colour, severity_icon};
+use crate::feature_panel::{FeaturePanel, PanelContext};
+use crate::features::sensors::{severity_colour, severity_icon};
 use crate::theme::Tokens;
-use crate::{icon, widgets, words};
+use crate::{format, icon, widgets};
 use client_model::{ClientCommand, Model, ShownNotice};
 use egui::{Align, Layout, Response, Ui};
 
 /// Age from which a notice shows its age, seconds.
 const SHOWN_AGE_S: f64 = 10.0;
 
-/// All notices that are visible, one below the other.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
-    for notice in model.notices().visible() {
-        ui.push_id(notice.id, |ui| show_notice(ui, model, tokens, notice, out));
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct NoticesPanel;
+
+impl FeaturePanel for NoticesPanel {
+    /// All notices that are visible, one below the other.
+    fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let (model, tokens) = (cx.model, cx.tokens);
+        for notice in model.notices().visible() {
+            ui.push_id(notice.id, |ui| show_notice(ui, model, tokens, notice, cx.commands));
+        }
     }
 }
 
@@ -56,7 +64,7 @@ fn show_text(ui: &mut Ui, model: &Model, tokens: &Tokens, notice: &ShownNotice) 
     let response = ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(tokens.text)).wrap());
     let age_s = model.now().since(notice.since);
     let repetitions = (notice.times > 1).then(|| texts::repetitions(notice.times));
-    let age = (age_s > SHOWN_AGE_S).then(|| words::age(age_s));
+    let age = (age_s > SHOWN_AGE_S).then(|| format::age(age_s));
     let remarks: Vec<String> = repetitions.into_iter().chain(age).collect();
     if !remarks.is_empty() {
         widgets::remark(ui, tokens, &remarks.join(" · "));

@@ -7,7 +7,7 @@ mod texts;
 use crate::button::Button;
 use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};
-use crate::{icon, words};
+use crate::{format, icon};
 use api::SurveyTarget;
 use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Ui, vec2};
@@ -22,10 +22,10 @@ const LEAST_SIGMA_M: f64 = 1e-3;
 /// The section of a running mapping session.
 pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
     let quality = model.quality();
-    fact(ui, tokens, texts::FLOOR_COVERED, &words::area(quality.covered_m2));
+    fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
     if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
-        let value = words::accuracy(f64::from(worst_sigma_m).max(LEAST_SIGMA_M));
+        let value = format::accuracy(f64::from(worst_sigma_m).max(LEAST_SIGMA_M));
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {

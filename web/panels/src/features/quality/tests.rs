@@ -22,8 +22,8 @@ fn survey_targets_are_listed_and_can_be_walked_to() {
     let mut harness = client.on(Screen::Map).shown(1440.0, 1200.0);
     assert_eq!(value(&harness, "Floor covered"), "412 m²");
     assert_eq!(value(&harness, "Known to"), "0.42 m");
-    assert_eq!(value(&harness, "Place 1 worth a walk"), "34 m² seen from afar only");
-    assert!(value(&harness, "Place 2 worth a walk").contains("0.42 m only"));
-    click(&mut harness, "Walk to place 1");
+    assert_eq!(value(&harness, "Suggested walk 1"), "34 m² seen from afar only");
+    assert!(value(&harness, "Suggested walk 2").contains("0.42 m only"));
+    click(&mut harness, "Walk to position 1");
     assert!(harness.state().emitted(&ClientCommand::WalkTo(at)));
 }

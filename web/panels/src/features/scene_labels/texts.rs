@@ -1,6 +1,6 @@
 //! Texts of the labels in the scene, by key: names for the accessible tree, and tags.
 
-use crate::words;
+use crate::format;
 use api::SurveyReason;
 use vocab::KeyframeId;
 
@@ -13,18 +13,18 @@ pub(super) fn robot_tag(speed_m_s: f64) -> String {
 }
 
 pub(super) fn goal_tag(remaining_m: f64) -> String {
-    format!("Goal · {}", words::distance(remaining_m))
+    format!("Goal · {}", format::distance(remaining_m))
 }
 
 pub(super) fn survey_target(number: usize) -> String {
-    format!("Place {number} worth a walk, in the scene")
+    format!("Suggested walk {number}, in the scene")
 }
 
-/// Why a place is worth walking to.
+/// Why a walk is suggested.
 pub(super) fn survey_target_tag(reason: SurveyReason) -> String {
     match reason {
-        SurveyReason::FromAfar(area_m2) => format!("Seen from afar only · {}", words::area(area_m2)),
-        SurveyReason::Uncertain(sigma_m) => format!("Known to {} only", words::accuracy(sigma_m)),
+        SurveyReason::FromAfar(area_m2) => format!("Seen from afar only · {}", format::area(area_m2)),
+        SurveyReason::Uncertain(sigma_m) => format!("Known to {} only", format::accuracy(sigma_m)),
     }
 }
 
@@ -42,7 +42,7 @@ pub(super) fn keyframe(id: KeyframeId) -> String {
 
 pub(super) fn keyframe_tag(id: KeyframeId, sigma_m: Option<f64>) -> String {
     match sigma_m {
-        Some(sigma_m) => format!("{} · known to {}", keyframe(id), words::accuracy(sigma_m)),
+        Some(sigma_m) => format!("{} · known to {}", keyframe(id), format::accuracy(sigma_m)),
         None => keyframe(id),
     }
 }

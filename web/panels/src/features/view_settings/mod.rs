@@ -6,10 +6,11 @@ mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};
+use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::theme::Tokens;
-use crate::{Layout, PanelState, Width, icon};
+use crate::{Width, icon, layout};
 use client_model::{CameraMove, ClientCommand, Model, ViewSettings};
-use egui::{Align2, Response, Ui};
+use egui::{Align2, Context, Response, Ui};
 
 /// What the panel keeps between frames.
 #[derive(Debug, Default)]
@@ -20,62 +21,53 @@ pub(crate) struct ViewTools {
     bookmark_name: String,
 }
 
-/// The tool column at the left edge.
-pub(crate) fn show(
-    ctx: &egui::Context,
-    model: &Model,
-    tokens: &Tokens,
-    layout: &Layout,
-    state: &mut PanelState,
-    out: &mut Vec<ClientCommand>,
-) {
-    let is_narrow = layout.width == Width::Narrow;
-    if is_narrow && state.drawer_open {
-        return;
-    }
-    crate::layout::hung_card(ctx, tokens, texts::TOOLS, layout.tools, Align2::LEFT_TOP, |ui| {
-        ui.spacing_mut().item_spacing = egui::vec2(4.0, 4.0);
-        let tools = &mut state.view_settings;
-        if is_narrow {
-            let button = Button::icon_only(texts::TOOLS, icon::SLIDERS_HORIZONTAL).on(tools.is_open);
-            tools.is_open ^= button.show(ui, tokens).clicked();
+impl FeaturePanel for ViewTools {
+    /// The tool column at the left edge.
+    fn show_card(&mut self, ctx: &Context, cx: &mut PanelContext<'_>) {
+        if cx.is_covered_by_sheet() {
+            return;
         }
-        if !is_narrow || tools.is_open {
-            let mut edited = model.view_settings().clone();
-            show_tools(ui, model, tokens, state, &mut edited, out);
-            if edited != *model.view_settings() {
-                out.push(ClientCommand::EditView(edited));
+        let (tokens, position) = (cx.tokens, cx.layout.tools);
+        let is_narrow = cx.layout.width == Width::Narrow;
+        layout::hung_card(ctx, tokens, texts::TOOLS, position, Align2::LEFT_TOP, |ui| {
+            ui.spacing_mut().item_spacing = egui::vec2(4.0, 4.0);
+            if is_narrow {
+                let button = Button::icon_only(texts::TOOLS, icon::SLIDERS_HORIZONTAL).on(self.is_open);
+                self.is_open ^= button.show(ui, tokens).clicked();
             }
-        }
-        if !is_narrow && tool(ui, tokens, texts::KEYBOARD_SHORTCUTS, icon::KEYBOARD).clicked() {
-            state.help_open = !state.help_open;
-        }
-    });
+            if !is_narrow || self.is_open {
+                let mut edited = cx.model.view_settings().clone();
+                self.show_tools(ui, &mut edited, cx);
+                if edited != *cx.model.view_settings() {
+                    cx.commands.push(ClientCommand::EditView(edited));
+                }
+            }
+            if !is_narrow && tool(ui, tokens, texts::KEYBOARD_SHORTCUTS, icon::KEYBOARD).clicked() {
+                cx.frame.help_open = !cx.frame.help_open;
+            }
+        });
+    }
 }
 
-/// The buttons that fit on every window.
-fn show_tools(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    state: &mut PanelState,
-    edited: &mut ViewSettings,
-    out: &mut Vec<ClientCommand>,
-) {
-    menus::show_colour(ui, tokens, edited);
-    menus::show_ceiling(ui, tokens, edited);
-    menus::show_point_size(ui, tokens, edited);
-    show_switches(ui, model, tokens, edited, out);
-    for (name, icon, camera_move) in [
-        (texts::TOP_VIEW, icon::SQUARE_HALF, CameraMove::Top),
-        (texts::FIT_VIEW, icon::CORNERS_OUT, CameraMove::Fit),
-    ] {
-        if tool(ui, tokens, name, icon).clicked() {
-            out.push(ClientCommand::MoveCamera(camera_move));
+impl ViewTools {
+    /// The buttons that fit on every window.
+    fn show_tools(&mut self, ui: &mut Ui, edited: &mut ViewSettings, cx: &mut PanelContext<'_>) {
+        let tokens = cx.tokens;
+        menus::show_colour(ui, tokens, edited);
+        menus::show_ceiling(ui, tokens, edited);
+        menus::show_point_size(ui, tokens, edited);
+        show_switches(ui, cx.model, tokens, edited, cx.commands);
+        for (name, icon, camera_move) in [
+            (texts::TOP_VIEW, icon::SQUARE_HALF, CameraMove::Top),
+            (texts::FIT_VIEW, icon::CORNERS_OUT, CameraMove::Fit),
+        ] {
+            if tool(ui, tokens, name, icon).clicked() {
+                cx.commands.push(ClientCommand::MoveCamera(camera_move));
+            }
         }
+        menus::show_bookmarks(ui, tokens, self, cx.text_inputs, edited, cx.commands);
+        menus::show_theme(ui, tokens, edited);
     }
-    menus::show_bookmarks(ui, tokens, &mut state.view_settings, &mut state.text_inputs, edited, out);
-    menus::show_theme(ui, tokens, edited);
 }
 
 /// The switches of the pose graph and of following the robot.

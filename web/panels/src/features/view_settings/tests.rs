@@ -41,7 +41,7 @@ fn a_view_is_remembered_under_the_name_typed_or_a_number() {
     for (typed, expected) in [(" Pump hall ", "Pump hall"), ("", "View 1")] {
         let mut harness = TestClient::connected().shown(1440.0, 900.0);
         click(&mut harness, "Remembered views");
-        harness.state_mut().panels.view_settings.bookmark_name = typed.into();
+        harness.state_mut().panels.features.view_settings.bookmark_name = typed.into();
         click(&mut harness, "Remember this view");
         let save = ClientCommand::MoveCamera(CameraMove::SaveBookmark(expected.into()));
         assert!(harness.state().emitted(&save), "{:?}", harness.state().commands);

@@ -1,6 +1,5 @@
-//! Numbers and states in the operator's words. Every number carries its unit.
+//! Numbers as text, each with its unit.
 
-use api::{Battery, Estimate, Motion, Severity};
 use vocab::{Stamp, Vec3};
 
 /// Metres: `0.4 m`, `12.3 m`, `1.24 km`.
@@ -120,48 +119,26 @@ fn civil_from_days(days: i64) -> (i64, usize, i64) {
     (year_of_era + era * 400 + i64::from(month <= 2), month as usize, day)
 }
 
-/// A place in the map.
-pub fn place(place: &Vec3) -> String {
+/// A position, `1.2, -3.4, 0.0 m`.
+pub fn position(position: &Vec3) -> String {
     // What rounds to zero has no sign.
-    let [x, y, z] = place.to_array().map(|c| (c * 10.0).round() / 10.0 + 0.0);
+    let [x, y, z] = position.to_array().map(|c| (c * 10.0).round() / 10.0 + 0.0);
     format!("{x:.1}, {y:.1}, {z:.1} m")
 }
 
-/// One standard deviation of the position, the worst horizontal direction, metres.
-pub fn position_sigma_m(estimate: &Estimate) -> f64 {
-    let c = &estimate.covariance.0;
-    let (xx, yy, xy) = (c[3][3], c[4][4], c[3][4]);
-    let largest = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
-    largest.max(0.0).sqrt()
+/// A speed, `0.8 m/s`.
+pub fn speed(speed_mps: f64) -> String {
+    format!("{speed_mps:.1} m/s")
 }
 
-/// What the robot does; `None` before it spoke.
-pub fn motion(motion: Option<&Motion>) -> &'static str {
-    let Some(motion) = motion else { return "No report yet" };
-    match motion {
-        Motion::Idle => "Standing",
-        Motion::Stopped { .. } => "Motion stopped",
-        Motion::Teleoperated => "Driven by hand",
-        Motion::Walking { .. } => "Walking",
-        Motion::Waiting { .. } => "Waiting to see",
-        Motion::Looking { .. } => "Relocalising",
-        Motion::Blocked { .. } => "Path blocked",
-    }
+/// A rate: `9.9 Hz` below twenty, `200 Hz` above.
+pub fn rate(rate_hz: f32) -> String {
+    if rate_hz < 20.0 { format!("{rate_hz:.1} Hz") } else { format!("{rate_hz:.0} Hz") }
 }
 
-/// Time left, or until full.
-pub fn battery_left(battery: &Battery) -> Option<String> {
-    let left = duration(battery.left?.secs_f64());
-    Some(if battery.charging { format!("full in {left}") } else { format!("{left} left") })
-}
-
-/// How bad.
-pub fn severity(severity: Severity) -> &'static str {
-    match severity {
-        Severity::Info => "Note",
-        Severity::Warning => "Warning",
-        Severity::Error => "Error",
-    }
+/// A share as a whole number, `63 %`.
+pub fn percent(share: f32) -> String {
+    format!("{:.0} %", share * 100.0)
 }
 
 /// A share: `0.4 %` below ten, `63 %` above.
@@ -169,3 +146,6 @@ pub fn share(share: f32) -> String {
     let percent = share * 100.0;
     if percent < 9.95 && percent > 0.0 { format!("{percent:.1} %") } else { format!("{percent:.0} %") }
 }
+
+#[cfg(test)]
+mod tests;

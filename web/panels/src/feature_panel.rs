@@ -1,0 +1,95 @@
+//! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
+
+use crate::layout::{Layout, Width};
+use crate::text_input::TextInputs;
+use crate::theme::Tokens;
+use client_model::{ClientCommand, Model, Screen};
+use egui::{Context, Ui};
+
+/// What a panel reads and writes in a frame.
+pub(crate) struct PanelContext<'a> {
+    /// State of the client. Read only.
+    pub(crate) model: &'a Model,
+    /// Colours of the theme.
+    pub(crate) tokens: &'a Tokens,
+    /// Positions of the cards.
+    pub(crate) layout: &'a Layout,
+    /// The client's offset from UTC, seconds.
+    pub(crate) utc_offset_s: i64,
+    /// The bridge to the text inputs of the page.
+    pub(crate) text_inputs: &'a mut TextInputs,
+    /// Which tab is open and what is unfolded.
+    pub(crate) frame: &'a mut FrameState,
+    /// Receives the commands of the operator.
+    pub(crate) commands: &'a mut Vec<ClientCommand>,
+}
+
+impl PanelContext<'_> {
+    /// Whether the side card covers the cards at the left: on narrow windows it is a sheet over the whole width.
+    pub(crate) fn is_covered_by_sheet(&self) -> bool {
+        self.layout.width == Width::Narrow && self.frame.drawer_open
+    }
+}
+
+/// A tab of the side card on one screen. A screen with one tab shows no choice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Tab {
+    /// The screen that has the tab.
+    pub(crate) screen: Screen,
+    /// Text of the button that opens the tab. Unique on its screen.
+    pub(crate) name: &'static str,
+    /// Whether the frame scrolls the tab as a whole. Otherwise its section scrolls what it needs to.
+    pub(crate) scrolls: bool,
+    /// Vertical distance between rows, points.
+    pub(crate) row_spacing: f32,
+}
+
+/// Which tabs are open and what is unfolded.
+#[derive(Debug, Default)]
+pub(crate) struct FrameState {
+    /// Below 1100 px: whether the side card is shown.
+    pub(crate) drawer_open: bool,
+    /// Whether the list of keyboard shortcuts is shown.
+    pub(crate) help_open: bool,
+    /// The tab that was opened last on each screen.
+    open_tabs: Vec<Tab>,
+}
+
+impl FrameState {
+    /// Opens a tab on its screen.
+    pub(crate) fn open_tab(&mut self, tab: Tab) {
+        self.open_tabs.retain(|open| open.screen != tab.screen);
+        self.open_tabs.push(tab);
+    }
+
+    /// The tab that was opened last on a screen; `None` before one was.
+    pub(crate) fn tab_of(&self, screen: Screen) -> Option<Tab> {
+        self.open_tabs.iter().copied().find(|tab| tab.screen == screen)
+    }
+}
+
+/// The panel of a feature, with what it keeps between frames. Every method has a default that shows nothing.
+pub(crate) trait FeaturePanel {
+    /// Reads keys and follows changes of the model. Called once per frame, before anything is shown.
+    fn update(&mut self, _ctx: &Context, _cx: &mut PanelContext<'_>) {}
+
+    /// Escape was pressed: cancels what is unfinished. Returns whether there was anything; only the first panel that has something
+    /// cancels.
+    fn cancel(&mut self, _cx: &mut PanelContext<'_>) -> bool {
+        false
+    }
+
+    /// Shows a card of its own over the scene.
+    fn show_card(&mut self, _ctx: &Context, _cx: &mut PanelContext<'_>) {}
+
+    /// Shows messages at the top of the scene.
+    fn show_messages(&mut self, _ui: &mut Ui, _cx: &mut PanelContext<'_>) {}
+
+    /// The tabs in which the feature has a section.
+    fn tabs(&self) -> &'static [Tab] {
+        &[]
+    }
+
+    /// Shows the section of the feature in one of [`Self::tabs`].
+    fn show_section(&mut self, _tab: Tab, _ui: &mut Ui, _cx: &mut PanelContext<'_>) {}
+}

@@ -1,0 +1,58 @@
+//! The control lease: who controls the robot, taking control and releasing it.
+
+mod texts;
+
+use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
+use crate::theme::{self, Weight};
+use crate::{Width, icon, widgets};
+use client_model::ClientCommand;
+use egui::Ui;
+
+/// Shows the button of the top bar that takes or releases control.
+pub(crate) fn show_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    if cx.model.has_control() {
+        let release = Button::new(texts::RELEASE).text(texts::RELEASE_SHORT).kind(Kind::Quiet);
+        let release = release.hint(texts::RELEASE_HINT).enabled(cx.model.is_connected());
+        if release.size(0.0, 40.0).show(ui, cx.tokens).clicked() {
+            cx.commands.push(ClientCommand::ReleaseControl);
+        }
+        return;
+    }
+    let hint = if cx.model.is_controlled_by_other() { texts::TAKE_OVER_HINT } else { texts::TAKE_HINT };
+    let take = Button::new(texts::TAKE).hint(hint).enabled(cx.model.is_connected());
+    if take.size(0.0, 40.0).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::TakeControl);
+    }
+}
+
+/// Says that another operator controls the robot. On narrow windows the button to take control stands below, as the top bar lacks it.
+pub(crate) fn show_controlled_by_other(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let sentence = texts::controlled_by(cx.model.control().holder_name());
+    widgets::remark(ui, cx.tokens, &sentence);
+    if cx.layout.width != Width::Narrow {
+        return;
+    }
+    let take = Button::new(texts::TAKE).wide(ui).enabled(cx.model.is_connected());
+    if take.show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::TakeControl);
+    }
+}
+
+/// Shows in the top bar who controls the robot.
+pub(crate) fn show_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
+    let holder = match model.control().owner() {
+        None => texts::NOBODY,
+        Some(_) if model.has_control() => texts::YOU,
+        Some(_) => model.control().holder_name(),
+    };
+    let colour = if model.has_control() { tokens.accent } else { tokens.text };
+    let (icon, label) = if cx.layout.width == Width::Wide { ("", texts::CONTROL) } else { (icon::USER, "") };
+    let parts = [
+        (icon, theme::ICON, Weight::Regular, tokens.dim),
+        (label, theme::BODY, Weight::Regular, tokens.dim),
+        (holder, theme::BODY, Weight::Medium, colour),
+    ];
+    widgets::status_line(ui, texts::CONTROL, holder, &parts);
+}

@@ -1,0 +1,98 @@
+//! The robot's state: motion, map, position, speed and battery.
+
+mod texts;
+
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::{connection, localisation, tabs};
+use crate::theme::{self, Tokens, Weight};
+use crate::widgets::{self, fact, fact_with_note};
+use crate::{Width, format, icon};
+use client_model::{Model, position_sigma_m};
+use egui::{Color32, Ui};
+
+/// Charge below which the battery is shown as almost empty, 0 to 1.
+const CRITICAL_CHARGE: f32 = 0.1;
+/// Charge below which the battery is shown as low, 0 to 1.
+const LOW_CHARGE: f32 = 0.25;
+/// Charge below which the icon of the battery is half full, 0 to 1.
+const MEDIUM_CHARGE: f32 = 0.6;
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct RobotPanel;
+
+impl FeaturePanel for RobotPanel {
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::ROBOT]
+    }
+
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let (model, tokens) = (cx.model, cx.tokens);
+        widgets::head(ui, tokens, texts::HEAD);
+        fact(ui, tokens, texts::MOTION, motion_text(model));
+        if let api::Motion::Blocked { reason, .. } = model.motion() {
+            widgets::tinted_box(ui, tokens, tokens.warn, |ui| widgets::sentence(ui, tokens, reason));
+        }
+        if let Some(map) = model.localisation().map() {
+            let map = model.maps().get(map).map_or(texts::DELETED_MAP, |map| map.name.as_str());
+            fact(ui, tokens, texts::MAP, map);
+            localisation::show_state(ui, model, tokens);
+        }
+        show_estimate(ui, model, tokens);
+    }
+}
+
+/// What the robot does, in a few words.
+pub(crate) fn motion_text(model: &Model) -> &'static str {
+    texts::motion(model.robot.motion.as_ref().map(|motion| &motion.value))
+}
+
+/// Horizontal speed of the robot, m/s; 0 before the first estimate.
+pub(crate) fn speed_mps(model: &Model) -> f64 {
+    model.robot.estimate.as_ref().map_or(0.0, |estimate| {
+        let velocity = estimate.value.velocity.linear;
+        velocity.x.hypot(velocity.y)
+    })
+}
+
+/// Speed, position, accuracy and distance. Those that change fast carry their age when it is not live.
+fn show_estimate(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+    let Some(estimate) = &model.robot.estimate else {
+        widgets::remark(ui, tokens, texts::NO_ESTIMATE);
+        return;
+    };
+    let age = connection::stale_age_s(model).map(format::age);
+    let note = age.as_deref().map(|age| (age, tokens.warn));
+    let position = &estimate.value.map_from_base.position;
+    fact_with_note(ui, tokens, texts::SPEED, &format::speed(speed_mps(model)), note);
+    fact_with_note(ui, tokens, texts::POSITION, &format::position(position), note);
+    fact(ui, tokens, texts::ACCURACY, &format::accuracy(position_sigma_m(&estimate.value)));
+    fact(ui, tokens, texts::DISTANCE, &format::distance(estimate.value.distance));
+}
+
+/// Shows the battery in the top bar.
+pub(crate) fn show_battery_status(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let Some(battery) = &cx.model.robot.battery else { return };
+    let tokens = cx.tokens;
+    let (icon, colour) = battery_icon(&battery.value, tokens);
+    let charge = format::percent(battery.value.charge);
+    let time_left = texts::battery_time_left(&battery.value).unwrap_or_default();
+    let value = format!("{charge} {time_left}");
+    let shown_time = if cx.layout.width == Width::Wide { time_left.as_str() } else { "" };
+    let parts = [
+        (icon, theme::ICON, Weight::Regular, colour),
+        (charge.as_str(), theme::BODY, Weight::Regular, tokens.text),
+        (shown_time, theme::BODY, Weight::Regular, tokens.dim),
+    ];
+    widgets::status_line(ui, texts::BATTERY, value.trim(), &parts);
+}
+
+fn battery_icon(battery: &api::Battery, tokens: &Tokens) -> (&'static str, Color32) {
+    match battery.charge {
+        _ if battery.charging => (icon::BATTERY_CHARGING, tokens.good),
+        charge if charge < CRITICAL_CHARGE => (icon::BATTERY_WARNING, tokens.bad),
+        charge if charge < LOW_CHARGE => (icon::BATTERY_LOW, tokens.warn),
+        charge if charge < MEDIUM_CHARGE => (icon::BATTERY_MEDIUM, tokens.text),
+        _ => (icon::BATTERY_FULL, tokens.text),
+    }
+}

@@ -1,0 +1,18 @@
+//! What is selected in the scene: Escape deselects it.
+
+use crate::feature_panel::{FeaturePanel, PanelContext};
+use client_model::ClientCommand;
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct SelectionPanel;
+
+impl FeaturePanel for SelectionPanel {
+    fn cancel(&mut self, cx: &mut PanelContext<'_>) -> bool {
+        let is_selected = cx.model.selection().is_some();
+        if is_selected {
+            cx.commands.push(ClientCommand::Select(None));
+        }
+        is_selected
+    }
+}

@@ -1,0 +1,56 @@
+//! Faults that can be injected into a simulated robot, to see how it recovers.
+
+#[cfg(test)]
+mod tests;
+mod texts;
+
+use crate::button::Button;
+use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
+use crate::features::tabs;
+use crate::widgets;
+use api::SimulatedFault;
+use client_model::ClientCommand;
+use egui::Ui;
+use vocab::Span;
+
+/// Time without a sensor. The other sensors carry the odometry over several metres meanwhile.
+const SENSOR_OUTAGE: Span = Span::from_millis(20_000);
+/// Time for which the feet slip.
+const SLIP: Span = Span::from_millis(5_000);
+
+/// The faults in the order of their buttons.
+const FAULTS: [SimulatedFault; 6] = [
+    SimulatedFault::CoverLidar(SENSOR_OUTAGE),
+    SimulatedFault::SilenceLidar(SENSOR_OUTAGE),
+    SimulatedFault::SilenceImu(SENSOR_OUTAGE),
+    SimulatedFault::SlipFeet(SLIP),
+    SimulatedFault::CarryAway,
+    SimulatedFault::End,
+];
+
+/// The panel. It keeps nothing between frames.
+#[derive(Debug, Default)]
+pub(crate) struct SimulatedFaultsPanel;
+
+impl FeaturePanel for SimulatedFaultsPanel {
+    fn tabs(&self) -> &'static [Tab] {
+        &[tabs::ROBOT]
+    }
+
+    fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
+        let is_simulated = cx.model.platform.report().is_some_and(|platform| platform.site.is_some());
+        if !is_simulated {
+            return;
+        }
+        widgets::section_head(ui, cx.tokens, texts::HEAD);
+        widgets::remark(ui, cx.tokens, texts::HINT);
+        for fault in FAULTS {
+            let is_pending = cx.model.is_pending(|command| *command == api::Command::InjectFault(fault));
+            let name = texts::fault(fault);
+            let button = Button::new(&name).enabled(cx.model.is_connected() && !is_pending).wide(ui);
+            if button.show(ui, cx.tokens).clicked() {
+                cx.commands.push(ClientCommand::InjectFault(fault));
+            }
+        }
+    }
+}

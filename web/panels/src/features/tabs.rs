@@ -1,0 +1,10 @@
+//! The tabs of the side card in which several features have sections. A tab of one feature only is defined in its folder.
+
+use crate::feature_panel::Tab;
+use client_model::Screen;
+
+/// What the robot reports of itself.
+pub(crate) const ROBOT: Tab = Tab { screen: Screen::Live, name: "Robot", scrolls: true, row_spacing: 6.0 };
+
+/// The mapping session and the saved maps.
+pub(crate) const SESSION: Tab = Tab { screen: Screen::Map, name: "Session", scrolls: true, row_spacing: 8.0 };

@@ -1,0 +1,34 @@
+//! The frame of the page: top bar, rail, side card, messages, keyboard shortcuts and help. It shows what the panels of features offer.
+
+mod help;
+mod messages;
+mod rail;
+mod shortcuts;
+mod side_card;
+#[cfg(test)]
+mod tests;
+mod texts;
+mod top_bar;
+
+use crate::feature_panel::PanelContext;
+use crate::features::FeaturePanels;
+use crate::layout::Width;
+use egui::Context;
+
+/// Shows the frame with the panels of all features.
+pub(crate) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    shortcuts::handle(ctx, panels, cx);
+    for panel in panels.iter_mut() {
+        panel.update(ctx, cx);
+    }
+    top_bar::show(ctx, cx);
+    rail::show(ctx, cx);
+    for panel in panels.iter_mut() {
+        panel.show_card(ctx, cx);
+    }
+    if cx.layout.width == Width::Wide || cx.frame.drawer_open {
+        side_card::show(ctx, panels, cx);
+    }
+    messages::show(ctx, panels, cx);
+    help::show(ctx, cx);
+}

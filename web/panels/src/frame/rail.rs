@@ -1,0 +1,51 @@
+//! The rail: one button for each screen.
+
+use super::texts;
+use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
+use crate::layout::{self, Width};
+use crate::{icon, theme};
+use client_model::{ClientCommand, Screen};
+use egui::{Align, Context, Direction, Order, Ui, Vec2, vec2};
+
+/// Distance between buttons, points.
+const BUTTON_SPACING: f32 = 4.0;
+
+/// The screens, with name and icon.
+const SCREENS: [(Screen, &str, &str); 2] =
+    [(Screen::Live, texts::LIVE, icon::BROADCAST), (Screen::Map, texts::MAP, icon::MAP_TRIFOLD)];
+
+/// Shows the rail; on narrow windows a bar at the bottom.
+pub(super) fn show(ctx: &Context, cx: &mut PanelContext<'_>) {
+    let (tokens, rect) = (cx.tokens, cx.layout.rail);
+    let is_narrow = cx.layout.width == Width::Narrow;
+    layout::area(texts::SCREENS, Order::Middle).fixed_pos(rect.min).show(ctx, |ui| {
+        theme::card(tokens).inner_margin(4).show(ui, |ui| {
+            let inside = rect.size() - Vec2::splat(8.0 + 2.0 * tokens.line_width);
+            ui.set_min_size(inside);
+            ui.set_max_size(inside);
+            let direction = if is_narrow { Direction::LeftToRight } else { Direction::TopDown };
+            ui.with_layout(egui::Layout::from_main_dir_and_cross_align(direction, Align::Center), |ui| {
+                ui.spacing_mut().item_spacing = Vec2::splat(BUTTON_SPACING);
+                let size = if is_narrow {
+                    vec2(inside.x / SCREENS.len() as f32 - BUTTON_SPACING, 46.0)
+                } else {
+                    vec2(inside.x, 56.0)
+                };
+                for (screen, name, icon) in SCREENS {
+                    show_entry(ui, cx, screen, name, icon, size);
+                }
+            });
+        });
+    });
+}
+
+fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, screen: Screen, name: &str, icon: &str, size: Vec2) {
+    let is_shown = cx.model.view.screen() == screen;
+    let button = Button::new(name).icon(icon).kind(Kind::Quiet).on(is_shown).stacked();
+    if button.size(size.x, size.y).show(ui, cx.tokens).clicked() {
+        // On a narrow window a second click on the same entry closes its sheet.
+        cx.frame.drawer_open = !(is_shown && cx.is_covered_by_sheet());
+        cx.commands.push(ClientCommand::ShowScreen(screen));
+    }
+}

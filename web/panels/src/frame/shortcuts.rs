@@ -1,0 +1,38 @@
+//! Keyboard shortcuts of the whole page: cancel, undo and redo, help. None of them works while text is typed.
+
+use crate::feature_panel::PanelContext;
+use crate::features::FeaturePanels;
+use client_model::ClientCommand;
+use egui::{Context, Key};
+
+/// Reads the keys of this frame.
+pub(super) fn handle(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    if ctx.egui_wants_keyboard_input() {
+        return;
+    }
+    if ctx.input(|input| input.key_pressed(Key::Escape)) {
+        cancel(panels, cx);
+    }
+    let (undo, redo) = ctx.input(|input| {
+        let z = input.modifiers.command && input.key_pressed(Key::Z);
+        (z && !input.modifiers.shift, z && input.modifiers.shift)
+    });
+    if undo {
+        cx.commands.push(ClientCommand::Undo);
+    }
+    if redo {
+        cx.commands.push(ClientCommand::Redo);
+    }
+    if ctx.input(|input| input.key_pressed(Key::Questionmark)) {
+        cx.frame.help_open = !cx.frame.help_open;
+    }
+}
+
+/// Lets the first panel that has something unfinished cancel it.
+fn cancel(panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    for panel in panels.iter_mut() {
+        if panel.cancel(cx) {
+            return;
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The side card: the tabs of the screen, and the sections of features in the open tab.
+
+use super::texts;
+use crate::feature_panel::{PanelContext, Tab};
+use crate::features::FeaturePanels;
+use crate::{layout, widgets};
+use client_model::Screen;
+use egui::{Context, ScrollArea, Ui};
+
+/// Shows the card of the screen.
+pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    let screen = cx.model.view.screen();
+    let tabs = tabs_of(panels, screen);
+    let Some(first) = tabs.first() else { return };
+    let (tokens, rect) = (cx.tokens, cx.layout.card);
+    layout::card(ctx, tokens, texts::side_card(screen), rect, |ui| {
+        let mut open = cx.frame.tab_of(screen).filter(|tab| tabs.contains(tab)).unwrap_or(*first);
+        if tabs.len() > 1 {
+            let choices: Vec<(&str, Tab)> = tabs.iter().map(|tab| (tab.name, *tab)).collect();
+            widgets::choice(ui, tokens, &choices, open, |tab| open = tab);
+            cx.frame.open_tab(open);
+        }
+        if open.scrolls {
+            let area = ScrollArea::vertical().id_salt(open.name).auto_shrink([false, false]);
+            area.show(ui, |ui| show_tab(open, ui, panels, cx));
+        } else {
+            show_tab(open, ui, panels, cx);
+        }
+    });
+}
+
+/// The tabs of a screen, in the order of the panels that name them first.
+fn tabs_of(panels: &mut FeaturePanels, screen: Screen) -> Vec<Tab> {
+    let mut tabs: Vec<Tab> = Vec::new();
+    for tab in panels.iter_mut().flat_map(|panel| panel.tabs()) {
+        if tab.screen == screen && !tabs.contains(tab) {
+            tabs.push(*tab);
+        }
+    }
+    tabs
+}
+
+fn show_tab(tab: Tab, ui: &mut Ui, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
+    ui.spacing_mut().item_spacing.y = tab.row_spacing;
+    for panel in panels.iter_mut().filter(|panel| panel.tabs().contains(&tab)) {
+        panel.show_section(tab, ui, cx);
+    }
+}

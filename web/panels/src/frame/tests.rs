@@ -1,0 +1,52 @@
+//! What the frame shows on every screen and window.
+
+use crate::test_support::{TestClient, click};
+use client_model::{ClientCommand, Screen};
+use egui_kittest::kittest::Queryable;
+
+#[test]
+fn stop_motion_is_there_on_every_screen_and_size_and_stops() {
+    for (width, height) in [(1440.0, 900.0), (1024.0, 768.0), (390.0, 844.0)] {
+        for screen in [Screen::Live, Screen::Map] {
+            let mut harness = TestClient::connected().on(screen).shown(width, height);
+            let rect = harness.get_by_label("Stop motion").rect();
+            assert!(rect.right() > width - 24.0 && rect.height() >= 40.0, "far right and large: {rect:?}");
+            click(&mut harness, "Stop motion");
+            assert!(harness.state().emitted(&ClientCommand::StopMotion));
+        }
+    }
+}
+
+#[test]
+fn escape_stops() {
+    let mut harness = TestClient::connected().shown(1440.0, 900.0);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(2);
+    assert!(harness.state().emitted(&ClientCommand::StopMotion));
+}
+
+#[test]
+fn the_question_mark_opens_the_list_of_shortcuts_and_its_button_closes_it() {
+    let mut harness = TestClient::connected().shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Undo: the view, loops").is_none());
+    harness.key_press(egui::Key::Questionmark);
+    harness.run_steps(2);
+    assert!(harness.query_by_label("Undo: the view, loops").is_some());
+    click(&mut harness, "Close");
+    assert!(harness.query_by_label("Undo: the view, loops").is_none());
+}
+
+#[test]
+fn the_rail_opens_a_screen_and_the_choice_of_tabs_its_tabs() {
+    let mut harness = TestClient::connected().shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Loops").is_none(), "Live has one tab");
+    click(&mut harness, "Map");
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(Screen::Map)));
+
+    let mut harness = TestClient::connected().on(Screen::Map).shown(1440.0, 900.0);
+    assert!(harness.query_by_label("Accepted loops").is_none());
+    click(&mut harness, "Loops");
+    assert!(harness.query_by_label("Accepted loops").is_some());
+    click(&mut harness, "Session");
+    assert!(harness.query_by_label("Accepted loops").is_none());
+}

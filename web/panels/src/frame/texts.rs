@@ -1,0 +1,41 @@
+//! Texts of the frame, by key.
+
+use client_model::Screen;
+
+pub(super) const PRODUCT: &str = "Product";
+pub(super) const PRODUCT_NAME: &str = "AutoInspect";
+pub(super) const TOP_BAR: &str = "Top bar";
+pub(super) const SCREENS: &str = "Screens";
+pub(super) const LIVE: &str = "Live";
+pub(super) const MAP: &str = "Map";
+pub(super) const OPEN_PANEL: &str = "Open panel";
+pub(super) const CLOSE_PANEL: &str = "Close panel";
+pub(super) const MESSAGES: &str = "Messages";
+pub(super) const CLOSE: &str = "Close";
+pub(super) const HELP_HEAD: &str = "Keyboard and pointer";
+pub(super) const HELP_REMARK: &str =
+    "The robot stops by itself half a second after the last command to move.";
+
+/// Actions and their keys or gestures.
+pub(super) const SHORTCUTS: [(&str, &str); 12] = [
+    ("Stop motion", "Esc or Space"),
+    ("Deselect, or cancel picking", "Esc"),
+    ("Walk ahead, back", "W, S or ↑, ↓"),
+    ("Step left, right", "A, D"),
+    ("Turn left, right", "Q, E or ←, →"),
+    ("Slowly", "Shift with any of these"),
+    ("Orbit", "drag, or one finger"),
+    ("Pan", "right drag, or two fingers"),
+    ("Zoom", "wheel, or pinch"),
+    ("Undo: the view, loops", "Ctrl Z"),
+    ("Redo", "Ctrl Shift Z"),
+    ("These shortcuts", "?"),
+];
+
+/// Name of the side card on a screen.
+pub(super) fn side_card(screen: Screen) -> &'static str {
+    match screen {
+        Screen::Live => "Robot panel",
+        Screen::Map => "Map panel",
+    }
+}
