@@ -43,6 +43,9 @@
 //! | status | `Robot`, `Position`, `Battery`, `Link`, `Control` | top bar |
 //! | status | `Mapping`, `Elapsed`, `Distance`, `Keyframes`, `Points in map` | Map, while mapping |
 //! | status | `Motion`, `Speed`, sensors by their names | Live, and Map while mapping |
+//! | status | `Position in the map`, `Accuracy`, `Walked` | Live |
+//! | status | `Suggested walk NUMBER` | Map, while mapping: what the map lacks there |
+//! | button | `Walk to position NUMBER` | Map, while mapping: walks to it |
 //! | status | `Executive`, `Doing`, `To go`, `Waiting`, `Outcome` | Live, for the robot's goals |
 //! | button | `Cancel goal`, `Dismiss the outcome` | Live, while there is a goal or an outcome |
 //! | alert | the sentence itself | notices and findings |

@@ -4,7 +4,7 @@
 //!
 //! 1. A folder here with a state that implements [`Feature`], and its tests.
 //! 2. One line in the list at the end of this file. The field of [`Model`](crate::Model) and all dispatch follow from it.
-//! 3. Its panel: a folder of the same name in `web/panels/src/features`, which says how it is listed and shown.
+//! 3. Its panel: a folder of the same name in `web/panels/src/features`, and one line in the list there.
 //!
 //! Folders that the list does not name are slices of [`Shared`](crate::shared::Shared): the features depend on them (connection,
 //! control lease, commands, notices, map views, saved maps, selection, undo history).
