@@ -4,8 +4,8 @@ use crate::thread_ms;
 use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
-    BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobDone, JobResult, Principal,
-    PriorMap, Publication, StackEffect,
+    BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobId, Principal, PriorMap,
+    Publication, StackEffect,
 };
 use sim::{Route, RouteFollower, SimConfig, Simulator, Site};
 use stack::{ComputeJob, Stack};
@@ -47,10 +47,10 @@ pub type StepObserver<'a> = &'a mut dyn FnMut(StepKind, f64, &[StackEffect]);
 /// A job that the stack has started.
 #[derive(Clone, Copy, Debug)]
 enum PendingJob {
-    /// A computation of the stack, by its number.
-    ComputeJob(u64),
-    /// Reading a saved map, by the number of the job.
-    Map(u64),
+    /// A computation of the stack.
+    ComputeJob(JobId),
+    /// Reading a saved map.
+    Map(JobId),
 }
 
 /// A robot with the whole stack that walks a route of its site repeatedly.
@@ -236,16 +236,18 @@ impl StackWalk {
 
     fn run_jobs(&mut self, at: Stamp, observer: StepObserver<'_>) {
         while let Some(pending) = self.jobs.pop_front() {
-            let (job, result) = match (pending, &self.prior_map) {
+            let done = match (pending, &self.prior_map) {
                 (PendingJob::ComputeJob(job), _) => {
-                    (job, self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run))
+                    self.stack.take_compute_job(job).map_or_else(|| job.not_done(), ComputeJob::run)
                 }
-                (PendingJob::Map(job), Some(map)) => (job, JobResult::MapLoaded(Arc::clone(map))),
-                (PendingJob::Map(job), None) => {
-                    (job, JobResult::Failed { reason: "there is no map".to_owned() })
-                }
+                (PendingJob::Map(job), Some(map)) => job.map_read(Arc::clone(map)),
+                (PendingJob::Map(job), None) => job.failed("there is no map"),
             };
-            self.step(at, StepKind::JobResult, Input::JobDone(JobDone { job, result }), observer);
+            let preparation = self.stack.map_preparation(done.id());
+            if let Some(prepared) = preparation.and_then(|preparation| preparation.run(&done)) {
+                self.stack.supply_prepared_map(prepared);
+            }
+            self.step(at, StepKind::JobResult, Input::JobDone(done), observer);
         }
     }
 
@@ -255,20 +257,12 @@ impl StackWalk {
         observer(kind, thread_ms() - before, &self.effects);
         for effect in self.effects.drain(..) {
             match effect {
-                StackEffect::StartJob {
-                    job,
-                    work:
-                        Job::VerifyLoop(_)
-                        | Job::CompareRevisit(_)
-                        | Job::SearchMap(_)
-                        | Job::Relocalise(_)
-                        | Job::PlanDisambiguation(_),
-                } => self.jobs.push_back(PendingJob::ComputeJob(job)),
-                StackEffect::StartJob { job, work: Job::ReadMap(_) } => {
+                StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
+                StackEffect::StartJob { job, work: Job::ReadMap(_) | Job::LoadMap { .. } } => {
                     self.jobs.push_back(PendingJob::Map(job));
                 }
+                StackEffect::StartJob { job, .. } => self.jobs.push_back(PendingJob::ComputeJob(job)),
                 StackEffect::Drive(drive) => self.stack_drive = self.stack_drive.map(|_| drive),
-                StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
                 _ => {}
             }
         }

@@ -25,7 +25,7 @@ pub use batch::{Method, Options, Solution, optimise};
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
 pub use graph::{Entry, FactorId, Graph};
-pub use incremental::{Incremental, IncrementalOptions, Updated};
+pub use incremental::{Incremental, IncrementalOptions, IncrementalSnapshot, Updated};
 pub use information::Whitening;
 pub use initialise::chordal;
 pub use kernel::Kernel;

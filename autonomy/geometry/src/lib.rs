@@ -12,7 +12,9 @@ pub mod so3;
 
 pub use alignment::{Similarity, align_yaw_only, aligned_rmse, rms_distance, umeyama};
 pub use frames::{Base, Body, External, Imu, Lidar, Transform};
-pub use plain::{isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
+pub use plain::{
+    isometry_from_pose, isometry_from_unit_pose, pose_from_isometry, vec_from_plain, vec_to_plain,
+};
 pub use random::{Rng, RngTree};
 
 /// 3-vector, f64.

@@ -29,11 +29,40 @@ pub fn isometry_from_pose(pose: &Pose) -> Option<Isometry> {
     ))
 }
 
+/// As [`isometry_from_pose`], for poses made by [`pose_from_isometry`]: every bit stays as it was. None if the quaternion is no unit.
+pub fn isometry_from_unit_pose(pose: &Pose) -> Option<Isometry> {
+    let q = pose.orientation;
+    let quaternion = Quaternion::new(q.w, q.x, q.y, q.z);
+    let is_unit = (quaternion.norm() - 1.0).abs() < 1e-9;
+    let translation = Translation3::from(vec_from_plain(pose.position));
+    (is_unit && pose.position.is_finite())
+        .then(|| Isometry::from_parts(translation, Rotation::new_unchecked(quaternion)))
+}
+
 /// nalgebra pose to plain.
 pub fn pose_from_isometry(iso: &Isometry) -> Pose {
     let q = iso.rotation.quaternion();
     Pose {
         position: vec_to_plain(&iso.translation.vector),
         orientation: Quat { w: q.w, x: q.i, y: q.j, z: q.k },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_pose_keeps_every_bit() {
+        // Its norm is off by rounding, which normalising would change.
+        let mut orientation = Quat { w: 0.8, x: 0.1, y: -0.5, z: 0.316_227_766_016_837_9 };
+        orientation.w += 4.0 * f64::EPSILON;
+        let pose = Pose { position: Vec3::new(1.0, 2.0, 3.0), orientation };
+        assert_eq!(isometry_from_unit_pose(&pose).as_ref().map(pose_from_isometry), Some(pose));
+        assert_ne!(isometry_from_pose(&pose).as_ref().map(pose_from_isometry), Some(pose));
+        let long = Quat { w: 1.0, ..orientation };
+        assert_eq!(isometry_from_unit_pose(&Pose { orientation: long, ..pose }), None);
+        let nowhere = Pose { position: Vec3::new(f64::NAN, 0.0, 0.0), ..pose };
+        assert_eq!(isometry_from_unit_pose(&nowhere), None);
     }
 }

@@ -3,8 +3,8 @@
 use crate::Lockstep;
 use geometry::{Vector3, vec_from_plain};
 use messages::{
-    Command, CommandKind, FinishedMap, GoalKind, Input, Job, LocalisationState, MappingState, MotionState,
-    PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
+    Command, CommandKind, FinishedMap, GoalKind, Input, Job, JobId, LocalisationState, MappingState,
+    MotionState, PoseGraph, PoseInMap, Principal, PriorMap, Publication, RelocalisationTask, StackEffect,
 };
 use sim::{Route, RouteFollower, SimConfig, Site, SiteName, Start};
 use std::sync::{Arc, OnceLock};
@@ -30,7 +30,7 @@ pub(crate) struct Day {
     pub(crate) motion: MotionState,
     pub(crate) refusals: Vec<String>,
     /// The newest relocalisation request, with its job.
-    pub(crate) asked: Option<(u64, RelocalisationTask)>,
+    pub(crate) asked: Option<(JobId, RelocalisationTask)>,
     pub(crate) finished: Option<Arc<FinishedMap>>,
 }
 

@@ -124,8 +124,8 @@ fn a_better_fitting_pose_makes_localisation_undecided_until_one_is_rejected() {
     let map_from_base = Pose { position: Vec3::new(1.0, 1.0, 0.0), ..day.estimate };
     let own = PoseHypothesis { map_from_base: day.estimate, fit: 0.5, violation_share: 0.0 };
     let hypotheses = vec![PoseHypothesis { map_from_base, fit: 0.99, violation_share: 0.0 }, own];
-    let result = JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses }));
-    day.lockstep.give(Input::JobDone(JobDone { job, result }));
+    let result = JobResult::Relocalisation(Ok(RelocalisationResponse { task, hypotheses }));
+    day.lockstep.give(Input::JobDone(JobDone { number: job.number, result }));
     day.run(0.2);
     let undecided = LocalisationState::Relocalising { map: FIRST, hypotheses: 2 };
     assert!(day.localisations.contains(&undecided), "{:?}", day.localisations);

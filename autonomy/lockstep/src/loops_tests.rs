@@ -3,17 +3,18 @@
 use crate::{Digest, JobPace, Lockstep, replay};
 use geometry::{Vector3, aligned_rmse, isometry_from_pose, vec_from_plain};
 use messages::{
-    Command, CommandKind, EdgeKind, FinishedMap, Input, Job, JobDone, JobResult, LoopDecision, LoopSource,
-    LoopVerdict, PoseGraph, Principal, Publication, StackEffect,
+    Command, CommandKind, EdgeKind, FinishedMap, Input, Job, JobDone, JobId, JobOwner, JobResult,
+    LoopDecision, LoopSource, LoopVerdict, MapQuality, PlaceComparison, PoseGraph, Principal, Publication,
+    StackEffect,
 };
 use sim::{GroundTruth, Route, RouteFollower, ScheduledFault, SimConfig, Simulator, Site, SiteName};
-use stack::{ComputeJob, Stack};
+use stack::Stack;
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Vec3};
 
-const SESSION: SessionId = SessionId(Uuid::from_u128(1));
+pub(crate) const SESSION: SessionId = SessionId(Uuid::from_u128(1));
 const ME: ClientId = ClientId(Uuid::from_u128(1));
 
 /// The inputs of a walk without the results of jobs, and the ground truth.
@@ -65,18 +66,22 @@ fn walk() -> &'static Walk {
 }
 
 /// A stack that has processed that walk, with its effects.
-struct StackRun {
-    stack: Stack,
-    log: Vec<(Stamp, Input)>,
-    digest: Digest,
-    at: Stamp,
-    graph: Arc<PoseGraph>,
-    decisions: Vec<LoopDecision>,
+pub(crate) struct StackRun {
+    pub(crate) stack: Stack,
+    pub(crate) log: Vec<(Stamp, Input)>,
+    pub(crate) digest: Digest,
+    pub(crate) at: Stamp,
+    pub(crate) graph: Arc<PoseGraph>,
+    pub(crate) decisions: Vec<LoopDecision>,
     answers: Vec<Option<String>>,
-    /// The map that the stack asked to save.
-    finished: Option<Arc<FinishedMap>>,
+    /// The map that the stack asked to save, and in which job.
+    pub(crate) finished: Option<Arc<FinishedMap>>,
+    pub(crate) saving: Option<JobId>,
+    /// Published qualities, and sentences of notices.
+    pub(crate) qualities: Vec<MapQuality>,
+    pub(crate) notices: Vec<String>,
     /// Results of jobs that the stack has not received yet.
-    done: VecDeque<JobDone>,
+    pub(crate) done: VecDeque<JobDone>,
     commands: u128,
 }
 
@@ -91,13 +96,19 @@ impl StackRun {
             decisions: Vec::new(),
             answers: Vec::new(),
             finished: None,
+            saving: None,
+            qualities: Vec::new(),
+            notices: Vec::new(),
             done: VecDeque::new(),
             commands: 0,
         }
     }
 
     /// Steps the stack through the whole walk. Before each tick, `deliver` decides which of the waiting results arrive.
-    fn walking(leave_open: bool, mut deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+    pub(crate) fn walking(
+        leave_open: bool,
+        mut deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>,
+    ) -> Self {
         let mut run = Self::nothing();
         for (at, input) in &walk().inputs {
             let mut input = input.clone();
@@ -115,19 +126,22 @@ impl StackRun {
     }
 
     /// Like [`Self::walking`], and delivers all remaining results at the end.
-    fn walked(leave_open: bool, deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>) -> Self {
+    pub(crate) fn walked(
+        leave_open: bool,
+        deliver: impl FnMut(&mut VecDeque<JobDone>) -> Vec<JobDone>,
+    ) -> Self {
         let mut run = Self::walking(leave_open, deliver);
         run.finish_jobs();
         run
     }
 
-    fn finish_jobs(&mut self) {
+    pub(crate) fn finish_jobs(&mut self) {
         while let Some(done) = self.done.pop_front() {
             self.step(self.at, Input::JobDone(done));
         }
     }
 
-    fn step(&mut self, at: Stamp, input: Input) {
+    pub(crate) fn step(&mut self, at: Stamp, input: Input) {
         self.at = at;
         self.log.push((at, input.clone()));
         let mut effects = Vec::new();
@@ -135,21 +149,13 @@ impl StackRun {
         self.digest.add(at, &effects);
         for effect in effects {
             match effect {
-                StackEffect::StartJob {
-                    job,
-                    work:
-                        Job::VerifyLoop(_)
-                        | Job::CompareRevisit(_)
-                        | Job::SearchMap(_)
-                        | Job::Relocalise(_)
-                        | Job::PlanDisambiguation(_),
-                } => {
-                    let result =
-                        self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
-                    assert_ne!(result, JobResult::not_done(), "nothing to do for job {job}");
-                    self.done.push_back(JobDone { job, result });
+                StackEffect::StartJob { job, work: Job::SaveMap(finished) } => {
+                    (self.finished, self.saving) = (Some(finished), Some(job));
                 }
-                StackEffect::StartJob { work: Job::SaveMap(finished), .. } => self.finished = Some(finished),
+                StackEffect::StartJob { job, .. } => {
+                    let Some(work) = self.stack.take_compute_job(job) else { panic!("no work for {job:?}") };
+                    self.done.push_back(work.run());
+                }
                 StackEffect::Publish(Publication::Graph(graph)) => self.graph = graph,
                 StackEffect::Publish(Publication::GraphDelta(delta)) => {
                     assert!(
@@ -158,13 +164,15 @@ impl StackRun {
                     );
                 }
                 StackEffect::Publish(Publication::LoopDecided(decision)) => self.decisions.push(decision),
+                StackEffect::Publish(Publication::Quality(quality)) => self.qualities.push(quality),
+                StackEffect::Publish(Publication::Notice(notice)) => self.notices.push(notice.text),
                 StackEffect::Answer { refused, .. } => self.answers.push(refused),
                 _ => {}
             }
         }
     }
 
-    fn order(&mut self, order: CommandKind) -> Option<String> {
+    pub(crate) fn order(&mut self, order: CommandKind) -> Option<String> {
         self.commands += 1;
         let id = CommandId(Uuid::from_u128(self.commands));
         self.step(self.at, Input::Command(Command { id, by: Principal::operator(ME), kind: order }));
@@ -211,7 +219,7 @@ fn true_position(stamp: Stamp) -> Vector3 {
 }
 
 /// Delivers every result at the next tick.
-fn promptly(done: &mut VecDeque<JobDone>) -> Vec<JobDone> {
+pub(crate) fn promptly(done: &mut VecDeque<JobDone>) -> Vec<JobDone> {
     done.drain(..).collect()
 }
 
@@ -249,7 +257,9 @@ fn a_log_with_loop_results_replays_bit_for_bit_without_running_jobs() {
     // A changed result of a job must change the digest.
     let mut changed = run.log.clone();
     let result = changed.iter_mut().rev().find_map(|(_, input)| match input {
-        Input::JobDone(JobDone { result: JobResult::LoopVerified(found), .. }) => Some(found),
+        Input::JobDone(JobDone {
+            result: JobResult::LoopClosing(Ok(PlaceComparison::Loop(found))), ..
+        }) => Some(found),
         _ => None,
     });
     let Some(result) = result else { panic!("no loop was verified") };
@@ -276,6 +286,7 @@ mod nightly {
 #[test]
 fn results_of_a_session_that_has_ended_are_ignored() {
     let mut run = StackRun::walking(false, |_| Vec::new());
+    run.done.retain(|done| done.id().owner == JobOwner::LoopClosing);
     let late: Vec<JobDone> = run.done.drain(..).collect();
     assert!((1..=4).contains(&late.len()), "{} jobs at a time", late.len());
     assert_eq!(run.order(CommandKind::DiscardMapping), None);
@@ -290,7 +301,7 @@ fn results_of_a_session_that_has_ended_are_ignored() {
     assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
 }
 
-fn finish() -> CommandKind {
+pub(crate) fn finish() -> CommandKind {
     CommandKind::FinishMapping { map: MapId(Uuid::from_u128(5)), name: " Hall ".to_owned() }
 }
 

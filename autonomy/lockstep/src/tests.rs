@@ -2,8 +2,8 @@
 
 use crate::{Lockstep, Stepper, replay};
 use messages::{
-    CancelCause, Command, CommandKind, GoalKind, GoalStatus, Input, MappingState, MotionState, Principal,
-    Publication, StackEffect,
+    CancelCause, Command, CommandKind, GoalKind, GoalStatus, Input, Job, MappingState, MotionState,
+    Principal, Publication, StackEffect,
 };
 use sim::{SimConfig, SiteName};
 use stack::Stack;
@@ -22,7 +22,7 @@ struct Scene {
     mapping: MappingState,
     refusals: Vec<String>,
     accepted: u32,
-    jobs: u32,
+    saves: u32,
 }
 
 impl Scene {
@@ -37,7 +37,7 @@ impl Scene {
             mapping: MappingState::Idle,
             refusals: Vec::new(),
             accepted: 0,
-            jobs: 0,
+            saves: 0,
         }
     }
 
@@ -56,7 +56,7 @@ impl Scene {
         let until = self.lockstep.now() + Span::from_secs_f64(seconds);
         let (estimate, motion, mapping) = (&mut self.estimate, &mut self.motion, &mut self.mapping);
         let goals = &mut self.goals;
-        let (refusals, accepted, jobs) = (&mut self.refusals, &mut self.accepted, &mut self.jobs);
+        let (refusals, accepted, saves) = (&mut self.refusals, &mut self.accepted, &mut self.saves);
         self.lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
             StackEffect::Publish(Publication::Motion(now)) => *motion = now.clone(),
@@ -64,7 +64,7 @@ impl Scene {
             StackEffect::Publish(Publication::Mapping(now)) => *mapping = now.clone(),
             StackEffect::Answer { refused: Some(reason), .. } => refusals.push(reason.clone()),
             StackEffect::Answer { refused: None, .. } => *accepted += 1,
-            StackEffect::StartJob { .. } => *jobs += 1,
+            StackEffect::StartJob { work: Job::SaveMap(_), .. } => *saves += 1,
             _ => {}
         });
     }
@@ -156,7 +156,7 @@ fn a_repeated_command_is_answered_each_time_but_executed_once() {
         scene.lockstep.give(Input::Command(command.clone()));
         scene.run(0.2);
     }
-    assert_eq!((scene.accepted, scene.jobs), (3, 1));
+    assert_eq!((scene.accepted, scene.saves), (3, 1));
     assert_eq!(scene.mapping, MappingState::Idle, "the map must have been saved");
 }
 

@@ -1,7 +1,9 @@
 //! A simulated robot and its stack, stepped together faster than real time.
 
 use crate::Digest;
-use messages::{Input, Job, JobDone, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect};
+use messages::{
+    Input, Job, JobDone, JobId, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect,
+};
 use sim::{SimConfig, SimEvent, Simulator};
 use stack::{ComputeJob, Stack};
 use std::collections::{BTreeMap, VecDeque};
@@ -96,6 +98,11 @@ impl Lockstep {
                 self.step(next, input, watch);
             }
             for done in self.finished() {
+                // A replay does not do this, and has the same effects.
+                let preparation = self.stack.map_preparation(done.id());
+                if let Some(prepared) = preparation.and_then(|preparation| preparation.run(&done)) {
+                    self.stack.supply_prepared_map(prepared);
+                }
                 self.step(next, Input::JobDone(done), watch);
             }
             self.step(next, Input::Tick, watch);
@@ -148,8 +155,8 @@ impl Lockstep {
                 StackEffect::StartJob { job, work: Job::SaveMap(finished) } => {
                     let (map, graph) = (finished.map, finished.graph.as_ref().clone());
                     self.keep_map(Arc::new(PriorMap { map, graph, keyframes: self.keyframes.clone() }));
-                    let result = JobResult::MapSaved { map: finished.map, bytes: 0 };
-                    self.working.push((self.pace.ticks, JobDone { job, result }));
+                    let result = JobResult::MapSaving(Ok(finished.map));
+                    self.working.push((self.pace.ticks, JobDone { number: job.number, result }));
                 }
                 StackEffect::StartJob { job, work: Job::LoadMap { map, .. } } => {
                     if let Some(prior_map) = self.maps.get(&map) {
@@ -158,18 +165,10 @@ impl Lockstep {
                     self.read_map(job, map);
                 }
                 StackEffect::StartJob { job, work: Job::ReadMap(map) } => self.read_map(job, map),
-                StackEffect::StartJob {
-                    job,
-                    work:
-                        Job::VerifyLoop(_)
-                        | Job::CompareRevisit(_)
-                        | Job::SearchMap(_)
-                        | Job::Relocalise(_)
-                        | Job::PlanDisambiguation(_),
-                } => {
-                    let result =
-                        self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
-                    self.working.push((self.pace.ticks, JobDone { job, result }));
+                StackEffect::StartJob { job, .. } => {
+                    let work = self.stack.take_compute_job(job);
+                    let done = work.map_or_else(|| job.not_done(), ComputeJob::run);
+                    self.working.push((self.pace.ticks, done));
                 }
                 StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_keyframe(&keyframe),
                 StackEffect::Publish(_)
@@ -182,11 +181,12 @@ impl Lockstep {
         self.effects = effects;
     }
 
-    fn read_map(&mut self, job: u64, map: MapId) {
-        let absent = || JobResult::Failed { reason: "there is no such map".to_owned() };
-        let result =
-            self.maps.get(&map).map_or_else(absent, |prior_map| JobResult::MapLoaded(Arc::clone(prior_map)));
-        self.working.push((self.pace.ticks, JobDone { job, result }));
+    fn read_map(&mut self, job: JobId, map: MapId) {
+        let done = match self.maps.get(&map) {
+            Some(prior_map) => job.map_read(Arc::clone(prior_map)),
+            None => job.failed("there is no such map"),
+        };
+        self.working.push((self.pace.ticks, done));
     }
 
     fn keep_keyframe(&mut self, keyframe: &Keyframe) {

@@ -2,7 +2,8 @@
 
 use crate::graph_element::{Edge, Node, renormalised};
 use factors::{
-    Between, FactorError, FactorId, Incremental, IncrementalOptions, Key, Prior, SolveError, Value,
+    Between, FactorError, FactorId, Incremental, IncrementalOptions, IncrementalSnapshot, Key, Prior,
+    SolveError, Value,
 };
 use geometry::{Isometry, Matrix6};
 use std::collections::BTreeMap;
@@ -199,13 +200,9 @@ impl GraphOptimiser {
         self.poses()
     }
 
-    /// Solves with every factor linearised again at the solution. Linear in the graph.
-    ///
-    /// # Errors
-    /// As for [`Self::solve`].
-    pub fn relinearise(&mut self) -> Result<Vec<Isometry>, GraphError> {
-        self.solver.relinearise_all()?;
-        self.poses()
+    /// A snapshot that solves for the poses of all keyframes once more. What was added or removed since [`Self::solve`] is left out.
+    pub fn relinearisation(&self) -> Relinearisation {
+        Relinearisation { snapshot: self.solver.snapshot(), keyframes: self.keyframes }
     }
 
     fn poses(&self) -> Result<Vec<Isometry>, GraphError> {
@@ -218,6 +215,25 @@ impl GraphOptimiser {
             // This graph holds poses only.
             _ => Err(SolveError::UnknownVariable { key }.into()),
         }
+    }
+}
+
+/// The graph of one moment, to be solved with every factor linearised again at the solution. It owns what it needs, so that a job can do it.
+#[derive(Debug)]
+pub struct Relinearisation {
+    snapshot: IncrementalSnapshot,
+    keyframes: u32,
+}
+
+impl Relinearisation {
+    /// The poses of all keyframes in the map: a pure function of the snapshot. Linear in the graph but for the ordering.
+    ///
+    /// # Errors
+    /// When the graph cannot be solved.
+    pub fn run(self) -> Result<Vec<Isometry>, GraphError> {
+        let values = self.snapshot.relinearise()?;
+        let pose = |keyframe| Ok(*values.pose(Key(keyframe))?);
+        (0..self.keyframes).map(pose).collect()
     }
 }
 
@@ -302,7 +318,7 @@ mod tests {
         let expected = batch(&edges, &loops);
         assert!(apart(&found, &batch(&edges, &[])) > 0.5, "the loops should matter");
         assert!(apart(&found, &expected) < 2e-3, "{} m", apart(&found, &expected));
-        let Ok(relinearised) = optimiser.relinearise() else { panic!("not solved") };
+        let Ok(relinearised) = optimiser.relinearisation().run() else { panic!("not solved") };
         assert!(apart(&relinearised, &expected) < 1e-5, "{} m", apart(&relinearised, &expected));
     }
 
@@ -320,8 +336,8 @@ mod tests {
 
     #[test]
     fn a_finished_graph_is_resumed() {
-        let (mut walked, edges, loops) = walked();
-        let Ok(found) = walked.relinearise() else { panic!("not solved") };
+        let (walked, edges, loops) = walked();
+        let Ok(found) = walked.relinearisation().run() else { panic!("not solved") };
         let nodes = found.iter().zip(0..).map(|(pose, index)| Node {
             id: KeyframeId(index),
             stamp: Stamp::EPOCH,
@@ -350,7 +366,7 @@ mod tests {
         let (mut optimiser, edges, loops) = walked();
         assert!(optimiser.add_loop(&edge(3, 4_000, Isometry::identity())).is_err());
         assert!(optimiser.add_loop(&edge(3, 30, at(f64::NAN, 0.0, 0.0))).is_err());
-        let Ok(found) = optimiser.relinearise() else { panic!("not solved") };
+        let Ok(found) = optimiser.relinearisation().run() else { panic!("not solved") };
         assert!(apart(&found, &batch(&edges, &loops)) < 1e-5);
     }
 }

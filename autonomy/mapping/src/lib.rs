@@ -42,7 +42,7 @@ pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
 pub use graph_element::{Edge, Node, renormalised};
-pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig};
+pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig, Relinearisation};
 pub use graph_publisher::{GraphChanges, GraphPublisher, GraphPublisherConfig};
 pub use keyframe_descriptor::{
     KEYFRAME_DESCRIPTOR_VERSION, KeyframeDescriptor, KeyframeDescriptorParts, VIEW_ORIGINS,
@@ -58,7 +58,7 @@ pub use map_search::{MapSearch, MapSearchConfig, MapSearchData, MapSearchFix};
 pub use odometer::{Odometer, OdometerConfig};
 pub use points::range_image;
 pub use pose_graph::PoseGraph;
-pub use quality::{MapQuality, MapQualityConfig, SurveyReason, SurveyTarget};
+pub use quality::{MapQuality, MapQualityConfig, MapQualityData, SurveyReason, SurveyTarget};
 pub use revisits::{Novelty, Reanchoring, Revisit, RevisitConfig, RevisitResult};
 pub use session::{
     DegenerateSegment, KeyframePolicy, OdometryStep, ScanPose, Session, SessionConfig, Waypoint,

@@ -7,7 +7,7 @@ use crate::graph_element::Edge;
 use crate::graph_optimiser::{GraphError, KeyframePair};
 use crate::loop_finder::{LoopConfig, LoopFinder, MapKeyframe};
 use crate::map_search::MapSearchFix;
-use crate::quality::MapQuality;
+use crate::quality::MapQualityData;
 use crate::revisits::{Novelty, RevisitResult};
 use crate::session::{Session, Waypoint};
 use crate::verification::{
@@ -450,11 +450,11 @@ impl LoopClosing {
         }
     }
 
-    /// Quality of the session's map.
-    pub fn quality(&mut self, session: &Session) -> MapQuality {
+    /// A snapshot of the session's map for its quality. Linear in the keyframes and edges.
+    pub fn quality_data(&self, session: &Session) -> MapQualityData {
         let poses: Vec<Isometry> =
             session.graph().nodes().iter().map(|node| node.map_from_keyframe).collect();
-        self.finder.quality(session.graph(), &poses)
+        self.finder.quality_data(session.graph(), &poses)
     }
 
     /// Whether comparisons wait or run.
@@ -462,15 +462,10 @@ impl LoopClosing {
         !self.has_failed && !self.queue.is_empty()
     }
 
-    /// The session ends: pending comparisons are dropped, and the poses are made as good as the graph allows.
-    pub fn finish(&mut self, session: &mut Session) -> LoopEvents {
+    /// The session ends: pending comparisons are dropped. Returns whether [`crate::PoseGraph::relinearisation`] would make the poses better.
+    pub fn finish(&mut self, session: &Session) -> bool {
         self.queue.clear();
-        let mut events = LoopEvents::default();
-        if !session.graph().loops().is_empty() && !self.has_failed {
-            session.relinearise();
-            self.check_graph(session, &mut events);
-        }
-        events
+        !session.graph().loops().is_empty() && !self.has_failed
     }
 
     /// All decisions, in order.

@@ -9,7 +9,7 @@ use crate::consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verd
 use crate::graph_element::{Edge, keyframe_id};
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
 use crate::pose_graph::PoseGraph;
-use crate::quality::Coverage;
+use crate::quality::KeyframeFloor;
 use crate::recent_scans::RecentScans;
 use crate::revisits::{RevisitConfig, Revisits};
 use crate::scan_context::{ScanContext, level_from_base};
@@ -98,7 +98,7 @@ pub struct LoopFinder {
     last_closed: Option<usize>,
     pub(crate) recent: RecentScans,
     pub(crate) revisits: Revisits,
-    pub(crate) coverage: Coverage,
+    pub(crate) floors: Vec<Arc<KeyframeFloor>>,
 }
 
 impl LoopFinder {
@@ -115,7 +115,7 @@ impl LoopFinder {
             last_closed: None,
             recent: RecentScans::default(),
             revisits: Revisits::default(),
-            coverage: Coverage::default(),
+            floors: Vec::new(),
         }
     }
 
@@ -126,8 +126,8 @@ impl LoopFinder {
         // So that no keyframe of the map counts as recent travel.
         graph.add_distance(2.0 * config.candidates.min_walked_m);
         for MapKeyframe { map_from_keyframe, descriptor } in map {
-            finder.clouds.push(Arc::clone(&descriptor.cloud));
-            finder.levels.push(level_from_base(&map_from_keyframe.rotation));
+            let level = level_from_base(&map_from_keyframe.rotation);
+            finder.push_cloud(Arc::clone(&descriptor.cloud), level);
             finder.index.push(Arc::clone(&descriptor.views[0]));
         }
         finder
@@ -165,8 +165,7 @@ impl LoopFinder {
         let newest = self.clouds.len();
         let level = level_from_base(rotation);
         self.revisits.anchor_at(keyframe_id(newest), waypoint);
-        self.clouds.push(cloud);
-        self.levels.push(level);
+        self.push_cloud(cloud, level);
         self.index.push(Arc::new(ScanContext::new(xyz, &level, [0.0; 2])));
         let candidates = self.candidates(graph, newest, xyz);
         if candidates.is_empty() {
@@ -185,6 +184,12 @@ impl LoopFinder {
             },
         });
         tasks.collect()
+    }
+
+    fn push_cloud(&mut self, cloud: Arc<KeyframeCloud>, level_from_base: Rotation) {
+        self.floors.push(Arc::new(KeyframeFloor::new(Arc::clone(&cloud), level_from_base)));
+        self.clouds.push(cloud);
+        self.levels.push(level_from_base);
     }
 
     /// Decides about a verified pair, and about held loops that it supports. Accepted loops are added to the graph, which the caller optimises.

@@ -6,7 +6,7 @@
 use crate::UncertainPose;
 use crate::covariance_graph::CovarianceGraph;
 use crate::graph_element::{Edge, Node, index, renormalised};
-use crate::graph_optimiser::{GraphError, GraphOptimiser, KeyframePair, OptimiserConfig};
+use crate::graph_optimiser::{GraphError, GraphOptimiser, KeyframePair, OptimiserConfig, Relinearisation};
 use crate::odometry_chain::OdometryChain;
 use geometry::Isometry;
 use std::collections::BTreeSet;
@@ -178,26 +178,26 @@ impl PoseGraph {
     /// Moves the keyframes to the poses that fit the edges best. Returns the correction of each keyframe's part of the map, see
     /// [`Self::move_keyframes`]; none if the graph cannot be optimised.
     pub fn optimise(&mut self) -> Option<Vec<Isometry>> {
-        self.solve(GraphOptimiser::solve)
-    }
-
-    /// As [`Self::optimise`], with every factor linearised again at the solution. Linear in the graph.
-    pub fn relinearise(&mut self) -> Option<Vec<Isometry>> {
-        self.solve(GraphOptimiser::relinearise)
-    }
-
-    fn solve(
-        &mut self,
-        solve: impl FnOnce(&mut GraphOptimiser) -> Result<Vec<Isometry>, GraphError>,
-    ) -> Option<Vec<Isometry>> {
         let optimiser = self.optimiser.as_mut().filter(|_| self.failure.is_none())?;
-        match solve(optimiser) {
+        match optimiser.solve() {
             Ok(poses) => Some(self.move_keyframes(&poses)),
             Err(error) => {
                 self.failure = Some(error);
                 None
             }
         }
+    }
+
+    /// A snapshot of the graph from which the keyframes' poses are solved once more, with every factor linearised again at the solution; none if the
+    /// graph cannot be optimised. Linear in the graph, and short: factors are shared.
+    pub fn relinearisation(&self) -> Option<Relinearisation> {
+        let optimiser = self.optimiser.as_ref().filter(|_| self.failure.is_none())?;
+        Some(optimiser.relinearisation())
+    }
+
+    /// How well relative poses are known.
+    pub(crate) fn covariances(&self) -> &CovarianceGraph {
+        &self.covariances
     }
 
     /// Runs an operation of the optimiser, if there is one, and keeps its failure. Returns whether it went well.

@@ -5,11 +5,12 @@
 //! across a yard, is a target to walk to. Keyframes with a large standard deviation are targets to walk to again, best by coming back to a
 //! place that is known well.
 
+use crate::covariance_graph::CovarianceGraph;
 use crate::submap::KeyframeCloud;
 use crate::{LoopFinder, PoseGraph};
 use geometry::{Isometry, Rotation, Vector3};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use vocab::KeyframeId;
+use std::sync::{Arc, OnceLock};
 
 /// Parameters of [`MapQuality`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +45,6 @@ pub struct MapQualityConfig {
     pub max_target_trials: usize,
     /// Keyframes with a larger standard deviation are worth another visit, metres.
     pub max_std_m: f64,
-    /// If a keyframe moves farther than this, the floor is computed again, metres.
-    pub max_move_m: f64,
     /// Greatest number of targets of each kind.
     pub max_targets: usize,
 }
@@ -68,7 +67,6 @@ impl Default for MapQualityConfig {
             target_radius_cells: 4,
             max_target_trials: 300,
             max_std_m: 0.3,
-            max_move_m: 0.5,
             max_targets: 6,
         }
     }
@@ -108,42 +106,81 @@ pub enum SurveyReason {
 /// Column, row and floor of a cell.
 type Cell = [i32; 3];
 
+/// The floor that a keyframe saw, computed on first use. The result depends on the cloud alone, so it does not matter who computes it.
+#[derive(Debug)]
+pub(crate) struct KeyframeFloor {
+    cloud: Arc<KeyframeCloud>,
+    level_from_base: Rotation,
+    /// Indices of points of the cloud, one for each cell.
+    points: OnceLock<Box<[u16]>>,
+}
+
+impl KeyframeFloor {
+    /// Of a keyframe whose frame is levelled by `level_from_base`.
+    pub fn new(cloud: Arc<KeyframeCloud>, level_from_base: Rotation) -> Self {
+        Self { cloud, level_from_base, points: OnceLock::new() }
+    }
+
+    /// One point for each cell of floor, in the keyframe's frame. Empty where no floor is found. The first call is linear in the points of the cloud.
+    fn points(&self, config: &MapQualityConfig) -> impl Iterator<Item = Vector3> {
+        let indices = self.points.get_or_init(|| floor(&self.cloud, &self.level_from_base, config));
+        indices.iter().map(|index| Vector3::from(self.cloud.point(usize::from(*index)).map(f64::from)))
+    }
+}
+
+/// A snapshot of a map from which its quality is computed. It owns what it needs, so that a job can do it.
+#[derive(Debug)]
+pub struct MapQualityData {
+    config: MapQualityConfig,
+    /// Pose of each keyframe in the map, and its floor.
+    keyframes: Vec<(Isometry, Arc<KeyframeFloor>)>,
+    covariances: CovarianceGraph,
+}
+
+impl MapQualityData {
+    /// Computes the quality: a pure function of the data. Costs a search of the graph, a look at every cell of floor of every keyframe, and a pass
+    /// over the points of keyframes that no earlier snapshot had.
+    pub fn run(&self) -> MapQuality {
+        let coverage = Coverage::new(&self.keyframes, self.config);
+        let reached = self.covariances.poses_in(0);
+        let deviations_m: Vec<f64> =
+            reached.iter().map(|pose| pose.map_or(f64::INFINITY, |pose| pose.translation_std_m())).collect();
+        let (covered_m2, from_afar_m2) = coverage.areas_m2();
+        let mut targets = coverage.unvisited();
+        targets.extend(uncertain_keyframes(&deviations_m, &self.keyframes, &self.config));
+        let deviations_m = deviations_m.into_iter().map(|deviation| deviation as f32).collect();
+        MapQuality { covered_m2, from_afar_m2, deviations_m, targets }
+    }
+}
+
 /// The floor of a map, cell by cell, as its keyframes saw it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Coverage {
+#[derive(Debug)]
+struct Coverage {
     config: MapQualityConfig,
     /// For each cell: the least range from which it was seen, and its height then, metres.
     cells: BTreeMap<Cell, (f64, f64)>,
-    /// Poses of the keyframes whose floor was inserted, as they were then.
-    inserted: Vec<Isometry>,
-    /// Height of the first floor seen, metres.
-    ground_z_m: Option<f64>,
 }
 
 impl Coverage {
-    /// Inserts the floor of new keyframes, or of all keyframes if one has moved. `floor` gives that of a keyframe in its own frame.
-    fn update(&mut self, poses: &[Isometry], floor: impl Fn(usize) -> Vec<Vector3>) {
-        let shift = |(a, b): (&Isometry, &Isometry)| (a.translation.vector - b.translation.vector).norm();
-        if poses.len() < self.inserted.len()
-            || self.inserted.iter().zip(poses).any(|pair| shift(pair) > self.config.max_move_m)
-        {
-            *self = Self { config: self.config, ..Self::default() };
-        }
-        for index in self.inserted.len()..poses.len() {
-            for seen in floor(index) {
+    fn new(keyframes: &[(Isometry, Arc<KeyframeFloor>)], config: MapQualityConfig) -> Self {
+        let mut cells = BTreeMap::new();
+        // Height of the first floor seen, metres.
+        let mut ground_z_m = None;
+        for (map_from_keyframe, floor) in keyframes {
+            for seen in floor.points(&config) {
                 let range = seen.xy().norm();
-                let at = poses[index] * nalgebra::Point3::from(seen);
-                let ground = *self.ground_z_m.get_or_insert(at.z);
-                let level = ((at.z - ground) / self.config.floor_spacing_m).round() as i32;
-                let edge = self.config.cell_m;
+                let at = map_from_keyframe * nalgebra::Point3::from(seen);
+                let ground = *ground_z_m.get_or_insert(at.z);
+                let level = ((at.z - ground) / config.floor_spacing_m).round() as i32;
+                let edge = config.cell_m;
                 let cell = [(at.x / edge).floor() as i32, (at.y / edge).floor() as i32, level];
-                let nearest = self.cells.entry(cell).or_insert((range, at.z));
+                let nearest = cells.entry(cell).or_insert((range, at.z));
                 if range < nearest.0 {
                     *nearest = (range, at.z);
                 }
             }
-            self.inserted.push(poses[index]);
         }
+        Self { config, cells }
     }
 
     /// Area seen from near, and area seen from afar only, m².
@@ -208,40 +245,30 @@ impl Coverage {
 }
 
 impl LoopFinder {
-    /// Quality of the map whose keyframes are at `poses`. Costs a search of the graph, a look at every cell of floor, and a pass over the points
-    /// of new keyframes, or of all keyframes if the map has moved.
-    pub fn quality(&mut self, graph: &PoseGraph, poses: &[Isometry]) -> MapQuality {
-        let known = poses.len().min(self.clouds.len());
-        let Self { coverage, clouds, levels, .. } = self;
-        let config = coverage.config;
-        coverage.update(&poses[..known], |index| floor(&clouds[index], &levels[index], &config));
-        let reached = graph.poses_in(KeyframeId(0));
-        let deviations_m: Vec<f64> =
-            reached.iter().map(|pose| pose.map_or(f64::INFINITY, |pose| pose.translation_std_m())).collect();
-        let (covered_m2, from_afar_m2) = self.coverage.areas_m2();
-        let mut targets = self.coverage.unvisited();
-        targets.extend(uncertain_keyframes(&deviations_m, &poses[..known], &config));
-        let deviations_m = deviations_m.into_iter().map(|deviation| deviation as f32).collect();
-        MapQuality { covered_m2, from_afar_m2, deviations_m, targets }
+    /// A snapshot of the map whose keyframes are at `poses`, for its quality. Linear in the keyframes and edges, which it copies; clouds are shared.
+    pub fn quality_data(&self, graph: &PoseGraph, poses: &[Isometry]) -> MapQualityData {
+        let keyframes = poses.iter().copied().zip(self.floors.iter().cloned()).collect();
+        let (config, covariances) = (MapQualityConfig::default(), graph.covariances().clone());
+        MapQualityData { config, keyframes, covariances }
     }
 }
 
-/// The floor that a keyframe saw, one point for each cell, in its own frame. Empty where no floor is found.
-fn floor(cloud: &KeyframeCloud, level_from_base: &Rotation, config: &MapQualityConfig) -> Vec<Vector3> {
-    let base_from_level = level_from_base.inverse();
+/// The points of a cloud that are floor, one for each cell. Empty where no floor is found.
+fn floor(cloud: &KeyframeCloud, level_from_base: &Rotation, config: &MapQualityConfig) -> Box<[u16]> {
     let points: Vec<Vector3> =
         cloud.points().map(|point| level_from_base * Vector3::from(point.map(f64::from))).collect();
-    let Some(height) = floor_height(&points, config) else { return Vec::new() };
-    let mut cells: BTreeMap<[i32; 2], Vector3> = BTreeMap::new();
-    for point in &points {
+    let Some(height) = floor_height(&points, config) else { return Box::default() };
+    let mut cells: BTreeMap<[i32; 2], u16> = BTreeMap::new();
+    // A cloud has fewer points than 16 bits count.
+    for (index, point) in (0..=u16::MAX).zip(&points) {
         let range = point.xy().norm();
         let is_flat = (point.z - height).abs() <= config.flatness_m + config.flatness_share * range;
         if range <= config.max_range_m && is_flat {
             let cell = [(point.x / config.cell_m).floor() as i32, (point.y / config.cell_m).floor() as i32];
-            cells.entry(cell).or_insert(*point);
+            cells.entry(cell).or_insert(index);
         }
     }
-    cells.into_values().map(|point| base_from_level * point).collect()
+    cells.into_values().collect()
 }
 
 /// The lowest height at which enough of the points nearby lie, metres.
@@ -265,12 +292,12 @@ fn neighbours([x, y, floor]: Cell, reach: i32) -> impl Iterator<Item = Cell> {
 /// Of each run of keyframes with a large standard deviation the worst one, the worst first.
 fn uncertain_keyframes(
     deviations_m: &[f64],
-    poses: &[Isometry],
+    keyframes: &[(Isometry, Arc<KeyframeFloor>)],
     config: &MapQualityConfig,
 ) -> Vec<SurveyTarget> {
     let mut worst: Vec<(usize, f64)> = Vec::new();
     let mut last = None;
-    for (index, deviation) in deviations_m.iter().copied().enumerate().take(poses.len()) {
+    for (index, deviation) in deviations_m.iter().copied().enumerate().take(keyframes.len()) {
         if deviation <= config.max_std_m || !deviation.is_finite() {
             continue;
         }
@@ -287,7 +314,7 @@ fn uncertain_keyframes(
     worst.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     worst.truncate(config.max_targets);
     let target = |(index, deviation): (usize, f64)| SurveyTarget {
-        position: poses[index].translation.vector,
+        position: keyframes[index].0.translation.vector,
         reason: SurveyReason::Uncertain(deviation),
     };
     worst.into_iter().map(target).collect()
@@ -326,8 +353,8 @@ mod tests {
     fn a_room_seen_through_its_door_is_a_target() {
         let world = rooms();
         let walk: Vec<Isometry> = (0..6).map(|x| at(f64::from(x) * 1.5 - 10.5, 0.0, 0.0)).collect();
-        let (mut finder, graph) = walked(&world, &walk, 1.0);
-        let quality = finder.quality(&graph, &walk);
+        let (finder, graph) = walked(&world, &walk, 1.0);
+        let quality = finder.quality_data(&graph, &walk).run();
         // 12 m by 8 m, and some more through the door.
         assert!((75.0..150.0).contains(&quality.covered_m2), "{quality:?}");
         let [place] = quality.targets[..] else { panic!("{quality:?}") };
@@ -339,8 +366,8 @@ mod tests {
         // After walking there, no target is left and the uncertainty is small.
         let mut on = walk.clone();
         on.extend((1..9).map(|x| at(f64::from(x) * 1.3 - 1.0, 0.0, 0.0)));
-        let (mut finder, graph) = walked(&world, &on, 1.0);
-        let quality = finder.quality(&graph, &on);
+        let (finder, graph) = walked(&world, &on, 1.0);
+        let quality = finder.quality_data(&graph, &on).run();
         assert_eq!(quality.targets, []);
         assert!(quality.covered_m2 > 150.0 && quality.from_afar_m2 < 10.0, "{quality:?}");
         assert_eq!(quality.deviations_m.len(), on.len());
@@ -351,8 +378,8 @@ mod tests {
     fn the_least_certain_keyframe_is_a_target() {
         let world = rooms();
         let walk: Vec<Isometry> = (0..8).map(|x| at(f64::from(x) * 1.2 - 10.0, 0.0, 0.0)).collect();
-        let (mut finder, graph) = walked(&world, &walk, 40.0);
-        let quality = finder.quality(&graph, &walk);
+        let (finder, graph) = walked(&world, &walk, 40.0);
+        let quality = finder.quality_data(&graph, &walk).run();
         let unsure: Vec<&SurveyTarget> = quality
             .targets
             .iter()
@@ -366,16 +393,16 @@ mod tests {
     fn the_floor_moves_along_with_the_map() {
         let world = rooms();
         let walk: Vec<Isometry> = (0..4).map(|x| at(f64::from(x) - 8.0, 0.0, 0.0)).collect();
-        let (mut finder, graph) = walked(&world, &walk, 1.0);
-        let before = finder.quality(&graph, &walk);
+        let (finder, graph) = walked(&world, &walk, 1.0);
+        let before = finder.quality_data(&graph, &walk).run();
         let moved: Vec<Isometry> = walk.iter().map(|pose| at(0.0, 30.0, 0.0) * pose).collect();
-        let after = finder.quality(&graph, &moved);
+        let after = finder.quality_data(&graph, &moved).run();
         assert!((before.covered_m2 - after.covered_m2).abs() <= 4.0, "{before:?} {after:?}");
-        let (mut finder, graph) = walked(&world, &walk, 1.0);
-        let fresh = finder.quality(&graph, &moved);
-        assert_eq!(after, fresh);
+        let (finder, graph) = walked(&world, &walk, 1.0);
+        let fresh = finder.quality_data(&graph, &moved).run();
+        assert_eq!(after, fresh, "whether the floors were computed before does not matter");
         assert_eq!(
-            LoopFinder::new(LoopConfig::default()).quality(&PoseGraph::default(), &[]),
+            LoopFinder::new(LoopConfig::default()).quality_data(&PoseGraph::default(), &[]).run(),
             MapQuality::default()
         );
     }

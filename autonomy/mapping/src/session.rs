@@ -276,12 +276,6 @@ impl Session {
         corrections.inspect(|corrections| self.apply(corrections)).is_some()
     }
 
-    /// As [`Self::optimise`], with every factor linearised again at the solution.
-    pub fn relinearise(&mut self) -> bool {
-        let corrections = self.graph.relinearise();
-        corrections.inspect(|corrections| self.apply(corrections)).is_some()
-    }
-
     /// Sets the poses of the first keyframes, see [`PoseGraph::move_keyframes`]. The trajectory and the odometry's frame move along.
     pub fn move_keyframes(&mut self, poses: &[Isometry]) {
         let corrections = self.graph.move_keyframes(poses);

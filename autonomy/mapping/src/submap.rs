@@ -81,6 +81,11 @@ impl KeyframeCloud {
         self.points.iter().map(|point| point.map(|c| f32::from(c) * RESOLUTION_M))
     }
 
+    /// One of the points, base frame, metres.
+    pub fn point(&self, index: usize) -> [f32; 3] {
+        self.points[index].map(|c| f32::from(c) * RESOLUTION_M)
+    }
+
     /// The range image of the scan: what the sensor looked through.
     pub fn view(&self) -> &RangeImage {
         &self.view

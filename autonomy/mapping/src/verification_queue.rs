@@ -9,7 +9,7 @@ use vocab::{KeyframeId, Stamp};
 /// Parameters of the queue of comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VerificationQueueConfig {
-    /// Greatest number of comparisons that run at a time. They share a thread with the writing of clouds.
+    /// Greatest number of comparisons that run at a time. They share the compute lane with relocalisation and map quality.
     pub max_running: usize,
     /// Greatest number of comparisons that wait: what a walk through an old corridor proposes in half a minute.
     pub max_waiting: usize,

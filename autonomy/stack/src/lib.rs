@@ -14,7 +14,7 @@ mod sensor_monitor;
 mod texts;
 mod work;
 
-pub use prior_map::encode_prior_keyframe;
+pub use prior_map::{MapPreparation, PreparedMap, encode_prior_keyframe};
 pub use work::ComputeJob;
 
 use control::{Admission, Control};
@@ -26,13 +26,13 @@ use mapping::Odometer;
 use mapping_messages::rows;
 use mapping_phase::{MapUpdate, MappingEvents, MappingPhase};
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, Job, JobDone,
-    JobResult, Notice, PriorMap, Publication, RobotProfile, Sensor, Severity, StackEffect,
+    BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, JobDone,
+    JobId, JobOwner, JobResult, Notice, Publication, RobotProfile, Sensor, Severity, StackEffect,
 };
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
-use vocab::{Covariance6, MapId, Span, Stamp};
+use vocab::{Covariance6, Span, Stamp};
 
 /// Parameters of the [`Stack`] itself. The parts have their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +67,8 @@ struct Running {
     executive: Executive,
     /// Number of the next job.
     jobs: u64,
-    /// The job that saves a map, and the map.
-    saving: Option<(u64, MapId)>,
+    /// A saved map that the next step may get.
+    prepared_map: Option<PreparedMap>,
     points_used: u32,
     odometer: Odometer,
     /// The last located scan.
@@ -110,11 +110,36 @@ impl Stack {
         }
     }
 
+    /// How the map that a job reads is to be prepared; none if it reads none.
+    pub fn map_preparation(&self, job: JobId) -> Option<MapPreparation> {
+        let sensor = self.running.as_ref()?.mapping.sensor();
+        match job.owner {
+            JobOwner::MapExtension => Some(MapPreparation::Extension { sensor }),
+            JobOwner::Localisation => Some(MapPreparation::Localisation),
+            _ => None,
+        }
+    }
+
+    /// Hands over the prepared form of a map, before the step that gets the map. That step is shorter then, and its effects are the same: a replay
+    /// never calls this.
+    pub fn supply_prepared_map(&mut self, prepared: PreparedMap) {
+        if let Some(running) = &mut self.running {
+            running.prepared_map = Some(prepared);
+        }
+    }
+
     /// What a job takes that a step has just started; none if nothing but its description is needed, or it was fetched
     /// before. Changes nothing that a later step depends on: a replay never calls this.
-    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
-        let running = self.running.as_mut()?;
-        running.localisation.take_compute_job(job).or_else(|| running.mapping.take_compute_job(job))
+    pub fn take_compute_job(&mut self, job: JobId) -> Option<ComputeJob> {
+        let Running { mapping, localisation, .. } = &mut **self.running.as_mut()?;
+        match job.owner {
+            JobOwner::LoopClosing => mapping.take_comparison(job.number),
+            JobOwner::MapSearch => mapping.take_search(job.number),
+            JobOwner::Relinearisation => mapping.take_relinearisation(job.number),
+            JobOwner::MapQuality => mapping.take_quality(job.number),
+            JobOwner::Relocalisation | JobOwner::Disambiguation => localisation.take_compute_job(job.number),
+            JobOwner::MapSaving | JobOwner::MapExtension | JobOwner::Localisation => None,
+        }
     }
 }
 
@@ -140,7 +165,7 @@ impl Running {
             docks: dock_registry(&record.docks),
             executive: Executive::new(ExecutiveConfig::default(), &profile(record)),
             jobs: 0,
-            saving: None,
+            prepared_map: None,
             points_used: 0,
             odometer: Odometer::default(),
             last: None,
@@ -240,9 +265,7 @@ impl Running {
             None => {}
         }
         self.start_jobs(effects);
-        if let Some(quality) = self.mapping.quality(at) {
-            publish(effects, Publication::Quality(quality));
-        }
+        self.mapping.start_quality(at, effects);
         self.last = Some(located);
         self.publish_changes(at, effects);
         self.report(at, effects);
@@ -331,7 +354,7 @@ impl Running {
         if let Some(located) = predicted {
             publish(effects, Publication::Estimate(self.estimate(&located, &frames.map_from_base())));
         }
-        self.save_closed_map(at, effects);
+        self.mapping.close(at, &mut self.jobs, effects);
         self.publish_changes(at, effects);
         self.report(at, effects);
     }
@@ -455,7 +478,7 @@ impl Running {
                 self.odometry.flush(&mut events);
                 self.handle_odometry_events(at, events, effects);
                 self.mapping.finish(at, *map, name)?;
-                self.save_closed_map(at, effects);
+                self.mapping.close(at, &mut self.jobs, effects);
                 Ok(())
             }
             CommandKind::Teleoperate(velocity) => {
@@ -491,62 +514,52 @@ impl Running {
         }
     }
 
-    /// Passes a saved map, or why it cannot be used, to the phase that asked for it.
-    fn loaded(&mut self, at: Stamp, job: u64, read: Result<&PriorMap, &str>, effects: &mut Vec<StackEffect>) {
-        for result in [self.mapping.loaded(job, read), self.localisation.finish_loading(job, read)] {
-            if let Err(text) = result {
-                effects.push(notice(at, Severity::Error, text));
-            }
-        }
-    }
-
-    /// Starts to save the map of a session that has ended, once its last jobs are done.
-    fn save_closed_map(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
-        if let Some(finished) = self.mapping.closed(at) {
-            self.saving = Some((self.jobs, finished.map));
-            effects.push(StackEffect::StartJob { job: self.jobs, work: Job::SaveMap(Arc::new(finished)) });
-            self.jobs += 1;
-        }
-    }
-
+    /// Hands the result of a job to its owner.
     fn job_done(&mut self, at: Stamp, done: JobDone, effects: &mut Vec<StackEffect>) {
-        match done.result {
-            JobResult::Relocalised(response) => {
-                let transition = self.localisation.finish_relocalisation(done.job, Some(&response));
+        let JobDone { number, result } = done;
+        match result {
+            JobResult::MapSaving(result) => {
+                if self.mapping.finish_saving(number, &result) {
+                    effects.push(match &result {
+                        Ok(_) => notice(at, Severity::Info, texts::MAP_SAVED.to_owned()),
+                        Err(failure) => notice(at, Severity::Error, texts::map_not_saved(&failure.reason)),
+                    });
+                }
+            }
+            JobResult::MapExtension(read) => {
+                let supplied = self.prepared_map.take();
+                let refused = self.mapping.finish_loading(number, &read, supplied).err();
+                effects.extend(refused.map(|text| notice(at, Severity::Error, text)));
+            }
+            JobResult::LoopClosing(result) => {
+                let events = self.mapping.finish_comparison(number, &result);
+                self.publish_mapping(at, events, effects);
+                self.mapping.close(at, &mut self.jobs, effects);
+            }
+            JobResult::MapSearch(result) => {
+                let events = self.mapping.finish_search(number, &result);
+                self.publish_mapping(at, events, effects);
+            }
+            JobResult::Relinearisation(result) => {
+                let warning = self.mapping.finish_relinearisation(number, &result, effects);
+                effects.extend(warning.map(|text| notice(at, Severity::Warning, text)));
+            }
+            JobResult::MapQuality(result) => {
+                let quality = self.mapping.finish_quality(number, result);
+                effects.extend(quality.map(|quality| StackEffect::Publish(Publication::Quality(quality))));
+            }
+            JobResult::Localisation(read) => {
+                let supplied = self.prepared_map.take();
+                let refused = self.localisation.finish_loading(number, &read, supplied).err();
+                effects.extend(refused.map(|text| notice(at, Severity::Error, text)));
+            }
+            JobResult::Relocalisation(answer) => {
+                let transition = self.localisation.finish_relocalisation(number, &answer);
                 self.publish_transition(at, transition, effects);
             }
-            JobResult::DisambiguationPlanned(plan) => {
-                self.localisation.finish_disambiguation(done.job, Some(&plan))
-            }
-            JobResult::LoopVerified(_) | JobResult::RevisitCompared(_) | JobResult::MapSearched(_) => {
-                let events = self.mapping.complete_job(&done);
-                self.publish_mapping(at, events, effects);
-                self.save_closed_map(at, effects);
-            }
-            JobResult::MapLoaded(prior_map) => self.loaded(at, done.job, Ok(&prior_map), effects),
-            JobResult::MapSaved { map, .. } => {
-                self.mapping.saved(map, true);
-                effects.push(notice(at, Severity::Info, texts::MAP_SAVED.to_owned()));
-            }
-            JobResult::Failed { reason } => self.job_failed(at, done.job, &reason, effects),
+            JobResult::Disambiguation(plan) => self.localisation.finish_disambiguation(number, &plan),
         }
         self.publish_changes(at, effects);
-    }
-
-    /// Passes the failure of a job to the phase that started it.
-    fn job_failed(&mut self, at: Stamp, job: u64, reason: &str, effects: &mut Vec<StackEffect>) {
-        if let Some((_, map)) = self.saving.take_if(|(saving, _)| *saving == job) {
-            self.mapping.saved(map, false);
-            effects.push(notice(at, Severity::Error, texts::map_not_saved(reason)));
-            return;
-        }
-        self.localisation.finish_relocalisation(job, None);
-        self.localisation.finish_disambiguation(job, None);
-        self.loaded(at, job, Err(&texts::map_not_usable(reason)), effects);
-        let failed = JobDone { job, result: JobResult::Failed { reason: reason.to_owned() } };
-        let events = self.mapping.complete_job(&failed);
-        self.publish_mapping(at, events, effects);
-        self.save_closed_map(at, effects);
     }
 }
 

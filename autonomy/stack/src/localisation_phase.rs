@@ -2,16 +2,17 @@
 //! for, and publishes what comes of it.
 
 use crate::odometry_adapter::LocatedScan;
-use crate::prior_map::DecodedPriorMap;
-use crate::work::ComputeJob;
+use crate::prior_map::PreparedMap;
+use crate::texts;
+use crate::work::{ComputeJob, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::{
-    Dock, DockRegistry, DockRegistryConfig, ExplorationHint, GlobalLocaliser, InitialPose, LocalisationMap,
-    LocalisationTransition, LocalisationWork, Localiser, LocaliserConfig, LocaliserState, OdometryScan,
+    Dock, DockRegistry, DockRegistryConfig, ExplorationHint, InitialPose, LocalisationTransition,
+    LocalisationWork, Localiser, LocaliserConfig, LocaliserState, OdometryScan,
 };
 use messages::{
-    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobResult, LocalisationState, PoseInMap,
-    PriorMap, RelocalisationResponse, RelocalisationTask, StackEffect,
+    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobFailure, JobResult, LocalisationState,
+    PoseInMap, PriorMap, RelocalisationResponse, RelocalisationTask, StackEffect,
 };
 use std::sync::Arc;
 use vocab::{MapId, Stamp};
@@ -102,21 +103,23 @@ impl LocalisationPhase {
         self.localiser.covariance()
     }
 
-    /// The map has been read, or could not be. Maps that nobody waits for are ignored.
+    /// The map has been read, or could not be; `supplied` may be its prepared form. Maps that nobody waits for are ignored.
     ///
     /// # Errors
     /// Why the robot is in no map then.
-    pub fn finish_loading(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
+    pub fn finish_loading(
+        &mut self,
+        job: u64,
+        read: &Result<Arc<PriorMap>, JobFailure>,
+        supplied: Option<PreparedMap>,
+    ) -> Result<(), String> {
         let Phase::Loading { map, initial_pose, job: Some(waited) } = self.phase else { return Ok(()) };
         if waited != job {
             return Ok(());
         }
         self.phase = Phase::Idle;
-        let known = DecodedPriorMap::decode(read?)?;
-        let keyframes =
-            known.keyframes.into_iter().map(|keyframe| (keyframe.map_from_keyframe, keyframe.descriptor));
-        let localisation_map = Arc::new(LocalisationMap::new(keyframes.collect()));
-        self.localiser.start(Arc::new(GlobalLocaliser::new(localisation_map)), initial_pose);
+        let read = read.as_ref().map_err(|failure| texts::map_not_usable(&failure.reason))?;
+        self.localiser.start(PreparedMap::localiser(supplied, read)?, initial_pose);
         self.phase = Phase::Running { map };
         Ok(())
     }
@@ -152,7 +155,7 @@ impl LocalisationPhase {
     /// Starts the jobs that are pending. `jobs` counts all jobs of the stack.
     pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
         let mut start = |work: Job, jobs: &mut u64| {
-            effects.push(StackEffect::StartJob { job: *jobs, work });
+            effects.push(StackEffect::start_job(*jobs, work));
             *jobs += 1;
         };
         match &mut self.phase {
@@ -178,14 +181,15 @@ impl LocalisationPhase {
     /// What a job needs; none if the job is another's.
     pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
         let Phase::Running { map } = self.phase else { return None };
-        self.localiser.work(job).map(|work| ComputeJob::localise(map, work))
+        let work = self.localiser.work(job)?;
+        Some(ComputeJob::new(job, Work::Localise { map, work: Box::new(work) }))
     }
 
     /// A relocalisation job has ended, with an answer or without one. Other jobs are ignored.
     pub fn finish_relocalisation(
         &mut self,
         job: u64,
-        answer: Option<&RelocalisationResponse>,
+        answer: &Result<RelocalisationResponse, JobFailure>,
     ) -> Option<LocalisationTransition> {
         let decode = |one: &messages::PoseHypothesis| {
             let map_from_base = isometry_from_pose(&one.map_from_base)?;
@@ -193,13 +197,13 @@ impl LocalisationPhase {
             Some(localisation::PoseHypothesis { map_from_base, fit, violation_share })
         };
         let found: Option<Vec<_>> =
-            answer.map(|answer| answer.hypotheses.iter().filter_map(decode).collect());
+            answer.as_ref().ok().map(|answer| answer.hypotheses.iter().filter_map(decode).collect());
         self.localiser.finish_relocalisation(job, found.as_deref())
     }
 
     /// The planning of a path has ended, with a path or without one. Other jobs are ignored.
-    pub fn finish_disambiguation(&mut self, job: u64, plan: Option<&DisambiguationPlan>) {
-        let path = plan.map(|plan| plan.path.iter().map(|at| vec_from_plain(*at)).collect());
+    pub fn finish_disambiguation(&mut self, job: u64, plan: &Result<DisambiguationPlan, JobFailure>) {
+        let path = plan.as_ref().ok().map(|plan| plan.path.iter().map(|at| vec_from_plain(*at)).collect());
         self.localiser.finish_disambiguation(job, path);
     }
 
@@ -230,12 +234,12 @@ pub(crate) fn run_work(map: MapId, work: &LocalisationWork) -> JobResult {
             };
             let hypotheses = work.run().iter().map(plain).collect();
             let task = RelocalisationTask { map, number: work.id() };
-            JobResult::Relocalised(Box::new(RelocalisationResponse { task, hypotheses }))
+            JobResult::Relocalisation(Ok(RelocalisationResponse { task, hypotheses }))
         }
         LocalisationWork::PlanDisambiguation(work) => {
             let path = work.run().iter().map(vec_to_plain).collect();
             let task = DisambiguationTask { map, number: work.id() };
-            JobResult::DisambiguationPlanned(DisambiguationPlan { task, path })
+            JobResult::Disambiguation(Ok(DisambiguationPlan { task, path }))
         }
     }
 }

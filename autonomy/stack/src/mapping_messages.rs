@@ -1,7 +1,9 @@
 //! Conversion between the types of `mapping` and the plain messages of the log and the clients.
 
 use crate::loop_texts;
-use geometry::{Matrix6, isometry_from_pose, pose_from_isometry, vec_to_plain};
+use geometry::{
+    Isometry, Matrix6, isometry_from_pose, isometry_from_unit_pose, pose_from_isometry, vec_to_plain,
+};
 use mapping::{
     AlignmentError, CandidateSource, ComparisonResult, Edge, Evidence, GraphChanges, LoopOutcome, LoopRecord,
     MapAlignment, MapSearchFix, QueuedComparison, RejectionReason, Session, UncertainPose, Verdict,
@@ -9,27 +11,51 @@ use mapping::{
 };
 use messages::{
     ComparedRevisit, EdgeKind, GraphDelta, GraphEdge, GraphNode, Job, LoopDecision, LoopEvidence,
-    LoopRejection, LoopSource, LoopTask, LoopVerdict, MapQuality, MapSearchOutcome, PoseGraph, RevisitTask,
-    SurveyReason, SurveyTarget, VerifiedLoop,
+    LoopRejection, LoopSource, LoopTask, LoopVerdict, MapQuality, MapSearchOutcome, PlaceComparison,
+    PoseGraph, RevisitTask, SurveyReason, SurveyTarget, VerifiedLoop,
 };
-use vocab::SessionId;
+use vocab::{Pose, SessionId};
 
-/// The description of a comparison's job.
-pub(crate) fn comparison_job(session: SessionId, queued: &QueuedComparison) -> Job {
-    match *queued {
-        QueuedComparison::Pair { from, to, source, guess } => {
-            let (source, guess) = (source_to_plain(source), pose_from_isometry(&guess));
-            Job::VerifyLoop(LoopTask { session, from, to, source, guess })
+/// What a comparison is about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum ComparisonTask {
+    Loop(LoopTask),
+    Revisit(RevisitTask),
+}
+
+impl ComparisonTask {
+    pub fn new(session: SessionId, queued: &QueuedComparison) -> Self {
+        match *queued {
+            QueuedComparison::Pair { from, to, source, guess } => {
+                let (source, guess) = (source_to_plain(source), pose_from_isometry(&guess));
+                Self::Loop(LoopTask { session, from, to, source, guess })
+            }
+            QueuedComparison::Revisit { waypoint, stamp, keyframe, guess } => {
+                let guess = pose_from_isometry(&guess);
+                Self::Revisit(RevisitTask { session, waypoint, stamp, keyframe, guess })
+            }
         }
-        QueuedComparison::Revisit { waypoint, stamp, keyframe, guess } => {
-            let guess = pose_from_isometry(&guess);
-            Job::CompareRevisit(RevisitTask { session, waypoint, stamp, keyframe, guess })
+    }
+
+    /// The job that compares.
+    pub fn job(self) -> Job {
+        match self {
+            Self::Loop(task) => Job::VerifyLoop(task),
+            Self::Revisit(task) => Job::CompareRevisit(task),
+        }
+    }
+
+    /// Its result.
+    pub fn result(self, result: &ComparisonResult) -> PlaceComparison {
+        match self {
+            Self::Loop(task) => PlaceComparison::Loop(Box::new(verified_to_plain(&task, result))),
+            Self::Revisit(task) => PlaceComparison::Revisit(Box::new(compared_to_plain(&task, result))),
         }
     }
 }
 
 /// The result of comparing a pair.
-pub(crate) fn verified_to_plain(task: &LoopTask, result: &ComparisonResult) -> VerifiedLoop {
+fn verified_to_plain(task: &LoopTask, result: &ComparisonResult) -> VerifiedLoop {
     VerifiedLoop {
         task: *task,
         from_from_to: pose_from_isometry(&result.pose),
@@ -40,7 +66,7 @@ pub(crate) fn verified_to_plain(task: &LoopTask, result: &ComparisonResult) -> V
 }
 
 /// The result of comparing a revisit.
-pub(crate) fn compared_to_plain(task: &RevisitTask, result: &ComparisonResult) -> ComparedRevisit {
+fn compared_to_plain(task: &RevisitTask, result: &ComparisonResult) -> ComparedRevisit {
     ComparedRevisit {
         task: *task,
         keyframe_from_base: pose_from_isometry(&result.pose),
@@ -135,6 +161,14 @@ pub(crate) fn fix_from_plain(found: &MapSearchOutcome) -> Option<MapSearchFix> {
     Some(MapSearchFix { waypoint: *waypoint, keyframe: *keyframe, keyframe_from_waypoint })
 }
 
+/// The poses of all `count` keyframes, to the last bit as they were solved; none if there are others, or one is no pose.
+pub(crate) fn relinearised_from_plain(poses: &[Pose], count: usize) -> Option<Vec<Isometry>> {
+    if poses.len() != count {
+        return None;
+    }
+    poses.iter().map(isometry_from_unit_pose).collect()
+}
+
 /// The pose graph of a session.
 pub(crate) fn graph_to_plain(session: &Session) -> PoseGraph {
     let graph = session.graph();
@@ -178,8 +212,8 @@ fn node_to_plain(node: &mapping::Node) -> GraphNode {
     }
 }
 
-/// The quality of a map.
-pub(crate) fn quality_to_plain(quality: mapping::MapQuality) -> MapQuality {
+/// The quality of a map whose pose graph had this revision.
+pub(crate) fn quality_to_plain(revision: u64, quality: &mapping::MapQuality) -> MapQuality {
     let target = |target: &mapping::SurveyTarget| SurveyTarget {
         at: vec_to_plain(&target.position),
         why: match target.reason {
@@ -188,9 +222,10 @@ pub(crate) fn quality_to_plain(quality: mapping::MapQuality) -> MapQuality {
         },
     };
     MapQuality {
+        revision,
         covered_m2: quality.covered_m2,
         from_afar_m2: quality.from_afar_m2,
-        deviations_m: quality.deviations_m,
+        deviations_m: quality.deviations_m.clone(),
         targets: quality.targets.iter().map(target).collect(),
     }
 }

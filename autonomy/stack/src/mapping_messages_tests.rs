@@ -104,10 +104,10 @@ fn a_pose_that_is_not_finite_is_no_result() {
 fn a_queued_comparison_becomes_a_job_with_its_numbers() {
     let (from, to, guess) = (KeyframeId(3), KeyframeId(9), pose());
     let pair = QueuedComparison::Pair { from, to, source: CandidateSource::Person, guess };
-    assert_eq!(comparison_job(SESSION, &pair), Job::VerifyLoop(loop_task(LoopSource::Person)));
+    assert_eq!(ComparisonTask::new(SESSION, &pair).job(), Job::VerifyLoop(loop_task(LoopSource::Person)));
     let stamp = Stamp::from_nanos(5);
     let revisit = QueuedComparison::Revisit { waypoint: 4, stamp, keyframe: from, guess };
-    assert_eq!(comparison_job(SESSION, &revisit), Job::CompareRevisit(revisit_task()));
+    assert_eq!(ComparisonTask::new(SESSION, &revisit).job(), Job::CompareRevisit(revisit_task()));
 }
 
 #[test]

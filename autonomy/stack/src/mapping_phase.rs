@@ -2,25 +2,25 @@
 //! hands them scans, starts their jobs, and publishes what they find.
 
 use crate::loop_texts;
-use crate::mapping_messages as plain;
+use crate::mapping_messages::{self as plain, ComparisonTask};
 use crate::odometry_adapter::LocatedScan;
-use crate::prior_map::DecodedPriorMap;
+use crate::prior_map::{BaseMap, PreparedMap};
 use crate::texts;
-use crate::work::ComputeJob;
+use crate::work::{ComputeJob, Work};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use mapping::{
     AddedWaypoint, GraphPublisher, KeyframePolicy, LastSavedMap, LastSavedMapConfig, LoopClosing,
-    LoopClosingConfig, LoopEvents, MapSearch, MapSearchConfig, MapSearchFix, OptimiserConfig, PoseGraph,
-    ScanPose, Session, SessionConfig,
+    LoopClosingConfig, LoopEvents, MapSearch, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session,
+    SessionConfig,
 };
 use messages::{
-    BootRecord, Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobDone, JobResult, Keyframe,
-    LoopDecision, MapQuality, MapSearchOutcome, MapSearchTask, MappingState, PriorMap, Publication,
-    Reanchored, RevisitCounts, StackEffect,
+    BootRecord, Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobFailure, Keyframe, LoopDecision,
+    MapQuality, MapSearchOutcome, MapSearchResult, MapSearchTask, MappingState, PlaceComparison, PriorMap,
+    Publication, Reanchored, RevisitCounts, StackEffect,
 };
 use points::Downsampler;
 use std::sync::Arc;
-use vocab::{KeyframeId, MapId, SessionId, Span, Stamp};
+use vocab::{KeyframeId, MapId, Pose, SessionId, Span, Stamp};
 
 /// Parameters of a mapping session.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +28,8 @@ struct MappingConfig {
     /// Edge of the voxels in which clouds of keyframes are averaged, metres. Well below what a person can tell apart on the map, and a tenth of the
     /// points of a full-resolution sweep near the robot.
     keyframe_voxel_m: f32,
-    /// Time that a finished map waits for its last comparisons. Walks mostly end where they began. Far longer than all comparisons that may wait
-    /// take.
+    /// Time that a finished map waits for its last comparisons, and then for its relinearisation. Walks mostly end where they began. Far longer than all
+    /// comparisons that may wait take.
     max_closing_time: Span,
     /// Time between two computations of the quality of a map that changes.
     quality_period: Span,
@@ -63,6 +63,8 @@ pub(crate) struct MappingPhase {
     sensor: [f32; 3],
     keyframe_policy: KeyframePolicy,
     leave_loops_open: bool,
+    /// Number of the next job that computes the quality. These are counted apart, so that the numbers of other jobs do not depend on them.
+    quality_jobs: u64,
 }
 
 #[derive(Debug, Default)]
@@ -77,27 +79,21 @@ enum Phase {
     },
     Starting(SessionId, Option<Box<BaseMap>>),
     Running(Running),
-    /// Nothing is added any more; the last pairs are being looked at.
+    /// Nothing is added any more. The last pairs are compared, then the graph is relinearised.
     Closing {
         map: MapId,
         name: String,
         since: Stamp,
+        /// The job that relinearises the graph, and when it was started.
+        relinearisation: Option<(u64, Stamp)>,
         running: Running,
     },
     Saving {
         map: MapId,
+        job: u64,
         /// Kept until the map is on disk.
-        unsaved: Running,
+        running: Running,
     },
-}
-
-/// The finished map that a session extends.
-#[derive(Debug)]
-struct BaseMap {
-    map: MapId,
-    graph: PoseGraph,
-    loops: Box<LoopClosing>,
-    search: Box<MapSearch>,
 }
 
 #[derive(Debug)]
@@ -112,8 +108,10 @@ struct Running {
     search: Option<(MapId, Box<MapSearch>)>,
     /// What was published of the graph.
     graph_publisher: GraphPublisher,
-    /// When the quality was computed last, and the revision of the graph then.
+    /// When the last computation of the quality was started, and the revision of the graph then.
     last_quality: Option<(Stamp, u64)>,
+    /// The job that computes it.
+    quality_job: Option<u64>,
 }
 
 /// What a scan changed in the map.
@@ -170,9 +168,9 @@ impl MappingPhase {
     /// it.
     pub fn map_from_odom(&self) -> Isometry {
         let running = match &self.phase {
-            Phase::Running(running)
-            | Phase::Closing { running, .. }
-            | Phase::Saving { unsaved: running, .. } => Some(running),
+            Phase::Running(running) | Phase::Closing { running, .. } | Phase::Saving { running, .. } => {
+                Some(running)
+            }
             Phase::Idle | Phase::Loading { .. } | Phase::Starting(..) => None,
         };
         let of_running = running.map(|running| *running.session.map_from_odom());
@@ -212,24 +210,24 @@ impl MappingPhase {
         }
     }
 
-    /// The saved map has been read, or could not be. Maps that nobody waits for are ignored.
+    /// The saved map has been read, or could not be; `supplied` may be its prepared form. Maps that nobody waits for are ignored.
     ///
     /// # Errors
     /// Why there is no session then.
-    pub fn loaded(&mut self, job: u64, read: Result<&PriorMap, &str>) -> Result<(), String> {
+    pub fn finish_loading(
+        &mut self,
+        job: u64,
+        read: &Result<Arc<PriorMap>, JobFailure>,
+        supplied: Option<PreparedMap>,
+    ) -> Result<(), String> {
         let Phase::Loading { session, job: Some(waited), .. } = self.phase else { return Ok(()) };
         if waited != job {
             return Ok(());
         }
         self.phase = Phase::Idle;
-        let prior = DecodedPriorMap::decode(read?)?;
-        let search = MapSearch::new(MapSearchConfig::default(), prior.matcher());
-        let DecodedPriorMap { map, nodes, keyframes, edges, loops } = prior;
-        let graph = PoseGraph::resume(nodes, edges, loops, OptimiserConfig::default());
-        let mut graph = graph.map_err(|error| texts::map_not_extendable(&error))?;
-        let loops = LoopClosing::resume(LoopClosingConfig::default(), self.sensor, &keyframes, &mut graph);
-        let (loops, search) = (Box::new(loops), Box::new(search));
-        self.phase = Phase::Starting(session, Some(Box::new(BaseMap { map, graph, loops, search })));
+        let read = read.as_ref().map_err(|failure| texts::map_not_usable(&failure.reason))?;
+        let base = PreparedMap::extension(supplied, read, self.sensor)?;
+        self.phase = Phase::Starting(session, Some(base));
         Ok(())
     }
 
@@ -245,7 +243,7 @@ impl MappingPhase {
         }
     }
 
-    /// Ends the session; [`Self::closed`] hands its map over.
+    /// Ends the session; [`Self::close`] goes on with it.
     pub fn finish(&mut self, at: Stamp, map: MapId, name: &str) -> Result<(), String> {
         let Phase::Running(Running { session, search, .. }) = &self.phase else {
             return Err(texts::NO_MAPPING.to_owned());
@@ -262,32 +260,88 @@ impl MappingPhase {
         }
         let name = name.chars().take(120).collect();
         if let Phase::Running(running) = std::mem::take(&mut self.phase) {
-            self.phase = Phase::Closing { map, name, since: at, running };
+            self.phase = Phase::Closing { map, name, since: at, relinearisation: None, running };
         }
         Ok(())
     }
 
-    /// The map of a session that was ended, once its last pairs of keyframes have been looked at or it is too long ago; it has
-    /// to be saved.
-    pub fn closed(&mut self, at: Stamp) -> Option<FinishedMap> {
-        let Phase::Closing { map, name, since, running } = &mut self.phase else { return None };
-        let Running { id, extends, session, loops, .. } = running;
-        if loops.as_ref().is_some_and(|loops| loops.is_comparing())
-            && at - *since < self.config.max_closing_time
-        {
+    /// Goes on with a session that was ended, if it may. Its last pairs of keyframes are compared, then its graph is relinearised, then its map is
+    /// saved. Each wait is bounded. `jobs` counts all jobs of the stack.
+    pub fn close(&mut self, at: Stamp, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
+        let Phase::Closing { since, relinearisation, running, .. } = &mut self.phase else { return };
+        let is_overdue = |since: Stamp| at - since >= self.config.max_closing_time;
+        match relinearisation {
+            Some((job, started)) => {
+                if is_overdue(*started) {
+                    let job = *job;
+                    self.save(job, effects);
+                }
+            }
+            None => {
+                let Running { id, session, loops, .. } = running;
+                if loops.as_ref().is_some_and(|loops| loops.is_comparing()) && !is_overdue(*since) {
+                    return;
+                }
+                let job = *jobs;
+                *jobs += 1;
+                if loops.as_mut().is_some_and(|loops| loops.finish(session)) {
+                    *relinearisation = Some((job, at));
+                    effects.push(StackEffect::start_job(job, Job::Relinearise(*id)));
+                } else {
+                    self.save(job, effects);
+                }
+            }
+        }
+    }
+
+    /// A snapshot of the graph of a session that ends.
+    pub fn take_relinearisation(&self, job: u64) -> Option<ComputeJob> {
+        let Phase::Closing { relinearisation: Some((waited, _)), running, .. } = &self.phase else {
+            return None;
+        };
+        let work = running.session.graph().relinearisation().filter(|_| *waited == job)?;
+        Some(ComputeJob::new(job, Work::Relinearise(work)))
+    }
+
+    /// The graph of a session that ends was relinearised. If not, the poses stay as they were. The map is saved either way. Returns a warning.
+    pub fn finish_relinearisation(
+        &mut self,
+        job: u64,
+        result: &Result<Vec<Pose>, JobFailure>,
+        effects: &mut Vec<StackEffect>,
+    ) -> Option<String> {
+        let Phase::Closing { relinearisation: Some((waited, _)), running, .. } = &mut self.phase else {
+            return None;
+        };
+        if *waited != job {
             return None;
         }
-        if let Some(loops) = loops {
-            // A failure at the very end leaves the poses as they were. They are saved like that.
-            loops.finish(session);
+        let session = &mut running.session;
+        let count = session.graph().nodes().len();
+        let poses = result.as_ref().ok().and_then(|poses| plain::relinearised_from_plain(poses, count));
+        if let Some(poses) = poses {
+            session.move_keyframes(&poses);
         }
-        let map = *map;
+        self.save(job, effects);
+        result.as_ref().err().map(|failure| texts::map_not_relinearised(&failure.reason))
+    }
+
+    /// Saves the map of a session that was ended, in the job with this number.
+    fn save(&mut self, job: u64, effects: &mut Vec<StackEffect>) {
+        let (map, name, since, running) = match std::mem::take(&mut self.phase) {
+            Phase::Closing { map, name, since, running, .. } => (map, name, since, running),
+            other => {
+                self.phase = other;
+                return;
+            }
+        };
+        let Running { id, extends, session, loops, .. } = &running;
         let finished = FinishedMap {
             map,
-            name: std::mem::take(name),
+            name,
             session: *id,
             extends: *extends,
-            at: *since,
+            at: since,
             distance: session.distance_m(),
             graph: Arc::new(plain::graph_to_plain(session)),
             trajectory: session.trajectory().iter().map(|(s, p)| (*s, pose_from_isometry(p))).collect(),
@@ -303,23 +357,30 @@ impl MappingPhase {
                 RevisitCounts { compared, confirmed }
             }),
         };
-        if let Phase::Closing { running: unsaved, .. } = std::mem::take(&mut self.phase) {
-            self.phase = Phase::Saving { map, unsaved };
-        }
-        Some(finished)
+        effects.push(StackEffect::start_job(job, Job::SaveMap(Arc::new(finished))));
+        self.phase = Phase::Saving { map, job, running };
     }
 
-    /// The save has ended: the session is over, or goes on if its map could not be written.
-    pub fn saved(&mut self, map: MapId, written: bool) {
-        if !matches!(&self.phase, Phase::Saving { map: saving, .. } if *saving == map) {
-            return;
-        }
-        if written {
-            self.end();
-            self.last_saved =
-                Some(LastSavedMap::new(LastSavedMapConfig::default(), map, self.map_from_odom()));
-        } else if let Phase::Saving { unsaved, .. } = std::mem::take(&mut self.phase) {
-            self.phase = Phase::Running(unsaved);
+    /// The save has ended: the session is over, or goes on if its map could not be written. Returns whether a session waited for it.
+    pub fn finish_saving(&mut self, job: u64, result: &Result<MapId, JobFailure>) -> bool {
+        match std::mem::take(&mut self.phase) {
+            // In journals up to version 4 the graph was relinearised within a step, and the save ended next.
+            Phase::Saving { map, job: waited, running }
+            | Phase::Closing { map, relinearisation: Some((waited, _)), running, .. }
+                if waited == job =>
+            {
+                self.phase = Phase::Running(running);
+                if result.is_ok() {
+                    self.end();
+                    self.last_saved =
+                        Some(LastSavedMap::new(LastSavedMapConfig::default(), map, self.map_from_odom()));
+                }
+                true
+            }
+            other => {
+                self.phase = other;
+                false
+            }
         }
     }
 
@@ -334,76 +395,85 @@ impl MappingPhase {
         match &mut self.phase {
             Phase::Loading { session, map, job: job @ None } => {
                 let work = Job::LoadMap { session: *session, map: *map };
-                effects.push(StackEffect::StartJob { job: *jobs, work });
+                effects.push(StackEffect::start_job(*jobs, work));
                 *job = Some(*jobs);
                 *jobs += 1;
             }
             Phase::Running(Running { id, search: Some((map, search)), .. }) => {
                 if let Some(job) = search.start(jobs) {
                     let work = Job::SearchMap(search_task(*id, *map, search));
-                    effects.push(StackEffect::StartJob { job, work });
+                    effects.push(StackEffect::start_job(job, work));
                 }
             }
             _ => {
                 if let Some((id, _, loops)) = self.loop_closing() {
                     for (job, queued) in loops.start(jobs) {
-                        let work = plain::comparison_job(id, &queued);
-                        effects.push(StackEffect::StartJob { job, work });
+                        let work = ComparisonTask::new(id, &queued).job();
+                        effects.push(StackEffect::start_job(job, work));
                     }
                 }
             }
         }
     }
 
-    /// The data of a job; once.
-    pub fn take_compute_job(&mut self, job: u64) -> Option<ComputeJob> {
-        if let Phase::Running(Running { id, search: Some((map, search)), .. }) = &self.phase {
-            return search.data(job).map(|data| ComputeJob::search(search_task(*id, *map, search), data));
-        }
-        let (id, _, loops) = self.loop_closing()?;
-        let (queued, comparison) = loops.take_comparison(job)?;
-        Some(ComputeJob::comparison(id, &queued, comparison, loops.config().verification))
+    /// The work of a search in the map that the session extends.
+    pub fn take_search(&mut self, job: u64) -> Option<ComputeJob> {
+        let Phase::Running(Running { id, search: Some((map, search)), .. }) = &self.phase else {
+            return None;
+        };
+        let (task, data) = (search_task(*id, *map, search), Box::new(search.data(job)?));
+        Some(ComputeJob::new(job, Work::SearchMap { task, data }))
     }
 
-    /// A comparison or search has ended, with or without a result. Jobs of a session that has ended are ignored.
-    pub fn complete_job(&mut self, done: &JobDone) -> MappingEvents {
-        if let Phase::Running(running) = &mut self.phase
-            && let Some((_, search)) = &mut running.search
-        {
-            let found = match &done.result {
-                JobResult::MapSearched(result) => Some(&result.found),
-                _ => None,
-            };
-            let is_ambiguous = found.and_then(|found| match found {
-                MapSearchOutcome::Found { .. } => None,
-                other => Some(matches!(other, MapSearchOutcome::Ambiguous(..))),
-            });
-            let fix =
-                search.end(done.job, is_ambiguous).then(|| found.and_then(plain::fix_from_plain)).flatten();
-            let is_localised = fix.is_some_and(|fix| running.localise(&fix));
-            return MappingEvents {
-                is_localised,
-                is_graph_changed: is_localised,
-                ..MappingEvents::default()
-            };
-        }
+    /// The work of a comparison; once.
+    pub fn take_comparison(&mut self, job: u64) -> Option<ComputeJob> {
+        let (id, _, loops) = self.loop_closing()?;
+        let (queued, comparison) = loops.take_comparison(job)?;
+        let (task, config) = (ComparisonTask::new(id, &queued), loops.config().verification);
+        Some(ComputeJob::new(job, Work::Compare { task, comparison, config }))
+    }
+
+    /// A search has ended, with or without a result. Searches of a session that has ended are ignored.
+    pub fn finish_search(
+        &mut self,
+        job: u64,
+        result: &Result<Box<MapSearchResult>, JobFailure>,
+    ) -> MappingEvents {
+        let Phase::Running(running) = &mut self.phase else { return MappingEvents::default() };
+        let Some((_, search)) = &mut running.search else { return MappingEvents::default() };
+        let found = result.as_ref().ok().map(|result| &result.found);
+        let is_ambiguous = found.and_then(|found| match found {
+            MapSearchOutcome::Found { .. } => None,
+            other => Some(matches!(other, MapSearchOutcome::Ambiguous(..))),
+        });
+        let fix = search.end(job, is_ambiguous).then(|| found.and_then(plain::fix_from_plain)).flatten();
+        let is_localised = fix.is_some_and(|fix| running.localise(&fix));
+        MappingEvents { is_localised, is_graph_changed: is_localised, ..MappingEvents::default() }
+    }
+
+    /// A comparison has ended, with or without a result. Comparisons of a session that has ended are ignored.
+    pub fn finish_comparison(
+        &mut self,
+        job: u64,
+        result: &Result<PlaceComparison, JobFailure>,
+    ) -> MappingEvents {
         let Some((id, session, loops)) = self.loop_closing() else { return MappingEvents::default() };
         let mut reanchored = None;
-        let events = match &done.result {
-            JobResult::LoopVerified(found) => match plain::verified_from_plain(found) {
+        let events = match result {
+            Ok(PlaceComparison::Loop(found)) => match plain::verified_from_plain(found) {
                 Some(result) => {
                     let pair = (found.task.from, found.task.to);
-                    loops.complete_pair(done.job, pair, &result, session)
+                    loops.complete_pair(job, pair, &result, session)
                 }
                 None => {
-                    loops.ignore_comparison(done.job);
+                    loops.ignore_comparison(job);
                     LoopEvents::default()
                 }
             },
-            JobResult::RevisitCompared(found) => match plain::compared_from_plain(found) {
+            Ok(PlaceComparison::Revisit(found)) => match plain::compared_from_plain(found) {
                 Some(result) => {
                     let revisit = (found.task.waypoint, found.task.keyframe);
-                    let events = loops.complete_revisit(done.job, revisit, &result, session);
+                    let events = loops.complete_revisit(job, revisit, &result, session);
                     reanchored = events.reanchored.map(|event| Reanchored {
                         session: id,
                         stamp: event.stamp,
@@ -414,15 +484,14 @@ impl MappingPhase {
                     events
                 }
                 None => {
-                    loops.ignore_comparison(done.job);
+                    loops.ignore_comparison(job);
                     LoopEvents::default()
                 }
             },
-            JobResult::Failed { .. } => {
-                loops.fail_comparison(done.job);
+            Err(_) => {
+                loops.fail_comparison(job);
                 LoopEvents::default()
             }
-            _ => LoopEvents::default(),
         };
         MappingEvents { reanchored, ..events_to_plain(id, &events, loops) }
     }
@@ -449,20 +518,43 @@ impl MappingPhase {
         Ok(events_to_plain(id, &events, loops))
     }
 
-    /// The quality of the map, if it is due.
-    pub fn quality(&mut self, at: Stamp) -> Option<MapQuality> {
-        let Phase::Running(running) = &mut self.phase else { return None };
-        let (session, loops) =
-            (&running.session, running.loops.as_mut().filter(|_| running.search.is_none())?);
-        let graph = session.graph();
-        let config = &self.config;
+    /// Starts to compute the quality of the map, if that is due. At most one such job runs at a time.
+    pub fn start_quality(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        let Phase::Running(running) = &mut self.phase else { return };
+        if running.loops.is_none() || running.search.is_some() || running.quality_job.is_some() {
+            return;
+        }
+        let (graph, config) = (running.session.graph(), &self.config);
         let period = config.quality_period * (1 + graph.nodes().len() / config.quality_keyframes) as i64;
         let revision = graph.revision();
         if running.last_quality.is_some_and(|(last, known)| known == revision || at - last < period) {
-            return None;
+            return;
         }
         running.last_quality = Some((at, revision));
-        Some(plain::quality_to_plain(loops.quality(session)))
+        running.quality_job = Some(self.quality_jobs);
+        effects.push(StackEffect::start_job(self.quality_jobs, Job::AssessQuality(running.id)));
+        self.quality_jobs += 1;
+    }
+
+    /// A snapshot of the map for its quality.
+    pub fn take_quality(&self, job: u64) -> Option<ComputeJob> {
+        let Phase::Running(Running { session, loops: Some(loops), quality_job, .. }) = &self.phase else {
+            return None;
+        };
+        let work = || Work::AssessQuality {
+            revision: session.graph().revision(),
+            data: loops.quality_data(session),
+        };
+        (*quality_job == Some(job)).then(|| ComputeJob::new(job, work()))
+    }
+
+    /// The quality was computed, or was not. Returns it for publication, also if the graph has changed since: the next one follows. The quality of
+    /// a session that has ended is ignored.
+    pub fn finish_quality(&mut self, job: u64, result: Result<MapQuality, JobFailure>) -> Option<MapQuality> {
+        let is_running = matches!(self.phase, Phase::Running(_));
+        let quality_job = &mut self.running_mut()?.quality_job;
+        quality_job.take_if(|running| *running == job)?;
+        result.ok().filter(|_| is_running)
     }
 
     /// What changed in the graph of the running session since it was published last.
@@ -473,13 +565,25 @@ impl MappingPhase {
         }
     }
 
-    /// The running session and its loop closing, if there is one.
+    /// The session, if it has begun.
+    fn running_mut(&mut self) -> Option<&mut Running> {
+        match &mut self.phase {
+            Phase::Running(running) | Phase::Closing { running, .. } | Phase::Saving { running, .. } => {
+                Some(running)
+            }
+            Phase::Idle | Phase::Loading { .. } | Phase::Starting(..) => None,
+        }
+    }
+
+    /// The running session and its loop closing, if there is one and its graph may still change.
     fn loop_closing(&mut self) -> Option<(SessionId, &mut Session, &mut LoopClosing)> {
         match &mut self.phase {
             Phase::Running(Running { id, session, loops: Some(loops), .. })
-            | Phase::Closing { running: Running { id, session, loops: Some(loops), .. }, .. } => {
-                Some((*id, session, loops))
-            }
+            | Phase::Closing {
+                running: Running { id, session, loops: Some(loops), .. },
+                relinearisation: None,
+                ..
+            } => Some((*id, session, loops)),
             _ => None,
         }
     }
@@ -555,6 +659,7 @@ impl MappingPhase {
                 search: None,
                 graph_publisher: GraphPublisher::default(),
                 last_quality: None,
+                quality_job: None,
             };
         };
         let BaseMap { map, graph, loops, search } = *base;
@@ -569,6 +674,7 @@ impl MappingPhase {
             search,
             graph_publisher: GraphPublisher::default(),
             last_quality: None,
+            quality_job: None,
         }
     }
 
@@ -598,7 +704,7 @@ impl MappingPhase {
                 on_known_ground: session.is_revisiting(),
             },
             Phase::Closing { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
-            Phase::Saving { map, unsaved } => MappingState::Saving { session: unsaved.id, map: *map },
+            Phase::Saving { map, running, .. } => MappingState::Saving { session: running.id, map: *map },
         };
         if self.published.as_ref() == Some(&state) {
             return None;
@@ -642,7 +748,7 @@ impl Running {
             id,
             stamp: node.map_or(Stamp::EPOCH, |node| node.stamp),
             map_from_keyframe: node
-                .map_or(vocab::Pose::IDENTITY, |node| pose_from_isometry(&node.map_from_keyframe)),
+                .map_or(Pose::IDENTITY, |node| pose_from_isometry(&node.map_from_keyframe)),
             cloud: Arc::new(cloud),
             lidar,
         };

@@ -47,6 +47,11 @@ pub(crate) fn map_not_saved(reason: &str) -> String {
     format!("The map was not saved: {reason}. The session goes on; try again.")
 }
 
+/// The graph of a finished map was not relinearised for `reason`, a clause.
+pub(crate) fn map_not_relinearised(reason: &str) -> String {
+    format!("The poses of the map were not improved once more before it is saved: {reason}.")
+}
+
 /// Reading a saved map failed for `reason`, a clause.
 pub(crate) fn map_not_usable(reason: &str) -> String {
     format!("The map cannot be used: {reason}.")

@@ -1,61 +1,55 @@
-//! ComputeJob that is too long for a step, as it leaves the stack.
+//! The work of a job on the compute lane, as it leaves the stack: it owns what it needs.
 
 use crate::localisation_phase::run_work;
-use crate::mapping_messages as plain;
+use crate::mapping_messages::{self as plain, ComparisonTask};
+use geometry::pose_from_isometry;
 use localisation::LocalisationWork;
-use mapping::{Comparison, MapSearchData, QueuedComparison, VerificationConfig, compare};
-use messages::{Job, JobResult, MapSearchResult, MapSearchTask};
-use vocab::{MapId, SessionId};
+use mapping::{Comparison, MapQualityData, MapSearchData, Relinearisation, VerificationConfig, compare};
+use messages::{JobDone, JobFailure, JobResult, MapSearchResult, MapSearchTask};
+use vocab::MapId;
 
-/// What a job takes, owned: may run anywhere and at any time. Its result goes back as `Input::JobDone`.
+/// Work that may run anywhere and at any time.
 #[derive(Debug)]
-pub struct ComputeJob(Kind);
+pub struct ComputeJob {
+    number: u64,
+    work: Work,
+}
 
 #[derive(Debug)]
-enum Kind {
-    Compare { description: Job, comparison: Comparison, config: VerificationConfig },
+pub(crate) enum Work {
+    Compare { task: ComparisonTask, comparison: Comparison, config: VerificationConfig },
     SearchMap { task: MapSearchTask, data: Box<MapSearchData> },
+    Relinearise(Relinearisation),
+    AssessQuality { revision: u64, data: MapQualityData },
     Localise { map: MapId, work: Box<LocalisationWork> },
 }
 
 impl ComputeJob {
-    pub(crate) fn comparison(
-        session: SessionId,
-        queued: &QueuedComparison,
-        comparison: Comparison,
-        config: VerificationConfig,
-    ) -> Self {
-        Self(Kind::Compare { description: plain::comparison_job(session, queued), comparison, config })
+    /// Of the job with this number.
+    pub(crate) fn new(number: u64, work: Work) -> Self {
+        Self { number, work }
     }
 
-    pub(crate) fn search(task: MapSearchTask, data: MapSearchData) -> Self {
-        Self(Kind::SearchMap { task, data: Box::new(data) })
-    }
-
-    pub(crate) fn localise(map: MapId, work: LocalisationWork) -> Self {
-        Self(Kind::Localise { map, work: Box::new(work) })
-    }
-
-    /// Does the work: a pure function of what it owns. 5 to 25 ms for a comparison; a search makes three or more for
-    /// every other metre walked.
-    pub fn run(self) -> JobResult {
-        match self.0 {
-            Kind::Compare { description, comparison, config } => {
-                let result = compare(&comparison, &config);
-                match &description {
-                    Job::VerifyLoop(task) => {
-                        JobResult::LoopVerified(Box::new(plain::verified_to_plain(task, &result)))
-                    }
-                    Job::CompareRevisit(task) => {
-                        JobResult::RevisitCompared(Box::new(plain::compared_to_plain(task, &result)))
-                    }
-                    other => JobResult::Failed { reason: format!("{other:?} is no comparison") },
-                }
+    /// Does the work: a pure function of what it owns. A comparison takes 5 to 25 ms. A search makes three or more comparisons for every other
+    /// metre walked.
+    pub fn run(self) -> JobDone {
+        let result = match self.work {
+            Work::Compare { task, comparison, config } => {
+                JobResult::LoopClosing(Ok(task.result(&compare(&comparison, &config))))
             }
-            Kind::Localise { map, work } => run_work(map, &work),
-            Kind::SearchMap { task, data } => {
-                JobResult::MapSearched(MapSearchResult { task, found: plain::search_to_plain(data.run()) })
+            Work::SearchMap { task, data } => {
+                let found = plain::search_to_plain(data.run());
+                JobResult::MapSearch(Ok(Box::new(MapSearchResult { task, found })))
             }
-        }
+            Work::Relinearise(relinearisation) => JobResult::Relinearisation(match relinearisation.run() {
+                Ok(poses) => Ok(poses.iter().map(pose_from_isometry).collect()),
+                Err(error) => Err(JobFailure { reason: error.to_string() }),
+            }),
+            Work::AssessQuality { revision, data } => {
+                JobResult::MapQuality(Ok(plain::quality_to_plain(revision, &data.run())))
+            }
+            Work::Localise { map, work } => run_work(map, &work),
+        };
+        JobDone { number: self.number, result }
     }
 }

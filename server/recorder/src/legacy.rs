@@ -1,16 +1,87 @@
-//! Reads journals of earlier programs: version 3 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 and 4 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
-//! `messages`. Before the layout of one of them changes, copy it to this file. A recording in `tests/fixtures` tests this.
+//! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
+//! `tests/journal_layout_v4.txt` test this.
 
 use messages::{
-    BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input, JobDone,
-    JobResult, MapSearchResult, Mounting, PoseInMap, Principal, PriorMap, RelocalisationResponse,
-    RobotProfile, Sensor, Sources, VerifiedLoop,
+    ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
+    JobDone, JobFailure, JobResult, MapSearchResult, Mounting, PlaceComparison, PoseInMap, Principal,
+    PriorMap, RelocalisationResponse, RobotProfile, Sensor, Sources, VerifiedLoop,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use vocab::{ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
+
+/// Name of the schema of version 4.
+pub(crate) const INPUT_SCHEMA_V4: &str = "autoinspect.Input.v4";
+
+/// `messages::Input`, version 4: results of jobs without their owners.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum InputV4 {
+    Boot(Box<BootRecord>),
+    Tick,
+    Sensor(Sensor),
+    Command(Command),
+    JobDone(JobDoneV4),
+    WallClock { utc_ns: i64, synchronised: bool },
+    Committed { seq: u64 },
+    ActionFeedback { call: ActionCallId, progress: Option<f32>, text: String },
+    ActionDone { call: ActionCallId, outcome: ActionOutcome },
+}
+
+/// `messages::JobDone`, version 4.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct JobDoneV4 {
+    job: u64,
+    result: JobResultV4,
+}
+
+/// `messages::JobResult`, version 4: a failure does not say whose it is.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum JobResultV4 {
+    MapSaved { map: MapId, bytes: u64 },
+    LoopVerified(Box<VerifiedLoop>),
+    RevisitCompared(Box<ComparedRevisit>),
+    MapLoaded(Arc<PriorMap>),
+    MapSearched(MapSearchResult),
+    Relocalised(Box<RelocalisationResponse>),
+    DisambiguationPlanned(DisambiguationPlan),
+    Failed { reason: String },
+}
+
+impl From<InputV4> for Input {
+    fn from(input: InputV4) -> Self {
+        match input {
+            InputV4::Boot(record) => Self::Boot(record),
+            InputV4::Tick => Self::Tick,
+            InputV4::Sensor(sensor) => Self::Sensor(sensor),
+            InputV4::Command(command) => Self::Command(command),
+            InputV4::JobDone(done) => Self::JobDone(JobDone { number: done.job, result: done.result.into() }),
+            InputV4::WallClock { utc_ns, synchronised } => Self::WallClock { utc_ns, synchronised },
+            InputV4::Committed { seq } => Self::Committed { seq },
+            InputV4::ActionFeedback { call, progress, text } => Self::ActionFeedback { call, progress, text },
+            InputV4::ActionDone { call, outcome } => Self::ActionDone { call, outcome },
+        }
+    }
+}
+
+impl From<JobResultV4> for JobResult {
+    /// Two owners have to be assumed. A map that was read is taken for localisation's, which read maps more often than sessions that extended one.
+    /// A failure is taken for a comparison's, of which there were most.
+    fn from(result: JobResultV4) -> Self {
+        match result {
+            JobResultV4::MapSaved { map, .. } => Self::MapSaving(Ok(map)),
+            JobResultV4::LoopVerified(found) => Self::LoopClosing(Ok(PlaceComparison::Loop(found))),
+            JobResultV4::RevisitCompared(found) => Self::LoopClosing(Ok(PlaceComparison::Revisit(found))),
+            JobResultV4::MapLoaded(map) => Self::Localisation(Ok(map)),
+            JobResultV4::MapSearched(found) => Self::MapSearch(Ok(Box::new(found))),
+            JobResultV4::Relocalised(found) => Self::Relocalisation(Ok(*found)),
+            JobResultV4::DisambiguationPlanned(plan) => Self::Disambiguation(Ok(plan)),
+            JobResultV4::Failed { reason } => Self::LoopClosing(Err(JobFailure { reason })),
+        }
+    }
+}
 
 /// Name of the schema of version 3.
 pub(crate) const INPUT_SCHEMA_V3: &str = "autoinspect.Input.v3";
@@ -95,7 +166,7 @@ impl From<InputV3> for Input {
             InputV3::Tick => Self::Tick,
             InputV3::Sensor(sensor) => Self::Sensor(sensor),
             InputV3::Command(command) => Self::Command(command.into()),
-            InputV3::JobDone(done) => Self::JobDone(JobDone { job: done.job, result: done.result.into() }),
+            InputV3::JobDone(done) => Self::JobDone(JobDone { number: done.job, result: done.result.into() }),
         }
     }
 }
@@ -144,17 +215,18 @@ impl From<CommandV3> for Command {
 impl From<JobResultV3> for JobResult {
     fn from(result: JobResultV3) -> Self {
         match result {
-            JobResultV3::MapSaved { map, bytes } => Self::MapSaved { map, bytes },
-            JobResultV3::LoopVerified(found) => Self::LoopVerified(found),
-            JobResultV3::VisitCompared(found) => Self::RevisitCompared(found),
-            JobResultV3::LoopNotVerified => Self::not_done(),
-            JobResultV3::MapNotSaved { reason, .. } | JobResultV3::MapNotLoaded { reason, .. } => {
-                Self::Failed { reason }
+            JobResultV3::MapSaved { map, bytes } => JobResultV4::MapSaved { map, bytes }.into(),
+            JobResultV3::LoopVerified(found) => JobResultV4::LoopVerified(found).into(),
+            JobResultV3::VisitCompared(found) => JobResultV4::RevisitCompared(found).into(),
+            JobResultV3::LoopNotVerified => {
+                JobResultV4::Failed { reason: "there was no time for it".to_owned() }.into()
             }
-            JobResultV3::MapLoaded(map) => Self::MapLoaded(map),
-            JobResultV3::PlaceSought(found) => Self::MapSearched(found),
-            JobResultV3::Relocalised(found) => Self::Relocalised(found),
-            JobResultV3::ToldApart(plan) => Self::DisambiguationPlanned(plan),
+            JobResultV3::MapNotSaved { reason, .. } => Self::MapSaving(Err(JobFailure { reason })),
+            JobResultV3::MapNotLoaded { reason, .. } => Self::Localisation(Err(JobFailure { reason })),
+            JobResultV3::MapLoaded(map) => JobResultV4::MapLoaded(map).into(),
+            JobResultV3::PlaceSought(found) => JobResultV4::MapSearched(found).into(),
+            JobResultV3::Relocalised(found) => JobResultV4::Relocalised(found).into(),
+            JobResultV3::ToldApart(plan) => JobResultV4::DisambiguationPlanned(plan).into(),
         }
     }
 }
@@ -198,8 +270,8 @@ mod tests {
         let kind = CommandKind::StartGoal { goal, kind: GoalKind::WalkTo(point) };
         assert_eq!(read(&walk), Input::Command(Command { id, by: Principal::operator(by), kind }));
         let result = JobResultV3::MapNotSaved { map: MapId(Uuid::from_u128(3)), reason: "why".to_owned() };
-        let failed = JobResult::Failed { reason: "why".to_owned() };
-        let done = Input::JobDone(JobDone { job: 4, result: failed });
+        let failed = JobResult::MapSaving(Err(JobFailure { reason: "why".to_owned() }));
+        let done = Input::JobDone(JobDone { number: 4, result: failed });
         assert_eq!(read(&InputV3::JobDone(JobDoneV3 { job: 4, result })), done);
         let boot = BootRecordV3 {
             robot: "Rex".to_owned(),
@@ -212,5 +284,35 @@ mod tests {
         };
         let Input::Boot(record) = read(&InputV3::Boot(Box::new(boot))) else { panic!("no boot record") };
         assert_eq!((record.profile.name.as_str(), record.leave_loops_open), ("Rex", true));
+    }
+
+    /// The bytes that the program of November 2026 wrote of every input but sensors.
+    #[test]
+    fn the_bytes_of_version_4_are_read_as_they_were_written() {
+        let mut lines = include_str!("../tests/journal_layout_v4.txt").lines();
+        assert_eq!(lines.next(), Some(INPUT_SCHEMA_V4));
+        let mut read = Vec::new();
+        for line in lines {
+            let digits = line.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
+            let bytes: Vec<u8> = digits.filter_map(|pair| u8::from_str_radix(pair, 16).ok()).collect();
+            assert_eq!(bytes.len() * 2, line.len());
+            let (input, rest) = match postcard::take_from_bytes::<InputV4>(&bytes) {
+                Ok(read) => read,
+                Err(error) => panic!("{line}: {error}"),
+            };
+            assert_eq!((postcard::to_stdvec(&input).as_ref(), rest.len()), (Ok(&bytes), 0));
+            read.push(Input::from(input));
+        }
+        assert!(matches!(&read[0], Input::Boot(record) if record.profile.name == "Rex"));
+        let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();
+        assert_eq!((read.len(), commands), (27, 17));
+        let saved = JobResult::MapSaving(Ok(MapId(Uuid::from_u128(1))));
+        assert!(read.contains(&Input::JobDone(JobDone { number: 300, result: saved })));
+        let failed = JobResult::LoopClosing(Err(JobFailure { reason: "why".to_owned() }));
+        assert!(read.contains(&Input::JobDone(JobDone { number: 301, result: failed })));
+        assert!(read.contains(&Input::WallClock { utc_ns: 1_700_000_000_000_000_000, synchronised: true }));
+        let cancelled =
+            Input::ActionDone { call: ActionCallId(Uuid::from_u128(8)), outcome: ActionOutcome::Cancelled };
+        assert_eq!(read.last(), Some(&cancelled));
     }
 }

@@ -149,8 +149,8 @@ fn any_input() -> impl Strategy<Value = Input> {
         1 => (any_uuid(), any_uuid(), any_order()).prop_map(|(id, by, order)| {
             Input::Command(Command { id: CommandId(id), by: Principal::operator(ClientId(by)), kind: order })
         }),
-        1 => (any::<u64>(), any_uuid(), any::<u64>()).prop_map(|(job, map, bytes)| {
-            Input::JobDone(JobDone { job, result: JobResult::MapSaved { map: MapId(map), bytes } })
+        1 => (any::<u64>(), any_uuid()).prop_map(|(number, map)| {
+            Input::JobDone(JobDone { number, result: JobResult::MapSaving(Ok(MapId(map))) })
         }),
         1 => (any::<String>(), any::<bool>()).prop_map(|(robot, imu)| {
             let sources = Sources { imu, ..Sources::default() };

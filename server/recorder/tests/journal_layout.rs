@@ -5,8 +5,8 @@
 
 use expect_test::expect_file;
 use messages::{
-    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobResult, PoseInMap,
-    Principal, RobotProfile,
+    ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobId, JobOwner, JobResult,
+    MapQuality, PoseInMap, Principal, RobotProfile,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -54,10 +54,14 @@ fn inputs() -> Vec<Input> {
         Input::Command(Command { id: CommandId(id(6)), by, kind })
     };
     let call = ActionCallId(id(8));
+    let quality = MapQuality { revision: 7, covered_m2: 1.0, ..MapQuality::default() };
     let failed = ActionOutcome::Failed { reason: "no".to_owned() };
     let others = [
-        Input::JobDone(JobDone { job: 300, result: JobResult::MapSaved { map, bytes: 1_000 } }),
-        Input::JobDone(JobDone { job: 301, result: JobResult::Failed { reason: "why".to_owned() } }),
+        Input::JobDone(JobDone { number: 300, result: JobResult::MapSaving(Ok(map)) }),
+        Input::JobDone(JobId { owner: JobOwner::LoopClosing, number: 301 }.failed("why")),
+        Input::JobDone(JobDone { number: 3, result: JobResult::Relinearisation(Ok(vec![Pose::IDENTITY])) }),
+        Input::JobDone(JobDone { number: 4, result: JobResult::MapQuality(Ok(quality)) }),
+        Input::JobDone(JobId { owner: JobOwner::Disambiguation, number: 5 }.not_done()),
         Input::WallClock { utc_ns: 1_700_000_000_000_000_000, synchronised: true },
         Input::Committed { seq: 9 },
         Input::ActionFeedback { call, progress: Some(0.5), text: "half".to_owned() },

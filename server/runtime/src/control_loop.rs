@@ -5,13 +5,13 @@
 //! ticking: a robot whose sensors have died must still be told to stop.
 
 use crate::clock::RobotClock;
-use crate::jobs::{DiskJob, Jobs};
+use crate::jobs::{DiskJob, FinishedJob, Jobs};
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
-use messages::{ActionOutcome, BootRecord, Command, Input, JobDone, PoseInMap, Publication, StackEffect};
+use messages::{ActionOutcome, BootRecord, Command, Input, PoseInMap, Publication, StackEffect};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
 use std::collections::VecDeque;
@@ -52,8 +52,8 @@ pub struct Sources {
     pub arrivals: Receiver<Arrival>,
     /// From clients. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
     pub commands: Receiver<ClientRequest>,
-    /// From the job thread.
-    pub finished: Receiver<JobDone>,
+    /// From the threads of both job lanes.
+    pub finished: Receiver<FinishedJob>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
 }
@@ -130,7 +130,10 @@ impl Running {
                     Ok(ClientRequest::InjectFault { id, by, fault }) => self.inject_fault(id, by, fault),
                     Err(_) => {}
                 },
-                recv(sources.finished) -> done => if let Ok(done) = done {
+                recv(sources.finished) -> finished => if let Ok(FinishedJob { done, prepared }) = finished {
+                    if let Some(prepared) = prepared {
+                        self.parts.stack.supply_prepared_map(prepared);
+                    }
                     self.feed(Input::JobDone(done));
                 },
                 recv(sources.stop) -> _ => return,

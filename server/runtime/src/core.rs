@@ -96,6 +96,7 @@ impl Core {
         let disk = DiskWorker {
             store: Arc::clone(&store),
             jobs: disk_jobs,
+            compute: jobs.compute_lane(),
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
             mailbox: Arc::clone(&mailbox),

@@ -1,8 +1,7 @@
-//! Work that is too long for the control loop, in two lanes: one thread for the disk, one for computing. So looking for the robot's place never
-//! waits until a map has been written.
+//! Jobs of the stack, in two lanes: one thread for the disk and one for computing. So relocalisation never waits until a map has been written.
 //!
-//! Each lane keeps the order in which its work was handed in. On the disk lane that order matters: a map is saved after the clouds of all its
-//! keyframes are on disk, and tiles are removed when nothing is being saved. Nothing on the computing lane depends on the disk: it owns what it needs.
+//! Each lane keeps the order in which its jobs were handed in. On the disk lane that order matters: a map is saved after the clouds of all its
+//! keyframes are on disk, and tiles are removed when nothing is being saved. A job on the compute lane owns what it needs and reads no file.
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
@@ -10,56 +9,76 @@ use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
-use messages::{FinishedMap, Job, JobDone, JobResult, Keyframe, PriorMap, Severity};
-use stack::{ComputeJob, Stack};
+use messages::{FinishedMap, Job, JobDone, JobId, JobResult, Keyframe, PriorMap, Severity};
+use stack::{ComputeJob, MapPreparation, PreparedMap, Stack};
 use std::path::Path;
 use std::sync::Arc;
 use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
 
-/// Jobs that may wait on each lane. A cloud takes about 1 MB and a few milliseconds.
+/// Greatest number of jobs that wait on each lane. A cloud takes about 1 MB and a few milliseconds to write.
 const QUEUE_MAX: usize = 256;
 
-/// Work of the disk lane.
+/// A job of the disk lane.
 pub enum DiskJob {
     /// Save a map for the stack.
     Save {
-        /// The stack's number.
-        job: u64,
+        /// The stack's name for the job.
+        job: JobId,
         /// The map.
         map: Arc<FinishedMap>,
     },
-    /// Read a saved map.
+    /// Read a saved map for the stack.
     Load {
-        /// The stack's number.
-        job: u64,
-        /// The session that goes on from it, if any.
+        /// The stack's name for the job.
+        job: JobId,
+        /// The session that extends the map, if one does.
         session: Option<SessionId>,
         /// The map.
         map: MapId,
+        /// How it is to be prepared.
+        preparation: Option<MapPreparation>,
     },
     /// Write the cloud of a keyframe.
     WriteCloud(Keyframe),
     /// A session has ended: its clouds and tiles are not needed unless a map holds them.
     Forget {
-        /// Which session.
+        /// The session.
         session: SessionId,
         /// Its tiles.
         tiles: Vec<TileHash>,
     },
 }
 
-/// Work of the computing lane, with the stack's number. A comparison of two keyframes takes some 20 ms, and the stack starts four at a time; a
-/// relocalisation takes dozens of them.
-type NumberedCompute = (u64, ComputeJob);
+/// A job of the compute lane.
+pub enum ComputeTask {
+    /// Of the stack. A comparison of two keyframes takes some 20 ms, and the stack starts four at a time. A relocalisation takes dozens of them.
+    Run(ComputeJob),
+    /// Prepare the map that a job of the disk lane has read.
+    PrepareMap(MapPreparation, JobDone),
+}
 
-/// Where work is handed in. Never blocks: what finds the queue full is not done, and that is said.
+/// A job that has ended.
+pub struct FinishedJob {
+    /// Its result.
+    pub done: JobDone,
+    /// The prepared form of the map that it has read.
+    pub prepared: Option<PreparedMap>,
+}
+
+impl From<JobDone> for FinishedJob {
+    fn from(done: JobDone) -> Self {
+        Self { done, prepared: None }
+    }
+}
+
+/// Where jobs are handed in. Never blocks: a job that finds its lane full fails at once.
 #[derive(Clone)]
 pub struct Jobs {
     disk: Sender<DiskJob>,
-    compute: Sender<NumberedCompute>,
+    compute: Sender<ComputeTask>,
     /// To tell the stack at once that a job was not done. Unbounded: the stack starts few.
-    finished: Sender<JobDone>,
+    finished: Sender<FinishedJob>,
     mailbox: Arc<Mailbox>,
     clock: Arc<RobotClock>,
 }
@@ -67,16 +86,16 @@ pub struct Jobs {
 impl Jobs {
     /// All ends of the queues.
     pub fn new(
-        finished: Sender<JobDone>,
+        finished: Sender<FinishedJob>,
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
-    ) -> (Self, Receiver<DiskJob>, Receiver<NumberedCompute>) {
+    ) -> (Self, Receiver<DiskJob>, Receiver<ComputeTask>) {
         let (disk, disk_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
         let (compute, compute_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
         (Self { disk, compute, finished, mailbox, clock }, disk_jobs, compute_jobs)
     }
 
-    /// Hands in work of the disk lane.
+    /// Hands in a job of the disk lane.
     pub fn start(&self, job: DiskJob) {
         match self.disk.try_send(job) {
             Err(TrySendError::Full(job)) => self.refuse(job),
@@ -85,44 +104,54 @@ impl Jobs {
         }
     }
 
-    fn start_compute(&self, job: u64, work: ComputeJob) {
-        match self.compute.try_send((job, work)) {
-            Err(TrySendError::Full((job, _))) => self.answer(job, JobResult::not_done()),
+    fn start_compute(&self, job: JobId, work: ComputeJob) {
+        match self.compute.try_send(ComputeTask::Run(work)) {
+            Err(TrySendError::Full(_)) => self.answer(job.not_done()),
             Err(TrySendError::Disconnected(_)) | Ok(()) => {}
         }
     }
 
-    /// Hands in what the stack wants done, with what that takes.
-    pub fn start_for(&self, stack: &mut Stack, job: u64, work: Job) {
+    /// Hands in a job that the stack has just started, with the data that it needs.
+    pub fn start_for(&self, stack: &mut Stack, job: JobId, work: Job) {
         match work {
             Job::SaveMap(map) => self.start(DiskJob::Save { job, map }),
-            Job::LoadMap { session, map } => self.start(DiskJob::Load { job, session: Some(session), map }),
-            Job::ReadMap(map) => self.start(DiskJob::Load { job, session: None, map }),
+            Job::LoadMap { session, map } => self.start_load(stack, job, Some(session), map),
+            Job::ReadMap(map) => self.start_load(stack, job, None, map),
             Job::VerifyLoop(_)
             | Job::CompareRevisit(_)
             | Job::SearchMap(_)
+            | Job::Relinearise(_)
+            | Job::AssessQuality(_)
             | Job::Relocalise(_)
             | Job::PlanDisambiguation(_) => match stack.take_compute_job(job) {
                 Some(work) => self.start_compute(job, work),
-                None => self.answer(job, JobResult::not_done()),
+                None => self.answer(job.not_done()),
             },
         }
     }
 
-    fn answer(&self, job: u64, result: JobResult) {
+    fn start_load(&self, stack: &Stack, job: JobId, session: Option<SessionId>, map: MapId) {
+        let preparation = stack.map_preparation(job);
+        self.start(DiskJob::Load { job, session, map, preparation });
+    }
+
+    /// The other end of the compute lane for the disk lane, which hands on the maps that it has read.
+    pub fn compute_lane(&self) -> Sender<ComputeTask> {
+        self.compute.clone()
+    }
+
+    fn answer(&self, done: JobDone) {
         // The receiver lives as long as the control loop, which is the caller.
-        let _ = self.finished.send(JobDone { job, result });
+        let _ = self.finished.send(done.into());
     }
 
     fn refuse(&self, job: DiskJob) {
         match job {
             DiskJob::Save { job, .. } => {
-                let reason = "the disk is too slow; wait a minute and save again".to_owned();
-                self.answer(job, JobResult::Failed { reason });
+                self.answer(job.failed("the disk is too slow; wait a minute and save again"));
             }
             DiskJob::Load { job, .. } => {
-                let reason = "the disk is too slow; wait a minute and try again".to_owned();
-                self.answer(job, JobResult::Failed { reason });
+                self.answer(job.failed("the disk is too slow; wait a minute and try again"));
             }
             DiskJob::WriteCloud(keyframe) => {
                 let text = format!(
@@ -141,24 +170,31 @@ impl Jobs {
 pub struct DiskWorker {
     pub store: Arc<Store>,
     pub jobs: Receiver<DiskJob>,
-    pub finished: Sender<JobDone>,
+    pub compute: Sender<ComputeTask>,
+    pub finished: Sender<FinishedJob>,
     pub state_publisher: Arc<StatePublisher>,
     pub mailbox: Arc<Mailbox>,
     pub clock: Arc<RobotClock>,
 }
 
-/// The thread of the computing lane.
+/// The thread of the compute lane.
 pub struct ComputeWorker {
-    pub jobs: Receiver<NumberedCompute>,
-    pub finished: Sender<JobDone>,
+    pub jobs: Receiver<ComputeTask>,
+    pub finished: Sender<FinishedJob>,
 }
 
 impl ComputeWorker {
     /// Works until nobody can hand in more.
     pub fn run(self) {
-        for (job, work) in &self.jobs {
+        for task in &self.jobs {
+            let finished = match task {
+                ComputeTask::Run(work) => work.run().into(),
+                ComputeTask::PrepareMap(preparation, done) => {
+                    FinishedJob { prepared: preparation.run(&done), done }
+                }
+            };
             // The control loop may have ended already; then nobody wants the result.
-            if self.finished.send(JobDone { job, result: work.run() }).is_err() {
+            if self.finished.send(finished).is_err() {
                 return;
             }
         }
@@ -166,45 +202,53 @@ impl ComputeWorker {
 }
 
 impl DiskWorker {
-    /// Works until nobody can hand in more. Work handed in before that is done first.
+    /// Works until nobody can hand in more. Jobs handed in before that are done first.
     pub fn run(self) {
         for job in &self.jobs {
             match job {
-                DiskJob::Save { job, map } => self.done(job, self.save(&map)),
-                DiskJob::Load { job, session, map } => self.load(job, session, map),
+                DiskJob::Save { job, map } => self.done(self.save(job, &map)),
+                DiskJob::Load { job, session, map, preparation } => {
+                    self.load(job, session, map, preparation);
+                }
                 DiskJob::WriteCloud(keyframe) => self.write_session_cloud(&keyframe),
                 DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
             }
         }
     }
 
-    fn done(&self, job: u64, result: JobResult) {
+    fn done(&self, done: JobDone) {
         // The control loop may have ended already; a map is saved all the same.
-        let _ = self.finished.send(JobDone { job, result });
+        let _ = self.finished.send(done.into());
     }
 
-    fn save(&self, map: &FinishedMap) -> JobResult {
+    fn save(&self, job: JobId, map: &FinishedMap) -> JobDone {
         match self.store.save_map(map) {
-            Ok(report) => {
+            Ok(_) => {
                 self.list_maps();
-                JobResult::MapSaved { map: map.map, bytes: report.summary.bytes }
+                JobDone { number: job.number, result: JobResult::MapSaving(Ok(map.map)) }
             }
             Err(error) => {
                 tracing::error!("map {} was not saved: {}", map.map, sentence(&error));
-                JobResult::Failed { reason: sentence(&error) }
+                job.failed(sentence(&error))
             }
         }
     }
 
-    /// Reads a saved map, and makes its clouds a session's that goes on from it, which the robot need not wait for.
-    fn load(&self, job: u64, session: Option<SessionId>, map: MapId) {
-        let known = match known_map(&self.store.dir().map(map)) {
-            Ok(known) => known,
-            Err(error) => {
-                return self.done(job, JobResult::Failed { reason: sentence(&error) });
-            }
-        };
-        self.done(job, JobResult::MapLoaded(Arc::new(known)));
+    /// Reads a saved map, and hands it on to be prepared. For a session that extends it, then makes its clouds the session's; the robot need not wait
+    /// for that.
+    fn load(&self, job: JobId, session: Option<SessionId>, map: MapId, preparation: Option<MapPreparation>) {
+        match known_map(&self.store.dir().map(map)) {
+            Ok(known) => match preparation {
+                // Waits where the compute lane is full. That lane never waits for this one.
+                Some(preparation) => {
+                    let task = ComputeTask::PrepareMap(preparation, job.map_read(Arc::new(known)));
+                    // The lane ends after this one.
+                    let _ = self.compute.send(task);
+                }
+                None => self.done(job.map_read(Arc::new(known))),
+            },
+            Err(error) => return self.done(job.failed(sentence(&error))),
+        }
         if let Some(session) = session
             && let Err(error) = self.store.copy_map_clouds_to_session(map, session)
         {
@@ -256,6 +300,7 @@ pub fn known_map(path: &Path) -> Result<PriorMap, StoreError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use messages::{JobOwner, StackEffect};
     use uuid::Uuid;
 
     #[test]
@@ -267,15 +312,46 @@ mod tests {
             jobs.start(DiskJob::Forget { session, tiles: Vec::new() });
         }
         let mut stack = Stack::new();
-        jobs.start_for(&mut stack, 1, Job::ReadMap(MapId(Uuid::from_u128(2))));
-        let refused = results.try_recv().expect("answered at once");
+        let map = MapId(Uuid::from_u128(2));
+        let StackEffect::StartJob { job, work } = StackEffect::start_job(1, Job::ReadMap(map)) else {
+            panic!("no job")
+        };
+        jobs.start_for(&mut stack, job, work);
+        let refused = results.try_recv().expect("answered at once").done;
         assert!(
-            matches!(refused, JobDone { job: 1, result: JobResult::Failed { reason } } if reason.contains("disk"))
+            matches!(&refused.result, JobResult::Localisation(Err(failure)) if failure.reason.contains("disk"))
         );
-        assert_eq!((disk.len(), compute.len()), (QUEUE_MAX, 0));
-        // What the stack no longer keeps is not done, and that is said.
-        let task = messages::DisambiguationTask { map: MapId(Uuid::from_u128(2)), number: 0 };
-        jobs.start_for(&mut stack, 2, Job::PlanDisambiguation(task));
-        assert_eq!(results.try_recv(), Ok(JobDone { job: 2, result: JobResult::not_done() }));
+        assert_eq!((refused.id(), disk.len(), compute.len()), (job, QUEUE_MAX, 0));
+        // The stack holds no data for this job, so it fails.
+        let task = messages::DisambiguationTask { map, number: 0 };
+        let job = JobId { owner: JobOwner::Disambiguation, number: 2 };
+        jobs.start_for(&mut stack, job, Job::PlanDisambiguation(task));
+        assert_eq!(results.try_recv().map(|finished| finished.done), Ok(job.not_done()));
+    }
+
+    #[test]
+    fn computing_goes_on_while_a_map_waits_to_be_saved() {
+        let (finished, results) = crossbeam_channel::unbounded();
+        let (jobs, disk, compute) = Jobs::new(finished.clone(), Arc::default(), Arc::default());
+        let save = JobId { owner: JobOwner::MapSaving, number: 0 };
+        // Nobody works on the disk lane.
+        jobs.start(DiskJob::Load {
+            job: save,
+            session: None,
+            map: MapId(Uuid::from_u128(2)),
+            preparation: None,
+        });
+        let map = PriorMap {
+            map: MapId(Uuid::from_u128(2)),
+            graph: messages::PoseGraph::default(),
+            keyframes: Vec::new(),
+        };
+        let job = JobId { owner: JobOwner::Localisation, number: 1 };
+        let task = ComputeTask::PrepareMap(MapPreparation::Localisation, job.map_read(Arc::new(map)));
+        jobs.compute_lane().send(task).expect("room");
+        drop(jobs);
+        ComputeWorker { jobs: compute, finished }.run();
+        let done = results.try_recv().expect("computed");
+        assert_eq!((done.done.id(), done.prepared.is_some(), disk.len()), (job, true, 1));
     }
 }

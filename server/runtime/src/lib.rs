@@ -6,7 +6,7 @@
 //! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
 //! | `recorder` | writes every input to the recording | the loop |
 //! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
-//! | `compute` | verifies loops, compares revisits, relocalises | the loop |
+//! | `compute` | jobs that compute: comparisons, searches, relocalisation, map quality; prepares maps that were read | the loop, `disk` |
 //! | `publisher` | tiles, live scans, state for clients | the loop |
 //! | `imports` | maps of uploaded files, made by another process | a client |
 //! | `gateway-accept`, `-read`, `-write` | one gateway at a time on a Unix socket | the gateway |

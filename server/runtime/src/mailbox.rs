@@ -1,7 +1,7 @@
 //! The queue of publications from the control loop to the publisher. Posting never blocks.
 //!
 //! An estimate or scan that the publisher has not taken yet is replaced by the next one. All other publications keep their order and are never
-//! dropped. They are small; only keyframes have clouds, which they share with the job thread.
+//! dropped. They are small; only keyframes have clouds, which they share with the `disk` thread.
 
 use messages::{CorrectedScan, Estimate, Notice, Publication, Severity};
 use std::collections::VecDeque;

@@ -1,9 +1,6 @@
 //! Inputs of the stack.
 
-use crate::{
-    ComparedRevisit, DisambiguationPlan, GoalKind, MapSearchResult, PriorMap, RelocalisationResponse,
-    RobotProfile, Sensor, VerifiedLoop,
-};
+use crate::{GoalKind, JobDone, RobotProfile, Sensor};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist};
@@ -19,7 +16,7 @@ pub enum Input {
     Sensor(Sensor),
     /// A command of a client.
     Command(Command),
-    /// A job started by the stack has finished.
+    /// A job that the stack started has ended.
     JobDone(JobDone),
     /// The calendar time, once a second. Time-outs use the step's `at` only.
     WallClock {
@@ -240,49 +237,4 @@ pub enum CommandKind {
     },
     /// Be in no map any more.
     LeaveMap,
-}
-
-/// The result of a job, with its number.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct JobDone {
-    /// Number the stack gave it.
-    pub job: u64,
-    /// What came out.
-    pub result: JobResult,
-}
-
-impl JobResult {
-    /// Of a job for which there was no time, or whose input is not wanted any more.
-    pub fn not_done() -> Self {
-        Self::Failed { reason: "there was no time for it".to_owned() }
-    }
-}
-
-/// What came out of a job.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum JobResult {
-    /// The map was saved with these numbers.
-    MapSaved {
-        /// Which version.
-        map: MapId,
-        /// Bytes on disk.
-        bytes: u64,
-    },
-    /// A pair of keyframes was looked at.
-    LoopVerified(Box<VerifiedLoop>),
-    /// A revisit was compared with an old keyframe.
-    RevisitCompared(Box<ComparedRevisit>),
-    /// A saved map was read.
-    MapLoaded(Arc<PriorMap>),
-    /// The robot's place was looked for in a saved map.
-    MapSearched(MapSearchResult),
-    /// Where the robot may stand in a saved map.
-    Relocalised(Box<RelocalisationResponse>),
-    /// Which way to walk to tell places apart.
-    DisambiguationPlanned(DisambiguationPlan),
-    /// The job was not done, or not to its end.
-    Failed {
-        /// Why, and what to do: the rest of a sentence that begins with what was wanted, without a full stop.
-        reason: String,
-    },
 }

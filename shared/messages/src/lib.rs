@@ -6,6 +6,7 @@
 mod goals;
 mod graph;
 mod inputs;
+mod jobs;
 mod loops;
 mod outputs;
 mod prior_map;
@@ -15,6 +16,7 @@ mod sensors;
 pub use goals::*;
 pub use graph::GraphDelta;
 pub use inputs::*;
+pub use jobs::*;
 pub use loops::*;
 pub use outputs::*;
 pub use prior_map::*;

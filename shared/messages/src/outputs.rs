@@ -1,8 +1,7 @@
-//! Outputs of the stack: effects for the shell, jobs, and publications for clients.
+//! Outputs of the stack: effects for the shell, and publications for clients.
 
 use crate::{
-    BatteryState, DisambiguationTask, ExecutiveStatus, GoalUpdate, GraphDelta, LoopDecision, LoopTask,
-    MapSearchTask, PoseInMap, Reanchored, RelocalisationTask, RevisitTask,
+    BatteryState, ExecutiveStatus, GoalUpdate, GraphDelta, Job, JobId, LoopDecision, PoseInMap, Reanchored,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -18,8 +17,8 @@ pub enum StackEffect {
     Drive(Drive),
     /// Run a job and hand its result back as `Input::JobDone`.
     StartJob {
-        /// Number of the job, counted up from 0.
-        job: u64,
+        /// Its name.
+        job: JobId,
         /// What to do.
         work: Job,
     },
@@ -66,33 +65,6 @@ pub enum LedgerEvent {
 pub struct Drive {
     /// Wanted velocity of the base in its own frame; zero stops.
     pub velocity: Twist,
-}
-
-/// Work that is too long for a step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Job {
-    /// Write a finished map as an immutable version.
-    SaveMap(Arc<FinishedMap>),
-    /// Check whether two keyframes saw the same place. The stack keeps the data of the job until the shell fetches it with
-    /// `Stack::take_compute_job`. A replay never fetches it, because the result is in the log.
-    VerifyLoop(LoopTask),
-    /// Compare the present scan with an old keyframe. Its data are fetched as those of [`Self::VerifyLoop`].
-    CompareRevisit(RevisitTask),
-    /// Read a saved map that a session extends, and copy its clouds to the session.
-    LoadMap {
-        /// The session.
-        session: SessionId,
-        /// The saved map.
-        map: MapId,
-    },
-    /// Search that map for the robot's walk. Its data are fetched as those of [`Self::VerifyLoop`].
-    SearchMap(MapSearchTask),
-    /// Read a saved map for localisation.
-    ReadMap(MapId),
-    /// Find the poses of the map at which the robot may be. Its data are fetched as those of [`Self::VerifyLoop`].
-    Relocalise(RelocalisationTask),
-    /// Plan a path on which the robot can reject some of these poses. Its data are fetched as those of [`Self::VerifyLoop`].
-    PlanDisambiguation(DisambiguationTask),
 }
 
 /// Points as parallel columns. The type that contains them documents their frame.
@@ -334,6 +306,8 @@ pub enum MappingState {
 /// Quality of the map under construction.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MapQuality {
+    /// Revision of the pose graph from which it was computed. The graph may have changed since.
+    pub revision: u64,
     /// Floor seen from near, square metres.
     pub covered_m2: f64,
     /// Floor seen from afar only, square metres.

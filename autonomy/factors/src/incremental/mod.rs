@@ -10,6 +10,7 @@
 
 mod covariance;
 mod forget;
+mod snapshot;
 mod tree;
 mod update;
 
@@ -21,6 +22,8 @@ use crate::linear::assembly::Assembly;
 use crate::value::{Key, Value, Values};
 use std::sync::Arc;
 use tree::Tree;
+
+pub use snapshot::IncrementalSnapshot;
 
 /// Thresholds of relinearisation and of back-substitution.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use crate::jacobians::{random_information, random_pose};
 use crate::support::{Published, load};
 use factors::{
-    Between, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, PlanarBetween, PlanarPrior,
-    Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
+    Between, FactorId, Graph, Incremental, IncrementalOptions, Key, Marginals, Options, PlanarBetween,
+    PlanarPrior, Prior, RelativePose, SolveError, Value, Values, VectorPrior, optimise,
 };
 use geometry::{Isometry, Matrix3, Matrix6, Rng, RngTree, Vector3, Vector6, se3};
 
@@ -173,6 +173,21 @@ fn incremental(graph: &Graph, values: &Values, chunk: usize) -> Incremental {
 fn settle(solver: &mut Incremental) {
     for _ in 0..6 {
         solver.relinearise_all().unwrap();
+    }
+}
+
+#[test]
+fn a_snapshot_is_relinearised_as_the_solver_itself_to_the_last_bit() {
+    for (seed, chunk) in [(1, 1), (2, 3), (3, 10)] {
+        let (graph, values) = random_chain(40, seed);
+        let mut solver = incremental(&graph, &values, chunk);
+        solver.remove(FactorId(20)).unwrap();
+        solver.update().unwrap();
+        let snapshot = solver.snapshot();
+        let before = solver.estimates();
+        solver.relinearise_all().unwrap();
+        assert!(distance(&before, &solver.estimates()) > 1e-6, "relinearising should matter");
+        assert_eq!(snapshot.relinearise().unwrap(), solver.estimates());
     }
 }
 

@@ -4,8 +4,8 @@ use crate::inputs::{Reader, Ticks};
 use crate::output;
 use crate::process::thread_cpu_time;
 use messages::{
-    BootRecord, Command, CommandKind, CorrectedScan, Input, Job, JobDone, JobResult, LocalisationState,
-    Principal, PriorMap, Publication, Sensor, Severity, StackEffect,
+    BootRecord, Command, CommandKind, CorrectedScan, Input, Job, JobId, LocalisationState, Principal,
+    PriorMap, Publication, Sensor, Severity, StackEffect,
 };
 use stack::{ComputeJob, Stack};
 use std::collections::VecDeque;
@@ -23,7 +23,7 @@ pub struct OfflineLocaliser<'a> {
     ticks: Ticks,
     effects: Vec<StackEffect>,
     /// Jobs to run, and whether each reads the map.
-    jobs: VecDeque<(u64, bool)>,
+    jobs: VecDeque<(JobId, bool)>,
     state: LocalisationState,
     first_scan: Option<Stamp>,
     since_scan: Duration,
@@ -123,13 +123,13 @@ impl<'a> OfflineLocaliser<'a> {
         self.step(at, input);
         while let Some((job, reads)) = self.jobs.pop_front() {
             let start = thread_cpu_time();
-            let result = if reads {
-                JobResult::MapLoaded(Arc::clone(&self.known))
+            let done = if reads {
+                job.map_read(Arc::clone(&self.known))
             } else {
-                self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run)
+                self.stack.take_compute_job(job).map_or_else(|| job.not_done(), ComputeJob::run)
             };
             self.run.search_time += thread_cpu_time() - start;
-            self.step(at, Input::JobDone(JobDone { job, result }));
+            self.step(at, Input::JobDone(done));
         }
     }
 

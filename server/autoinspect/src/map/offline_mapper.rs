@@ -7,8 +7,8 @@ use crate::process::thread_cpu_time;
 use crate::{output, texts};
 use lockstep::Digest;
 use messages::{
-    BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobDone, JobResult, Principal, Publication,
-    Sensor, Severity, StackEffect,
+    BootRecord, Command, CommandKind, FinishedMap, Input, Job, JobId, Principal, Publication, Sensor,
+    Severity, StackEffect,
 };
 use ports::Journal;
 use stack::{ComputeJob, Stack};
@@ -54,7 +54,7 @@ pub struct OfflineMapper {
     ticks: Ticks,
     effects: Vec<StackEffect>,
     /// Jobs that were started and have not run yet.
-    jobs: VecDeque<u64>,
+    jobs: VecDeque<JobId>,
     mapped: MappingCounters,
 }
 
@@ -192,9 +192,9 @@ impl OfflineMapper {
         self.step(at, input)?;
         while let Some(job) = self.jobs.pop_front() {
             let start = thread_cpu_time();
-            let result = self.stack.take_compute_job(job).map_or_else(JobResult::not_done, ComputeJob::run);
+            let done = self.stack.take_compute_job(job).map_or_else(|| job.not_done(), ComputeJob::run);
             self.mapped.loop_time += thread_cpu_time() - start;
-            self.step(at, Input::JobDone(JobDone { job, result }))?;
+            self.step(at, Input::JobDone(done))?;
         }
         Ok(())
     }
@@ -223,17 +223,9 @@ impl OfflineMapper {
             StackEffect::StartJob { work: Job::SaveMap(finished), .. } => {
                 self.mapped.finished = Some(finished)
             }
-            StackEffect::StartJob {
-                job,
-                work:
-                    Job::VerifyLoop(_)
-                    | Job::CompareRevisit(_)
-                    | Job::SearchMap(_)
-                    | Job::Relocalise(_)
-                    | Job::PlanDisambiguation(_),
-            } => self.jobs.push_back(job),
             // No command of this run starts these jobs.
             StackEffect::StartJob { work: Job::LoadMap { .. } | Job::ReadMap(_), .. } => {}
+            StackEffect::StartJob { job, .. } => self.jobs.push_back(job),
             StackEffect::Answer { refused: Some(reason), .. } => self.mapped.refused = Some(reason),
             StackEffect::Publish(Publication::Scan(_)) => {
                 self.mapped.scan_seconds.push(std::mem::take(&mut self.mapped.since_scan).as_secs_f64());
