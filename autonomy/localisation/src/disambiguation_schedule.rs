@@ -1,7 +1,7 @@
 //! Schedule of disambiguation: when a path is planned on which wrong hypotheses can be rejected.
 //!
-//! Planning takes up to a tenth of a second, so it is a job. A new path is planned whenever a hypothesis has been rejected, and as the robot
-//! walks: its poses are known better then.
+//! Planning takes up to a tenth of a second, so it is a job. A new path is planned whenever a hypothesis has been rejected. It is also planned again
+//! while the robot walks, because the poses are known better then.
 
 use crate::disambiguation::{DisambiguationConfig, plan_disambiguation};
 use crate::global_localiser::GlobalLocaliser;
@@ -9,7 +9,7 @@ use crate::request_progress::RequestProgress;
 use geometry::{Isometry, Vector3};
 use std::sync::Arc;
 
-/// What is known of where the robot may be, for the behaviour that walks it.
+/// Hypotheses and planned path, for the behaviour that moves the robot.
 #[derive(Clone, Debug, Default)]
 pub struct ExplorationHint {
     /// Number of hypotheses.
@@ -41,7 +41,7 @@ impl DisambiguationSchedule {
         Self { config, path: None, request: None }
     }
 
-    /// Forgets path and request: there is nothing to tell apart.
+    /// Removes path and request, because there are no hypotheses to distinguish.
     pub fn reset(&mut self) {
         (self.path, self.request) = (None, None);
     }
@@ -68,13 +68,13 @@ impl DisambiguationSchedule {
         self.request = Some(DisambiguationRequest { id, hypotheses, odom_from_base, progress });
     }
 
-    /// Starts the pending request with this job. Returns its id; none if no request is pending.
+    /// Starts the pending request with this job. Returns its id. `None` if no request is pending.
     pub fn start(&mut self, job: u64) -> Option<u64> {
         let request = self.request.as_mut()?;
         request.progress.start(job).then_some(request.id)
     }
 
-    /// What a job needs; none if the job is not this schedule's.
+    /// The data of a job. `None` if the job is not of this schedule.
     pub fn work(&self, job: u64, localiser: &Arc<GlobalLocaliser>) -> Option<DisambiguationWork> {
         let request = self.request.as_ref().filter(|request| request.progress.is_running(job))?;
         Some(DisambiguationWork {
@@ -95,7 +95,7 @@ impl DisambiguationSchedule {
     }
 }
 
-/// The planning of a path, with all that it needs.
+/// The planning of a path, with all its data.
 #[derive(Debug)]
 pub struct DisambiguationWork {
     id: u64,

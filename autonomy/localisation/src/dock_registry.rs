@@ -1,5 +1,5 @@
-//! Docks of known maps. A robot that is charged while it knows its pose learns where a dock is; one that is charged and does not know its
-//! pose tries the docks first. Contacts decide between poses that look alike, which no LiDAR does.
+//! Docks of known maps. If a localised robot is charged, the pose of its dock is stored. If a robot without a pose is charged, the docks are tried
+//! first. The charging contact thus decides between poses that look alike, which a LiDAR cannot do.
 
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
 use vocab::{MapId, Pose, Span, Stamp};
@@ -43,7 +43,7 @@ pub struct DockRegistry {
     config: DockRegistryConfig,
     docks: Vec<Dock>,
     is_charging: bool,
-    /// Since when the robot has been charged at a known pose, and where.
+    /// Start of charging at a known pose, and that pose.
     charging_pose: Option<(Stamp, MapId, Isometry)>,
 }
 
@@ -63,13 +63,13 @@ impl DockRegistry {
         self.is_charging = is_charging;
     }
 
-    /// Takes in the robot's pose in a map, if it is known. Returns whether a dock was learnt or moved.
+    /// Updates by the robot's pose in a map, if it is known. Returns whether a dock was learnt or moved.
     pub fn update(&mut self, at: Stamp, pose: Option<(MapId, Isometry)>) -> bool {
         let Some((map, map_from_base)) = pose.filter(|_| self.is_charging) else {
             self.charging_pose = None;
             return false;
         };
-        // A full battery may say for a while that it is charged after it has left its dock.
+        // A full battery may report for a while that it is charged, although the robot has left the dock.
         let stands_still = |(_, before, pose): &(Stamp, MapId, Isometry)| {
             let moved_m = (pose.translation.vector - map_from_base.translation.vector).norm();
             *before == map && moved_m <= self.config.position_tolerance_m

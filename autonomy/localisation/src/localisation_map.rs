@@ -18,13 +18,13 @@ pub struct LocalisationMapConfig {
 /// Parameters of [`LocalisationMap::check_free_space`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreeSpaceCheckConfig {
-    /// Keyframes are asked that are at most this far from the robot, metres.
+    /// Greatest distance of a compared keyframe from the robot, metres.
     pub radius_m: f64,
-    /// And at most this far above or below it, metres: less than a storey.
+    /// Greatest height difference of a compared keyframe from the robot, metres. Less than a storey.
     pub max_height_difference_m: f64,
-    /// Number of keyframes asked, the nearest.
+    /// Number of compared keyframes, the nearest.
     pub max_keyframes: usize,
-    /// Number of points of the scan that they are asked about, spread evenly.
+    /// Number of points of the scan that are compared with them, spread evenly.
     pub max_points: usize,
 }
 
@@ -34,17 +34,17 @@ impl Default for FreeSpaceCheckConfig {
     }
 }
 
-/// The points of a scan, compared with what the nearest keyframes saw in their place.
+/// Result of comparing the points of a scan with the range images of the nearest keyframes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FreeSpaceCheck {
-    /// Points on something that a keyframe saw as well.
+    /// Points on a surface that a keyframe saw as well.
     pub consistent: usize,
-    /// Points where at least one keyframe saw free space and none saw anything.
+    /// Points where at least one keyframe saw free space and none saw a surface.
     pub violations: usize,
 }
 
 impl FreeSpaceCheck {
-    /// Points that the keyframes can decide on: those that none of them sees are in neither count.
+    /// Points that the keyframes can decide on. Points that none of them sees are in neither count.
     pub fn decided(&self) -> usize {
         self.consistent + self.violations
     }
@@ -69,7 +69,7 @@ impl LocalisationMap {
         Self::with_config(LocalisationMapConfig::default(), keyframes)
     }
 
-    /// A map of these keyframes, each with its pose in the map. Linear in their points, some 2 ns each: surfaces are built where they are
+    /// A map of these keyframes, each with its pose in the map. Linear in their points, some 2 ns each, because surfaces are built only when they are
     /// first looked up.
     pub fn with_config(
         config: LocalisationMapConfig,
@@ -93,7 +93,7 @@ impl LocalisationMap {
         &self.keyframes
     }
 
-    /// Compares a scan's points (base frame, metres) with what the nearest keyframes saw. Finding those is linear in the keyframes.
+    /// Compares a scan's points (base frame, metres) with the range images of the nearest keyframes. The search for those is linear in the keyframes.
     pub fn check_free_space(&self, map_from_base: &Isometry, points: &[[f32; 3]]) -> FreeSpaceCheck {
         let views: Vec<_> = self
             .nearest_keyframes(map_from_base)

@@ -1,10 +1,10 @@
-//! Localisation of a robot in one known map: relocalising until its pose is known, then tracking it until the scans speak against it.
+//! Localisation of a robot in one known map: relocalising until its pose is known, then tracking it until the scans contradict it.
 //!
-//! Relocalising asks, in a job, at which poses the newest scan may have been taken. They are tracked as hypotheses while the robot moves, until
-//! one is left. Once localised, every scan corrects the pose. When scans contradict it for long enough, or a periodic global check finds a pose
+//! Relocalisation is a job that finds the poses at which the newest scan may have been taken. They are tracked as hypotheses while the robot moves,
+//! until one is left. Once localised, every scan corrects the pose. When scans contradict it for long enough, or a periodic global check finds a pose
 //! that fits better, relocalisation starts again.
 //!
-//! A [`Localiser`] does no long work by itself. It hands out what a job needs ([`Localiser::work`]) and takes in its result.
+//! A [`Localiser`] does no long computation by itself. It provides the data of a job ([`Localiser::work`]) and processes the job's result.
 
 use crate::adaptive_voxel_filter::{AdaptiveVoxelFilter, AdaptiveVoxelFilterConfig};
 use crate::disambiguation::DisambiguationConfig;
@@ -38,7 +38,7 @@ pub struct LocaliserConfig {
     pub global_check: PeriodicGlobalCheckConfig,
     /// Repetition of requests.
     pub request: RelocalisationRequestConfig,
-    /// Planning of paths that tell hypotheses apart.
+    /// Planning of paths that distinguish hypotheses.
     pub disambiguation: DisambiguationConfig,
 }
 
@@ -71,18 +71,18 @@ pub enum InitialPose {
 /// A change between relocalising and being localised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LocalisationTransition {
-    /// The pose is known; it was not before.
+    /// The pose has become known.
     PoseFound,
     /// The pose is not known any more.
     PoseLost,
 }
 
-/// What a job needs.
+/// The data of a job.
 #[derive(Debug)]
 pub enum LocalisationWork {
     /// A search for the pose of a scan.
     Relocalise(RelocalisationWork),
-    /// The planning of a path that tells hypotheses apart.
+    /// The planning of a path that distinguishes hypotheses.
     PlanDisambiguation(DisambiguationWork),
 }
 
@@ -98,7 +98,7 @@ pub enum LocaliserState {
     },
     /// The pose is known.
     Localised {
-        /// What speaks against it, if anything does.
+        /// Evidence against it, if there is any.
         degradation: Option<DegradationReason>,
     },
 }
@@ -144,7 +144,7 @@ struct Localised {
     degradation: Option<DegradationReason>,
     latest_scan: Option<Stamp>,
     global_check: PeriodicGlobalCheck,
-    /// Whether the whole map has been searched for poses that look alike: not yet, where the pose was given.
+    /// Whether the whole map has been searched for poses that look alike. A given pose starts without this search.
     is_confirmed: bool,
     request: Option<RelocalisationRequest>,
 }
@@ -166,8 +166,7 @@ impl Localiser {
         self.state = State::Relocalising(Box::new(Relocalising::new(&self.config, localiser, initial_pose)));
     }
 
-    /// Takes in a new initial pose in the same map. A robot that is localised starts to relocalise from it; without one it stays
-    /// localised.
+    /// Sets a new initial pose in the same map. A robot that is localised starts to relocalise from it; without one it stays localised.
     pub fn set_initial_pose(&mut self, initial_pose: Option<InitialPose>) {
         match &mut self.state {
             State::Relocalising(state) => state.initial_pose = initial_pose,
@@ -208,7 +207,7 @@ impl Localiser {
         if let State::Localised(state) = &self.state { Some(state.covariance) } else { None }
     }
 
-    /// What is known of where the robot may be while it relocalises.
+    /// Hypotheses and planned path while the robot relocalises.
     pub fn exploration_hint(&self) -> ExplorationHint {
         match &self.state {
             State::Relocalising(state) => ExplorationHint {
@@ -219,7 +218,7 @@ impl Localiser {
         }
     }
 
-    /// Takes in a scan. `docks` are the poses of the map's docks if the robot is charged, and empty if it is not.
+    /// Processes a scan. `docks` are the poses of the map's docks if the robot is charged, and empty if it is not.
     pub fn update(&mut self, scan: &OdometryScan, docks: &[Isometry]) -> Option<LocalisationTransition> {
         if matches!(self.state, State::Idle) {
             return None;
@@ -262,7 +261,7 @@ impl Localiser {
         transition
     }
 
-    /// Takes in that time passes, and whether odometry follows the robot. A pose without scans degrades.
+    /// Updates by the present time and by whether odometry tracks the robot. A pose without scans degrades.
     pub fn tick(&mut self, at: Stamp, is_odometry_running: bool) {
         let max_scan_gap = self.config.hypotheses.tracking.monitor.max_scan_gap;
         if let State::Localised(state) = &mut self.state
@@ -290,18 +289,18 @@ impl Localiser {
         }
     }
 
-    /// Starts the pending planning of a path with this job. Returns the request's id; none if none is pending.
+    /// Starts the pending planning of a path with this job. Returns the request's id. `None` if no request is pending.
     pub fn start_disambiguation(&mut self, job: u64) -> Option<u64> {
         if let State::Relocalising(state) = &mut self.state { state.disambiguation.start(job) } else { None }
     }
 
-    /// Starts the pending relocalisation request with this job. Returns the request's id; none if none is pending.
+    /// Starts the pending relocalisation request with this job. Returns the request's id. `None` if no request is pending.
     pub fn start_relocalisation(&mut self, job: u64) -> Option<u64> {
         let (_, request) = self.request_mut()?;
         request.start(job).then_some(request.id)
     }
 
-    /// What a job needs; none if the job is not this localiser's.
+    /// The data of a job. `None` if the job is not of this localiser.
     pub fn work(&mut self, job: u64) -> Option<LocalisationWork> {
         if let State::Relocalising(state) = &self.state
             && let Some(work) = state.disambiguation.work(job, &state.localiser)
@@ -399,8 +398,8 @@ impl Relocalising {
         }
     }
 
-    /// Whether to ask at which poses this scan may have been taken: for a new initial pose, at a dock, without hypotheses, and when one
-    /// hypothesis is left for which the whole map has not been searched lately.
+    /// Whether to request the poses at which this scan may have been taken. This is due for a new initial pose, at a dock, and without hypotheses. It
+    /// is also due when one hypothesis is left for which the whole map has not been searched lately.
     fn is_request_due(&mut self, config: &LocaliserConfig, scan: &OdometryScan, docks: &[Isometry]) -> bool {
         self.has_tried_docks &= !docks.is_empty();
         let is_stale = self
@@ -443,7 +442,7 @@ impl Relocalising {
         self.request = Some(RelocalisationRequest::new(id, stamp, odom_from_base, descriptor, prior));
     }
 
-    /// Requests a path that tells the hypotheses apart if one is due. Returns whether it did.
+    /// Requests a path that distinguishes the hypotheses, if one is due. Returns whether it did.
     fn update_disambiguation(&mut self, id: u64, scan: &OdometryScan) -> bool {
         if self.hypotheses.len() < 2 {
             self.disambiguation.reset();
@@ -499,8 +498,8 @@ impl Localised {
         }
     }
 
-    /// Whether to ask if another pose fits better: when a periodic check is due and nothing speaks against the pose, and in any case as long
-    /// as the pose is not confirmed.
+    /// Whether to check that no other pose fits better. This is due when a periodic check is due and there is no evidence against the pose. It is
+    /// always due as long as the pose is not confirmed.
     fn is_request_due(&mut self, config: &LocaliserConfig, scan: &OdometryScan) -> bool {
         let is_open = self.request.as_ref().is_some_and(RelocalisationRequest::is_open);
         let is_stale = self

@@ -1,8 +1,8 @@
-//! Acceptance of a pose that fits only partly, by recognising it again and again as the robot walks.
+//! Acceptance of a pose that fits only partly, by repeated recognition while the robot walks.
 //!
-//! Near the end of a map, much of a scan is in no map, so that the right pose fits no better than a wrong one may by chance. A wrong pose,
-//! however, does not move with the robot: a pose that is found from nothing each time, where the last one and odometry predict it, is the
-//! right one.
+//! Near the end of a map, much of a scan is in no map, so that the right pose fits no better than a wrong one may by chance. A wrong pose, however,
+//! does not move with the robot. Each search is independent of the previous ones. A pose that is found each time where the last one and odometry
+//! predict it is therefore the right one.
 
 use crate::pose_hypothesis::PoseTolerance;
 use geometry::Isometry;
@@ -10,7 +10,7 @@ use geometry::Isometry;
 /// Parameters of [`LowConfidenceConfirmation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LowConfidenceConfig {
-    /// Distance over which the pose has to be found again and again, metres.
+    /// Distance over which the pose has to be found repeatedly, metres.
     pub confirmation_distance_m: f64,
 }
 
@@ -31,13 +31,13 @@ pub(crate) struct LowConfidenceConfirmation {
 }
 
 impl LowConfidenceConfirmation {
-    /// Nothing found yet.
+    /// Without a found pose.
     pub fn new(config: LowConfidenceConfig) -> Self {
         Self { config, latest: None, confirmed_m: 0.0 }
     }
 
-    /// Takes in a pose of low confidence, of a scan taken at a moment of odometry. Returns whether the pose is confirmed now. `same_pose` says
-    /// how near to its prediction it has to be.
+    /// Updates by a pose of low confidence, of a scan taken at a moment of odometry. Returns whether the pose is confirmed now. `same_pose` says how
+    /// near to its prediction it has to be.
     pub fn update(
         &mut self,
         map_from_base: &Isometry,

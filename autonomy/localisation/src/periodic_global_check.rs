@@ -1,8 +1,8 @@
 //! Periodic comparison of the tracked pose with every other pose of the map.
 //!
-//! Where a site repeats itself, nothing that the pose tracker sees need ever contradict a wrong pose: everything the map shows there stands where
-//! it should. Only the right pose reveals the error, by fitting better. A robot that was carried to a look-alike without noticing
-//! finds out this way.
+//! Where parts of a site look alike, the pose tracker may never find a contradiction at a wrong pose, because the surfaces around it match the map.
+//! Only a comparison with the right pose, which fits better, reveals the error. This detects that a robot was carried to a part that looks alike
+//! without noticing it.
 
 use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis};
 use geometry::Isometry;
@@ -22,7 +22,7 @@ impl Default for PeriodicGlobalCheckConfig {
     }
 }
 
-/// When the next check is due.
+/// Schedule of the checks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PeriodicGlobalCheck {
     config: PeriodicGlobalCheckConfig,
@@ -50,7 +50,7 @@ impl PeriodicGlobalCheck {
     }
 }
 
-/// What a search of the whole map says about the tracked pose.
+/// Result of a search of the whole map for the tracked pose.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum GlobalCheckResult {
     /// The scan fits at the tracked pose, and nowhere clearly better.
@@ -58,7 +58,7 @@ pub(crate) enum GlobalCheckResult {
     /// Another pose fits clearly better. These are the poses to decide between; the tracked one is among them if the scan fits there at
     /// all.
     Contradicted(Vec<PoseHypothesis>),
-    /// Neither.
+    /// Neither of the two.
     Inconclusive,
 }
 

@@ -1,4 +1,4 @@
-//! Poses at which a scan may have been taken, and what a list of them says about where it was taken.
+//! Poses at which a scan may have been taken, and the classification of a list of them.
 
 use geometry::{Isometry, so3};
 
@@ -20,7 +20,7 @@ impl PoseHypothesis {
     }
 }
 
-/// How far two poses may be apart and still count as one.
+/// Greatest difference of two poses that count as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseTolerance {
     /// Distance of the positions, metres.
@@ -47,7 +47,7 @@ pub struct AcceptanceConfig {
     pub max_violation_share: f64,
     /// A pose is ambiguous if another one reaches this share of its quality.
     pub ambiguity_ratio: f64,
-    /// Least fit of a pose of low confidence: near the end of a map, where much of a scan is in no map, the right pose fits by 0.45 to 0.7.
+    /// Least fit of a pose of low confidence. Near the end of a map, where much of a scan is in no map, the right pose has a fit of 0.45 to 0.7.
     pub low_confidence_min_fit: f64,
     /// A pose of low confidence is dropped if another one reaches this share of its quality.
     pub low_confidence_ambiguity_ratio: f64,
@@ -71,7 +71,7 @@ impl Default for AcceptanceConfig {
     }
 }
 
-/// What the hypotheses of one scan say about where it was taken.
+/// Classification of the hypotheses of one scan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RelocalisationResult {
     /// One pose fits, and no other one.

@@ -1,7 +1,6 @@
 //! A request to find the pose of one scan in the map.
 //!
-//! An answer takes a tenth of a second or more, so it is a job: what the job needs is handed out, and its answer comes back as an
-//! input.
+//! The search takes a tenth of a second or more, so it is a job. The request provides the data of the job, and the result arrives as an input.
 
 use crate::global_localiser::{GlobalLocaliser, PosePrior};
 use crate::pose_hypothesis::PoseHypothesis;
@@ -11,7 +10,7 @@ use mapping::KeyframeDescriptor;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
 
-/// When a request is repeated whose answer was that nothing fits.
+/// Conditions for repeating a request that found no pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelocalisationRequestConfig {
     /// After this distance, metres.
@@ -28,7 +27,7 @@ impl Default for RelocalisationRequestConfig {
     }
 }
 
-/// A request, from when it is made until the next one is.
+/// A request, from its creation until the next one is created.
 #[derive(Debug)]
 pub(crate) struct RelocalisationRequest {
     pub id: u64,
@@ -53,7 +52,7 @@ impl RelocalisationRequest {
         Self { id, stamp, odom_from_base, prior, descriptor, progress: RequestProgress::default() }
     }
 
-    /// Whether it has been answered and it is time for another one.
+    /// Whether it has been answered and the next one is due.
     pub fn is_stale(
         &self,
         config: &RelocalisationRequestConfig,
@@ -86,7 +85,7 @@ impl RelocalisationRequest {
         self.progress = RequestProgress::Done;
     }
 
-    /// What its job needs.
+    /// The data of its job.
     pub fn work(&self, localiser: &Arc<GlobalLocaliser>) -> RelocalisationWork {
         RelocalisationWork {
             id: self.id,
@@ -98,7 +97,7 @@ impl RelocalisationRequest {
     }
 }
 
-/// A search for the pose of a scan, with all that it needs.
+/// A search for the pose of a scan, with all its data.
 #[derive(Debug)]
 pub struct RelocalisationWork {
     id: u64,

@@ -1,4 +1,4 @@
-//! Progress of a request that a job answers: it waits for its job, the job runs, the answer has come.
+//! Progress of a request that a job answers. The request waits for its job, then the job runs, then the job has ended.
 
 /// Progress of one request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

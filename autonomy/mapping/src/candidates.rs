@@ -15,7 +15,7 @@ pub struct CandidateConfig {
     pub min_walked_m: f64,
     /// Horizontal distance at which two keyframes still see the same surroundings, metres.
     pub max_offset_m: f64,
-    /// The same vertically, metres. Less than half a storey.
+    /// Vertical distance at which two keyframes still see the same surroundings, metres. Less than half a storey.
     pub max_height_m: f64,
     /// Limit of the horizontal search radius however uncertain the estimate is, metres.
     pub max_search_radius_m: f64,

@@ -162,7 +162,7 @@ mod tests {
         let right = dropped.iter().filter(|&&i| is_person(&cloud[i as usize])).count();
         assert!(persons > 150 && right * 100 >= persons * 95, "{right} of {persons}");
         assert!((dropped.len() - right) * 1000 < cloud.len(), "{} of the room", dropped.len() - right);
-        // One witness is not enough, and none at all says nothing.
+        // One vote is not enough, and without votes there is no decision.
         assert!(
             dynamic_points(&cloud, &others[..1], &DynamicPointsConfig::default()).is_empty()
                 && dynamic_points(&cloud, &[], &DynamicPointsConfig::default()).is_empty()

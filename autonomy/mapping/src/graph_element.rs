@@ -1,4 +1,4 @@
-//! Nodes and edges of the pose graph, and what every view of it needs.
+//! Nodes and edges of the pose graph, and functions that all views of it share.
 
 use crate::UncertainPose;
 use geometry::{Isometry, Matrix6, Rotation};
@@ -9,7 +9,7 @@ use vocab::{KeyframeId, Stamp};
 pub struct Node {
     /// Counts from 0.
     pub id: KeyframeId,
-    /// When it was made.
+    /// Time of its creation.
     pub stamp: Stamp,
     /// Its pose in the map.
     pub map_from_keyframe: Isometry,

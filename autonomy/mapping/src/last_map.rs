@@ -1,4 +1,4 @@
-//! The map that was saved last, while the robot has not walked far since: odometry then tells where the robot is in it.
+//! The map that was saved last. While the robot has not walked far since, odometry gives its pose in that map.
 
 use crate::map_search::MapSearchFix;
 use crate::pose_graph::PoseGraph;
@@ -18,7 +18,7 @@ pub struct LastSavedMapConfig {
     pub translation_std_share: f64,
     /// Greatest distance walked since, metres.
     pub max_distance_m: f64,
-    /// Greatest standard deviation, together with what the odometry says of itself, metres.
+    /// Greatest standard deviation, including the covariance of odometry, metres.
     pub max_std_m: f64,
 }
 
@@ -80,7 +80,7 @@ impl LastSavedMap {
     /// Covariance of the base in the map; `None` if it is too large.
     fn base_covariance(&self, covariance: &Matrix6) -> Option<Matrix6> {
         let walked_m = self.walked.distance();
-        // An odometry that has lost its tracking since says so in its covariance.
+        // If odometry has lost tracking since, its covariance shows this.
         let before = self.covariance.unwrap_or_else(Matrix6::zeros);
         let grown = (covariance - before).diagonal();
         let [turned, moved] = [0, 3].map(|first| grown.fixed_rows::<3>(first).max().max(0.0));

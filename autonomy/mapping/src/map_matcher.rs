@@ -1,10 +1,10 @@
 //! Matching of finished maps: where one map lies in another (docs/maths/loops.md, section 8).
 //!
-//! The relative pose of the maps is unknown, except that both are upright. Every few metres, a keyframe of one map is searched by its
-//! appearance among all keyframes of the other. Each pair that fits after registration gives one vote for the pose of the second map in the
-//! first. Each keyframe votes for the pair where it fits best, because a place built alike fits nearly as well. Many votes from one room prove
-//! nothing, so the supporters must be farther apart than most rooms are long, and no other pose may have more than half as many votes. From the
-//! winner on, the remaining keyframes are compared where the nearest link expects them.
+//! The relative pose of the maps is unknown, except that both are upright. Every few metres, a keyframe of one map is searched by its appearance
+//! among all keyframes of the other. Each pair that fits after registration gives one vote for the pose of the second map in the first. Each keyframe
+//! votes for the pair where it fits best, because a place built alike fits nearly as well. Many votes from one room are no proof, so the supporters
+//! must be farther apart than most rooms are long. In addition, no other pose may have more than half as many votes. Starting from the links of the
+//! winner, the remaining keyframes are compared where the nearest link predicts them.
 
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_ORIGINS};
 use crate::scan_context::{first_from_second, level_from_base};
@@ -36,7 +36,7 @@ pub struct MapMatcherConfig {
     pub max_candidates: usize,
     /// Least distance between the candidates of a query, metres.
     pub candidate_spacing_m: f64,
-    /// Greatest distance of scan contexts of a candidate. More than for loops, because a candidate is also compared and has to win a vote.
+    /// Greatest distance of scan contexts of a candidate. Greater than for loops, because a candidate is also compared and has to win a vote.
     pub max_appearance_distance: f32,
     /// Two links agree if their translations differ by at most this, metres, ...
     pub agreement_m: f64,

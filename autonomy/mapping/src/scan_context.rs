@@ -16,7 +16,7 @@ pub const RINGS: usize = 24;
 pub const SECTORS: usize = 60;
 /// Length of a ring key: the fill of each ring, then the mean height of each three rings.
 pub const RING_KEY_LENGTH: usize = RINGS + RINGS / 3;
-/// Inner radius, metres. Nearer points show what is around the robot only for the moment.
+/// Inner radius, metres. Nearer points belong to objects that are near the robot for a short time only.
 const MIN_RADIUS_M: f32 = 1.5;
 /// Outer radius, metres. Farther points are sparse.
 const MAX_RADIUS_M: f32 = 45.0;

@@ -1,9 +1,9 @@
 //! Virtual viewpoints: keyframes for a point cloud that no robot has walked.
 //!
-//! A cloud without its viewpoints says neither what is free nor what is occluded, and localisation needs both. So the ground is found
-//! ([`crate::ground_surface`]), viewpoints are spread over it, and from each viewpoint only the points nearest in their direction are kept. This
-//! uses a depth image in which near points cover as many pixels as a surface would. Katz, Tal and Basri, *Direct visibility of point sets*,
-//! SIGGRAPH 2007, solve the same problem with another method.
+//! A cloud without its viewpoints contains neither free space nor occlusions, and localisation needs both. So the ground is found
+//! ([`crate::ground_surface`]), viewpoints are spread over it, and from each viewpoint only the points nearest in their direction are kept. This uses
+//! a depth image in which near points cover as many pixels as a surface would. Katz, Tal and Basri, *Direct visibility of point sets*, SIGGRAPH 2007,
+//! solve the same problem with another method.
 
 use crate::ground_surface::{GroundCell, GroundConfig, GroundSurface};
 use geometry::{Isometry, Rotation, Vector3};
@@ -20,7 +20,7 @@ pub struct ViewpointConfig {
     pub lidar_height_m: f32,
     /// Range of the LiDAR, metres.
     pub range_m: f32,
-    /// Nearer points are not seen, metres.
+    /// Least range of the LiDAR, metres.
     pub min_range_m: f32,
     /// Lowest and highest elevation of the LiDAR's rays, radians from level.
     pub elevations_rad: [f32; 2],

@@ -1,10 +1,11 @@
-//! Elevation map: a grid of ground heights and obstacles around every place that the robot has seen.
+//! Elevation map: a grid of ground heights and obstacles of all ground that the robot has seen.
 //!
 //! The map is 2.5-dimensional: one ground height for each cell. On a site with several floors a cell forgets the other floor as soon as
 //! the robot sees the cell from this floor. Memory: 12 bytes a cell, 1.2 kB for each square metre seen.
 //!
-//! An obstacle is removed in two cases. The first: the ground is seen in its place, because people walk on. The second: rays pass
-//! through it, because what a robot saw while it was carried does not stand there. The second case is needed because a robot sees no ground beside itself.
+//! An obstacle is removed in two cases. In the first case, the robot sees ground at the obstacle's position: a person has walked on. In the second
+//! case, rays pass through the obstacle: the robot saw it while it was carried, at a wrong pose. The second case is needed because a robot sees no
+//! ground beside itself.
 
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
@@ -19,7 +20,7 @@ const SLICES_MAX: i64 = 16;
 /// Parameters of [`ElevationMap`]. The values were tuned on the simulated sites with people walking about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElevationMapConfig {
-    /// Obstacle confidence from which on a cell counts as an obstacle.
+    /// Least obstacle confidence at which a cell counts as an obstacle.
     pub obstacle_min: i8,
     /// Highest obstacle confidence that a cell keeps, so that people who leave are forgotten within seconds.
     pub obstacle_max: i8,
@@ -33,7 +34,7 @@ pub struct ElevationMapConfig {
     pub single_slice_height_m: f64,
     /// Height that is assumed instead while the confidence is below `trace_confidence`, metres: people who walk past leave such traces.
     pub trace_height_m: f64,
-    /// Obstacle confidence below which an obstacle may be the trace of somebody who walked past.
+    /// Obstacle confidence below which an obstacle may be the trace of a person who walked past.
     pub trace_confidence: i8,
     /// A point less than this above the lowest beam may hang in the air, metres: its foot would be below the field of view.
     pub footless_margin_m: f64,
@@ -208,10 +209,11 @@ fn shift_slices(slices: u16, lower: i64) -> u16 {
 /// Directions in which the lowest beams are kept apart.
 const SECTORS: usize = 16;
 
-/// The lowest beams that met anything, by direction in the map: a robot that leans sees the ground nearer on one side.
+/// The lowest beams that met a surface, by direction in the map. They differ by direction, because a robot that leans sees the ground nearer on one
+/// side.
 struct LowestBeams {
     sensor: Vector3,
-    /// What is nearer than this is the robot itself, metres.
+    /// Points nearer than this belong to the robot itself, metres.
     range_min: f64,
     /// Tangent of each sector's lowest beam below the horizontal.
     tangents: [f64; SECTORS],
@@ -232,7 +234,7 @@ impl LowestBeams {
         }
     }
 
-    /// Height of the lowest beam above a place of the map, metres.
+    /// Height of the lowest beam above a point of the map, metres.
     fn height(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - self.sensor.x, y - self.sensor.y);
         self.sensor.z + self.tangents[sector(x, y)] * x.hypot(y)
@@ -299,7 +301,7 @@ impl ElevationMap {
         self.cell_size
     }
 
-    /// The robot for which the map tells free cells.
+    /// The shape of the robot for which cells are free.
     pub fn shape(&self) -> &RobotShape {
         &self.shape
     }
@@ -403,7 +405,7 @@ impl ElevationMap {
         beams
     }
 
-    /// Whether ground beside a cell is known from which one step leads up to `height`. Stairs have such ground; a bag that hangs from somebody's
+    /// Whether ground beside a cell is known from which one step leads up to `height`. Stairs have such ground. A bag that hangs from a person's
     /// shoulder has none.
     fn has_lower_neighbour(&self, index: CellIndex, height: f32) -> bool {
         let (step, reach) = (self.shape.step as f32, self.config.tread_cells);
@@ -414,7 +416,7 @@ impl ElevationMap {
         (-reach..=reach).any(|dx| (-reach..=reach).any(|dy| is_one_step_away(dx, dy)))
     }
 
-    /// Takes confidence from the obstacles within `range` of `position` that rays of a scan passed through.
+    /// Decreases the confidence of the obstacles within `range` of `position` that rays of a scan passed through.
     fn clear_seen_through(&mut self, seen: &SeenScan, position: [f64; 2], range: f64) {
         let [low, high] =
             [-range, range].map(|reach| locate(self.index(position[0] + reach, position[1] + reach)).0);
@@ -450,7 +452,7 @@ impl ElevationMap {
         }
     }
 
-    /// Marks the ground under the robot as known, since the robot stands on it: the LiDAR does not see it.
+    /// Marks the ground under the robot as known. The LiDAR does not see it, but the robot stands on it.
     fn mark_ground_under_robot(&mut self, map_from_base: &Isometry, foot: f32) {
         let position = map_from_base.translation.vector;
         let reach = (self.shape.radius / self.cell_size).ceil() as i32;
@@ -466,7 +468,8 @@ impl ElevationMap {
         }
     }
 
-    /// Updates a cell with what a scan saw of it. The robot's feet are at the height `foot`; ground differs from it by `rise_max` at most.
+    /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. Ground differs from it by `rise_max` at
+    /// most.
     fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, rise_max: f32) {
         let config = self.config;
         let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
@@ -480,7 +483,7 @@ impl ElevationMap {
             cell.slices = 0;
             obstacle = 0;
         }
-        // A hanging object, or a wall whose foot is out of sight, tells nothing about the ground.
+        // A hanging object gives no information about the ground. The same holds for a wall whose foot is out of sight.
         let mut is_ground = (hits.lowest - foot).abs() < rise_max;
         if !is_ground && hits.lowest > foot && cell.ground > hits.lowest {
             // An object stands lower than the assumed ground, so the assumption was wrong.
@@ -541,13 +544,13 @@ impl ElevationMap {
         &mut cells[offset]
     }
 
-    /// Whether the robot could stand in a cell: no obstacle within its radius. Constant time.
+    /// Whether the robot could stand in a cell, because no obstacle is within its radius. Constant time.
     pub fn is_free(&self, index: CellIndex) -> bool {
         self.cell(index).obstacles_near == 0
     }
 }
 
-/// The slices above `ground`, metres, in which a scan saw something that a robot would walk into.
+/// The slices above `ground`, metres, in which a scan saw an obstacle for the robot.
 fn slices_in_the_way(
     config: &ElevationMapConfig,
     hits: &CellHits,

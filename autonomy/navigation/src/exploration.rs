@@ -1,4 +1,4 @@
-//! Where to walk when the robot does not know where it is: a short path over ground that has been seen, to where it has not been.
+//! Exploration by a robot whose pose is unknown: a short path over seen ground to an unvisited point.
 
 use crate::planner::{GridSearch, PlannerConfig, trace};
 use crate::{CellIndex, ElevationMap};
@@ -8,9 +8,9 @@ use std::cmp::Reverse;
 /// Parameters of [`explore`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExplorationConfig {
-    /// Shortest path that is worth walking, metres: a shorter one shows nothing new.
+    /// Least distance from the start to the goal, metres. A nearer goal shows nothing new.
     pub distance_min_m: f64,
-    /// Radius within which a goal is searched for, metres: the lowest beams of a LiDAR on a mast meet the ground 3 m away.
+    /// Radius within which a goal is searched for, metres. It has to exceed 3 m, where the lowest beams of a LiDAR on a mast meet the ground.
     pub radius_m: f64,
 }
 
@@ -20,11 +20,11 @@ impl Default for ExplorationConfig {
     }
 }
 
-/// Path from `from` to the cell that is farthest from all of `visited` (all in the map's frame, metres); `None` where there is none. The goal lies within
-/// [`ExplorationConfig::radius_m`], on ground that was seen and away from obstacles. The path may cross ground that was never seen where there is no
-/// other: beside itself a robot may have seen nothing.
+/// Path from `from` to the cell that is farthest from all of `visited` (all in the map's frame, metres). `None` if there is no such cell. The goal
+/// lies within [`ExplorationConfig::radius_m`], on ground that was seen and away from obstacles. The path may cross unseen
+/// ground, which costs more than known ground, because a robot may have seen no ground beside itself.
 ///
-/// Cost grows with the ground within the radius, times the number of `visited` places.
+/// Cost grows with the ground within the radius, times the number of `visited` points.
 pub fn explore(
     config: &ExplorationConfig,
     planner: &PlannerConfig,

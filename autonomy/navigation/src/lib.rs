@@ -1,7 +1,8 @@
-//! Getting to a point without hitting anything.
+//! Navigation: walking to a point without collisions.
 //!
-//! The parts can be used alone: an elevation map ([`ElevationMap`]) that learns ground and obstacles from motion-corrected scans, a path planner over it
-//! ([`plan`]), a search for somewhere to walk for a robot that is lost ([`explore`]), and a [`PathFollower`] that turns a path into velocities.
+//! The parts can be used alone: an elevation map ([`ElevationMap`]) that learns ground and obstacles from motion-corrected scans, a path planner over
+//! it ([`plan`]), a choice of the next path for a robot whose pose is unknown ([`explore`]), and a [`PathFollower`] that computes velocities along a
+//! path.
 
 mod elevation_map;
 mod exploration;

@@ -1,7 +1,7 @@
 //! Pure pursuit: the robot steers towards a point ahead of it on the path.
 //!
-//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This body can turn on the spot, so a large heading error is
-//! turned off before the robot walks.
+//! Source: Coulter, *Implementation of the Pure Pursuit Path Tracking Algorithm*, 1992. This robot can turn on the spot, so it corrects a large
+//! heading error before it walks.
 
 use geometry::{Isometry, Vector3};
 
@@ -14,7 +14,7 @@ pub struct PathFollowerConfig {
     pub turn_max_radps: f64,
     /// Turning speed for each radian of heading error, 1/s.
     pub turn_gain_per_s: f64,
-    /// Heading error from which on the robot turns on the spot, radians.
+    /// Least heading error at which the robot turns on the spot, radians.
     pub turn_in_place_rad: f64,
     /// Distance along the path to the point steered towards, metres.
     pub look_ahead_m: f64,
@@ -65,7 +65,7 @@ impl PathFollower {
         &self.path
     }
 
-    /// Distance to the end of the path from a place near it, metres.
+    /// Distance along the path from a point near the path to its end, metres.
     pub fn remaining(&self, map_from_base: &Isometry) -> f64 {
         let (segment, along) = self.nearest(&map_from_base.translation.vector);
         self.length_after(segment, along)

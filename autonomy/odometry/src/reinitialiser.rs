@@ -17,8 +17,8 @@ pub struct ReinitialiserConfig {
     pub confident_score: f64,
     /// A start with a lower score than this is not followed.
     pub min_score: f64,
-    /// A rotated start has to fit this many times as well as the best candidate. Behind a door most of what is seen is new and fits
-    /// nowhere, and a rotated start fits a little better by chance.
+    /// A rotated start has to fit this many times as well as the best candidate. Behind a door most of the seen surfaces are new and fit at no pose,
+    /// so a rotated start may fit slightly better by chance.
     pub min_improvement: f64,
     /// Weight of one scan in the running mean of scores.
     pub learning_rate: f64,

@@ -65,7 +65,7 @@ impl Sweep {
             first = scan.offset_ns.iter().copied().min().unwrap_or(0);
             last = scan.offset_ns.iter().copied().max().unwrap_or(0);
         }
-        // A sweep whose points all have one time says nothing about motion.
+        // A sweep whose points all have the same time contains no information about motion.
         let has_times = has_offsets && last > first;
         let whole = (i64::from(last) - i64::from(first)).max(1);
         let slice_of =

@@ -8,7 +8,7 @@
 use geometry::{Matrix3, Matrix6, Vector3, Vector6};
 use nalgebra::SymmetricEigen;
 
-/// How much information a scan is granted.
+/// Parameters that limit the information of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScanInformationConfig {
     /// Scans with fewer downsampled points than this are not registered.
