@@ -9,7 +9,7 @@ use egui::{
 
 /// Room left and right of a button's content together, points.
 const PADDING: f32 = 28.0;
-/// Between sign and text, points.
+/// Distance between icon and text, points.
 const ICON_GAP: f32 = 8.0;
 
 /// What a button is for.
@@ -61,7 +61,7 @@ impl<'a> Button<'a> {
         }
     }
 
-    /// A square button with a sign and an accessible name that is also its tooltip.
+    /// A square button with an icon and an accessible name that is also its tooltip.
     pub fn icon_only(name: &'a str, icon: &'a str) -> Self {
         Self {
             text: None,
@@ -72,7 +72,7 @@ impl<'a> Button<'a> {
         }
     }
 
-    /// A sign before the text.
+    /// An icon before the text.
     pub fn icon(self, icon: &'a str) -> Self {
         Self { icon: Some(icon), ..self }
     }
@@ -82,7 +82,7 @@ impl<'a> Button<'a> {
         Self { text: Some(text), ..self }
     }
 
-    /// What it is for.
+    /// The kind of action.
     pub fn kind(self, kind: Kind) -> Self {
         Self { kind, ..self }
     }
@@ -117,7 +117,7 @@ impl<'a> Button<'a> {
         Self { slim: true, ..self }
     }
 
-    /// The sign above a small text.
+    /// The icon above a small text.
     pub fn stacked(self) -> Self {
         Self { stacked: true, ..self }
     }
@@ -181,13 +181,13 @@ impl<'a> Button<'a> {
         }
     }
 
-    /// Width of the sign and the gap after it.
+    /// Width of the icon and the gap after it.
     fn icon_width(&self, text: Option<&Galley>, icon: bool) -> f32 {
         let gap = if text.is_some() { ICON_GAP } else { 0.0 };
         if icon { self.icon_size() + gap } else { 0.0 }
     }
 
-    /// Middles of sign and text.
+    /// Centres of icon and text.
     fn places(&self, rect: Rect, text: Option<&Galley>, icon: bool) -> (Pos2, Pos2) {
         let middle = rect.center();
         if self.stacked {

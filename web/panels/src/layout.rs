@@ -1,12 +1,12 @@
-//! Where things are: the map fills the window, cards float over it.
+//! Layout of the window: the scene fills it, cards float over the scene.
 
 use crate::theme::{self, GAP, Tokens};
 use egui::{Id, Order, Pos2, Rect, Ui, pos2, vec2};
 
-/// How much room there is.
+/// Class of the window's width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
-    /// 1100 points or more: everything is out.
+    /// 1100 points or more: all cards are shown.
     Wide,
     /// 700 or more: the right card is a drawer.
     Medium,
@@ -14,10 +14,10 @@ pub enum Width {
     Narrow,
 }
 
-/// Places of the cards in a window.
+/// Positions of the cards in a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layout {
-    /// How much room there is.
+    /// Class of the window's width.
     pub width: Width,
     /// The top bar.
     pub top: Rect,
@@ -34,7 +34,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// For a window of this place and size.
+    /// For a window of this position and size.
     pub fn of(window: Rect) -> Self {
         let width = match window.width() {
             w if w >= 1100.0 => Width::Wide,
@@ -103,7 +103,7 @@ pub(crate) fn card<R>(
         .inner
 }
 
-/// A card as large as its content, hung at a corner of its own at `at`.
+/// A card as large as its content. Its corner `pivot` is at `at`.
 pub(crate) fn hung_card<R>(
     ctx: &egui::Context,
     tokens: &Tokens,
@@ -119,7 +119,7 @@ pub(crate) fn hung_card<R>(
         .inner
 }
 
-/// A layer of its own, so that the scene under it gets no clicks.
+/// A separate layer: the scene below it gets no clicks.
 pub(crate) fn area(name: &str, order: Order) -> egui::Area {
     egui::Area::new(Id::unique(name))
         .accessible_name(name)

@@ -4,7 +4,7 @@ use client_model::Theme;
 use egui::{Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Stroke, Visuals};
 use std::sync::Arc;
 
-/// Space between cards and round them, points.
+/// Space between cards and around them, points.
 pub const GAP: f32 = 12.0;
 /// Space inside a card, points.
 pub const PADDING: i8 = 12;
@@ -155,7 +155,7 @@ impl Tokens {
         Stroke::new(self.line_width, self.line)
     }
 
-    /// Background of a selected row or rail entry: a hint of the accent.
+    /// Background of a selected row or rail entry: the card's colour with a little of the accent.
     pub fn selected(&self) -> Color32 {
         mix(self.card.to_opaque(), self.accent_filled, if self.dark { 0.28 } else { 0.14 })
     }

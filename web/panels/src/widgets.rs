@@ -1,16 +1,16 @@
-//! The few widgets everything is made of: facts, heads, boxes. Each is an accessible element with a name.
+//! Widgets that all panels share: facts, heads, boxes. Each is an accessible element with a name.
 
 use crate::button::Button;
 use crate::theme::{self, Tokens, Weight, font};
 use egui::{Align2, Color32, CornerRadius, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, vec2};
 
-/// Outline of what the keyboard is on.
+/// Outline of the control that has the keyboard focus.
 pub fn focus_ring(ui: &Ui, rect: Rect, tokens: &Tokens) {
     let radius = CornerRadius::same(theme::BUTTON_RADIUS + 2);
     ui.painter().rect_stroke(rect.expand(2.0), radius, Stroke::new(2.0, tokens.accent), StrokeKind::Outside);
 }
 
-/// A sign with the middle of what is drawn at `centre`: icons sit lower in their line than letters do.
+/// An icon, centred at `centre` by what is drawn of it: icons sit lower in their line than letters.
 pub fn icon_at(ui: &Ui, centre: egui::Pos2, icon: &str, size: f32, colour: Color32) {
     let galley = ui.painter().layout_no_wrap(icon.to_owned(), font(size, Weight::Regular), colour);
     ui.painter().galley(centre - galley.mesh_bounds.center().to_vec2(), galley, colour);
@@ -83,7 +83,7 @@ pub fn status_node(response: &Response, name: &str, value: &str) {
     });
 }
 
-/// Signs and texts in a row, told as one status. Returns its response.
+/// Icons and texts in a row: one status in the accessible tree. Returns its response.
 pub fn status_line(ui: &mut Ui, name: &str, value: &str, parts: &[(&str, f32, Weight, Color32)]) -> Response {
     let galleys: Vec<_> = parts
         .iter()
@@ -104,7 +104,7 @@ pub fn status_line(ui: &mut Ui, name: &str, value: &str, parts: &[(&str, f32, We
     response
 }
 
-/// A box with a coloured edge, for something that needs attention or is under way.
+/// A box with a coloured edge, for something that needs attention or is in progress.
 pub fn tinted_box<R>(ui: &mut Ui, tokens: &Tokens, colour: Color32, content: impl FnOnce(&mut Ui) -> R) -> R {
     let shown = egui::Frame::new()
         .fill(tokens.tinted(colour))
@@ -121,7 +121,7 @@ pub fn tinted_box<R>(ui: &mut Ui, tokens: &Tokens, colour: Color32, content: imp
     shown.inner
 }
 
-/// Switches side by side, of which one is on. `chosen` hears of the one that is pressed.
+/// Switches side by side, of which one is on. Calls `chosen` with the value of the one that is pressed.
 pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     tokens: &Tokens,

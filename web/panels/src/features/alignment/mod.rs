@@ -57,7 +57,7 @@ pub(crate) fn show_offer(
     model: &Model,
     tokens: &Tokens,
     map: MapId,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     if model.maps().len() < 2 {
         return;
@@ -65,43 +65,55 @@ pub(crate) fn show_offer(
     let name = texts::align(maps::name(model, map));
     let button = Button::new(&name).text(texts::OFFER_SHORT).icon(icon::ARROWS_DOWN_UP);
     if button.enabled(model.is_connected()).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::AlignMap { map, reference: None });
+        commands.push(ClientCommand::AlignMap { map, reference: None });
     }
     widgets::remark(ui, tokens, texts::OFFER_HINT);
 }
 
 /// The card while an alignment is prepared.
-fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, alignment: &MapAlignment, out: &mut Vec<ClientCommand>) {
+fn show(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    alignment: &MapAlignment,
+    commands: &mut Vec<ClientCommand>,
+) {
     widgets::head(ui, tokens, &texts::align(maps::name(model, alignment.map)));
     match alignment.reference {
-        None => show_references(ui, model, tokens, alignment.map, out),
+        None => show_references(ui, model, tokens, alignment.map, commands),
         Some(reference) => {
             let contradictory = show_agreement(ui, model, tokens, alignment, reference);
             if alignment.job.is_some() {
-                show_job(ui, model, tokens, out);
+                show_job(ui, model, tokens, commands);
             } else {
-                show_view_button(ui, model, tokens, alignment, reference, out);
-                show_remove_button(ui, tokens, alignment, out);
-                show_start(ui, model, tokens, alignment, contradictory, out);
+                show_view_button(ui, model, tokens, alignment, reference, commands);
+                show_remove_button(ui, tokens, alignment, commands);
+                show_start(ui, model, tokens, alignment, contradictory, commands);
             }
         }
     }
     if alignment.job.is_none() {
         let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
         if cancel.wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::CancelAlignment);
+            commands.push(ClientCommand::CancelAlignment);
         }
     }
 }
 
 /// A button for each map that can be the reference.
-fn show_references(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
+fn show_references(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    map: MapId,
+    commands: &mut Vec<ClientCommand>,
+) {
     widgets::remark(ui, tokens, texts::CHOOSE_REFERENCE);
     for other in model.maps().list().into_iter().flatten().filter(|other| other.id != map) {
         let name = texts::reference(&other.name);
         let button = Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD);
         if button.wide(ui).show(ui, tokens).clicked() {
-            out.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
+            commands.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
         }
     }
 }
@@ -128,9 +140,9 @@ fn show_agreement(
 }
 
 /// The job that makes the aligned map; it runs as an import.
-fn show_job(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_job(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     match model.imports.import() {
-        Import::Running { .. } => imports::show(ui, model, tokens, out),
+        Import::Running { .. } => imports::show(ui, model, tokens, commands),
         _ => widgets::remark(ui, tokens, texts::JOB_REQUESTED),
     }
 }
@@ -142,20 +154,25 @@ fn show_view_button(
     tokens: &Tokens,
     alignment: &MapAlignment,
     reference: MapId,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let other = if model.viewed_map() == Some(reference) { alignment.map } else { reference };
     let name = texts::view(maps::name(model, other));
     if Button::new(&name).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ViewMap(Some(other)));
+        commands.push(ClientCommand::ViewMap(Some(other)));
     }
 }
 
-fn show_remove_button(ui: &mut Ui, tokens: &Tokens, alignment: &MapAlignment, out: &mut Vec<ClientCommand>) {
+fn show_remove_button(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    alignment: &MapAlignment,
+    commands: &mut Vec<ClientCommand>,
+) {
     let button = Button::new(texts::REMOVE_POINT).text(texts::REMOVE_POINT_SHORT);
     let button = button.icon(icon::ARROW_COUNTER_CLOCKWISE).hint(texts::REMOVE_POINT_KEYS);
     if button.enabled(has_points(alignment)).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::RemoveAlignmentPoint);
+        commands.push(ClientCommand::RemoveAlignmentPoint);
     }
 }
 
@@ -166,7 +183,7 @@ fn show_start(
     tokens: &Tokens,
     alignment: &MapAlignment,
     contradictory: bool,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let connected = model.is_connected();
     let clicked = if has_points(alignment) {
@@ -182,7 +199,7 @@ fn show_start(
         clicked
     };
     if clicked {
-        out.push(ClientCommand::StartAlignment);
+        commands.push(ClientCommand::StartAlignment);
     }
 }
 

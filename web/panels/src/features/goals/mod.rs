@@ -89,7 +89,7 @@ fn show_state_chip(ui: &mut Ui, tokens: &Tokens, state: ExecutiveState) {
     widgets::status_line(ui, texts::STATE, word, &parts);
 }
 
-fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &mut Vec<ClientCommand>) {
+fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, commands: &mut Vec<ClientCommand>) {
     fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind));
     if let GoalStatus::Running(progress) = &goal.status {
         if let Some(remaining_m) = progress.remaining_m {
@@ -110,7 +110,7 @@ fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, out: &m
     let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
     let enabled = model.is_connected() && !model.is_controlled_by_other();
     if cancel.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::CancelGoal(goal.id));
+        commands.push(ClientCommand::CancelGoal(goal.id));
     }
 }
 
@@ -129,7 +129,7 @@ fn show_outcome(
     model: &Model,
     tokens: &Tokens,
     outcome: GoalOutcome<'_>,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let goal = outcome.goal;
     let (sign, colour) = sign_of(&goal.status, tokens);
@@ -146,7 +146,7 @@ fn show_outcome(
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
                 if dismiss.size(36.0, 36.0).show(ui, tokens).clicked() {
-                    out.push(ClientCommand::DismissGoal(goal.id));
+                    commands.push(ClientCommand::DismissGoal(goal.id));
                 }
             });
         });

@@ -12,25 +12,25 @@ use client_model::{ClientCommand, Model};
 use egui::{Align, Layout, Response, Ui, vec2};
 
 /// The section below the saved maps: a running import, or else the buttons that start one.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     if let Some(upload) = model.imports.upload() {
-        show_running(ui, tokens, &texts::sending(&upload.file), upload.share, out);
+        show_running(ui, tokens, &texts::sending(&upload.file), upload.share, commands);
     } else if let Import::Running { name, stage, share, .. } = model.imports.import() {
-        show_running(ui, tokens, &texts::stage(*stage, name), *share, out);
+        show_running(ui, tokens, &texts::stage(*stage, name), *share, commands);
     } else {
-        show_start(ui, model, tokens, out);
+        show_start(ui, model, tokens, commands);
     }
 }
 
-fn show_start(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_start(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     let enabled = model.is_connected();
     if Button::new(texts::IMPORT).icon(icon::PLUS).enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ImportMap { frame: None });
+        commands.push(ClientCommand::ImportMap { frame: None });
     }
     widgets::remark(ui, tokens, texts::IMPORT_HINT);
     let Some(reference) = reference_map(model) else { return };
     if Button::new(texts::IMPORT_AND_ALIGN).enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ImportMap { frame: Some(reference.id) });
+        commands.push(ClientCommand::ImportMap { frame: Some(reference.id) });
     }
     widgets::remark(ui, tokens, &texts::import_and_align_hint(&reference.name));
 }
@@ -42,7 +42,7 @@ fn reference_map(model: &Model) -> Option<&MapSummary> {
 }
 
 /// A running import: activity, progress, and a button that cancels it.
-fn show_running(ui: &mut Ui, tokens: &Tokens, activity: &str, share: f32, out: &mut Vec<ClientCommand>) {
+fn show_running(ui: &mut Ui, tokens: &Tokens, activity: &str, share: f32, commands: &mut Vec<ClientCommand>) {
     let share = share.clamp(0.0, 1.0);
     let percent = format::share(share);
     let response = show_activity(ui, tokens, activity, &percent);
@@ -50,7 +50,7 @@ fn show_running(ui: &mut Ui, tokens: &Tokens, activity: &str, share: f32, out: &
     widgets::progress_bar(ui, tokens, share);
     let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
     if cancel.wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::CancelImport);
+        commands.push(ClientCommand::CancelImport);
     }
 }
 

@@ -15,26 +15,26 @@ pub(super) fn show(
     model: &Model,
     tokens: &Tokens,
     pair: LoopPair,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     ui.push_id("evidence", |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
-            show_head(ui, tokens, pair, out);
+            show_head(ui, tokens, pair, commands);
             if let Some(decision) = model.loops.decisions().get(pair) {
                 show_verdict(ui, tokens, decision);
-                show_choices(ui, model, tokens, decision, out);
-                show_scans(ui, model, tokens, pair, out);
+                show_choices(ui, model, tokens, decision, commands);
+                show_scans(ui, model, tokens, pair, commands);
                 show_quantities(ui, tokens, decision);
             } else {
                 widgets::remark(ui, tokens, texts::UNKNOWN_DECISION);
-                show_scans(ui, model, tokens, pair, out);
+                show_scans(ui, model, tokens, pair, commands);
             }
         });
     });
 }
 
-fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, commands: &mut Vec<ClientCommand>) {
     ui.horizontal(|ui| {
         ui.set_min_height(32.0);
         widgets::head(ui, tokens, &texts::head(pair));
@@ -42,11 +42,11 @@ fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientC
             ui.spacing_mut().item_spacing.x = 4.0;
             let close = Button::icon_only(texts::CLOSE, icon::X).kind(Kind::Quiet).size(36.0, 36.0);
             if close.show(ui, tokens).clicked() {
-                out.push(ClientCommand::Select(None));
+                commands.push(ClientCommand::Select(None));
             }
             let find = Button::icon_only(texts::SHOW_IN_SCENE, icon::GPS_FIX).kind(Kind::Quiet);
             if find.size(36.0, 36.0).show(ui, tokens).clicked() {
-                out.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
+                commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
             }
         });
     });
@@ -75,7 +75,7 @@ fn show_choices(
     model: &Model,
     tokens: &Tokens,
     decision: &LoopDecision,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let pair = LoopPair::of_decision(decision);
     let choices = Choices::of(decision);
@@ -87,12 +87,12 @@ fn show_choices(
         let accept = Button::new(texts::ACCEPT).text(texts::ACCEPT_SHORT).icon(icon::CHECK_CIRCLE);
         let accept = accept.size(width, theme::TOUCH).enabled(can_decide && choices.accept);
         if accept.show(ui, tokens).clicked() {
-            out.push(ClientCommand::AcceptLoop(pair));
+            commands.push(ClientCommand::AcceptLoop(pair));
         }
         let reject = Button::new(texts::REJECT).text(texts::REJECT_SHORT).icon(icon::X_CIRCLE);
         let reject = reject.size(width, theme::TOUCH).enabled(can_decide && choices.reject);
         if reject.show(ui, tokens).clicked() {
-            out.push(ClientCommand::RejectLoop(pair));
+            commands.push(ClientCommand::RejectLoop(pair));
         }
     });
     widgets::remark(ui, tokens, obstacle.as_deref().unwrap_or(choices.effect));
@@ -132,7 +132,13 @@ impl Choices {
 }
 
 /// How the two scans are laid over each other, and their colours.
-fn show_scans(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+fn show_scans(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    pair: LoopPair,
+    commands: &mut Vec<ClientCommand>,
+) {
     ui.add_space(2.0);
     widgets::head(ui, tokens, texts::SCANS);
     let choices = [
@@ -141,7 +147,7 @@ fn show_scans(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: 
         (texts::OVERLAY_OFF, ScanOverlay::Off),
     ];
     widgets::choice(ui, tokens, &choices, model.loops.overlay(), |overlay| {
-        out.push(ClientCommand::SetScanOverlay(overlay));
+        commands.push(ClientCommand::SetScanOverlay(overlay));
     });
     if model.loops.overlay() != ScanOverlay::Off {
         show_legend(ui, model, tokens, pair);

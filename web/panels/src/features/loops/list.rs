@@ -24,7 +24,7 @@ pub(super) fn show_above_evidence(
     tokens: &Tokens,
     panel: &mut LoopsPanel,
     selected: LoopPair,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     if ui.available_height() < MIN_HEIGHT_FOR_BOTH {
         return;
@@ -32,7 +32,7 @@ pub(super) fn show_above_evidence(
     let height = ROW_HEIGHT * ROWS_ABOVE_EVIDENCE + ROW_GAP;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
         ui.set_height(height);
-        show(ui, model, tokens, panel, Some(selected), out);
+        show(ui, model, tokens, panel, Some(selected), commands);
     });
     widgets::rule(ui, tokens);
 }
@@ -44,7 +44,7 @@ pub(super) fn show(
     tokens: &Tokens,
     panel: &mut LoopsPanel,
     selected: Option<LoopPair>,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let decisions = model.loops.decisions();
     if decisions.is_empty() {
@@ -58,7 +58,7 @@ pub(super) fn show(
     }
     area.show_rows(ui, ROW_HEIGHT, decisions.len(), |ui, rows| {
         for decision in rows.filter_map(|row| decisions.nth_latest(row)) {
-            show_row(ui, tokens, decision, selected, out);
+            show_row(ui, tokens, decision, selected, commands);
         }
     });
 }
@@ -82,7 +82,7 @@ fn show_row(
     tokens: &Tokens,
     decision: &LoopDecision,
     selected: Option<LoopPair>,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let pair = LoopPair::of_decision(decision);
     let is_selected = selected == Some(pair);
@@ -90,9 +90,9 @@ fn show_row(
     let name = texts::row(pair, decision.verdict, &decision.reason);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_selected, &name));
     if response.clicked() {
-        out.push(ClientCommand::Select((!is_selected).then_some(Selection::Loop(pair))));
+        commands.push(ClientCommand::Select((!is_selected).then_some(Selection::Loop(pair))));
         if !is_selected {
-            out.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
+            commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
         }
     }
     let fill = if is_selected { tokens.selected() } else { tokens.raised };

@@ -78,7 +78,7 @@ fn show_tab(
     model: &Model,
     tokens: &Tokens,
     panel: &mut LoopsPanel,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     if model.viewed_map().is_some() {
         show_saved_map(ui, model, tokens);
@@ -86,10 +86,10 @@ fn show_tab(
     }
     show_counts(ui, model, tokens);
     if let Some(pick) = model.loop_pick() {
-        proposal::show(ui, model, tokens, pick, out);
+        proposal::show(ui, model, tokens, pick, commands);
         return;
     }
-    show_actions(ui, model, tokens, out);
+    show_actions(ui, model, tokens, commands);
     if let Some(proposed) = model.loops.proposal() {
         let text = texts::comparing(proposed.pair);
         widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &text));
@@ -97,10 +97,10 @@ fn show_tab(
     widgets::rule(ui, tokens);
     match selected_loop(model) {
         Some(pair) => {
-            list::show_above_evidence(ui, model, tokens, panel, pair, out);
-            evidence::show(ui, model, tokens, pair, out);
+            list::show_above_evidence(ui, model, tokens, panel, pair, commands);
+            evidence::show(ui, model, tokens, pair, commands);
         }
-        None => list::show(ui, model, tokens, panel, None, out),
+        None => list::show(ui, model, tokens, panel, None, commands),
     }
 }
 
@@ -150,7 +150,7 @@ fn show_count(ui: &mut Ui, tokens: &Tokens, width: f32, verdict: LoopVerdict, nu
 }
 
 /// The buttons that add a loop and undo the last decision.
-fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     let obstacle = obstacle(model);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -158,7 +158,7 @@ fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Clien
         let has_keyframes = model.live_map().graph.nodes.len() >= MIN_KEYFRAMES;
         let add = Button::new(texts::ADD).icon(icon::PLUS).size(width, theme::TOUCH);
         if add.enabled(obstacle.is_none() && has_keyframes).show(ui, tokens).clicked() {
-            out.push(ClientCommand::PickLoopKeyframes(true));
+            commands.push(ClientCommand::PickLoopKeyframes(true));
         }
         let last = model.last_loop_edit();
         let hint = last.map_or_else(
@@ -168,7 +168,7 @@ fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Clien
         let undo = Button::new(texts::UNDO).text(texts::UNDO_SHORT).icon(icon::ARROW_COUNTER_CLOCKWISE);
         let undo = undo.hint(&hint).enabled(last.is_some() && obstacle.is_none());
         if undo.size(width, theme::TOUCH).show(ui, tokens).clicked() {
-            out.push(ClientCommand::UndoLoop);
+            commands.push(ClientCommand::UndoLoop);
         }
     });
     if let Some(sentence) = obstacle {

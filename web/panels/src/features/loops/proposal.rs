@@ -13,25 +13,31 @@ pub(super) fn show(
     model: &Model,
     tokens: &Tokens,
     pick: LoopPick,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, texts::ADD);
     let step = texts::step(pick);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &step));
     if let LoopPick::Both(pair) = pick {
-        show_guess(ui, model, tokens, pair, out);
+        show_guess(ui, model, tokens, pair, commands);
         evidence::show_legend(ui, model, tokens, pair);
-        show_propose(ui, model, tokens, pair, out);
+        show_propose(ui, model, tokens, pair, commands);
     }
     let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
     if cancel.wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::PickLoopKeyframes(false));
+        commands.push(ClientCommand::PickLoopKeyframes(false));
     }
 }
 
 /// The pose from which the comparison starts.
-fn show_guess(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+fn show_guess(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    pair: LoopPair,
+    commands: &mut Vec<ClientCommand>,
+) {
     widgets::fact(ui, tokens, texts::GRAPH_DISTANCE, &format::distance(graph_distance_m(model, pair)));
     widgets::remark(ui, tokens, texts::INITIAL_GUESS);
     let choices = [
@@ -39,7 +45,7 @@ fn show_guess(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: 
         (texts::GUESS_SAME_POSITION, LoopInitialGuess::SamePosition),
     ];
     widgets::choice(ui, tokens, &choices, model.loops.initial_guess(), |guess| {
-        out.push(ClientCommand::SetLoopInitialGuess(guess));
+        commands.push(ClientCommand::SetLoopInitialGuess(guess));
     });
 }
 
@@ -52,11 +58,17 @@ fn graph_distance_m(model: &Model, pair: LoopPair) -> f64 {
     })
 }
 
-fn show_propose(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair, out: &mut Vec<ClientCommand>) {
+fn show_propose(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    pair: LoopPair,
+    commands: &mut Vec<ClientCommand>,
+) {
     let obstacle = if pair.is_adjacent() { Some(texts::ADJACENT.to_owned()) } else { obstacle(model) };
     let button = Button::new(texts::PROPOSE).icon(icon::CHECK_CIRCLE).kind(Kind::Primary);
     if button.enabled(obstacle.is_none()).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ProposeLoop);
+        commands.push(ClientCommand::ProposeLoop);
     }
     widgets::remark(ui, tokens, obstacle.as_deref().unwrap_or(texts::PROPOSE_HINT));
 }

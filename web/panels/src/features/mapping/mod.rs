@@ -55,15 +55,15 @@ fn show_session(
     tokens: &Tokens,
     panel: &mut MappingPanel,
     text_inputs: &mut TextInputs,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     if !matches!(model.mapping(), Mapping::Running { .. }) {
         panel.confirm_discard = false;
     }
     match *model.mapping() {
-        Mapping::Idle => show_idle(ui, model, tokens, out),
-        Mapping::Starting { .. } => show_starting(ui, tokens, out),
-        Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, out),
+        Mapping::Idle => show_idle(ui, model, tokens, commands),
+        Mapping::Starting { .. } => show_starting(ui, tokens, commands),
+        Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, commands),
         Mapping::Finding { map, distance, ambiguous, .. } => {
             let map = maps::name(model, map);
             let hint = if ambiguous {
@@ -71,7 +71,7 @@ fn show_session(
             } else {
                 texts::localising_hint(map, LOCALISING_DISTANCE_M)
             };
-            show_localising(ui, tokens, &hint, distance, out);
+            show_localising(ui, tokens, &hint, distance, commands);
         }
         Mapping::Running { extends, since, distance, keyframes, on_known_ground, .. } => {
             let progress = Progress { since, distance_m: distance, keyframes, on_known_ground };
@@ -79,20 +79,20 @@ fn show_session(
             if let Some(map) = extends {
                 fact(ui, tokens, texts::EXTENDS, maps::name(model, map));
             }
-            quality::show(ui, model, tokens, out);
+            quality::show(ui, model, tokens, commands);
             ui.spacing_mut().item_spacing.y = 8.0;
             ui.add_space(4.0);
             if panel.confirm_discard {
-                show_discard_confirmation(ui, model, tokens, panel, out);
+                show_discard_confirmation(ui, model, tokens, panel, commands);
             } else {
-                show_finish(ui, model, tokens, panel, text_inputs, out);
+                show_finish(ui, model, tokens, panel, text_inputs, commands);
             }
         }
         Mapping::Saving { .. } => show_saving(ui, tokens),
     }
 }
 
-fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     widgets::head(ui, tokens, texts::HEAD);
     let is_first = model.maps().list().is_some_and(<[_]>::is_empty);
     widgets::remark(ui, tokens, if is_first { texts::FIRST_MAP_HINT } else { texts::MAP_HINT });
@@ -101,7 +101,7 @@ fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCo
     let enabled = model.can_command() && !is_pending;
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
     if start.show(ui, tokens).clicked() {
-        out.push(ClientCommand::StartMapping);
+        commands.push(ClientCommand::StartMapping);
     }
     if model.is_controlled_by_other() {
         let sentence = texts::control_needed_to_map(model.control().holder_name());
@@ -109,29 +109,35 @@ fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCo
     }
 }
 
-fn show_starting(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_starting(ui: &mut Ui, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     show_state(ui, tokens, texts::STARTING);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
         widgets::sentence(ui, tokens, texts::STARTING_HINT);
     });
-    show_cancel(ui, tokens, out);
+    show_cancel(ui, tokens, commands);
 }
 
-fn show_loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, out: &mut Vec<ClientCommand>) {
+fn show_loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, commands: &mut Vec<ClientCommand>) {
     show_state(ui, tokens, texts::LOADING);
     show_endless_bar(ui);
     widgets::remark(ui, tokens, &texts::loading_hint(maps::name(model, map)));
-    show_cancel(ui, tokens, out);
+    show_cancel(ui, tokens, commands);
 }
 
 /// The robot is localised in the map that it is going to extend.
-fn show_localising(ui: &mut Ui, tokens: &Tokens, hint: &str, distance_m: f64, out: &mut Vec<ClientCommand>) {
+fn show_localising(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    hint: &str,
+    distance_m: f64,
+    commands: &mut Vec<ClientCommand>,
+) {
     show_state(ui, tokens, texts::LOCALISING);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, hint));
     let share = (distance_m / LOCALISING_DISTANCE_M).min(1.0) as f32;
     ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
     fact(ui, tokens, texts::LOCALISING_DISTANCE, &format::distance(distance_m));
-    show_cancel(ui, tokens, out);
+    show_cancel(ui, tokens, commands);
 }
 
 fn show_saving(ui: &mut Ui, tokens: &Tokens) {
@@ -151,9 +157,9 @@ fn show_endless_bar(ui: &mut Ui) {
     ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
 }
 
-fn show_cancel(ui: &mut Ui, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+fn show_cancel(ui: &mut Ui, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     if Button::new(texts::CANCEL).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::DiscardMapping);
+        commands.push(ClientCommand::DiscardMapping);
     }
 }
 
@@ -179,7 +185,7 @@ fn show_finish(
     tokens: &Tokens,
     panel: &mut MappingPanel,
     text_inputs: &mut TextInputs,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let default_name = match *model.mapping() {
         Mapping::Running { extends: Some(map), .. } => maps::name(model, map).to_owned(),
@@ -193,7 +199,7 @@ fn show_finish(
     if save.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut panel.map_name);
         let name = if typed.trim().is_empty() { default_name } else { typed.trim().to_owned() };
-        out.push(ClientCommand::FinishMapping { name });
+        commands.push(ClientCommand::FinishMapping { name });
     }
     let discard = Button::new(texts::DISCARD).text(texts::DISCARD_SHORT).icon(icon::TRASH).wide(ui);
     if discard.enabled(model.can_command()).show(ui, tokens).clicked() {
@@ -210,13 +216,13 @@ fn show_discard_confirmation(
     model: &Model,
     tokens: &Tokens,
     panel: &mut MappingPanel,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     widgets::tinted_box(ui, tokens, tokens.bad, |ui| widgets::sentence(ui, tokens, texts::DISCARD_WARNING));
     let discard = Button::new(texts::CONFIRM_DISCARD).icon(icon::TRASH).kind(Kind::Danger);
     if discard.enabled(model.can_command()).wide(ui).show(ui, tokens).clicked() {
         panel.confirm_discard = false;
-        out.push(ClientCommand::DiscardMapping);
+        commands.push(ClientCommand::DiscardMapping);
     }
     if Button::new(texts::KEEP_MAPPING).wide(ui).show(ui, tokens).clicked() {
         panel.confirm_discard = false;

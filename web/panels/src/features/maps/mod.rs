@@ -43,18 +43,24 @@ impl FeaturePanel for MapsPanel {
 }
 
 /// The list, and importing a map. Dates are shown at this offset from UTC, seconds.
-fn show_list(ui: &mut Ui, model: &Model, tokens: &Tokens, utc_offset_s: i64, out: &mut Vec<ClientCommand>) {
+fn show_list(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    utc_offset_s: i64,
+    commands: &mut Vec<ClientCommand>,
+) {
     widgets::head(ui, tokens, texts::HEAD);
     match model.maps().list() {
         None => widgets::remark(ui, tokens, texts::LOADING),
         Some([]) => widgets::remark(ui, tokens, texts::NONE),
         Some(maps) => {
             for map in maps {
-                ui.push_id(map.id.0, |ui| show_entry(ui, model, tokens, utc_offset_s, map, out));
+                ui.push_id(map.id.0, |ui| show_entry(ui, model, tokens, utc_offset_s, map, commands));
             }
         }
     }
-    imports::show(ui, model, tokens, out);
+    imports::show(ui, model, tokens, commands);
 }
 
 fn show_entry(
@@ -63,7 +69,7 @@ fn show_entry(
     tokens: &Tokens,
     utc_offset_s: i64,
     map: &MapSummary,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let is_viewed = model.viewed_map() == Some(map.id);
     let fill = if is_viewed { tokens.selected() } else { tokens.raised };
@@ -73,14 +79,14 @@ fn show_entry(
             show_summary(ui, tokens, utc_offset_s, map);
             let toggled = show_view_button(ui, tokens, map, is_viewed).clicked();
             if toggled {
-                out.push(ClientCommand::ViewMap((!is_viewed).then_some(map.id)));
+                commands.push(ClientCommand::ViewMap((!is_viewed).then_some(map.id)));
             }
         });
     });
     if is_viewed && *model.mapping() == Mapping::Idle {
-        localisation::show(ui, model, tokens, map, out);
-        show_extend(ui, model, tokens, map, out);
-        alignment::show_offer(ui, model, tokens, map.id, out);
+        localisation::show(ui, model, tokens, map, commands);
+        show_extend(ui, model, tokens, map, commands);
+        alignment::show_offer(ui, model, tokens, map.id, commands);
     }
     let value = texts::entry_value(map, utc_offset_s);
     widgets::status_node(&shown.response, &texts::entry(&map.name), &value);
@@ -113,12 +119,18 @@ fn show_view_button(ui: &mut Ui, tokens: &Tokens, map: &MapSummary, is_viewed: b
 }
 
 /// Goes on mapping in the map that is viewed.
-fn show_extend(ui: &mut Ui, model: &Model, tokens: &Tokens, map: &MapSummary, out: &mut Vec<ClientCommand>) {
+fn show_extend(
+    ui: &mut Ui,
+    model: &Model,
+    tokens: &Tokens,
+    map: &MapSummary,
+    commands: &mut Vec<ClientCommand>,
+) {
     let is_pending = model.is_pending(|command| matches!(command, Command::ExtendMap { .. }));
     let name = texts::extend(&map.name);
     let button = Button::new(&name).text(texts::EXTEND_SHORT).icon(icon::PLUS);
     if button.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
-        out.push(ClientCommand::ExtendMap(map.id));
+        commands.push(ClientCommand::ExtendMap(map.id));
     }
     widgets::remark(ui, tokens, texts::EXTEND_HINT);
 }

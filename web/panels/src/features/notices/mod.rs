@@ -34,7 +34,7 @@ fn show_notice(
     model: &Model,
     tokens: &Tokens,
     notice: &ShownNotice,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let colour = severity_colour(notice.severity, tokens);
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
@@ -43,7 +43,7 @@ fn show_notice(
             let right = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
                 if dismiss.show(ui, tokens).clicked() {
-                    out.push(ClientCommand::DismissNotice(notice.id));
+                    commands.push(ClientCommand::DismissNotice(notice.id));
                 }
                 let column = Layout::top_down(Align::Min);
                 ui.with_layout(column, |ui| show_text(ui, model, tokens, notice)).inner

@@ -20,7 +20,7 @@ const BUTTON_WIDTH: f32 = 76.0;
 const LEAST_SIGMA_M: f64 = 1e-3;
 
 /// The section of a running mapping session.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<ClientCommand>) {
+pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
     let quality = model.quality();
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, out: &mut Vec<Cl
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {
-        show_targets(ui, model, tokens, &quality.targets, out);
+        show_targets(ui, model, tokens, &quality.targets, commands);
     }
 }
 
@@ -38,7 +38,7 @@ fn show_targets(
     model: &Model,
     tokens: &Tokens,
     targets: &[SurveyTarget],
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
@@ -46,7 +46,7 @@ fn show_targets(
     let can_walk = model.can_command() && !model.is_stopped();
     for (number, target) in (1..).zip(targets.iter().take(LISTED_TARGETS)) {
         if show_target(ui, tokens, number, target, can_walk) {
-            out.push(ClientCommand::WalkTo(target.at));
+            commands.push(ClientCommand::WalkTo(target.at));
         }
     }
     if let Some(more) = targets.len().checked_sub(LISTED_TARGETS).filter(|more| *more > 0) {

@@ -80,12 +80,12 @@ impl SceneLabel {
 
 /// Draws the labels over the scene and under all cards, the most important first. A tag avoids the cards and the tags before it. It is left
 /// out where there is no room.
-pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], out: &mut Vec<ClientCommand>) {
+pub fn show_labels(ui: &mut Ui, tokens: &Tokens, labels: &[SceneLabel], commands: &mut Vec<ClientCommand>) {
     let cards = covering_rects(ui.ctx());
     let mut placer = LabelPlacer::new(LabelPlacementConfig::default(), ui.max_rect(), cards);
     for label in labels {
         if let Some(selection) = label.selects {
-            show_target(ui, tokens, label, selection, &placer, out);
+            show_target(ui, tokens, label, selection, &placer, commands);
         }
         if !label.tag.is_empty() {
             paint_tag(ui, tokens, label, &mut placer);
@@ -100,7 +100,7 @@ fn show_target(
     label: &SceneLabel,
     selection: Selection,
     placer: &LabelPlacer,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     // Beside the marker of a crowded label the scene decides what a click selects, because another thing may be nearer.
     let side = if label.is_crowded { SMALL_TARGET } else { theme::TOUCH };
@@ -108,7 +108,7 @@ fn show_target(
     let response = ui.interact(target, Id::unique(("scene", &label.name)), Sense::click());
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, label.is_selected, &label.name));
     if response.clicked() {
-        out.push(ClientCommand::Select((!label.is_selected).then_some(selection)));
+        commands.push(ClientCommand::Select((!label.is_selected).then_some(selection)));
     }
     if (label.is_selected || response.has_focus()) && placer.has_room_for_ring(label.at) {
         ui.painter().circle_stroke(label.at, RING_RADIUS, Stroke::new(RING_WIDTH, tokens.accent));

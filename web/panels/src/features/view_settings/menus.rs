@@ -100,31 +100,36 @@ pub(super) fn show_bookmarks(
     tools: &mut ViewTools,
     text_inputs: &mut TextInputs,
     edited: &mut ViewSettings,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let button = tool(ui, tokens, texts::BOOKMARKS, icon::BOOKMARK_SIMPLE);
     menu(&button, texts::BOOKMARKS_MENU, |ui| {
         widgets::head(ui, tokens, texts::BOOKMARKS);
-        edited.bookmarks.retain(|bookmark| !show_bookmark(ui, tokens, bookmark, out));
+        edited.bookmarks.retain(|bookmark| !show_bookmark(ui, tokens, bookmark, commands));
         let default_name = texts::default_bookmark_name(edited.bookmarks.len() + 1);
         let input = TextInput::new(texts::BOOKMARK_NAME, texts::BOOKMARK_NAME).hint(&default_name);
         input.show(ui, tokens, text_inputs, &mut tools.bookmark_name);
         if Button::new(texts::ADD_BOOKMARK).icon(icon::PLUS).wide(ui).show(ui, tokens).clicked() {
             let typed = std::mem::take(&mut tools.bookmark_name);
             let name = if typed.trim().is_empty() { default_name } else { typed.trim().to_owned() };
-            out.push(ClientCommand::MoveCamera(CameraMove::SaveBookmark(name)));
+            commands.push(ClientCommand::MoveCamera(CameraMove::SaveBookmark(name)));
         }
     });
 }
 
 /// A row of the list. Returns whether the bookmark shall be removed.
-fn show_bookmark(ui: &mut Ui, tokens: &Tokens, bookmark: &Bookmark, out: &mut Vec<ClientCommand>) -> bool {
+fn show_bookmark(
+    ui: &mut Ui,
+    tokens: &Tokens,
+    bookmark: &Bookmark,
+    commands: &mut Vec<ClientCommand>,
+) -> bool {
     let row = |ui: &mut Ui| {
         let width = ui.available_width() - theme::TOUCH - 8.0;
         let name = texts::go_to_bookmark(&bookmark.name);
         let go = Button::new(&name).text(&bookmark.name).size(width, theme::TOUCH);
         if go.show(ui, tokens).clicked() {
-            out.push(ClientCommand::MoveCamera(CameraMove::Bookmark(bookmark.clone())));
+            commands.push(ClientCommand::MoveCamera(CameraMove::Bookmark(bookmark.clone())));
         }
         let name = texts::remove_bookmark(&bookmark.name);
         Button::icon_only(&name, icon::TRASH).kind(Kind::Quiet).show(ui, tokens).clicked()

@@ -76,7 +76,7 @@ fn show_switches(
     model: &Model,
     tokens: &Tokens,
     edited: &mut ViewSettings,
-    out: &mut Vec<ClientCommand>,
+    commands: &mut Vec<ClientCommand>,
 ) {
     let has_graph = model.has_pose_graph();
     let graph = Button::icon_only(texts::POSE_GRAPH, icon::GRAPH).on(edited.graph && has_graph);
@@ -87,7 +87,7 @@ fn show_switches(
     if follow.show(ui, tokens).clicked() {
         edited.follow = !edited.follow;
         if edited.follow {
-            out.push(ClientCommand::MoveCamera(CameraMove::Robot));
+            commands.push(ClientCommand::MoveCamera(CameraMove::Robot));
         }
     }
 }
