@@ -103,7 +103,7 @@ impl Day {
         } = self;
         lockstep.advance(until, &mut |_, effect| match effect {
             StackEffect::Publish(Publication::Estimate(now)) => *estimate = now.map_from_base,
-            StackEffect::Publish(Publication::Graph(now)) => *graph = Arc::clone(now),
+            StackEffect::Publish(Publication::Graph { graph: now, .. }) => *graph = Arc::clone(now),
             StackEffect::Publish(Publication::GraphDelta(delta)) => {
                 assert!(Arc::make_mut(graph).apply(delta), "the delta belongs to another graph");
             }

@@ -156,7 +156,7 @@ impl StackRun {
                     let Some(work) = self.stack.take_compute_job(job) else { panic!("no work for {job:?}") };
                     self.done.push_back(work.run());
                 }
-                StackEffect::Publish(Publication::Graph(graph)) => self.graph = graph,
+                StackEffect::Publish(Publication::Graph { graph, .. }) => self.graph = graph,
                 StackEffect::Publish(Publication::GraphDelta(delta)) => {
                     assert!(
                         Arc::make_mut(&mut self.graph).apply(&delta),
@@ -265,6 +265,32 @@ fn a_log_with_loop_results_replays_bit_for_bit_without_running_jobs() {
     let Some(result) = result else { panic!("no loop was verified") };
     result.evidence.residual += 1e-15;
     assert_ne!(replay(changed, &mut Stack::new()).hex(), run.digest.hex());
+}
+
+#[test]
+fn the_whole_graph_is_published_on_request_and_a_replay_of_the_request_too() {
+    let mut run = StackRun::walking(true, promptly);
+    let published = Arc::clone(&run.graph);
+    let whole = |run: &mut StackRun| {
+        let mut effects = Vec::new();
+        run.stack.step(run.at, Input::GraphRequested, &mut effects);
+        run.log.push((run.at, Input::GraphRequested));
+        run.digest.add(run.at, &effects);
+        match effects.as_slice() {
+            [StackEffect::Publish(Publication::Graph { session: SESSION, graph })] => Arc::clone(graph),
+            other => panic!("{other:?}"),
+        }
+    };
+    let first = whole(&mut run);
+    assert!(first.nodes.len() > 10 && first.revision == published.revision);
+    assert_eq!(first.edges, published.edges);
+    assert_eq!(whole(&mut run), first, "as often as it is asked for");
+    assert_eq!(replay(run.log.iter().cloned(), &mut Stack::new()).hex(), run.digest.hex());
+
+    let mut effects = Vec::new();
+    run.order(CommandKind::DiscardMapping);
+    run.stack.step(run.at, Input::GraphRequested, &mut effects);
+    assert!(effects.is_empty(), "there is no graph any more: {effects:?}");
 }
 
 mod nightly {

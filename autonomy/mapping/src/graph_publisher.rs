@@ -4,7 +4,6 @@ use crate::graph_element::{Edge, Node, index};
 use crate::graph_optimiser::KeyframePair;
 use crate::pose_graph::PoseGraph;
 use geometry::{Isometry, so3};
-use std::collections::BTreeSet;
 
 /// Parameters of [`GraphPublisher`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +27,7 @@ pub struct GraphPublisher {
     revision: u64,
     poses: Vec<Isometry>,
     edges: usize,
-    loops: Vec<KeyframePair>,
+    loops: Vec<Edge>,
 }
 
 /// What changed in a graph since a revision.
@@ -66,27 +65,41 @@ impl GraphPublisher {
                 None => self.poses.push(node.map_from_keyframe),
             }
         }
-        let pair = |edge: &Edge| (edge.from, edge.to);
-        let same =
-            self.loops.iter().zip(graph.loops()).take_while(|(known, edge)| **known == pair(edge)).count();
-        let known: BTreeSet<KeyframePair> = self.loops[same..].iter().copied().collect();
-        let now: BTreeSet<KeyframePair> = graph.loops()[same..].iter().map(pair).collect();
+        let (removed_loops, kept) = self.removed_loops(graph.loops());
         let changes = GraphChanges {
             base_revision: self.revision,
             revision: graph.revision(),
             nodes,
             edges: graph.edges().get(self.edges..).unwrap_or_default().to_vec(),
-            removed_loops: known.difference(&now).copied().collect(),
-            loops: graph.loops()[same..]
-                .iter()
-                .filter(|edge| !known.contains(&pair(edge)))
-                .copied()
-                .collect(),
+            removed_loops,
+            loops: graph.loops()[kept..].to_vec(),
         };
         self.revision = graph.revision();
         self.edges = graph.edges().len();
-        self.loops = graph.loops().iter().map(pair).collect();
+        self.loops.clear();
+        self.loops.extend_from_slice(graph.loops());
         Some(changes)
+    }
+
+    /// Forgets what was published, so that the next update has all of the graph. Returns whether anything was published.
+    pub fn forget_published(&mut self) -> bool {
+        let published = self.revision > 0;
+        *self = Self::new(self.config);
+        published
+    }
+
+    /// Published loops that are gone, and how many loops of the graph were published. Those come first and in their order, so that the
+    /// receiver has all loops in the order of the graph. A loop that was measured anew is gone and new.
+    fn removed_loops(&self, loops: &[Edge]) -> (Vec<KeyframePair>, usize) {
+        let mut kept = 0;
+        let mut removed = Vec::new();
+        for published in &self.loops {
+            match loops.get(kept) {
+                Some(edge) if edge == published => kept += 1,
+                _ => removed.push((published.from, published.to)),
+            }
+        }
+        (removed, kept)
     }
 
     /// Whether a keyframe is new or has moved noticeably since it was published.
@@ -103,6 +116,7 @@ impl GraphPublisher {
 mod tests {
     use super::*;
     use crate::testing::{at, edge};
+    use geometry::RngTree;
     use vocab::{KeyframeId, Stamp};
 
     fn walked(count: u32) -> PoseGraph {
@@ -152,5 +166,89 @@ mod tests {
             published += publisher.update(&graph).map_or(0, |changes| changes.nodes.len());
         }
         assert_eq!(published, 2 * 5, "every five millimetres, and only those that move");
+    }
+
+    /// A receiver's graph: poses, odometry edges and loops.
+    #[derive(Default)]
+    struct Receiver {
+        revision: u64,
+        poses: Vec<Isometry>,
+        edges: Vec<Edge>,
+        loops: Vec<Edge>,
+    }
+
+    impl Receiver {
+        fn apply(&mut self, changes: &GraphChanges) {
+            if changes.base_revision == 0 {
+                *self = Self::default();
+            }
+            assert_eq!(changes.base_revision, self.revision);
+            for node in &changes.nodes {
+                match self.poses.get_mut(index(node.id)) {
+                    Some(pose) => *pose = node.map_from_keyframe,
+                    None => self.poses.push(node.map_from_keyframe),
+                }
+            }
+            self.edges.extend(&changes.edges);
+            self.loops.retain(|edge| !changes.removed_loops.contains(&(edge.from, edge.to)));
+            self.loops.extend(&changes.loops);
+            self.revision = changes.revision;
+        }
+    }
+
+    #[test]
+    fn a_receiver_of_all_changes_has_the_graph() {
+        let mut rng = RngTree::new(7).child("graph publisher").rng();
+        let mut pick = |count: u32| (rng.range(0.0, f64::from(count)) as u32).min(count - 1);
+        for _ in 0..50 {
+            let (mut graph, mut publisher) = (walked(1), GraphPublisher::default());
+            let mut receiver = Receiver::default();
+            for _ in 0..200 {
+                let count = graph.next_id().0;
+                let pair = (pick(count), pick(count) + 1);
+                match pick(8) {
+                    0..=1 => {
+                        let step = edge(count - 1, count, at(1.0, 0.0, 0.0), (1e-3, 0.01));
+                        graph.add_keyframe(Stamp::EPOCH, &at(f64::from(count), 0.0, 0.0), Some(&step));
+                    }
+                    2..=3 => {
+                        let measured = at(f64::from(pick(100)), 0.0, 0.0);
+                        graph.add_loop(&edge(pair.0, pair.1, measured, (1e-3, 0.01)));
+                    }
+                    4 => {
+                        if let Some(gone) = graph.loops().get(pick(count) as usize).copied() {
+                            graph.remove_loop(gone.from, gone.to);
+                            // Measured anew before anything was published.
+                            if pick(2) == 0 {
+                                graph.add_loop(&Edge { from_from_to: at(0.5, 0.0, 0.0), ..gone });
+                            }
+                        }
+                    }
+                    5 => {
+                        let moved_m = 0.001 * f64::from(pick(20));
+                        let poses: Vec<Isometry> =
+                            (0..count).map(|number| at(f64::from(number), moved_m, 0.0)).collect();
+                        graph.move_keyframes(&poses);
+                    }
+                    6 => {
+                        publisher.forget_published();
+                    }
+                    _ => {}
+                }
+                if pick(2) == 0
+                    && let Some(changes) = publisher.update(&graph)
+                {
+                    receiver.apply(&changes);
+                    assert_eq!(receiver.revision, graph.revision());
+                    assert_eq!(receiver.edges, graph.edges());
+                    assert_eq!(receiver.loops, graph.loops());
+                    assert_eq!(receiver.poses.len(), graph.nodes().len());
+                    for (pose, node) in receiver.poses.iter().zip(graph.nodes()) {
+                        let moved = pose.inverse() * node.map_from_keyframe;
+                        assert!(moved.translation.vector.norm() < publisher.config.min_translation_m);
+                    }
+                }
+            }
+        }
     }
 }

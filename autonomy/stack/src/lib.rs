@@ -94,6 +94,9 @@ impl Stack {
             (Some(running), Input::Sensor(sensor)) => running.sensor(at, &sensor, effects),
             (Some(running), Input::Command(command)) => running.answer_command(at, &command, effects),
             (Some(running), Input::JobDone(done)) => running.job_done(at, done, effects),
+            (Some(running), Input::GraphRequested) => {
+                effects.extend(running.mapping.whole_graph().map(StackEffect::Publish));
+            }
             (None, _) if !self.has_warned => {
                 self.has_warned = true;
                 effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));

@@ -192,8 +192,9 @@ fn edges_to_plain(edges: &[Edge], kind: EdgeKind) -> impl Iterator<Item = GraphE
 }
 
 /// Changes of the pose graph of a session.
-pub(crate) fn changes_to_plain(changes: &GraphChanges) -> GraphDelta {
+pub(crate) fn changes_to_plain(session: SessionId, changes: &GraphChanges) -> GraphDelta {
     GraphDelta {
+        session,
         base_revision: changes.base_revision,
         revision: changes.revision,
         nodes: changes.nodes.iter().map(node_to_plain).collect(),

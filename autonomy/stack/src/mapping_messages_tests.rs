@@ -180,7 +180,8 @@ fn the_graph_lists_odometry_before_loops() {
         removed_loops: vec![(KeyframeId(0), KeyframeId(7))],
         loops: vec![edge(9)],
     };
-    let delta = changes_to_plain(&changes);
+    let delta = changes_to_plain(SESSION, &changes);
+    assert_eq!(delta.session, SESSION);
     assert_eq!((delta.base_revision, delta.revision), (3, 4));
     assert_eq!(delta.removed_loops, changes.removed_loops);
     assert_eq!(delta.nodes[0].map_from_keyframe, pose_from_isometry(&pose()));

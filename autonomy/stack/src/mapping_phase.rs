@@ -565,6 +565,16 @@ impl MappingPhase {
         }
     }
 
+    /// The whole graph of the running session, if any of it was published: changes from now on apply to this one.
+    pub fn whole_graph(&mut self) -> Option<Publication> {
+        match &mut self.phase {
+            Phase::Running(running) | Phase::Closing { running, .. } => {
+                running.graph_publisher.forget_published().then(|| running.graph_changes())?
+            }
+            _ => None,
+        }
+    }
+
     /// The session, if it has begun.
     fn running_mut(&mut self) -> Option<&mut Running> {
         match &mut self.phase {
@@ -729,8 +739,10 @@ impl Running {
     fn graph_changes(&mut self) -> Option<Publication> {
         let changes = self.graph_publisher.update(self.session.graph())?;
         Some(match changes.base_revision {
-            0 => Publication::Graph(Arc::new(plain::graph_to_plain(&self.session))),
-            _ => Publication::GraphDelta(Arc::new(plain::changes_to_plain(&changes))),
+            0 => {
+                Publication::Graph { session: self.id, graph: Arc::new(plain::graph_to_plain(&self.session)) }
+            }
+            _ => Publication::GraphDelta(Arc::new(plain::changes_to_plain(self.id, &changes))),
         })
     }
 

@@ -72,7 +72,7 @@ impl Measurement {
         self.revisits += reanchorings(effects).count();
         for effect in effects {
             match effect {
-                StackEffect::Publish(Publication::Graph(graph)) => {
+                StackEffect::Publish(Publication::Graph { graph, .. }) => {
                     self.loops = graph.edges.iter().filter(|edge| edge.kind == EdgeKind::Loop).count();
                 }
                 StackEffect::Publish(Publication::GraphDelta(delta)) => {

@@ -136,12 +136,14 @@ fn send(changes: Option<GraphChanges>, client: &mut Graph) -> usize {
     };
     let changed = GraphChanged {
         session: None,
+        base_revision: changes.base_revision,
+        revision: changes.revision,
         nodes: changes.nodes.iter().map(node).collect(),
         edges: pairs(&changes.edges),
         removed_loops: changes.removed_loops,
         loops: pairs(&changes.loops),
     };
-    client.apply(&changed);
+    assert!(client.apply(&changed), "changes of another revision");
     api::encode(&changed).len()
 }
 

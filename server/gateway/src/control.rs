@@ -72,6 +72,9 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Clo
         // Marked as seen before the events are read, so that no change is lost between reading and waiting.
         changes.mark_unchanged();
         loop {
+            if seat.outbox.take_graph_request(Instant::now()) {
+                cursor.forget_graph();
+            }
             // Answers to this client come before state; they are few.
             let next = seat.outbox.next().or_else(|| seat.next_event(&mut cursor).map(Answer::Event));
             let sent = match next {
@@ -89,10 +92,20 @@ async fn write_events(sink: &mut Outgoing, seat: &ControlSeat, app: &App) -> Clo
                 return closing;
             }
         }
+        let graph_due = seat.outbox.graph_request_due(Instant::now());
         tokio::select! {
             changed = changes.changed() => if changed.is_err() { return Closing::Shutdown },
             () = seat.outbox.filled() => {}
+            () = sleep_until(graph_due) => {}
         }
+    }
+}
+
+/// Waits for an instant, or for ever.
+async fn sleep_until(instant: Option<Instant>) {
+    match instant {
+        Some(instant) => tokio::time::sleep_until(instant.into()).await,
+        None => std::future::pending().await,
     }
 }
 
@@ -106,6 +119,7 @@ async fn listen(incoming: &mut Incoming, seat: &ControlSeat, app: &App) -> Closi
     loop {
         match incoming.message().await {
             Ok(ClientMessage::Ping { token }) => seat.outbox.pong(token),
+            Ok(ClientMessage::RequestGraph) => seat.outbox.request_graph(),
             Ok(ClientMessage::Command { id, command }) => handle_command(seat, &mut rates, id, command),
             Ok(ClientMessage::Hello { .. }) => {
                 return Closing::Refused(texts::SECOND_HELLO.to_owned());

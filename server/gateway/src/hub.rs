@@ -54,6 +54,8 @@ struct State {
     core: Option<mpsc::Sender<GatewayMessage>>,
     /// Why the core is not connected, one sentence.
     core_fault: String,
+    /// Whether the core was asked for the whole graph and has not answered.
+    is_graph_requested: bool,
     members: BTreeMap<u64, Member>,
     next_member: u64,
     stream_sockets: usize,
@@ -67,6 +69,21 @@ struct Member {
     pending: VecDeque<CommandId>,
 }
 
+impl State {
+    /// Asks the core for the whole graph, once, if changes were lost on the way. If the queue is full, the next event asks again.
+    fn request_graph_if_stale(&mut self) {
+        let is_stale = self.snapshot.is_graph_stale();
+        if is_stale
+            && !self.is_graph_requested
+            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > COMMAND_QUEUE_FOR_STOPS)
+        {
+            tracing::warn!("changes of the pose graph do not apply; the whole graph is asked for");
+            self.is_graph_requested = core.try_send(GatewayMessage::RequestGraph).is_ok();
+        }
+        self.is_graph_requested &= is_stale;
+    }
+}
+
 impl Hub {
     /// Without core and clients.
     pub(crate) fn new(limits: &Limits) -> Self {
@@ -76,6 +93,7 @@ impl Hub {
                 clock: RobotClock::new(),
                 core: None,
                 core_fault: texts::CORE_NOT_REACHED.to_owned(),
+                is_graph_requested: false,
                 members: BTreeMap::new(),
                 next_member: 0,
                 stream_sockets: 0,
@@ -98,6 +116,7 @@ impl Hub {
         {
             let mut state = self.lock();
             state.core = Some(sender);
+            state.is_graph_requested = false;
             state.clock = RobotClock::new();
             state.snapshot.forget_tiles();
             state.snapshot.change_platform(|platform| platform.core_connected = true);
@@ -136,6 +155,7 @@ impl Hub {
                     let mut state = self.lock();
                     state.clock.update(&event, Instant::now());
                     state.snapshot.apply(event);
+                    state.request_graph_if_stale();
                 }
                 self.changed.send_replace(());
             }

@@ -52,6 +52,8 @@ pub(crate) const COMMAND_QUEUE: usize = 256;
 pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
 /// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
 pub(crate) const MAX_GRAPH_CHANGES: usize = 256;
+/// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
+pub(crate) const GRAPH_ANSWER_PERIOD: Duration = Duration::from_secs(5);
 /// Notices kept for clients that connect later.
 pub(crate) const MAX_NOTICES: usize = 50;
 /// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.

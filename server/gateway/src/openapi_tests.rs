@@ -51,7 +51,7 @@ fn schemas_say_what_the_types_become() {
     let id = uuid::Uuid::from_u128(5);
     let edges = vec![(KeyframeId(0), KeyframeId(1))];
     let loops = vec![(KeyframeId(0), KeyframeId(9))];
-    let graph = Graph { session: Some(SessionId(id)), nodes: vec![node], edges, loops };
+    let graph = Graph { session: Some(SessionId(id)), revision: 7, nodes: vec![node], edges, loops };
     let summary = MapSummary {
         id: MapId(id),
         name: "hall".into(),

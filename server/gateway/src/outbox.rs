@@ -1,9 +1,11 @@
 //! Messages for one client only: answers to its commands and pings. The queue is bounded; a client that lets it fill is disconnected.
+//! Requests for the whole graph take one bit, however many come.
 
-use crate::limits::MAX_ANSWERS;
+use crate::limits::{GRAPH_ANSWER_PERIOD, MAX_ANSWERS};
 use api::Event;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 use tokio::sync::Notify;
 
 /// Answers that wait to be written.
@@ -18,6 +20,31 @@ pub(crate) struct Outbox {
 struct Content {
     pongs: VecDeque<u64>,
     answers: VecDeque<Arc<Event>>,
+    graph_requests: GraphRequests,
+}
+
+/// Requests for the whole graph. Those that wait are answered together, [`GRAPH_ANSWER_PERIOD`] after the last answer.
+#[derive(Default)]
+struct GraphRequests {
+    is_waiting: bool,
+    /// When the last answer was given.
+    answered: Option<Instant>,
+}
+
+impl GraphRequests {
+    /// When an answer is due, if a request waits. `now` or earlier means at once.
+    fn due(&self, now: Instant) -> Option<Instant> {
+        self.is_waiting.then(|| self.answered.map_or(now, |answered| answered + GRAPH_ANSWER_PERIOD))
+    }
+
+    /// Returns whether an answer is due, now counted as given.
+    fn take(&mut self, now: Instant) -> bool {
+        let is_due = self.due(now).is_some_and(|due| due <= now);
+        if is_due {
+            *self = Self { is_waiting: false, answered: Some(now) };
+        }
+        is_due
+    }
 }
 
 /// The next thing for a client.
@@ -56,6 +83,22 @@ impl Outbox {
         }
     }
 
+    /// Adds a request for the whole graph.
+    pub(crate) fn request_graph(&self) {
+        self.lock().graph_requests.is_waiting = true;
+        self.filled.notify_one();
+    }
+
+    /// Returns whether the whole graph is to be sent now, and counts it as sent.
+    pub(crate) fn take_graph_request(&self, now: Instant) -> bool {
+        self.lock().graph_requests.take(now)
+    }
+
+    /// When [`Self::take_graph_request`] has an answer to give, if a request waits.
+    pub(crate) fn graph_request_due(&self, now: Instant) -> Option<Instant> {
+        self.lock().graph_requests.due(now)
+    }
+
     /// Takes the next answer.
     pub(crate) fn next(&self) -> Option<Answer> {
         let mut content = self.lock();
@@ -90,5 +133,19 @@ mod tests {
         (0..=MAX_ANSWERS as u64).for_each(|token| outbox.pong(token));
         outbox.overflowed().await;
         assert_eq!(outbox.lock().pongs.len(), MAX_ANSWERS);
+    }
+
+    #[test]
+    fn many_requests_for_the_graph_get_one_answer_in_a_period() {
+        let (outbox, start) = (Outbox::default(), Instant::now());
+        assert!(!outbox.take_graph_request(start) && outbox.graph_request_due(start).is_none());
+        (0..1000).for_each(|_| outbox.request_graph());
+        assert!(outbox.take_graph_request(start));
+        assert!(!outbox.take_graph_request(start), "all were answered");
+        (0..1000).for_each(|_| outbox.request_graph());
+        assert!(!outbox.take_graph_request(start + GRAPH_ANSWER_PERIOD / 2));
+        let due = outbox.graph_request_due(start);
+        assert_eq!(due, Some(start + GRAPH_ANSWER_PERIOD));
+        assert!(outbox.take_graph_request(start + GRAPH_ANSWER_PERIOD), "late, but not never");
     }
 }

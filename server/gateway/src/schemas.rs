@@ -109,6 +109,8 @@ pub(crate) struct GraphDocument {
     /// Mapping session; null for a saved map.
     #[schema(format = Uuid)]
     session: Option<String>,
+    /// Grows with every change within a session.
+    revision: u64,
     /// Keyframes in the map, in the order of their ids.
     nodes: Vec<GraphNodeDocument>,
     /// Edges of the odometry as pairs of keyframes.

@@ -25,6 +25,8 @@ pub(crate) struct Snapshot {
     /// The last changes of the graph, each with its revision. They apply to the graph of `graph_changes_from` and later.
     graph_changes: VecDeque<(u64, Arc<Event>)>,
     graph_changes_from: u64,
+    /// Whether changes came that do not apply to the graph. It stays as it was until the whole graph comes.
+    is_graph_stale: bool,
     tiles: Tiles,
     loops: Loops,
     notices: VecDeque<(u64, Notice)>,
@@ -65,6 +67,13 @@ pub(crate) struct Cursor {
     loops_sent: usize,
 }
 
+impl Cursor {
+    /// The client has lost the graph: the whole graph is owed to it again.
+    pub(crate) fn forget_graph(&mut self) {
+        self.seen[GRAPH] = 0;
+    }
+}
+
 impl Snapshot {
     /// Knows nothing but that there is no core.
     pub(crate) fn new() -> Self {
@@ -73,6 +82,7 @@ impl Snapshot {
             latest: Default::default(),
             graph_changes: VecDeque::new(),
             graph_changes_from: 0,
+            is_graph_stale: false,
             tiles: Tiles::default(),
             loops: Loops::default(),
             notices: VecDeque::new(),
@@ -118,6 +128,11 @@ impl Snapshot {
         if self.tiles.epoch > 0 {
             self.change_tiles(TilesChanged { reset: true, added: Vec::new() });
         }
+    }
+
+    /// Whether the core has to be asked for the whole graph.
+    pub(crate) fn is_graph_stale(&self) -> bool {
+        self.is_graph_stale
     }
 
     /// Last list of saved maps.
@@ -183,16 +198,23 @@ impl Snapshot {
         self.revision += 1;
         self.graph_changes.clear();
         self.graph_changes_from = self.revision;
+        self.is_graph_stale = false;
         self.latest[GRAPH] = Some((self.revision, Arc::new(Event::Graph(graph))));
     }
 
-    /// Applies changes to the whole graph, and keeps them for clients that know the graph before them. Changes without a graph are ignored.
+    /// Applies changes to the whole graph, and keeps them for clients that know the graph before them. Changes that do not apply are dropped.
     fn change_graph(&mut self, changed: GraphChanged) {
-        let Some((revision, event)) = &mut self.latest[GRAPH] else { return };
-        let Event::Graph(graph) = Arc::make_mut(event) else { return };
-        if !graph.apply(&changed) {
+        let known = match &mut self.latest[GRAPH] {
+            Some((revision, event)) => match Arc::make_mut(event) {
+                Event::Graph(graph) => graph.apply(&changed).then_some(revision),
+                _ => None,
+            },
+            None => None,
+        };
+        let Some(revision) = known else {
+            self.is_graph_stale = true;
             return;
-        }
+        };
         self.revision += 1;
         *revision = self.revision;
         self.graph_changes.push_back((self.revision, Arc::new(Event::GraphChanged(changed))));

@@ -162,6 +162,120 @@ fn the_gateway_knows_better_who_is_connected() {
     assert_eq!(drain(&snapshot, &mut cursor), [Event::Platform(expected)]);
 }
 
+const SESSION: Option<vocab::SessionId> = Some(vocab::SessionId(uuid::Uuid::from_u128(1)));
+
+fn graph_node(id: u64) -> api::GraphNode {
+    api::GraphNode { id: vocab::KeyframeId(id as u32), ..api::GraphNode::default() }
+}
+
+/// The graph of so many keyframes; their number is the revision.
+fn graph(revision: u64) -> Graph {
+    Graph { session: SESSION, revision, nodes: (0..revision).map(graph_node).collect(), ..Graph::default() }
+}
+
+/// The change from that graph to the next.
+fn next_keyframe(base_revision: u64) -> GraphChanged {
+    let nodes = vec![graph_node(base_revision)];
+    GraphChanged {
+        session: SESSION,
+        base_revision,
+        revision: base_revision + 1,
+        nodes,
+        ..GraphChanged::default()
+    }
+}
+
+#[test]
+fn changes_of_the_graph_reach_a_client_that_follows_and_the_whole_graph_one_that_does_not() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.apply(Event::Graph(graph(1)));
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(1))]);
+    for base in 1..3 {
+        snapshot.apply(Event::GraphChanged(next_keyframe(base)));
+    }
+    let changes = [1, 2].map(|base| Event::GraphChanged(next_keyframe(base)));
+    assert_eq!(drain(&snapshot, &mut cursor), changes);
+    assert_eq!(drain(&snapshot, &mut Cursor::default())[1..], [Event::Graph(graph(3))], "a new client");
+    cursor.forget_graph();
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(3))], "one that asks for it");
+    let last = 4 + MAX_GRAPH_CHANGES as u64;
+    for base in 3..last {
+        snapshot.apply(Event::GraphChanged(next_keyframe(base)));
+    }
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(last))], "one that is far behind");
+}
+
+#[test]
+fn changes_that_do_not_apply_leave_the_graph_as_it_is_until_the_whole_graph_comes() {
+    let (mut snapshot, mut cursor) = settled();
+    snapshot.apply(Event::GraphChanged(next_keyframe(0)));
+    assert!(snapshot.is_graph_stale(), "there is no graph yet");
+    snapshot.apply(Event::Graph(graph(1)));
+    assert!(!snapshot.is_graph_stale());
+    snapshot.apply(Event::GraphChanged(next_keyframe(2)));
+    assert!(snapshot.is_graph_stale());
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(1))]);
+    snapshot.apply(Event::Graph(graph(4)));
+    assert!(!snapshot.is_graph_stale());
+    assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(4))]);
+}
+
+proptest! {
+    /// The core changes the graph, changes are lost on the way to the gateway, and clients read slowly, lose changes and connect anew. Each
+    /// client always has a graph that the core had. Once everything is read and asked for, it has the core's.
+    #[test]
+    fn graphs_of_clients_converge(steps in prop::collection::vec((0_u8..10, 1_u64..400), 0..100)) {
+        let (mut snapshot, mut cursor) = settled();
+        let (mut revision, mut client, mut is_stale) = (1, Graph::default(), false);
+        snapshot.apply(Event::Graph(graph(revision)));
+        let receive = |snapshot: &Snapshot, cursor: &mut Cursor, client: &mut Graph, is_stale: &mut bool| {
+            let Some(event) = snapshot.next(cursor) else { return false };
+            match &*event {
+                Event::Graph(whole) => (*client, *is_stale) = (whole.clone(), false),
+                Event::GraphChanged(changed) => {
+                    let is_lost = !client.apply(changed);
+                    if is_lost && !std::mem::replace(is_stale, true) {
+                        cursor.forget_graph();
+                    }
+                }
+                _ => {}
+            }
+            true
+        };
+        for (step, count) in steps {
+            match step {
+                // More changes than are kept, now and then.
+                0..3 => for _ in 0..count {
+                    snapshot.apply(Event::GraphChanged(next_keyframe(revision)));
+                    revision += 1;
+                },
+                3 => revision += 1,
+                4 => snapshot.apply(Event::GraphChanged(next_keyframe(revision - 1))),
+                // The client loses one.
+                5 => { snapshot.next(&mut cursor); }
+                6 => (cursor, client, is_stale) = (Cursor::default(), Graph::default(), false),
+                _ => for _ in 0..count {
+                    receive(&snapshot, &mut cursor, &mut client, &mut is_stale);
+                },
+            }
+            if snapshot.is_graph_stale() {
+                snapshot.apply(Event::Graph(graph(revision)));
+            }
+            prop_assert!(client == Graph::default() || client == graph(client.revision));
+        }
+        for _ in 0..2 {
+            snapshot.apply(Event::GraphChanged(next_keyframe(revision)));
+            revision += 1;
+            if snapshot.is_graph_stale() {
+                snapshot.apply(Event::Graph(graph(revision)));
+            }
+            while receive(&snapshot, &mut cursor, &mut client, &mut is_stale) {}
+        }
+        prop_assert!(!is_stale);
+        prop_assert_eq!(client, graph(revision));
+    }
+}
+
 proptest! {
     /// However changes and reads interleave, a client that has read everything knows what a new client would be told.
     #[test]

@@ -161,6 +161,7 @@ fn any_input() -> impl Strategy<Value = Input> {
         1 => (any::<i64>(), any::<bool>())
             .prop_map(|(utc_ns, synchronised)| Input::WallClock { utc_ns, synchronised }),
         1 => any::<u64>().prop_map(|seq| Input::Committed { seq }),
+        1 => Just(Input::GraphRequested),
         1 => (any_uuid(), any::<Option<f32>>(), any::<String>()).prop_map(|(call, progress, text)| {
             Input::ActionFeedback { call: ActionCallId(call), progress, text }
         }),

@@ -68,6 +68,7 @@ fn inputs() -> Vec<Input> {
         Input::ActionDone { call, outcome: ActionOutcome::Succeeded { result: "{}".to_owned() } },
         Input::ActionDone { call, outcome: failed },
         Input::ActionDone { call, outcome: ActionOutcome::Cancelled },
+        Input::GraphRequested,
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

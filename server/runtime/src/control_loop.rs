@@ -31,11 +31,11 @@ const WALL_CLOCK_PERIOD: Duration = Duration::from_secs(1);
 /// systemd-timesyncd makes this file once the clock follows a time server. Under another time service the clock counts as not synchronised.
 const CLOCK_SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
-/// A request of a client that the control loop handles.
-pub enum ClientRequest {
-    /// For the stack.
+/// A request that the control loop handles.
+pub enum LoopRequest {
+    /// Of a client, for the stack.
     Command(Command),
-    /// For the link of a simulated robot.
+    /// Of a client, for the link of a simulated robot.
     InjectFault {
         /// Made by the client.
         id: CommandId,
@@ -44,14 +44,16 @@ pub enum ClientRequest {
         /// The fault.
         fault: SimulatedFault,
     },
+    /// Of the publisher: its pose graph is not the stack's.
+    WholeGraph,
 }
 
 /// What the control loop listens to.
 pub struct Sources {
     /// From the robot.
     pub arrivals: Receiver<Arrival>,
-    /// From clients. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
-    pub commands: Receiver<ClientRequest>,
+    /// From clients and the publisher. Bounded; whoever sends waits, which slows down the flooding gateway and nobody else.
+    pub commands: Receiver<LoopRequest>,
     /// From the threads of both job lanes.
     pub finished: Receiver<FinishedJob>,
     /// Disconnected when it is time to end.
@@ -126,8 +128,9 @@ impl Running {
                     Err(_) => arrivals = &silent,
                 },
                 recv(sources.commands) -> request => match request {
-                    Ok(ClientRequest::Command(command)) => self.feed(Input::Command(command)),
-                    Ok(ClientRequest::InjectFault { id, by, fault }) => self.inject_fault(id, by, fault),
+                    Ok(LoopRequest::Command(command)) => self.feed(Input::Command(command)),
+                    Ok(LoopRequest::InjectFault { id, by, fault }) => self.inject_fault(id, by, fault),
+                    Ok(LoopRequest::WholeGraph) => self.feed(Input::GraphRequested),
                     Err(_) => {}
                 },
                 recv(sources.finished) -> finished => if let Ok(FinishedJob { done, prepared }) = finished {

@@ -135,6 +135,7 @@ pub fn graph(graph: &messages::PoseGraph, session: Option<vocab::SessionId>) -> 
     };
     api::Graph {
         session,
+        revision: graph.revision,
         nodes: graph.nodes.iter().map(graph_node).collect(),
         edges: of_kind(EdgeKind::Odometry),
         loops: of_kind(EdgeKind::Loop),
@@ -142,13 +143,15 @@ pub fn graph(graph: &messages::PoseGraph, session: Option<vocab::SessionId>) -> 
 }
 
 /// Changes of the pose graph of a session.
-pub fn graph_changed(delta: &messages::GraphDelta, session: Option<vocab::SessionId>) -> api::GraphChanged {
+pub fn graph_changed(delta: &messages::GraphDelta) -> api::GraphChanged {
     let of_kind = |kind| {
         let edges = delta.edges.iter().filter(move |edge| edge.kind == kind);
         edges.map(|edge| (edge.from, edge.to)).collect()
     };
     api::GraphChanged {
-        session,
+        session: Some(delta.session),
+        base_revision: delta.base_revision,
+        revision: delta.revision,
         nodes: delta.nodes.iter().map(graph_node).collect(),
         edges: of_kind(EdgeKind::Odometry),
         removed_loops: delta.removed_loops.clone(),
@@ -208,7 +211,7 @@ pub fn event(publication: Publication) -> Option<Event> {
         Publication::Estimate(_)
         | Publication::Scan(_)
         | Publication::Keyframe(_)
-        | Publication::Graph(_)
+        | Publication::Graph { .. }
         | Publication::GraphDelta(_)
         | Publication::Reanchored(_)
         | Publication::Mapping(_)

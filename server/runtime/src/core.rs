@@ -114,6 +114,8 @@ impl Core {
             persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
             goals: Vec::new(),
             docks: None,
+            requests: command_sender.clone(),
+            is_graph_requested: false,
         };
         let (imports, imports_thread) =
             import_thread(importer, &store, &state_publisher, &mailbox, &clock, &stopped)?;

@@ -3,7 +3,10 @@
 use super::*;
 use crate::RecordingTarget;
 use api::{CommandOutcome, CoreMessage, Event, GatewayMessage, Import, ImportStage};
-use messages::{BootRecord, Command, CommandKind, Drive, ImuSample, Input, Principal, RobotProfile, Sensor};
+use messages::{
+    BootRecord, Command, CommandKind, Drive, GraphDelta, ImuSample, Input, PoseGraph, Principal, Publication,
+    RobotProfile, Sensor,
+};
 use ports::{Arrival, Journal, JournalError, RobotEvent, SimulatedFault};
 use std::io::{Read, Write};
 use std::ops::ControlFlow;
@@ -12,7 +15,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Span, Stamp, UploadId, Vec3};
+use vocab::{ClientId, CommandId, MapId, SessionId, Span, Stamp, UploadId, Vec3};
 
 /// Far longer than any step of these tests.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -488,4 +491,56 @@ fn a_core_without_an_importer_refuses_imports() {
         _ => None,
     });
     assert!(refused);
+}
+
+#[test]
+fn changes_of_the_graph_that_do_not_apply_are_dropped_and_the_stack_is_asked_for_the_whole_graph_once() {
+    let bench = bench(usize::MAX);
+    bench.clock(0);
+    let session = SessionId(Uuid::from_u128(3));
+    let delta = |base_revision| {
+        let (nodes, edges, removed_loops) = Default::default();
+        let revision = base_revision + 1;
+        let delta = GraphDelta { session, base_revision, revision, nodes, removed_loops, edges };
+        Publication::GraphDelta(Arc::new(delta))
+    };
+    let whole = PoseGraph { revision: 7, ..PoseGraph::default() };
+    let publications = [
+        // Asks.
+        delta(5),
+        // Does not ask again.
+        delta(6),
+        Publication::Graph { session, graph: Arc::new(whole) },
+        // Applies.
+        delta(7),
+        // Asks.
+        delta(9),
+    ];
+    for publication in publications {
+        bench.core.as_ref().expect("it runs").mailbox.post(publication);
+    }
+    let mut requests = 0;
+    while requests < 2 {
+        requests += i32::from(bench.written().1 == Input::GraphRequested);
+    }
+    let mut gateway = bench.gateway();
+    let revision = gateway.event(|_, event| match event {
+        Event::Graph(graph) => Some(graph.revision),
+        _ => None,
+    });
+    assert_eq!(revision, 8, "what applies was published");
+    gateway.command(1, take_control());
+    loop {
+        match bench.written().1 {
+            Input::Command(_) => break,
+            other => assert_ne!(other, Input::GraphRequested),
+        }
+    }
+    // The gateway gets the whole graph as often as it asks.
+    gateway.send(&GatewayMessage::RequestGraph);
+    let graph = gateway.event(|_, event| match event {
+        Event::Graph(graph) => Some(graph.clone()),
+        _ => None,
+    });
+    assert_eq!((graph.session, graph.revision), (Some(session), 8));
 }

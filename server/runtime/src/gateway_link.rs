@@ -4,7 +4,7 @@
 //! So is one that does not read: by [`StatePublisher`] when its queue is full, or when a write takes longer than
 //! [`GatewayLinkConfig::write_timeout`].
 
-use crate::control_loop::ClientRequest;
+use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
 use crate::state_publisher::StatePublisher;
@@ -47,7 +47,7 @@ pub struct GatewayLink {
 struct Shared {
     config: GatewayLinkConfig,
     state_publisher: Arc<StatePublisher>,
-    commands: Sender<ClientRequest>,
+    commands: Sender<LoopRequest>,
     imports: Imports,
     is_ending: Arc<AtomicBool>,
 }
@@ -58,7 +58,7 @@ impl GatewayLink {
         config: GatewayLinkConfig,
         path: &Path,
         state_publisher: Arc<StatePublisher>,
-        commands: Sender<ClientRequest>,
+        commands: Sender<LoopRequest>,
         imports: Imports,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
@@ -172,9 +172,9 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
             GatewayMessage::Command { id, by, command } => {
                 let request = match convert::route(command) {
                     RoutedCommand::Stack(kind) => {
-                        ClientRequest::Command(Command { id, by: Principal::operator(by), kind })
+                        LoopRequest::Command(Command { id, by: Principal::operator(by), kind })
                     }
-                    RoutedCommand::SimulatedFault(fault) => ClientRequest::InjectFault { id, by, fault },
+                    RoutedCommand::SimulatedFault(fault) => LoopRequest::InjectFault { id, by, fault },
                     RoutedCommand::Import(import) => {
                         shared.state_publisher.answer(id, by, shared.imports.begin(import).err());
                         continue;
@@ -190,6 +190,7 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
                 }
             }
             GatewayMessage::Listeners { clients: _, streams } => shared.state_publisher.set_streams(streams),
+            GatewayMessage::RequestGraph => shared.state_publisher.resend_graph(),
         }
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! Converts publications of the stack to events for clients, on a thread of its own: encoding must not delay the robot.
 
 use crate::clock::RobotClock;
+use crate::control_loop::LoopRequest;
 use crate::convert;
 use crate::jobs::{DiskJob, Jobs};
 use crate::live_map::LiveMap;
@@ -11,7 +12,8 @@ use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
-use messages::{CorrectedScan, Estimate, Keyframe, PoseInMap, Publication, Severity};
+use crossbeam_channel::Sender;
+use messages::{CorrectedScan, Estimate, GraphDelta, Keyframe, PoseInMap, Publication, Severity};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
@@ -52,6 +54,10 @@ pub struct PublisherWorker {
     pub goals: Vec<Goal>,
     /// The docks as published last. `None` before the first publication, which repeats what is on disk.
     pub docks: Option<Arc<[PoseInMap]>>,
+    /// Way to the control loop.
+    pub requests: Sender<LoopRequest>,
+    /// Whether the stack was asked for the whole graph and has not answered.
+    pub is_graph_requested: bool,
 }
 
 impl PublisherWorker {
@@ -94,13 +100,11 @@ impl PublisherWorker {
     fn publish(&mut self, publication: Publication) {
         match publication {
             Publication::Keyframe(keyframe) => self.publish_keyframe(&keyframe),
-            Publication::Graph(graph) => {
-                self.state_publisher.publish(Event::Graph(convert::graph(&graph, self.live_map.session())));
+            Publication::Graph { session, graph } => {
+                self.is_graph_requested = false;
+                self.state_publisher.publish(Event::Graph(convert::graph(&graph, Some(session))));
             }
-            Publication::GraphDelta(delta) => {
-                let changed = convert::graph_changed(&delta, self.live_map.session());
-                self.state_publisher.publish(Event::GraphChanged(changed));
-            }
+            Publication::GraphDelta(delta) => self.change_graph(&delta),
             Publication::Mapping(state) => {
                 self.set_session(&state);
                 self.state_publisher.publish(Event::Mapping(convert::mapping(&state)));
@@ -138,6 +142,20 @@ impl PublisherWorker {
         }
     }
 
+    /// Publishes changes of the graph. If they do not apply to the published graph, they are dropped and the stack is asked for the whole graph,
+    /// once. A full queue is no failure: the next changes do not apply either, and ask again.
+    fn change_graph(&mut self, delta: &GraphDelta) {
+        let is_published = self.state_publisher.publish_graph_changes(convert::graph_changed(delta));
+        if is_published || self.is_graph_requested {
+            return;
+        }
+        self.is_graph_requested = self.requests.try_send(LoopRequest::WholeGraph).is_ok();
+        tracing::warn!(
+            base_revision = delta.base_revision,
+            "changes of the pose graph do not apply; the whole graph is asked for"
+        );
+    }
+
     /// Clears the live map of the clients when the session has changed.
     fn set_session(&mut self, state: &messages::MappingState) {
         let last = self.live_map.session();
@@ -145,6 +163,7 @@ impl PublisherWorker {
             self.jobs.start(DiskJob::Forget { session, tiles });
         }
         if self.live_map.session() != last {
+            self.is_graph_requested = false;
             self.state_publisher.publish(Event::Tiles(TilesChanged { reset: true, added: Vec::new() }));
             self.state_publisher.publish(Event::Loops(LoopsChanged { reset: true, added: Vec::new() }));
             self.state_publisher.publish(Event::Quality(Quality::default()));

@@ -38,6 +38,8 @@ fn rig() -> Rig {
         persistence: PosePersistence::new(PosePersistenceConfig::default(), Arc::clone(&store)),
         goals: Vec::new(),
         docks: None,
+        requests: crossbeam_channel::bounded(1).0,
+        is_graph_requested: false,
     };
     Rig { mailbox, state_publisher, worker, store, _dir: dir }
 }

@@ -4,8 +4,14 @@
 //! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices, loops and tiles
 //! add up; when more than [`QUEUE_MAX`] wait, the gateway is stuck and the connection is dropped. It connects again and
 //! gets a snapshot.
+//!
+//! Changes of the pose graph are published only if they apply to the published graph exactly. So the messages that wait for the gateway lead
+//! from the graph that it has to the published one.
 
-use api::{CommandOutcome, CoreMessage, Event, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, TilesChanged};
+use api::{
+    CommandOutcome, CoreMessage, Event, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS,
+    TilesChanged,
+};
 use std::collections::VecDeque;
 use std::mem::{Discriminant, discriminant};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -45,12 +51,33 @@ struct Snapshot {
 }
 
 impl StatePublisher {
-    /// Publishes state to all clients.
+    /// Publishes state to all clients. Changes of the graph go through [`Self::publish_graph_changes`].
     pub fn publish(&self, event: Event) {
+        self.try_publish(event);
+    }
+
+    /// Publishes changes of the graph. Returns whether they apply to the published graph; they are dropped if not.
+    pub fn publish_graph_changes(&self, changed: GraphChanged) -> bool {
+        self.try_publish(Event::GraphChanged(changed))
+    }
+
+    fn try_publish(&self, event: Event) -> bool {
         let mut state = self.lock();
-        state.snapshot.keep(&event);
+        if !state.snapshot.keep(&event) {
+            return false;
+        }
         if state.connection.is_some() {
             state.enqueue(CoreMessage::Event { to: None, event });
+            self.changed.notify_all();
+        }
+        true
+    }
+
+    /// Sends the whole graph to the gateway, which has lost changes. The queue holds one whole graph at most, however often this is asked.
+    pub fn resend_graph(&self) {
+        let mut state = self.lock();
+        if state.connection.is_some() {
+            state.enqueue_whole_graph();
             self.changed.notify_all();
         }
     }
@@ -126,48 +153,50 @@ impl StatePublisher {
 
 impl State {
     fn enqueue(&mut self, message: CoreMessage) {
-        let Some(message) = self.merge_graph(message) else { return };
-        let waiting = replaced_kind(&message)
-            .and_then(|kind| self.queue.iter_mut().find(|waiting| replaced_kind(waiting) == Some(kind)));
-        match waiting {
-            Some(waiting) => *waiting = message,
-            None => self.queue.push_back(message),
+        match message {
+            CoreMessage::Event { to: None, event: Event::GraphChanged(changed) } => {
+                self.enqueue_graph_changes(changed);
+            }
+            CoreMessage::Event { to: None, event: Event::Graph(_) } => {
+                self.queue.retain(|waiting| !is_of_graph(waiting));
+                self.queue.push_back(message);
+            }
+            message => {
+                let kind = replaced_kind(&message);
+                let waiting =
+                    self.queue.iter_mut().find(|waiting| kind.is_some() && replaced_kind(waiting) == kind);
+                match waiting {
+                    Some(waiting) => *waiting = message,
+                    None => self.queue.push_back(message),
+                }
+            }
         }
         self.limit_queue();
     }
 
-    /// Merges changes of the graph with what waits of it, so that one message at most does. A whole graph makes waiting changes needless.
-    fn merge_graph(&mut self, message: CoreMessage) -> Option<CoreMessage> {
-        let changed = match message {
-            CoreMessage::Event { to: None, event: Event::GraphChanged(changed) } => changed,
-            CoreMessage::Event { to: None, event: Event::Graph(_) } => {
-                let is_graph = |waiting: &CoreMessage| {
-                    matches!(
-                        waiting,
-                        CoreMessage::Event { event: Event::Graph(_) | Event::GraphChanged(_), .. }
-                    )
-                };
-                self.queue.retain(|waiting| !is_graph(waiting));
-                return Some(message);
-            }
-            other => return Some(other),
-        };
-        for waiting in &mut self.queue {
-            match waiting {
-                CoreMessage::Event { event: Event::Graph(graph), .. } => {
-                    graph.apply(&changed);
-                    return None;
-                }
-                CoreMessage::Event { event: Event::GraphChanged(before), .. }
-                    if before.session == changed.session =>
-                {
-                    before.append(changed);
-                    return None;
-                }
-                _ => {}
+    /// Merges changes of the graph with what waits of it, so that one message at most does.
+    fn enqueue_graph_changes(&mut self, changed: GraphChanged) {
+        let merged = self.queue.iter_mut().find_map(|waiting| match waiting {
+            CoreMessage::Event { event: Event::Graph(graph), .. } => Some(graph.apply(&changed)),
+            CoreMessage::Event { event: Event::GraphChanged(before), .. } => Some(before.append(&changed)),
+            _ => None,
+        });
+        match merged {
+            Some(true) => {}
+            Some(false) => self.enqueue_whole_graph(),
+            None => {
+                let event = Event::GraphChanged(changed);
+                self.queue.push_back(CoreMessage::Event { to: None, event });
             }
         }
-        Some(CoreMessage::Event { to: None, event: Event::GraphChanged(changed) })
+    }
+
+    /// The whole graph takes the place of what waits of it.
+    fn enqueue_whole_graph(&mut self) {
+        if let Some(event) = self.snapshot.latest.iter().find(|event| matches!(event, Event::Graph(_))) {
+            self.queue.retain(|waiting| !is_of_graph(waiting));
+            self.queue.push_back(CoreMessage::Event { to: None, event: event.clone() });
+        }
     }
 
     fn limit_queue(&mut self) {
@@ -177,6 +206,10 @@ impl State {
             self.queue = VecDeque::new();
         }
     }
+}
+
+fn is_of_graph(message: &CoreMessage) -> bool {
+    matches!(message, CoreMessage::Event { event: Event::Graph(_) | Event::GraphChanged(_), .. })
 }
 
 /// What a message replaces when it is still waiting; none if it adds to those before.
@@ -206,7 +239,8 @@ fn replaces(event: &Event) -> bool {
 }
 
 impl Snapshot {
-    fn keep(&mut self, event: &Event) {
+    /// Takes an event in. Returns false for changes that do not apply to the graph; the snapshot is unchanged then.
+    fn keep(&mut self, event: &Event) -> bool {
         match event {
             Event::CommandDone { .. } => {}
             Event::Notice(_) => {
@@ -216,11 +250,10 @@ impl Snapshot {
                 self.notices.push_back(event.clone());
             }
             Event::GraphChanged(changed) => {
-                for kept in &mut self.latest {
-                    if let Event::Graph(graph) = kept {
-                        graph.apply(changed);
-                    }
-                }
+                return self.latest.iter_mut().any(|kept| match kept {
+                    Event::Graph(graph) => graph.apply(changed),
+                    _ => false,
+                });
             }
             Event::Tiles(changed) => {
                 if changed.reset {
@@ -240,6 +273,7 @@ impl Snapshot {
                 None => self.latest.push(event.clone()),
             },
         }
+        true
     }
 
     fn messages(&self) -> impl Iterator<Item = CoreMessage> {

@@ -1,5 +1,6 @@
 use super::*;
 use api::{Battery, CommandOutcome, Notice, Severity, TileEntry, TileHash};
+use proptest::prelude::*;
 use vocab::Stamp;
 
 fn notice(number: i64) -> Event {
@@ -136,4 +137,82 @@ fn answers_go_to_whoever_asked_and_are_not_kept() {
     assert_eq!(state_publisher.next(connection), Some(expected));
     let again = state_publisher.connect();
     assert!(!drain(&state_publisher, again).iter().any(|event| matches!(event, Event::CommandDone { .. })));
+}
+
+const SESSION: Option<vocab::SessionId> = Some(vocab::SessionId(uuid::Uuid::from_u128(1)));
+
+fn graph_node(id: u64) -> api::GraphNode {
+    api::GraphNode { id: vocab::KeyframeId(id as u32), ..api::GraphNode::default() }
+}
+
+/// The graph of so many keyframes; their number is the revision.
+fn graph(revision: u64) -> api::Graph {
+    let nodes = (0..revision).map(graph_node).collect();
+    api::Graph { session: SESSION, revision, nodes, ..api::Graph::default() }
+}
+
+/// The change from that graph to one with `count` keyframes more.
+fn next_keyframes(base_revision: u64, count: u64) -> GraphChanged {
+    let revision = base_revision + count;
+    let nodes = (base_revision..revision).map(graph_node).collect();
+    GraphChanged { session: SESSION, base_revision, revision, nodes, ..GraphChanged::default() }
+}
+
+#[test]
+fn changes_of_the_graph_are_merged_while_they_wait_and_dropped_if_they_do_not_apply() {
+    let state_publisher = StatePublisher::default();
+    let connection = state_publisher.connect();
+    drain(&state_publisher, connection);
+    assert!(!state_publisher.publish_graph_changes(next_keyframes(0, 1)), "there is no graph");
+    state_publisher.publish(Event::Graph(graph(1)));
+    assert!(state_publisher.publish_graph_changes(next_keyframes(1, 1)));
+    assert_eq!(drain(&state_publisher, connection), [Event::Graph(graph(2))]);
+    assert!(state_publisher.publish_graph_changes(next_keyframes(2, 1)));
+    assert!(state_publisher.publish_graph_changes(next_keyframes(3, 1)));
+    assert!(!state_publisher.publish_graph_changes(next_keyframes(3, 1)), "twice");
+    assert!(!state_publisher.publish_graph_changes(next_keyframes(5, 1)), "one is missing");
+    assert!(!state_publisher.publish_graph_changes(GraphChanged { session: None, ..next_keyframes(4, 1) }));
+    assert_eq!(drain(&state_publisher, connection), [Event::GraphChanged(next_keyframes(2, 2))]);
+
+    state_publisher.publish_graph_changes(next_keyframes(4, 1));
+    state_publisher.resend_graph();
+    state_publisher.resend_graph();
+    assert_eq!(drain(&state_publisher, connection), [Event::Graph(graph(5))]);
+}
+
+proptest! {
+    /// However changes, requests, reads and connections interleave, changes always apply to the gateway's graph, and in the end it has all of
+    /// them.
+    #[test]
+    fn the_graph_of_the_gateway_converges(steps in prop::collection::vec((0_u8..8, 1_u64..4), 0..100)) {
+        let state_publisher = StatePublisher::default();
+        let mut connection = state_publisher.connect();
+        let (mut revision, mut gateway) = (1, api::Graph::default());
+        state_publisher.publish(Event::Graph(graph(revision)));
+        let mut read = |connection| for event in drain(&state_publisher, connection) {
+            match event {
+                Event::Graph(whole) => gateway = whole,
+                Event::GraphChanged(changed) => assert!(gateway.apply(&changed), "{changed:?}"),
+                _ => {}
+            }
+        };
+        for (step, count) in steps {
+            match step {
+                0..3 => {
+                    prop_assert!(state_publisher.publish_graph_changes(next_keyframes(revision, count)));
+                    revision += count;
+                }
+                3 => prop_assert!(!state_publisher.publish_graph_changes(next_keyframes(revision + 1, 1))),
+                4 => {
+                    revision = count;
+                    state_publisher.publish(Event::Graph(graph(revision)));
+                }
+                5 => state_publisher.resend_graph(),
+                6 => connection = state_publisher.connect(),
+                _ => read(connection),
+            }
+        }
+        read(connection);
+        prop_assert_eq!(gateway, graph(revision));
+    }
 }

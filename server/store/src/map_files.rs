@@ -211,6 +211,7 @@ fn api_graph(graph: &PoseGraph) -> Graph {
     };
     Graph {
         session: None,
+        revision: graph.revision,
         nodes: graph
             .nodes
             .iter()

@@ -54,4 +54,6 @@ pub enum GatewayMessage {
         /// Stream sockets that want scans now.
         streams: u32,
     },
+    /// The gateway's graph is not the one that the last [`crate::GraphChanged`] applies to. Answered by the whole graph.
+    RequestGraph,
 }

@@ -52,7 +52,7 @@ pub enum Event {
     Import(Import),
     /// Docks of saved maps, as the robot recorded them while it was charged.
     Docks(Vec<Dock>),
-    /// Changes of the graph of the current mapping session; adds to [`Self::Graph`].
+    /// Changes of the graph of the current mapping session; adds to [`Self::Graph`]. See [`GraphChanged`] for what to do if they do not apply.
     GraphChanged(GraphChanged),
 }
 
@@ -135,6 +135,9 @@ pub struct Estimate {
 pub struct Graph {
     /// Which session; `None` for a saved map.
     pub session: Option<SessionId>,
+    /// Grows with every change within a session. Changes apply to exactly one revision.
+    #[serde(default)]
+    pub revision: u64,
     /// Keyframes in the map, in the order of their ids.
     pub nodes: Vec<GraphNode>,
     /// Edges of the odometry as pairs of keyframes.

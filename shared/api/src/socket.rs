@@ -29,6 +29,9 @@ pub enum ClientMessage {
         /// Any number; comes back.
         token: u64,
     },
+    /// The client's graph is not the one that the last [`crate::GraphChanged`] applies to. Answered by the whole graph as an event: at once,
+    /// or 5 s after the last answer to such a request. Requests that wait are answered together.
+    RequestGraph,
 }
 
 /// Server to client, control socket.

@@ -2,11 +2,13 @@
 
 use crate::{EdgeKind, GraphEdge, GraphNode, PoseGraph};
 use serde::{Deserialize, Serialize};
-use vocab::KeyframeId;
+use vocab::{KeyframeId, SessionId};
 
 /// What changed in a pose graph. Bytes follow what changed, not the size of the graph.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraphDelta {
+    /// Which mapping session.
+    pub session: SessionId,
     /// Revision of the graph that this applies to.
     pub base_revision: u64,
     /// Its revision afterwards.

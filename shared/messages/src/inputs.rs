@@ -46,6 +46,8 @@ pub enum Input {
         /// How it ended.
         outcome: ActionOutcome,
     },
+    /// The shell's copy of the pose graph is not the one that a [`crate::GraphDelta`] applies to: it needs the whole graph.
+    GraphRequested,
 }
 
 /// How an action ended.

@@ -85,8 +85,14 @@ pub enum Publication {
     Scan(CorrectedScan),
     /// A new keyframe of the map under construction. The shell keeps its cloud until the session is saved or discarded.
     Keyframe(Keyframe),
-    /// The whole pose graph: at the beginning of a session, and when changes cannot describe it. Afterwards it changes by [`Self::GraphDelta`].
-    Graph(Arc<PoseGraph>),
+    /// The whole pose graph: at the beginning of a session, and as the answer to [`crate::Input::GraphRequested`]. Afterwards it changes by
+    /// [`Self::GraphDelta`].
+    Graph {
+        /// Which mapping session.
+        session: SessionId,
+        /// Its graph.
+        graph: Arc<PoseGraph>,
+    },
     /// A pair of keyframes was decided on.
     LoopDecided(LoopDecision),
     /// The robot's pose on known ground was measured against an old keyframe.

@@ -2,10 +2,10 @@
 
 use crate::support::{Core, Gateway, Socket, client_id};
 use api::{
-    ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Notice, Severity, TileEntry,
-    TileHash, TilesChanged,
+    ClientMessage, Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Graph, GraphChanged,
+    GraphNode, Notice, Severity, TileEntry, TileHash, TilesChanged,
 };
-use vocab::{Aabb, CommandId, Stamp};
+use vocab::{Aabb, CommandId, KeyframeId, Stamp};
 
 fn tiles(reset: bool, numbers: std::ops::Range<u8>) -> Event {
     let tile = |number| TileEntry {
@@ -203,4 +203,53 @@ async fn the_core_is_told_who_listens() {
     );
     drop(stream);
     core.listeners((0, 0)).await;
+}
+
+/// The graph of so many keyframes; their number is the revision.
+fn graph(revision: u64) -> Event {
+    let node = |id: u64| GraphNode { id: KeyframeId(id as u32), ..GraphNode::default() };
+    Event::Graph(Graph { revision, nodes: (0..revision).map(node).collect(), ..Graph::default() })
+}
+
+/// The change from that graph to the next.
+fn next_keyframe(base_revision: u64) -> Event {
+    let nodes = vec![GraphNode { id: KeyframeId(base_revision as u32), ..GraphNode::default() }];
+    let revision = base_revision + 1;
+    Event::GraphChanged(GraphChanged { base_revision, revision, nodes, ..GraphChanged::default() })
+}
+
+fn of_graph(event: &Event) -> Option<Event> {
+    matches!(event, Event::Graph(_) | Event::GraphChanged(_)).then(|| event.clone())
+}
+
+#[tokio::test]
+async fn lost_changes_of_the_graph_lead_to_the_whole_graph() {
+    let gateway = Gateway::start().await;
+    let mut core = gateway.core().await;
+    let mut client = gateway.client(client_id(1)).await;
+    core.publish(graph(2)).await;
+    assert_eq!(client.find(of_graph).await, graph(2));
+    core.publish(next_keyframe(2)).await;
+    assert_eq!(client.find(of_graph).await, next_keyframe(2));
+
+    // Revision 4 is lost between core and gateway: the gateway asks once, and clients see nothing of what does not apply.
+    for base in 4..7 {
+        core.publish(next_keyframe(base)).await;
+    }
+    assert_eq!(core.command().await, GatewayMessage::RequestGraph);
+    core.publish(graph(7)).await;
+    assert_eq!(client.find(of_graph).await, graph(7));
+    core.publish(next_keyframe(7)).await;
+    assert_eq!(client.find(of_graph).await, next_keyframe(7));
+    client
+        .send(&ClientMessage::Command { id: CommandId(uuid::Uuid::nil()), command: Command::StopMotion })
+        .await;
+    let next = core.command().await;
+    assert!(matches!(next, GatewayMessage::Command { .. }), "it asked once: {next:?}");
+
+    // Revision 8 is lost between gateway and client: the gateway's own copy answers.
+    client.send(&ClientMessage::RequestGraph).await;
+    assert_eq!(client.find(of_graph).await, graph(8));
+    core.publish(next_keyframe(8)).await;
+    assert_eq!(client.find(of_graph).await, next_keyframe(8));
 }

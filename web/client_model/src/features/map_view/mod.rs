@@ -9,7 +9,7 @@ pub use view::{Loading, MapView};
 
 use crate::shared::{Change, Context};
 use crate::{CameraMove, ClientEffect, ClientEvent, ClientTime};
-use api::Severity;
+use api::{ClientMessage, Severity};
 use vocab::MapId;
 
 /// Least time between two tile plans, seconds: planning visits all tiles, and four plans a second feel immediate.
@@ -89,7 +89,11 @@ pub(crate) fn on_event(event: &api::Event, cx: &mut Context<'_>) {
                 cx.changes.push(Change::SessionChanged);
             }
         }
-        api::Event::GraphChanged(changed) => views.live.change_graph(changed),
+        api::Event::GraphChanged(changed) => {
+            if views.live.change_graph(changed) {
+                cx.effects.push(ClientEffect::Send(ClientMessage::RequestGraph));
+            }
+        }
         api::Event::Tiles(changed) => {
             if changed.reset {
                 views.live.tiles.unload(true, cx.effects);

@@ -2,10 +2,13 @@
 
 use crate::testing::*;
 use crate::*;
-use api::{Anchor, Graph, GraphNode, MapSummary, Mapping, TileEntry, TileHash, TileList, TilesChanged};
+use api::{
+    Anchor, ClientMessage, Graph, GraphChanged, GraphNode, MapSummary, Mapping, TileEntry, TileHash,
+    TileList, TilesChanged,
+};
 use proptest::prelude::*;
 use uuid::Uuid;
-use vocab::{Aabb, KeyframeId, MapId, SessionId, Stamp};
+use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId, Stamp, Vec3};
 
 fn requests_max() -> usize {
     TilePlanConfig::default().requests_max
@@ -110,6 +113,58 @@ fn a_saved_map_is_shown_as_soon_as_it_is_written_and_the_live_one_with_the_next_
     );
     client.event(api::Event::Mapping(Mapping::Starting { session: SessionId(Uuid::from_u128(1)) }));
     assert_eq!(client.model.viewed_map(), None);
+}
+
+fn keyframe(id: u32, x: f64) -> GraphNode {
+    let map_from_keyframe = Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY };
+    GraphNode { id: KeyframeId(id), map_from_keyframe, ..GraphNode::default() }
+}
+
+#[test]
+fn lost_changes_of_the_graph_make_the_client_ask_for_the_whole_graph_once() {
+    let mut client = TestClient::connected();
+    let session = Some(SessionId(Uuid::from_u128(1)));
+    let whole = |revision: u64| {
+        let nodes = (0..revision as u32).map(|id| keyframe(id, 0.0)).collect();
+        api::Event::Graph(Graph { session, revision, nodes, ..Graph::default() })
+    };
+    let changed = |base_revision: u64| {
+        let nodes = vec![keyframe(base_revision as u32, 1.0)];
+        api::Event::GraphChanged(GraphChanged {
+            session,
+            base_revision,
+            revision: base_revision + 1,
+            nodes,
+            ..GraphChanged::default()
+        })
+    };
+    let requests = |client: &mut TestClient| {
+        let is_request =
+            |effect: &&ClientEffect| matches!(effect, ClientEffect::Send(ClientMessage::RequestGraph));
+        client.take_effects().iter().filter(is_request).count()
+    };
+    client.event(whole(2));
+    client.event(changed(2));
+    assert_eq!((requests(&mut client), client.model.live_map().graph.revision), (0, 3));
+
+    client.event(changed(4));
+    assert_eq!(requests(&mut client), 1, "revision 4 was lost");
+    client.event(changed(5));
+    client.event(changed(6));
+    assert_eq!(requests(&mut client), 0, "it has asked");
+    let graph = &client.model.live_map().graph;
+    assert_eq!((graph.revision, graph.nodes.len()), (3, 3), "what was known stays");
+
+    client.event(whole(7));
+    client.event(changed(7));
+    let graph = &client.model.live_map().graph;
+    assert_eq!((graph.revision, graph.nodes.len()), (8, 8));
+    assert_eq!(
+        client.model.live_map().map_from_anchor(Anchor::Keyframe(KeyframeId(7))).map(|pose| pose.position.x),
+        Some(1.0)
+    );
+    client.event(changed(7));
+    assert_eq!(requests(&mut client), 1, "after a whole graph it may ask again");
 }
 
 proptest! {

@@ -25,10 +25,12 @@ pub struct MapView {
     pub tiles: TileSet,
     /// Its pose graph.
     pub graph: Graph,
-    /// Grows with every change of the graph.
+    /// Grows with every change of the graph that this client sees, also over sessions and connections.
     pub graph_revision: u64,
     /// State of the download of tile list and graph; of the live map always [`Loading::Done`].
     pub loading: Loading,
+    /// Whether changes came that do not apply to the graph, and the server was asked for the whole graph.
+    is_graph_stale: bool,
     /// Box round most points, map frame, metres, as the server computed it.
     listed_bounds: Option<Aabb>,
     poses: BTreeMap<KeyframeId, Pose>,
@@ -59,17 +61,21 @@ impl MapView {
     pub(crate) fn set_graph(&mut self, graph: Graph) {
         self.poses = graph.nodes.iter().map(|node| (node.id, node.map_from_keyframe)).collect();
         self.graph = graph;
+        self.is_graph_stale = false;
         self.graph_revision += 1;
         self.tiles.mark_dirty();
     }
 
-    /// Applies changes of the graph; those of another session are ignored.
-    pub(crate) fn change_graph(&mut self, changed: &GraphChanged) {
+    /// Applies changes of the graph. If they do not apply, they are dropped, and the graph stays as it is until the whole graph comes. Returns
+    /// whether that has to be asked for.
+    pub(crate) fn change_graph(&mut self, changed: &GraphChanged) -> bool {
         if self.graph.apply(changed) {
             self.poses.extend(changed.nodes.iter().map(|node| (node.id, node.map_from_keyframe)));
             self.graph_revision += 1;
             self.tiles.mark_dirty();
+            return false;
         }
+        !std::mem::replace(&mut self.is_graph_stale, true)
     }
 
     pub(crate) fn plan(&mut self, viewpoint: &Viewpoint, now: ClientTime, effects: &mut Vec<ClientEffect>) {

@@ -78,11 +78,16 @@ impl Trajectory {
 }
 
 impl Feature for Trajectory {
-    fn on_event(&mut self, event: &api::Event, _cx: &mut Context<'_>) {
+    fn on_event(&mut self, event: &api::Event, cx: &mut Context<'_>) {
         match event {
             api::Event::Estimate(estimate) => self.extend(estimate),
             api::Event::Graph(graph) => self.anchor(&graph.nodes),
-            api::Event::GraphChanged(changed) => self.anchor(&changed.nodes),
+            // Changes that do not apply bring no keyframes that could take the place of positions.
+            api::Event::GraphChanged(changed)
+                if changed.revision == cx.shared.map_views.live().graph.revision =>
+            {
+                self.anchor(&changed.nodes);
+            }
             _ => {}
         }
     }
