@@ -1,6 +1,7 @@
 //! The eframe application: every frame it decodes downloads, updates the scene, draws the viewport and the panels, and applies commands.
 
-use crate::runtime::{ClientRuntime, EncodedKeyframeScan, RuntimeConfig, install_page_events, now};
+use crate::decode_queue::EncodedKeyframeScan;
+use crate::runtime::{ClientRuntime, RuntimeConfig, install_page_events, now};
 use crate::scene_sync::SceneSync;
 use crate::text_inputs::TextInputElements;
 use crate::viewport::{Viewport, ViewportConfig};

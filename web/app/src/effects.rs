@@ -1,18 +1,16 @@
 //! Executes the effects of the model. Every [`ClientEffect`] is matched here and nowhere else.
 //!
 //! Effects on sockets, downloads, uploads and storage are executed at once, also while the page is hidden. Effects on the scene and the
-//! camera need a frame: they wait in a queue for [`ClientRuntime::execute_scene_effects`].
+//! camera need a frame: they wait in a queue for `ClientRuntime::execute_scene_effects`.
 
+use crate::decode_queue::DecodeQueue;
 use crate::downloads::Downloads;
 use crate::inbox::Inbox;
-use crate::runtime::{ClientRuntime, DecodeQueue};
-use crate::scene_sync::SceneSync;
 use crate::sockets::SocketConnections;
 use crate::storage;
 use crate::uploads::Uploads;
-use crate::viewport::Viewport;
 use api::TileHash;
-use client_model::{CameraMove, ClientCommand, ClientEffect, ClientEvent, Socket};
+use client_model::{CameraMove, ClientEffect, Socket};
 use std::collections::VecDeque;
 
 /// The connections of the client, and the effects that wait for a frame.
@@ -24,7 +22,7 @@ pub(crate) struct EffectExecutor {
 }
 
 /// An effect that only a frame can execute.
-enum SceneEffect {
+pub(crate) enum SceneEffect {
     /// Removes a tile from the renderer.
     RemoveTile(TileHash),
     /// Moves the camera.
@@ -70,20 +68,9 @@ impl EffectExecutor {
     pub(crate) fn send_stream_request(&mut self, request: &api::StreamRequest) {
         self.sockets.send(Socket::Stream, &api::encode(request));
     }
-}
 
-impl ClientRuntime {
-    /// Executes the effects that waited for a frame, oldest first.
-    pub(crate) fn execute_scene_effects(&mut self, scene: &SceneSync, viewport: &mut Viewport) {
-        while let Some(effect) = self.effects.scene_effects.pop_front() {
-            match effect {
-                SceneEffect::RemoveTile(hash) => scene.remove_tile(hash),
-                SceneEffect::MoveCamera(to) => {
-                    if let Some(settings) = viewport.move_camera(&to, &self.model, scene) {
-                        self.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
-                    }
-                }
-            }
-        }
+    /// Takes the oldest effect that waits for a frame.
+    pub(crate) fn pop_scene_effect(&mut self) -> Option<SceneEffect> {
+        self.scene_effects.pop_front()
     }
 }

@@ -4,17 +4,17 @@
 //! pings, responses and driving. Decoding and drawing wait for the next frame.
 
 use crate::browser;
-use crate::effects::EffectExecutor;
+use crate::decode_queue::{DecodeQueue, EncodedKeyframeScan, EncodedScan};
+use crate::effects::{EffectExecutor, SceneEffect};
 use crate::inbox::{InboundMessage, Inbox};
-use api::TileHash;
+use crate::scene_sync::SceneSync;
+use crate::viewport::Viewport;
 use client_model::{ClientCommand, ClientEvent, ClientTime, Model};
 use gloo_events::{EventListener, EventListenerOptions};
 use gloo_timers::callback::Interval;
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
-use vocab::{KeyframeId, Pose, SessionId};
 
 /// Parameters of [`ClientRuntime`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,50 +55,6 @@ pub(crate) struct ClientRuntime {
     config: RuntimeConfig,
     inbox: Inbox,
     last_frame_ms: f64,
-}
-
-/// Downloads and scans that wait to be decoded in a frame.
-#[derive(Default)]
-pub(crate) struct DecodeQueue {
-    tiles: VecDeque<(TileHash, Vec<u8>)>,
-    keyframe_scans: VecDeque<EncodedKeyframeScan>,
-    live_scan: Option<EncodedScan>,
-}
-
-/// The latest live scan.
-pub(crate) struct EncodedScan {
-    pub(crate) points: Vec<u8>,
-    pub(crate) map_from_base: Pose,
-    sequence: u64,
-}
-
-/// The scan of a keyframe.
-pub(crate) struct EncodedKeyframeScan {
-    pub(crate) session: SessionId,
-    pub(crate) keyframe: KeyframeId,
-    pub(crate) bytes: Vec<u8>,
-}
-
-impl DecodeQueue {
-    /// Whether tiles wait.
-    pub(crate) fn has_tiles(&self) -> bool {
-        !self.tiles.is_empty()
-    }
-
-    /// The oldest tile.
-    pub(crate) fn pop_tile(&mut self) -> Option<(TileHash, Vec<u8>)> {
-        self.tiles.pop_front()
-    }
-
-    /// Drops a tile that is no longer needed.
-    pub(crate) fn remove_tile(&mut self, hash: &TileHash) {
-        self.tiles.retain(|(other, _)| other != hash);
-    }
-
-    /// The oldest scan of a keyframe.
-    pub(crate) fn pop_keyframe_scan(&mut self) -> Option<EncodedKeyframeScan> {
-        self.keyframe_scans.pop_front()
-    }
 }
 
 impl ClientRuntime {
@@ -145,20 +101,34 @@ impl ClientRuntime {
         }
     }
 
+    /// Executes the effects that waited for a frame, oldest first.
+    pub(crate) fn execute_scene_effects(&mut self, scene: &SceneSync, viewport: &mut Viewport) {
+        while let Some(effect) = self.effects.pop_scene_effect() {
+            match effect {
+                SceneEffect::RemoveTile(hash) => scene.remove_tile(hash),
+                SceneEffect::MoveCamera(to) => {
+                    if let Some(settings) = viewport.move_camera(&to, &self.model, scene) {
+                        self.apply(ClientEvent::Command(ClientCommand::EditView(settings)));
+                    }
+                }
+            }
+        }
+    }
+
     /// Handles all inbound messages, then advances the model's time.
     pub(crate) fn process_inbox(&mut self) {
         while let Some(message) = self.inbox.pop() {
             match message {
-                InboundMessage::Tile { hash, bytes } => self.decode_queue.tiles.push_back((hash, bytes)),
+                InboundMessage::Tile { hash, bytes } => self.decode_queue.push_tile(hash, bytes),
                 InboundMessage::KeyframeScan { session, keyframe, bytes } => {
                     let scan = EncodedKeyframeScan { session, keyframe, bytes };
-                    self.decode_queue.keyframe_scans.push_back(scan);
+                    self.decode_queue.push_keyframe_scan(scan);
                 }
                 InboundMessage::Event(ClientEvent::Scan { mut frame, bytes }) => {
                     // Only the latest of several scans is drawn.
                     let points = std::mem::take(&mut frame.points);
                     let (map_from_base, sequence) = (frame.map_from_base, frame.sequence);
-                    self.decode_queue.live_scan = Some(EncodedScan { points, map_from_base, sequence });
+                    self.decode_queue.set_live_scan(EncodedScan { points, map_from_base, sequence });
                     self.apply(ClientEvent::Scan { frame, bytes });
                 }
                 InboundMessage::Event(event) => self.apply(event),
@@ -175,7 +145,7 @@ impl ClientRuntime {
 
     /// The live scan to draw. Taking it acknowledges it, and the server sends the next one.
     pub(crate) fn take_live_scan(&mut self) -> Option<EncodedScan> {
-        let scan = self.decode_queue.live_scan.take()?;
+        let scan = self.decode_queue.take_live_scan()?;
         self.effects.send_stream_request(&api::StreamRequest::Acknowledge { sequence: scan.sequence });
         Some(scan)
     }

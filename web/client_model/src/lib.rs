@@ -12,6 +12,7 @@ mod features;
 mod ids;
 mod model;
 mod shared;
+mod shared_reducers;
 mod texts;
 mod time;
 

@@ -1,15 +1,15 @@
 //! What all features share: time, ids, and the slices that others depend on.
 
 use crate::features::commands::PendingCommands;
-use crate::features::connection::{self, Connection};
+use crate::features::connection::Connection;
 use crate::features::control::ControlLease;
 use crate::features::history::History;
-use crate::features::map_view::{self, MapViews};
+use crate::features::map_view::MapViews;
 use crate::features::maps::SavedMaps;
 use crate::features::notices::Notices;
 use crate::features::selection::{PointerMode, Selected};
-use crate::{ClientCommand, ClientEffect, ClientEvent, ClientTime, Ids, texts};
-use api::{CommandOutcome, ServerMessage, Severity};
+use crate::{ClientEffect, ClientTime, Ids, texts};
+use api::{CommandOutcome, Severity};
 use vocab::{ClientId, CommandId, MapId};
 
 /// State that more than one feature needs.
@@ -171,52 +171,6 @@ impl Context<'_> {
             }
         };
         self.changes.push(Change::CommandAnswered { id, command, accepted });
-    }
-}
-
-/// Reducers of the shared slices. They work before those of the features.
-impl Context<'_> {
-    /// A message of the server. Returns its event if that follows the last one.
-    pub(crate) fn on_message<'m>(
-        &mut self,
-        message: &'m ServerMessage,
-        bytes: usize,
-    ) -> Option<&'m api::Event> {
-        connection::on_message(message, bytes, self)
-    }
-
-    pub(crate) fn on_event(&mut self, event: &api::Event) {
-        match event {
-            api::Event::Control(control) => self.shared.control.set(control.clone()),
-            api::Event::Maps(maps) => self.shared.maps.set_maps(maps.clone()),
-            api::Event::Docks(docks) => self.shared.maps.set_docks(docks.clone()),
-            api::Event::Notice(notice) => {
-                self.shared.notices.receive(notice.clone());
-                self.show_notices();
-            }
-            api::Event::CommandDone { id, outcome } => self.answer(*id, outcome),
-            other => map_view::on_event(other, self),
-        }
-    }
-
-    pub(crate) fn on_client_event(&mut self, event: &ClientEvent) {
-        connection::on_client_event(event, self);
-        map_view::on_client_event(event, self);
-        if matches!(event, ClientEvent::Tick) {
-            let now = self.now();
-            self.shared.notices.expire(now);
-        }
-    }
-
-    pub(crate) fn on_command(&mut self, command: &ClientCommand) {
-        match command {
-            ClientCommand::TakeControl => self.take_control(),
-            ClientCommand::ReleaseControl => self.send(api::Command::ReleaseControl),
-            ClientCommand::ViewMap(map) => self.view_map(*map),
-            ClientCommand::DismissNotice(notice) => self.shared.notices.dismiss(*notice),
-            ClientCommand::Reconnect => connection::reconnect(self),
-            _ => {}
-        }
     }
 
     /// Shows the notices whose age the robot's clock tells by now.

@@ -2,6 +2,7 @@
 //!
 //! A gesture acts at once and ends a flight. All methods accept any number: an input that is not finite changes nothing.
 
+use crate::camera_pose::CameraPose;
 use crate::projection::CameraProjection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -44,49 +45,7 @@ impl Default for CameraConfig {
     }
 }
 
-/// Pose of the camera, which looks at `target` from `distance`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CameraPose {
-    /// The point in the middle of the image, m, map frame.
-    pub target: DVec3,
-    /// Heading of the line of sight, rad, counter-clockwise from the x axis seen from above.
-    pub yaw: f64,
-    /// Angle by which the line of sight points downwards, rad; a quarter turn is straight down.
-    pub pitch: f64,
-    /// Distance from the camera to the target, m.
-    pub distance: f64,
-}
-
-impl Default for CameraPose {
-    fn default() -> Self {
-        Self { target: DVec3::ZERO, yaw: 0.7, pitch: 0.6, distance: 25.0 }
-    }
-}
-
 impl CameraPose {
-    /// Unit vector of the line of sight.
-    pub fn forward(&self) -> DVec3 {
-        let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
-        let (sin_pitch, cos_pitch) = self.pitch.sin_cos();
-        DVec3::new(cos_yaw * cos_pitch, sin_yaw * cos_pitch, -sin_pitch)
-    }
-
-    /// Unit vector to the right of the image; horizontal.
-    pub fn right(&self) -> DVec3 {
-        let (sin_yaw, cos_yaw) = self.yaw.sin_cos();
-        DVec3::new(sin_yaw, -cos_yaw, 0.0)
-    }
-
-    /// Unit vector to the top of the image.
-    pub fn up(&self) -> DVec3 {
-        self.right().cross(self.forward())
-    }
-
-    /// Position of the camera, m, map frame.
-    pub fn position(&self) -> DVec3 {
-        self.target - self.forward() * self.distance
-    }
-
     /// The same pose with every number in its range; `fallback` if a number is not finite.
     fn clamped(mut self, config: &CameraConfig, fallback: &Self) -> Self {
         let finite = self.target.is_finite() && self.yaw.is_finite() && self.pitch.is_finite();

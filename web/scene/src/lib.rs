@@ -17,14 +17,15 @@
 //! lost device, make a new [`Renderer`] and pass everything again.
 
 mod camera;
+mod camera_pose;
 mod colour_map;
 mod frame_pacing;
 mod level_of_detail;
-mod loops;
 mod overlay;
 mod overlay_instances;
 mod picking;
 mod pipelines;
+mod pose_graph;
 mod projection;
 mod render_targets;
 mod renderer;
@@ -37,12 +38,13 @@ mod view;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{Camera, CameraConfig, CameraPose, FreeArea};
+pub use camera::{Camera, CameraConfig, FreeArea};
+pub use camera_pose::CameraPose;
 pub use colour_map::ColourMap;
 pub use frame_pacing::{FramePacer, FramePacingConfig};
-pub use loops::{LoopEdge, LoopState};
-pub use overlay::{Marker, Node, Polyline, Shape};
+pub use overlay::{Marker, Polyline, Shape};
 pub use picking::{Hit, PickOptions};
+pub use pose_graph::{LoopEdge, LoopState, Node};
 pub use projection::{CameraProjection, Ray};
 pub use renderer::{FrameStatistics, Renderer};
 pub use robot::RobotState;

@@ -1,7 +1,9 @@
 //! The overlay on top of the points: graph, trajectory, path, robot and markers, and its translation into line and marker instances.
 
-use crate::loops::{LoopEdge, push_loops};
-use crate::overlay_instances::{ALWAYS_VISIBLE, LineInstance, MarkerInstance, Stroke, circle, push_polyline};
+use crate::overlay_instances::{
+    ALWAYS_VISIBLE, LIFT, LineInstance, MarkerInstance, Stroke, circle, lifted, push_polyline,
+};
+use crate::pose_graph::{LoopEdge, Node, push_loops};
 use crate::projection::CameraProjection;
 use crate::robot::RobotState;
 use crate::view::{Colour, Palette, View};
@@ -46,9 +48,6 @@ impl OverlayConfig {
         depth <= 0.0 || length_px >= self.min_robot_px * f64::from(view.pixels_per_point)
     }
 }
-
-/// Height above a pose's feet at which graph and trajectory are drawn, m, so that they do not sink into the floor.
-const LIFT: DVec3 = DVec3::new(0.0, 0.0, 0.05);
 
 /// Shape of a marker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -98,17 +97,6 @@ pub struct Polyline {
     pub width: f32,
     /// Length of a dash with its gap, m; 0 for a solid line.
     pub dash: f32,
-}
-
-/// A node of the pose graph.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
-    /// Reported by [`crate::Hit::Node`] when it is picked.
-    pub number: u32,
-    /// Position, m, map frame.
-    pub position: DVec3,
-    /// From 0 (certain, [`Palette::node`]) to 1 (uncertain, [`Palette::uncertain`]).
-    pub uncertainty: f32,
 }
 
 /// Content of the overlay.
@@ -273,10 +261,6 @@ impl Overlay {
             visible_px: [0.0, half_length_m * least_px_per_m],
         });
     }
-}
-
-pub(crate) fn lifted(points: &[DVec3]) -> Vec<DVec3> {
-    points.iter().map(|p| *p + LIFT).collect()
 }
 
 /// Mixes two colours; `share` is clamped to 0..=1.

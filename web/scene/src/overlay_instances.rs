@@ -4,6 +4,9 @@ use crate::view::Colour;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
+/// Height above a pose's feet at which graph and trajectory are drawn, m, so that they do not sink into the floor.
+pub(crate) const LIFT: DVec3 = DVec3::new(0.0, 0.0, 0.05);
+
 /// A line segment, as `vs_lines` reads it.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -95,4 +98,9 @@ pub(crate) fn circle(centre: DVec3, radius: f64) -> Vec<DVec3> {
             centre + DVec3::new(cos, sin, 0.0) * radius
         })
         .collect()
+}
+
+/// The points, [`LIFT`] higher.
+pub(crate) fn lifted(points: &[DVec3]) -> Vec<DVec3> {
+    points.iter().map(|p| *p + LIFT).collect()
 }

@@ -3,7 +3,7 @@
 //! Robot, nodes, markers and loops are picked by their distance on the screen, so that a finger hits them. Of the drawn points in a cone
 //! around the ray, the nearest to the camera is picked.
 
-use crate::loops::LoopEdge;
+use crate::pose_graph::LoopEdge;
 use crate::projection::{CameraProjection, Ray};
 use crate::tiles::{PICK_BLOCK_POINTS, TilePoints, lattice};
 use glam::{DAffine3, DVec2, DVec3};

@@ -1,9 +1,19 @@
-//! Loops of the pose graph: accepted ones are drawn as lines, the others as dashed lines.
+//! Nodes and loops of the pose graph. Accepted loops are drawn as lines, the others as dashed lines.
 
-use crate::overlay::{Node, lifted};
-use crate::overlay_instances::{LineInstance, Stroke, push_polyline};
+use crate::overlay_instances::{LineInstance, Stroke, lifted, push_polyline};
 use crate::view::{Colour, Palette};
 use glam::DVec3;
+
+/// A node of the pose graph.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node {
+    /// Reported by [`crate::Hit::Node`] when it is picked.
+    pub number: u32,
+    /// Position, m, map frame.
+    pub position: DVec3,
+    /// From 0 (certain, [`Palette::node`]) to 1 (uncertain, [`Palette::uncertain`]).
+    pub uncertainty: f32,
+}
 
 /// State of a loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

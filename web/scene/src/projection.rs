@@ -1,6 +1,6 @@
 //! Projection: from points of the map to pixels of a viewport and back.
 
-use crate::camera::CameraPose;
+use crate::camera_pose::CameraPose;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4};
 
 /// A half line in the map frame.

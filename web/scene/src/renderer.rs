@@ -3,13 +3,13 @@
 mod frame;
 
 use crate::level_of_detail::{LevelOfDetailConfig, SelectedTile, TileCandidate, select_tiles};
-use crate::loops::LoopEdge;
-use crate::overlay::{Marker, Node, Overlay, OverlayConfig, Polyline};
+use crate::overlay::{Marker, Overlay, OverlayConfig, Polyline};
 use crate::overlay_instances::{LineInstance, MarkerInstance};
 use crate::picking::{
     Hit, PickCone, PickOptions, PickTarget, nearest_loop, nearest_point, nearest_target, resolve_pick,
 };
 use crate::pipelines::{OverlayPipelines, Pipelines};
+use crate::pose_graph::{LoopEdge, Node};
 use crate::projection::CameraProjection;
 use crate::render_targets::{RenderTargets, attachment};
 use crate::robot::{self, RobotState};

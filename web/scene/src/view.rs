@@ -1,6 +1,6 @@
 //! The view of a frame: camera, options of the user, colours of the theme.
 
-use crate::camera::CameraPose;
+use crate::camera_pose::CameraPose;
 use crate::colour_map::ColourMap;
 
 /// Red, green, blue and opacity, gamma-encoded, not premultiplied.

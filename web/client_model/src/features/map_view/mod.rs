@@ -1,5 +1,7 @@
-//! The maps on the screen: the live one under construction and a saved one that is looked at; which tiles of them are fetched.
+//! The maps on the screen: the live one under construction and a saved one that is looked at; which tiles of them are fetched. What
+//! changes them is in `reducer`.
 
+pub(crate) mod reducer;
 mod robust_bounds;
 mod tiles;
 mod view;
@@ -7,9 +9,7 @@ mod view;
 pub use tiles::{TilePlanConfig, TileSet, TileState, Viewpoint};
 pub use view::{Loading, MapView};
 
-use crate::shared::{Change, Context};
-use crate::{CameraMove, ClientEffect, ClientEvent, ClientTime};
-use api::{ClientMessage, Severity};
+use crate::{ClientEffect, ClientTime};
 use vocab::MapId;
 
 /// Least time between two tile plans, seconds: planning visits all tiles, and four plans a second feel immediate.
@@ -76,64 +76,6 @@ impl MapViews {
         }
         self.planned = now;
         self.displayed_mut().plan(&viewpoint, now, effects);
-    }
-}
-
-pub(crate) fn on_event(event: &api::Event, cx: &mut Context<'_>) {
-    let views = &mut cx.shared.map_views;
-    match event {
-        api::Event::Graph(graph) => {
-            let another = graph.session != views.live.graph.session;
-            views.live.set_graph(graph.clone());
-            if another {
-                cx.changes.push(Change::SessionChanged);
-            }
-        }
-        api::Event::GraphChanged(changed) => {
-            if views.live.change_graph(changed) {
-                cx.effects.push(ClientEffect::Send(ClientMessage::RequestGraph));
-            }
-        }
-        api::Event::Tiles(changed) => {
-            if changed.reset {
-                views.live.tiles.unload(true, cx.effects);
-            }
-            views.live.tiles.add(&changed.added);
-        }
-        _ => {}
-    }
-}
-
-pub(crate) fn on_client_event(event: &ClientEvent, cx: &mut Context<'_>) {
-    let now = cx.now();
-    let views = &mut cx.shared.map_views;
-    match event {
-        ClientEvent::TilesListed { map, result } => {
-            let Some(view) = views.saved_mut(*map) else { return };
-            match result {
-                Ok(list) => {
-                    view.set_tiles(list);
-                    cx.effects.push(ClientEffect::MoveCamera(CameraMove::Fit));
-                }
-                Err(sentence) => view.loading = Loading::Failed(sentence.clone()),
-            }
-        }
-        ClientEvent::GraphLoaded { map, result } => {
-            let Some(view) = views.saved_mut(*map) else { return };
-            match result {
-                Ok(graph) => view.set_graph(graph.clone()),
-                Err(sentence) => cx.notify(Severity::Warning, sentence.clone()),
-            }
-        }
-        ClientEvent::TileReady { hash, .. } if !views.displayed_mut().tiles.on_fetched(hash) => {
-            cx.effects.push(ClientEffect::RemoveTile(*hash));
-        }
-        ClientEvent::TileFailed { hash } => views.displayed_mut().tiles.on_failed(hash, now),
-        ClientEvent::ViewpointChanged(viewpoint) if views.viewpoint != Some(*viewpoint) => {
-            views.viewpoint = Some(*viewpoint);
-            views.displayed_mut().tiles.mark_dirty();
-        }
-        _ => {}
     }
 }
 
