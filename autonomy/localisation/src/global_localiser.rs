@@ -54,13 +54,6 @@ pub struct GlobalLocaliserConfig {
 
 impl Default for GlobalLocaliserConfig {
     fn default() -> Self {
-        let matching = |gate_m, noise_m| MatchingConfig {
-            gate_m,
-            kernel_width: 3.0,
-            noise_m,
-            use_distributions: true,
-            front_facing_only: true,
-        };
         Self {
             matcher: CorrelativeMatcherConfig::default(),
             max_matcher_starts: 200,
@@ -71,10 +64,10 @@ impl Default for GlobalLocaliserConfig {
             prior_heading_offsets_rad: [-0.35, -0.17, 0.0, 0.17, 0.35],
             coarse_points: 300,
             coarse_iterations: 8,
-            coarse_matching: matching(0.25, 0.05),
+            coarse_matching: MatchingConfig { front_facing_only: true, ..MatchingConfig::coarse() },
             max_refined: 10,
             fine_iterations: 12,
-            fine_matching: matching(0.15, 0.02),
+            fine_matching: MatchingConfig { front_facing_only: true, ..MatchingConfig::fine() },
             acceptance: AcceptanceConfig::default(),
             surface_radius_m: 64.0,
         }

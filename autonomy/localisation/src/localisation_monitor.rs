@@ -5,12 +5,9 @@
 use crate::localisation_map::FreeSpaceCheck;
 use vocab::{Span, Stamp};
 
-/// Parameters of [`LocalisationMonitor`]. Its thresholds are what the whole crate means by a scan that shows nothing, and by a gap between
-/// scans.
+/// Parameters of [`LocalisationMonitor`]. Its threshold is what the whole crate means by a gap between scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalisationMonitorConfig {
-    /// A scan with fewer points shows nothing.
-    pub min_points: usize,
     /// Longest time between two scans of a LiDAR that works. Slow ones turn twice a second.
     pub max_scan_gap: Span,
     /// A scan contradicts the pose if its share of free-space violations is greater.
@@ -41,7 +38,6 @@ pub struct LocalisationMonitorConfig {
 impl Default for LocalisationMonitorConfig {
     fn default() -> Self {
         Self {
-            min_points: 60,
             max_scan_gap: Span::from_millis(800),
             max_violation_share: 0.3,
             min_decided_points: 20,
@@ -60,8 +56,8 @@ impl Default for LocalisationMonitorConfig {
 /// What one scan says for and against the pose at which it was aligned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseEvidence {
-    /// Points of the scan.
-    pub point_count: usize,
+    /// Whether the scan had enough points to be aligned with the map. A scan of fewer points shows nothing.
+    pub is_aligned: bool,
     /// Share of the points that lie on known surfaces.
     pub matched_share: f64,
     /// Share of the points that are near known surfaces, on them or not.
@@ -182,9 +178,7 @@ impl LocalisationMonitor {
             Some(reason) if duration >= config.lost_after => LocalisationStatus::Lost(reason),
             _ if position_std_m > config.lost_std_m => LocalisationStatus::Lost(uncertain_pose),
             Some(reason) if duration >= config.uncertain_after => LocalisationStatus::Uncertain(reason),
-            _ if evidence.point_count < config.min_points => {
-                LocalisationStatus::Uncertain(DegradationReason::LidarBlind)
-            }
+            _ if !evidence.is_aligned => LocalisationStatus::Uncertain(DegradationReason::LidarBlind),
             _ if position_std_m > config.uncertain_std_m => LocalisationStatus::Uncertain(uncertain_pose),
             _ if evidence.mapped_share < config.min_mapped_share => {
                 LocalisationStatus::Uncertain(DegradationReason::Unmapped)
@@ -209,7 +203,7 @@ mod tests {
     fn evidence(consistent: usize, violations: usize) -> PoseEvidence {
         let free_space = FreeSpaceCheck { consistent, violations };
         PoseEvidence {
-            point_count: 4_000,
+            is_aligned: true,
             matched_share: 0.8,
             mapped_share: 1.0,
             free_space,

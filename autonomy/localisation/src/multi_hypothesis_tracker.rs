@@ -171,11 +171,11 @@ impl MultiHypothesisTracker {
 
     /// Gives up all hypotheses where none has been localised for long enough, and over a long enough distance.
     fn abandon_unsupported(&mut self, scan: &DownsampledScan, moved_m: f64) {
-        let monitor = &self.config.tracking.monitor;
+        let PoseTrackerConfig { monitor, information, .. } = &self.config.tracking;
         let elapsed = self.stamp.replace(scan.stamp).map_or(Span::ZERO, |last| scan.stamp - last);
         if self.hypotheses.iter().any(|one| one.is_localised) {
             (self.unsupported_time, self.unsupported_m) = (Span::ZERO, 0.0);
-        } else if scan.points.len() >= monitor.min_points {
+        } else if scan.points.len() >= information.min_points {
             self.unsupported_time = self.unsupported_time + elapsed.min(monitor.max_scan_gap);
             self.unsupported_m += moved_m;
         }

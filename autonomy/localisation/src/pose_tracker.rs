@@ -6,33 +6,28 @@ use crate::localisation_monitor::{
 };
 use geometry::{Isometry, Matrix6, Vector6, se3};
 use mapping::UncertainPose;
-use registration::{MatchingConfig, linearise, shrink_eigenvalues};
+use registration::{
+    GaussNewtonConfig, MatchingConfig, ScanInformationConfig, WidthSchedule, gauss_newton, linearise,
+    shrink_eigenvalues,
+};
 use std::sync::Arc;
 use vocab::Stamp;
 
 /// Parameters of [`PoseTracker`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseTrackerConfig {
-    /// Parameters of the monitor. A scan of fewer points than its `min_points` corrects nothing.
+    /// Parameters of the monitor.
     pub monitor: LocalisationMonitorConfig,
     /// How points are matched once the pose is nearly right. The map is made of thinned clouds.
     pub matching: MatchingConfig,
-    /// Greatest number of Gauss-Newton steps.
-    pub max_iterations: usize,
-    /// A shorter step ends the iteration, radians and metres.
-    pub convergence_step: f64,
+    /// How much information a scan is granted. A scan of fewer points than its `min_points` corrects nothing and shows nothing.
+    pub information: ScanInformationConfig,
+    /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping.
+    pub iteration: GaussNewtonConfig,
     /// A predicted position with a greater standard deviation, metres, is first matched with a gate and a kernel of twice the size.
     pub double_gate_std_m: f64,
     /// A predicted position with a greater standard deviation, metres, is first matched with four times the size.
     pub quadruple_gate_std_m: f64,
-    /// Gate and kernel shrink by this factor with each step until they have the size of `matching`.
-    pub gate_decay: f32,
-    /// Number of points that share one error (of the map, of time, of motion) and therefore count as one, as in odometry.
-    pub correlated_points: f64,
-    /// Share of the strongest direction's information that noise alone produces in a degenerate direction. It is taken off.
-    pub noise_information_share: f64,
-    /// Least lever arm, metres, by which rotation and translation are compared.
-    pub min_lever_arm_m: f64,
     /// Standard deviation of the rotation between two scans of a robot that stands, radians.
     pub still_rotation_std_rad: f64,
     /// Standard deviation of the translation between two scans of a robot that stands, metres.
@@ -56,21 +51,18 @@ impl Default for PoseTrackerConfig {
     fn default() -> Self {
         Self {
             monitor: LocalisationMonitorConfig::default(),
-            matching: MatchingConfig {
-                gate_m: 0.1,
-                kernel_width: 3.0,
-                noise_m: 0.015,
-                use_distributions: true,
-                front_facing_only: true,
+            matching: MatchingConfig { noise_m: 0.015, front_facing_only: true, ..MatchingConfig::default() },
+            information: ScanInformationConfig::default(),
+            iteration: GaussNewtonConfig {
+                max_iterations: 8,
+                min_step: 1e-4,
+                initial_width: 1.0,
+                schedule: WidthSchedule::Halving,
+                relative_damping: 0.0,
+                absolute_damping: 0.0,
             },
-            max_iterations: 8,
-            convergence_step: 1e-4,
             double_gate_std_m: 0.02,
             quadruple_gate_std_m: 0.06,
-            gate_decay: 0.5,
-            correlated_points: 10.0,
-            noise_information_share: 1e-3,
-            min_lever_arm_m: 0.5,
             still_rotation_std_rad: 1e-4,
             still_translation_std_m: 5e-4,
             rotation_std_rad_per_m: 1e-3,
@@ -147,11 +139,12 @@ impl PoseTracker {
     /// Corrects the pose by the next scan. Matches its points eight times at most, and asks the nearest keyframes about them once.
     pub fn update(&mut self, scan: &DownsampledScan) -> TrackedPose {
         let predicted = self.predict(scan);
-        let aligned = (scan.points.len() >= self.config.monitor.min_points)
+        let aligned = (scan.points.len() >= self.config.information.min_points)
             .then(|| align(&self.config, &self.map, &predicted, scan.points));
-        let mut evidence = PoseEvidence { point_count: scan.points.len(), ..PoseEvidence::default() };
+        let mut evidence = PoseEvidence::default();
         if let Some(aligned) = aligned {
             self.map_from_base = aligned.map_from_base;
+            evidence.is_aligned = true;
             (evidence.matched_share, evidence.mapped_share) = (aligned.matched_share, aligned.mapped_share);
             evidence.free_space = self.map.check_free_space(&aligned.map_from_base.pose, scan.points);
         } else {
@@ -217,46 +210,34 @@ fn align(
 ) -> Aligned {
     let prior = predicted.information();
     let position_std_m = predicted.translation_std_m();
-    let mut widening: f32 = if position_std_m > config.quadruple_gate_std_m {
+    let initial_width = if position_std_m > config.quadruple_gate_std_m {
         4.0
     } else if position_std_m > config.double_gate_std_m {
         2.0
     } else {
-        1.0
+        config.iteration.initial_width
     };
+    let iteration = GaussNewtonConfig { initial_width, ..config.iteration };
     let squares: f64 = points.iter().map(|p| p.iter().map(|c| f64::from(c * c)).sum::<f64>()).sum();
-    let lever_arm_m = (squares / points.len().max(1) as f64).sqrt().max(config.min_lever_arm_m);
-    let mut pose = predicted.pose;
+    let granted = &config.information;
+    let lever_arm_m = (squares / points.len().max(1) as f64).sqrt().max(granted.min_lever_arm_m);
     let (mut information, mut matched_share, mut mapped_share) = (Matrix6::zeros(), 0.0, 0.0);
-    for _ in 0..config.max_iterations {
-        let matching = MatchingConfig {
-            gate_m: config.matching.gate_m * widening,
-            kernel_width: config.matching.kernel_width * widening,
-            ..config.matching
-        };
-        let equations = linearise(map.surfaces(), points, &pose, &matching);
-        let conditioned = shrink_eigenvalues(
+    let pose = gauss_newton(predicted.pose, &config.matching, &iteration, |pose, matching| {
+        let equations = linearise(map.surfaces(), points, pose, matching);
+        let shrunk = shrink_eigenvalues(
             &equations.information,
             &equations.gradient,
             lever_arm_m,
-            config.noise_information_share,
+            granted.eigenvalue_shrinkage,
         );
-        information = conditioned.information / config.correlated_points;
+        information = shrunk.information / granted.correlated_points;
         [matched_share, mapped_share] =
             [equations.inliers, equations.matched].map(|count| count as f64 / points.len().max(1) as f64);
-        let offset = se3::local(&predicted.pose, &pose);
-        let Some(factor) = (information + prior).cholesky() else { break };
-        let step: Vector6 =
-            factor.solve(&-(conditioned.gradient / config.correlated_points + prior * offset));
-        if !step.iter().all(|c| c.is_finite()) {
-            break;
-        }
-        pose = se3::retract(&pose, &step);
-        if widening <= 1.0 && step.norm() < config.convergence_step {
-            break;
-        }
-        widening = (widening * config.gate_decay).max(1.0);
-    }
+        let offset = se3::local(&predicted.pose, pose);
+        let gradient = shrunk.gradient / granted.correlated_points + prior * offset;
+        let step = iteration.solve(&(information + prior), &gradient)?;
+        Some((se3::retract(pose, &step), step.norm()))
+    });
     let covariance = (information + prior).cholesky().map_or(predicted.covariance, |factor| factor.inverse());
     let covariance = (covariance + covariance.transpose()) * 0.5;
     Aligned { map_from_base: UncertainPose { pose, covariance }, matched_share, mapped_share }

@@ -25,10 +25,7 @@ pub struct TiledSurfacesConfig {
 
 impl Default for TiledSurfacesConfig {
     fn default() -> Self {
-        Self {
-            surfaces: GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() },
-            tile_size_log2: 4,
-        }
+        Self { surfaces: GaussianMapConfig::for_thinned_clouds(), tile_size_log2: 4 }
     }
 }
 

@@ -114,7 +114,7 @@ impl Submap {
     /// Builds the submap of `members` with their poses in the keyframe, which is the member at the index `own`. Linear in their points:
     /// about 10 ms for 20 members.
     pub fn new(members: Vec<(UncertainPose, Arc<KeyframeCloud>)>, own: usize) -> Self {
-        let mut map = GaussianMap::new(GaussianMapConfig { min_points: 6, ..GaussianMapConfig::default() });
+        let mut map = GaussianMap::new(GaussianMapConfig::for_thinned_clouds());
         let mut mean_covariance = Matrix6::zeros();
         for (UncertainPose { pose: anchor_from_member, covariance }, cloud) in &members {
             mean_covariance += covariance / members.len() as f64;

@@ -8,10 +8,13 @@ use crate::range_image::Occupancy;
 use crate::submap::{LazySubmap, Submap};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
 use crate::{Edge, UncertainPose};
-use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
+use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::{GaussianMap, Surface};
-use registration::{Fit, MatchingConfig, degenerate_directions, linearise, refine};
+use registration::{
+    Fit, GaussNewtonConfig, MatchingConfig, ScanInformationConfig, WidthSchedule, degenerate_directions,
+    gauss_newton, linearise, refine,
+};
 use std::sync::Arc;
 use vocab::KeyframeId;
 
@@ -36,8 +39,8 @@ pub struct VerificationConfig {
     pub coarse_steps: usize,
     /// Matching of the coarse registration.
     pub coarse: MatchingConfig,
-    /// Greatest number of Gauss-Newton steps of the fine registration.
-    pub fine_steps: usize,
+    /// Iteration of the fine registration.
+    pub fine_iteration: GaussNewtonConfig,
     /// Matching of the fine registration.
     pub fine: MatchingConfig,
     /// Besides each guess, the registration starts at this distance from it to all four sides, metres.
@@ -78,24 +81,19 @@ impl Default for VerificationConfig {
             max_degenerate_std_m: 0.4,
             coarse_points: 400,
             coarse_steps: 8,
-            coarse: MatchingConfig {
-                gate_m: 0.25,
-                kernel_width: 3.0,
-                noise_m: 0.05,
-                use_distributions: true,
-                front_facing_only: false,
+            coarse: MatchingConfig::coarse(),
+            fine_iteration: GaussNewtonConfig {
+                max_iterations: 15,
+                min_step: 1e-4,
+                initial_width: 1.0,
+                schedule: WidthSchedule::Linear,
+                relative_damping: 1e-7,
+                absolute_damping: 1e-9,
             },
-            fine_steps: 15,
-            fine: MatchingConfig {
-                gate_m: 0.15,
-                kernel_width: 3.0,
-                noise_m: 0.02,
-                use_distributions: true,
-                front_facing_only: false,
-            },
+            fine: MatchingConfig::fine(),
             start_offset_m: 1.2,
             min_conditioning: 0.04,
-            correlated_points: 10.0,
+            correlated_points: ScanInformationConfig::default().correlated_points,
             max_observed_std_m: 0.05,
             floor_rotation_std_rad: 5e-4,
             floor_translation_std_m: 0.005,
@@ -371,24 +369,19 @@ fn register_finely(
     start: &Isometry,
     config: &VerificationConfig,
 ) -> FineFit {
-    let mut pose = *start;
     let (mut information, mut conditioning) = (Matrix6::zeros(), 0.0);
-    for _ in 0..config.fine_steps {
-        let at = linearise(map, points, &pose, &config.fine);
-        let observed = ObservedPart::new(&at.information, config.min_conditioning);
+    let iteration = &config.fine_iteration;
+    let pose = gauss_newton(*start, &config.fine, iteration, |pose, matching| {
+        let equations = linearise(map, points, pose, matching);
+        let observed = ObservedPart::new(&equations.information, config.min_conditioning);
         conditioning = observed.conditioning;
-        information = observed.projection * at.information * observed.projection;
-        let damped = information + Matrix6::identity() * (at.information.trace() * 1e-7 + 1e-9);
-        let Some(factor) = damped.cholesky() else { break };
-        let step: Vector6 = factor.solve(&-(observed.projection * at.gradient));
-        if !step.iter().all(|c| c.is_finite()) {
-            break;
-        }
-        pose = se3::retract(&pose, &step);
-        if step.norm() < 1e-4 {
-            break;
-        }
-    }
+        information = observed.projection * equations.information * observed.projection;
+        let gradient = observed.projection * equations.gradient;
+        // By the information before the projection, which the degenerate directions do not reduce.
+        let damping = iteration.damping(&equations.information);
+        let step = GaussNewtonConfig::solve_damped(&information, &gradient, damping)?;
+        Some((se3::retract(pose, &step), step.norm()))
+    });
     FineFit { pose, information, conditioning }
 }
 

@@ -47,6 +47,11 @@ pub struct GaussianMapConfig {
 }
 
 impl GaussianMapConfig {
+    /// For the thinned clouds of keyframes, which have fewer points in a cube than scans have.
+    pub fn for_thinned_clouds() -> Self {
+        Self { min_points: 6, ..Self::default() }
+    }
+
     /// Integer coordinates of the root cube that holds a point (map frame, metres).
     #[inline]
     pub fn root_cell(&self, point: &[f64; 3]) -> [i64; 3] {

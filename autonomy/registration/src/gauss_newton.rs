@@ -45,12 +45,22 @@ impl Default for GaussNewtonConfig {
 }
 
 impl GaussNewtonConfig {
+    /// The damping of an information matrix: what is added to its diagonal.
+    pub fn damping(&self, information: &Matrix6) -> f64 {
+        information.trace() * self.relative_damping + self.absolute_damping
+    }
+
     /// The step `-(H + damping)⁻¹ g` that minimises the damped quadratic cost (docs/maths/odometry.md, equation 16). `None` if the
-    /// damped information is not positive definite.
+    /// damped information is not positive definite, or if the step is not finite.
     pub fn solve(&self, information: &Matrix6, gradient: &Vector6) -> Option<Vector6> {
-        let damping = information.trace() * self.relative_damping + self.absolute_damping;
+        Self::solve_damped(information, gradient, self.damping(information))
+    }
+
+    /// As [`Self::solve`], with a damping that is given. Equations that were projected onto the observed directions are damped by the
+    /// information before the projection.
+    pub fn solve_damped(information: &Matrix6, gradient: &Vector6, damping: f64) -> Option<Vector6> {
         let factor = (information + Matrix6::identity() * damping).cholesky()?;
-        Some(factor.solve(&-gradient))
+        Some(factor.solve(&-gradient)).filter(|step| step.iter().all(|component| component.is_finite()))
     }
 
     /// Factor on gate and kernel width in an iteration, counted from 0.
@@ -113,6 +123,29 @@ mod tests {
         assert_eq!(widths(&linear, 1.0), [4.0, 3.0, 2.0, 1.0]);
         let halving = GaussNewtonConfig { schedule: WidthSchedule::Halving, initial_width: 3.0, ..linear };
         assert_eq!(widths(&halving, 1.0), [3.0, 1.5, 1.0, 1.0]);
+    }
+
+    #[test]
+    fn there_is_no_step_without_information_or_with_a_gradient_that_is_not_finite() {
+        let config = GaussNewtonConfig::default();
+        let (information, gradient) = (Matrix6::identity() * 2.0, Vector6::repeat(4.0));
+        let Some(step) = config.solve(&information, &gradient) else { panic!("no step") };
+        assert!((step + Vector6::repeat(2.0)).norm() < 1e-4, "{step}");
+        assert_eq!(config.solve(&-information, &gradient), None);
+        assert_eq!(config.solve(&information, &Vector6::repeat(f64::INFINITY)), None);
+        assert_eq!(config.solve(&information, &Vector6::repeat(f64::NAN)), None);
+    }
+
+    #[test]
+    fn a_given_damping_keeps_directions_without_information_where_they_are() {
+        let mut information = Matrix6::identity() * 3.0;
+        information[(5, 5)] = 0.0;
+        let gradient = Vector6::new(3.0, 3.0, 3.0, 3.0, 3.0, 0.0);
+        let Some(step) = GaussNewtonConfig::solve_damped(&information, &gradient, 1e-9) else {
+            panic!("no step")
+        };
+        assert!((step.rows(0, 5) + nalgebra::Vector5::repeat(1.0)).norm() < 1e-8, "{step}");
+        assert_eq!(step[5], 0.0);
     }
 
     #[test]

@@ -36,6 +36,16 @@ impl Default for MatchingConfig {
 }
 
 impl MatchingConfig {
+    /// For a first registration with the thinned clouds of keyframes, from a start that is wrong by some decimetres.
+    pub fn coarse() -> Self {
+        Self { gate_m: 0.25, noise_m: 0.05, ..Self::default() }
+    }
+
+    /// For the refinement of what [`Self::coarse`] has found.
+    pub fn fine() -> Self {
+        Self { gate_m: 0.15, noise_m: 0.02, ..Self::default() }
+    }
+
     /// The same with gate and kernel wider by a factor.
     pub fn widened(&self, factor: f32) -> Self {
         Self { gate_m: self.gate_m * factor, kernel_width: self.kernel_width * factor, ..*self }
