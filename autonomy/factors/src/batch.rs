@@ -6,10 +6,11 @@
 
 use crate::error::SolveError;
 use crate::factor::Linearised;
-use crate::graph::{FactorId, Graph};
+use crate::graph::Graph;
 use crate::linear::dense::{Stored, dot};
 use crate::linear::factorisation::{Factorisation, Plan, System, products};
-use crate::value::{Key, Values};
+use crate::names::{FactorId, Key};
+use crate::value::Values;
 use nalgebra::DMatrix;
 
 /// Step rule of the solver.

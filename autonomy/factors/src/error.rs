@@ -1,6 +1,6 @@
 //! Why a graph cannot be built or solved. Every error names the variable or factor it is about.
 
-use crate::{FactorId, Key, Kind};
+use crate::names::{FactorId, Key, Kind};
 
 /// A factor that cannot be made or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

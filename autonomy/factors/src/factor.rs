@@ -1,7 +1,8 @@
 //! Factors: a whitened residual of a few variables, with its Jacobians.
 
 use crate::error::FactorError;
-use crate::value::{Key, Kind, Planar, Value, Values};
+use crate::names::{Key, Kind};
+use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;

@@ -3,26 +3,9 @@
 use crate::error::{FactorError, SolveError};
 use crate::factor::{Factor, Linearised};
 use crate::kernel::Kernel;
+use crate::names::FactorId;
 use crate::value::Values;
-use std::fmt;
 use std::sync::Arc;
-
-/// Identifies a factor: its index in the graph. A removed factor's id is not used again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct FactorId(pub u32);
-
-impl FactorId {
-    /// As an index.
-    pub const fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl fmt::Display for FactorId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
 
 /// A factor in a graph.
 #[derive(Clone, Debug)]

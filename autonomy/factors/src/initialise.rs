@@ -9,7 +9,8 @@ use crate::factor::RelativePose;
 use crate::graph::Graph;
 use crate::linear::factorisation::{Factorisation, Plan, System, fill_reducing};
 use crate::linear::ordering::Adjacency;
-use crate::value::{Key, Kind, Planar, Value, Values};
+use crate::names::{Key, Kind};
+use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
 

@@ -18,13 +18,14 @@ mod kernel;
 mod linear;
 mod marginals;
 mod measurements;
+mod names;
 mod robust;
 mod value;
 
 pub use batch::{Method, Options, Solution, optimise};
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
-pub use graph::{Entry, FactorId, Graph};
+pub use graph::{Entry, Graph};
 pub use incremental::{Incremental, IncrementalOptions, IncrementalSnapshot, Updated};
 pub use information::Whitening;
 pub use initialise::chordal;
@@ -34,5 +35,6 @@ pub use measurements::{
     BearingRange, Between, BodyVelocity, GravityDirection, Inertial, InertialNoise, Landmark, Marginal,
     PlanarBetween, PlanarPrior, Preintegrated, Prior, RandomWalk, Residual, VectorPrior,
 };
+pub use names::{FactorId, Key, Kind};
 pub use robust::{RobustConfig, RobustSolution, optimise_robustly};
-pub use value::{Key, Kind, Planar, Value, Values};
+pub use value::{Planar, Value, Values};

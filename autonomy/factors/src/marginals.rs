@@ -3,7 +3,8 @@
 use crate::batch::Problem;
 use crate::error::SolveError;
 use crate::graph::Graph;
-use crate::value::{Key, Values};
+use crate::names::Key;
+use crate::value::Values;
 use nalgebra::DMatrix;
 
 /// Marginal covariances of a graph at some values.

@@ -9,9 +9,10 @@
 use crate::batch::{Method, Options, optimise};
 use crate::error::SolveError;
 use crate::factor::{Factor, Linearised};
-use crate::graph::{FactorId, Graph};
+use crate::graph::Graph;
 use crate::kernel::Kernel;
 use crate::marginals::Marginals;
+use crate::names::FactorId;
 use crate::value::Values;
 use nalgebra::{DMatrix, DVector};
 

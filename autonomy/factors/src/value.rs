@@ -1,55 +1,12 @@
 //! Variables: their kinds, their estimates, and how an error vector moves them.
 
 use crate::error::FactorError;
+use crate::names::{Key, Kind};
 use geometry::{Isometry, Matrix6, Vector3, Vector6, se3, so3};
 use nalgebra::{Isometry2, UnitComplex, Vector2};
-use std::fmt;
 
 /// A pose in the plane.
 pub type Planar = Isometry2<f64>;
-
-/// Identifies a variable: its index in [`Values`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Key(pub u32);
-
-impl Key {
-    /// As an index.
-    pub const fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl fmt::Display for Key {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-/// Kind of a variable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// SE(2), error `[x; y; yaw]` in its own frame: `(t + R v, R exp(w))`.
-    Planar,
-    /// SE(3), error `[rotation; translation]` in its own frame: `(R exp(w), t + R v)`.
-    Pose,
-    /// A vector in the plane: landmark.
-    Vector2,
-    /// A vector in space: velocity, landmark, gravity.
-    Vector3,
-    /// Six numbers: gyroscope and accelerometer bias.
-    Vector6,
-}
-
-impl Kind {
-    /// Length of the error vector.
-    pub const fn dimension(self) -> usize {
-        match self {
-            Self::Vector2 => 2,
-            Self::Planar | Self::Vector3 => 3,
-            Self::Pose | Self::Vector6 => 6,
-        }
-    }
-}
 
 /// A variable's estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 //! A [`Session`] owns the [`PoseGraph`] and the trajectory (about 1 kB a keyframe and 76 B a scan). Full clouds go to the caller. A [`LoopFinder`]
 //! keeps a thinned cloud of every keyframe (about 34 kB) and finds loops in four steps: `scan_context` and `scan_context_index` recognise,
 //! `candidates` selects, `verification` registers, `consistency` decides. On known ground it anchors the robot's pose to old keyframes instead
-//! (`revisits`). [`LoopClosing`] runs these steps with jobs and people's decisions, and moves the map. [`MapMatcher`] finds one finished map in
+//! (`known_ground`). [`LoopClosing`] runs these steps with jobs and people's decisions, and moves the map. [`MapMatcher`] finds one finished map in
 //! another, [`MapSearch`] the robot in a finished map. `dynamic_points` removes people, `map_changes` finds what changed, `virtual_viewpoint` makes
 //! keyframes of clouds that no robot has walked. docs/maths/loops.md describes the methods and their parameters.
 
@@ -17,6 +17,7 @@ mod graph_optimiser;
 mod graph_publisher;
 mod ground_surface;
 mod keyframe_descriptor;
+mod known_ground;
 mod last_map;
 mod loop_closing;
 mod loop_finder;

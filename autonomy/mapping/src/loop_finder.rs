@@ -9,7 +9,7 @@ use crate::consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verd
 use crate::graph_element::{Edge, keyframe_id};
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_OFFSET_M, VIEW_ORIGINS};
 use crate::pose_graph::PoseGraph;
-use crate::quality::KeyframeFloor;
+use crate::quality::{KeyframeFloor, MapQualityConfig, MapQualityData};
 use crate::recent_scans::RecentScans;
 use crate::revisits::{RevisitConfig, Revisits};
 use crate::scan_context::{ScanContext, level_from_base};
@@ -98,7 +98,7 @@ pub struct LoopFinder {
     last_closed: Option<usize>,
     pub(crate) recent: RecentScans,
     pub(crate) revisits: Revisits,
-    pub(crate) floors: Vec<Arc<KeyframeFloor>>,
+    floors: Vec<Arc<KeyframeFloor>>,
 }
 
 impl LoopFinder {
@@ -262,6 +262,13 @@ impl LoopFinder {
     /// The consistency check.
     pub fn consistency(&self) -> &LoopConsistencyCheck {
         &self.consistency
+    }
+
+    /// A snapshot of the map whose keyframes are at `poses`, for its quality. Linear in the keyframes and edges, which it copies; clouds are shared.
+    pub fn quality_data(&self, graph: &PoseGraph, poses: &[Isometry]) -> MapQualityData {
+        let keyframes = poses.iter().copied().zip(self.floors.iter().cloned()).collect();
+        let (config, covariances) = (MapQualityConfig::default(), graph.covariances().clone());
+        MapQualityData { config, keyframes, covariances }
     }
 
     /// Bytes of the cached submaps. They do not grow with the walk.

@@ -7,7 +7,6 @@
 
 use crate::covariance_graph::CovarianceGraph;
 use crate::submap::KeyframeCloud;
-use crate::{LoopFinder, PoseGraph};
 use geometry::{Isometry, Rotation, Vector3};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, OnceLock};
@@ -131,10 +130,10 @@ impl KeyframeFloor {
 /// A snapshot of a map from which its quality is computed. It owns what it needs, so that a job can do it.
 #[derive(Debug)]
 pub struct MapQualityData {
-    config: MapQualityConfig,
+    pub(crate) config: MapQualityConfig,
     /// Pose of each keyframe in the map, and its floor.
-    keyframes: Vec<(Isometry, Arc<KeyframeFloor>)>,
-    covariances: CovarianceGraph,
+    pub(crate) keyframes: Vec<(Isometry, Arc<KeyframeFloor>)>,
+    pub(crate) covariances: CovarianceGraph,
 }
 
 impl MapQualityData {
@@ -244,15 +243,6 @@ impl Coverage {
     }
 }
 
-impl LoopFinder {
-    /// A snapshot of the map whose keyframes are at `poses`, for its quality. Linear in the keyframes and edges, which it copies; clouds are shared.
-    pub fn quality_data(&self, graph: &PoseGraph, poses: &[Isometry]) -> MapQualityData {
-        let keyframes = poses.iter().copied().zip(self.floors.iter().cloned()).collect();
-        let (config, covariances) = (MapQualityConfig::default(), graph.covariances().clone());
-        MapQualityData { config, keyframes, covariances }
-    }
-}
-
 /// The points of a cloud that are floor, one for each cell. Empty where no floor is found.
 fn floor(cloud: &KeyframeCloud, level_from_base: &Rotation, config: &MapQualityConfig) -> Box<[u16]> {
     let points: Vec<Vector3> =
@@ -324,7 +314,7 @@ fn uncertain_keyframes(
 mod tests {
     use super::*;
     use crate::testing::{SENSOR, World, at, edge, room, scan};
-    use crate::{LoopConfig, NewKeyframe};
+    use crate::{LoopConfig, LoopFinder, NewKeyframe, PoseGraph};
 
     /// Two rooms of 12 m by 8 m with a door between them, floor at z = -0.5.
     fn rooms() -> World {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::testing::{World, at, corridor, furnished, room, submap};
+use geometry::Vector6;
 
 fn task(older: &World, newer: &World, guess: Isometry, source: CandidateSource) -> VerificationTask {
     let expected = UncertainPose {

@@ -1,17 +1,15 @@
-//! Configuration of the odometry: which sensors there are, where they are mounted, and the parameters of its algorithms.
+//! Configuration of the odometry: which sensors there are, where they are mounted, and the parameters of its algorithms. The parameters of
+//! the parts that see the whole configuration stand here, those of the others beside their algorithms.
 
 use crate::filter::FilterConfig;
 use crate::imu_lidar_consistency::ConsistencyConfig;
 use crate::imu_queue::ImuQueueConfig;
 use crate::initial_alignment::InitialAlignmentConfig;
 use crate::local_map::LocalMapConfig;
-use crate::odometry::SynchronisationConfig;
 use crate::pickup_detector::PickupConfig;
 use crate::reinitialiser::ReinitialiserConfig;
-use crate::scan_tracker::TrackingConfig;
-use crate::state_propagator::PropagationConfig;
 use geometry::{Base, External, Imu, Lidar, Transform};
-use vocab::{Aabb, Pose};
+use vocab::{Aabb, Pose, Span};
 
 /// Sources that may be used. Messages of the others are ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,6 +61,151 @@ impl Mounting {
             base_from_lidar: Transform::new(isometry(base_from_lidar)),
             base_from_imu: Transform::new(isometry(base_from_imu)),
             base_from_external: Transform::new(isometry(base_from_external)),
+        }
+    }
+}
+
+/// Parameters of waiting for messages and of silent sources. All times are differences between stamps; there is no other clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SynchronisationConfig {
+    /// Longest time that a scan waits for the other sensors to cover its end.
+    pub max_wait: Span,
+    /// Longest time that the first scan waits for an IMU to send at all.
+    pub max_initial_wait: Span,
+    /// A source that has sent nothing for this time is not waited for.
+    pub silent_after: Span,
+    /// A source that has sent nothing for this time is reported as silent.
+    pub report_silent_after: Span,
+    /// Without scans, readings older than this are processed.
+    pub max_backlog: Span,
+    /// Age of the newest reading that is processed then.
+    pub kept_backlog: Span,
+    /// Stamps of IMU and LiDAR farther apart than this have no common clock.
+    pub max_clock_difference: Span,
+    /// Number of consecutive scans with such stamps after which the IMU is not used any more.
+    pub clock_mismatches: usize,
+    /// An IMU that has sent nothing during more scans than this has stopped.
+    pub silent_imu_scans: usize,
+    /// Greatest number of waiting scans. If there are more, the oldest is processed without waiting.
+    pub max_waiting_scans: usize,
+}
+
+impl Default for SynchronisationConfig {
+    fn default() -> Self {
+        Self {
+            max_wait: Span::from_millis(200),
+            max_initial_wait: Span::from_millis(400),
+            silent_after: Span::from_millis(500),
+            report_silent_after: Span::from_millis(2_000),
+            max_backlog: Span::from_millis(600),
+            kept_backlog: Span::from_millis(300),
+            max_clock_difference: Span::from_millis(3_000),
+            clock_mismatches: 3,
+            silent_imu_scans: 3,
+            max_waiting_scans: 40,
+        }
+    }
+}
+
+/// Parameters of a [`StatePropagator`](crate::state_propagator::StatePropagator).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PropagationConfig {
+    /// Standard deviation that is added to the rotation when tracking is lost, radians. The robot may have been carried away.
+    pub lost_rotation_rad: f64,
+    /// Standard deviation that is added to the position when tracking is lost, metres.
+    pub lost_position_m: f64,
+    /// Standard deviation of the gyroscope bias when the IMU sends again after a gap, rad/s.
+    pub returned_gyro_bias_rad_s: f64,
+    /// Standard deviation of the turn rate when the IMU falls silent, rad/s.
+    pub silent_turn_rate_rad_s: f64,
+    /// Poses of an external odometry farther apart than this give no twist, seconds.
+    pub max_external_gap_s: f64,
+    /// Half of the usual interval between external poses, seconds. A mean velocity is rotated by the turn of this time, so that it is
+    /// in the axes at the end of its interval.
+    pub external_half_interval_s: f64,
+    /// Predictions farther ahead than this keep the pose at this time.
+    pub max_prediction: Span,
+}
+
+impl Default for PropagationConfig {
+    fn default() -> Self {
+        Self {
+            lost_rotation_rad: 0.5,
+            lost_position_m: 5.0,
+            returned_gyro_bias_rad_s: 2e-3,
+            silent_turn_rate_rad_s: 0.5,
+            max_external_gap_s: 1.5,
+            external_half_interval_s: 0.05,
+            max_prediction: Span::from_millis(1_000),
+        }
+    }
+}
+
+/// Parameters of a [`ScanTracker`](crate::scan_tracker::ScanTracker).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackingConfig {
+    /// A scan is rejected if fewer of its matched points than this share are inliers and enough of its points are matched.
+    pub min_inlier_share: f64,
+    /// Share of the points that has to be matched before too few inliers reject a scan.
+    pub min_matched_share: f64,
+    /// Directions of translation with a larger standard deviation than this are reported as degenerate, metres.
+    pub degenerate_deviation_m: f64,
+    /// Poses older than this are removed from the pose table.
+    pub pose_history: Span,
+    /// Without an IMU, a sweep is registered in this many parts, so that the estimate can follow the bounce of a walk.
+    pub sweep_parts: usize,
+    /// Without an IMU, this many scans at the start are registered whole, because a part needs a map of everything that it sees.
+    pub first_whole_sweeps: usize,
+    /// Without an IMU, each part is corrected and registered this many times.
+    pub part_passes: usize,
+    /// A part with a lower share of inliers than this share of the typical one is not used; the sweep is then registered whole. In a
+    /// door, one part sees only what is new and fits somewhere by chance.
+    pub min_part_inlier_ratio: f64,
+    /// Weight of one sweep in the running mean of the share of inliers.
+    pub inlier_share_learning_rate: f64,
+    /// Tracking is lost after this time in which scans had points and none fitted.
+    pub lost_after: Span,
+    /// After this time in which no scan entered the map (LiDAR outage), the next scan has to fit as scans usually do, because the
+    /// robot may be elsewhere.
+    pub outage_after: Span,
+    /// After a LiDAR outage, a scan within this many standard deviations of its prediction may fit less well.
+    pub outage_gate_deviations: f64,
+    /// After an outage with consistent legs and IMU, a scan is accepted if at most this share of its points is matched: what it sees
+    /// is new.
+    pub max_new_area_matched_share: f64,
+    /// After an outage with consistent legs and IMU, a scan is accepted if this share of its matched points are inliers.
+    pub min_known_area_inlier_share: f64,
+    /// A robot on legs that seems to be faster than this is not believed when the estimate begins anew, m/s.
+    pub max_believable_speed_m_s: f64,
+    /// Tracking is lost if the estimate is this much faster than the legs for a while, m/s.
+    pub max_speed_above_legs_m_s: f64,
+    /// Duration of that while.
+    pub runaway_after: Span,
+    /// Without an IMU, several starts are compared after this time without a scan.
+    pub compare_starts_after: Span,
+}
+
+impl Default for TrackingConfig {
+    fn default() -> Self {
+        Self {
+            min_inlier_share: 0.35,
+            min_matched_share: 0.3,
+            degenerate_deviation_m: 0.03,
+            pose_history: Span::from_millis(400),
+            sweep_parts: 4,
+            first_whole_sweeps: 8,
+            part_passes: 2,
+            min_part_inlier_ratio: 0.85,
+            inlier_share_learning_rate: 0.05,
+            lost_after: Span::from_millis(3_000),
+            outage_after: Span::from_millis(1_000),
+            outage_gate_deviations: 4.0,
+            max_new_area_matched_share: 0.1,
+            min_known_area_inlier_share: 0.5,
+            max_believable_speed_m_s: 3.0,
+            max_speed_above_legs_m_s: 3.0,
+            runaway_after: Span::from_millis(1_000),
+            compare_starts_after: Span::from_millis(150),
         }
     }
 }

@@ -28,7 +28,9 @@ mod state_propagator;
 mod sweep;
 mod velocity_measurement;
 
-pub use config::{Mounting, OdometryConfig, Sources};
+pub use config::{
+    Mounting, OdometryConfig, PropagationConfig, Sources, SynchronisationConfig, TrackingConfig,
+};
 pub use event::{
     DeskewedScan, Estimate, Finding, FindingKind, OdometryEvent, PoseEvent, RegistrationReport, Severity,
     Started,
@@ -39,9 +41,7 @@ pub use imu_queue::ImuQueueConfig;
 pub use initial_alignment::{InitialAlignmentConfig, InitialDeviations};
 pub use local_map::LocalMapConfig;
 pub use motion_model::DecayConfig;
-pub use odometry::{Odometry, SynchronisationConfig};
+pub use odometry::Odometry;
 pub use pickup_detector::PickupConfig;
 pub use reinitialiser::ReinitialiserConfig;
-pub use scan_tracker::TrackingConfig;
-pub use state_propagator::PropagationConfig;
 pub use sweep::{ScanView, deskew};

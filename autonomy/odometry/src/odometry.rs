@@ -11,49 +11,7 @@ use crate::state_propagator::{InitialPose, Queues, Stamped, StatePropagator};
 use crate::sweep::{ScanView, Sweep};
 use geometry::{Isometry, Vector3};
 use std::collections::VecDeque;
-use vocab::{Span, Stamp};
-
-/// Parameters of waiting for messages and of silent sources. All times are differences between stamps; there is no other clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SynchronisationConfig {
-    /// Longest time that a scan waits for the other sensors to cover its end.
-    pub max_wait: Span,
-    /// Longest time that the first scan waits for an IMU to send at all.
-    pub max_initial_wait: Span,
-    /// A source that has sent nothing for this time is not waited for.
-    pub silent_after: Span,
-    /// A source that has sent nothing for this time is reported as silent.
-    pub report_silent_after: Span,
-    /// Without scans, readings older than this are processed.
-    pub max_backlog: Span,
-    /// Age of the newest reading that is processed then.
-    pub kept_backlog: Span,
-    /// Stamps of IMU and LiDAR farther apart than this have no common clock.
-    pub max_clock_difference: Span,
-    /// Number of consecutive scans with such stamps after which the IMU is not used any more.
-    pub clock_mismatches: usize,
-    /// An IMU that has sent nothing during more scans than this has stopped.
-    pub silent_imu_scans: usize,
-    /// Greatest number of waiting scans. If there are more, the oldest is processed without waiting.
-    pub max_waiting_scans: usize,
-}
-
-impl Default for SynchronisationConfig {
-    fn default() -> Self {
-        Self {
-            max_wait: Span::from_millis(200),
-            max_initial_wait: Span::from_millis(400),
-            silent_after: Span::from_millis(500),
-            report_silent_after: Span::from_millis(2_000),
-            max_backlog: Span::from_millis(600),
-            kept_backlog: Span::from_millis(300),
-            max_clock_difference: Span::from_millis(3_000),
-            clock_mismatches: 3,
-            silent_imu_scans: 3,
-            max_waiting_scans: 40,
-        }
-    }
-}
+use vocab::Stamp;
 
 /// LiDAR-inertial-leg odometry. A pure function of the calls: the same calls give the same bits.
 #[derive(Clone, Debug)]

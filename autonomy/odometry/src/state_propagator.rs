@@ -1,7 +1,7 @@
 //! Propagates the filter between scans: through the readings of the IMU, and past the measurements of the legs and of another
 //! odometry.
 
-use crate::config::OdometryConfig;
+use crate::config::{OdometryConfig, PropagationConfig};
 use crate::event::Estimate;
 use crate::filter::{ErrorStateFilter, FilterConfig, ImuNoise};
 use crate::imu_lidar_consistency::ImuLidarConsistency;
@@ -14,40 +14,6 @@ use crate::velocity_measurement::VelocityMeasurement;
 use geometry::{Base, Body, External, Isometry, Matrix6, Rotation, Transform, Vector3, Vector6, se3, so3};
 use std::collections::VecDeque;
 use vocab::{Span, Stamp};
-
-/// Parameters of a [`StatePropagator`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PropagationConfig {
-    /// Standard deviation that is added to the rotation when tracking is lost, radians. The robot may have been carried away.
-    pub lost_rotation_rad: f64,
-    /// Standard deviation that is added to the position when tracking is lost, metres.
-    pub lost_position_m: f64,
-    /// Standard deviation of the gyroscope bias when the IMU sends again after a gap, rad/s.
-    pub returned_gyro_bias_rad_s: f64,
-    /// Standard deviation of the turn rate when the IMU falls silent, rad/s.
-    pub silent_turn_rate_rad_s: f64,
-    /// Poses of an external odometry farther apart than this give no twist, seconds.
-    pub max_external_gap_s: f64,
-    /// Half of the usual interval between external poses, seconds. A mean velocity is rotated by the turn of this time, so that it is
-    /// in the axes at the end of its interval.
-    pub external_half_interval_s: f64,
-    /// Predictions farther ahead than this keep the pose at this time.
-    pub max_prediction: Span,
-}
-
-impl Default for PropagationConfig {
-    fn default() -> Self {
-        Self {
-            lost_rotation_rad: 0.5,
-            lost_position_m: 5.0,
-            returned_gyro_bias_rad_s: 2e-3,
-            silent_turn_rate_rad_s: 0.5,
-            max_external_gap_s: 1.5,
-            external_half_interval_s: 0.05,
-            max_prediction: Span::from_millis(1_000),
-        }
-    }
-}
 
 /// A value with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::Incremental;
 use crate::error::SolveError;
 use crate::linear::assembly::{scalars, substitute_forward};
 use crate::linear::factorisation::{gather, products, scatter};
-use crate::value::Key;
+use crate::names::Key;
 use nalgebra::DMatrix;
 
 impl Incremental {

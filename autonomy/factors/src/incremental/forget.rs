@@ -2,10 +2,11 @@
 
 use super::Incremental;
 use crate::error::SolveError;
-use crate::graph::{Entry, FactorId};
+use crate::graph::Entry;
 use crate::kernel::Kernel;
 use crate::measurements::Marginal;
-use crate::value::{Key, Value};
+use crate::names::{FactorId, Key};
+use crate::value::Value;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 

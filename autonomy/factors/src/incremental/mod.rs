@@ -16,10 +16,11 @@ mod update;
 
 use crate::error::{FactorError, SolveError};
 use crate::factor::Factor;
-use crate::graph::{Entry, FactorId, Graph};
+use crate::graph::{Entry, Graph};
 use crate::kernel::Kernel;
 use crate::linear::assembly::Assembly;
-use crate::value::{Key, Value, Values};
+use crate::names::{FactorId, Key};
+use crate::value::{Value, Values};
 use std::sync::Arc;
 use tree::Tree;
 

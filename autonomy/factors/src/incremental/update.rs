@@ -4,12 +4,13 @@ use super::tree::Clique;
 use super::{Incremental, Staged, Updated};
 use crate::error::SolveError;
 use crate::factor::Linearised;
-use crate::graph::{Entry, FactorId};
+use crate::graph::Entry;
 use crate::linear::assembly::{packed_len, scalars};
 use crate::linear::factorisation::{Undetermined, scatter, variable_of};
 use crate::linear::ordering::{Adjacency, minimum_degree};
 use crate::linear::symbolic::{Forest, analyse};
-use crate::value::{Key, Kind, Value};
+use crate::names::{FactorId, Key, Kind};
+use crate::value::Value;
 
 /// State that is restored when an update fails.
 struct Undo {

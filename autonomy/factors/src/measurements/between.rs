@@ -6,7 +6,8 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::value::{Key, Kind, Planar, Values};
+use crate::names::{Key, Kind};
+use crate::value::{Planar, Values};
 use geometry::{Isometry, Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::{Matrix2, SMatrix, UnitComplex, Vector2};
 

@@ -3,7 +3,8 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::value::{Key, Kind, Values};
+use crate::names::{Key, Kind};
+use crate::value::Values;
 use geometry::{Matrix3, Vector3, so3};
 use nalgebra::{Matrix2, Matrix2x3, RowVector2, SMatrix, Vector2};
 

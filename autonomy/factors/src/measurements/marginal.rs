@@ -2,7 +2,8 @@
 
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
-use crate::value::{Key, Kind, Value, Values};
+use crate::names::{Key, Kind};
+use crate::value::{Value, Values};
 use nalgebra::{DMatrix, DVector};
 
 /// Normal equations `H δ = b` over some variables. `δ` is their error from fixed values. The linearisation point never changes, which is the

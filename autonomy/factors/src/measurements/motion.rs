@@ -3,7 +3,8 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::value::{Key, Kind, Values};
+use crate::names::{Key, Kind};
+use crate::value::Values;
 use geometry::{Matrix3, Matrix6, Vector3, Vector6, so3};
 use nalgebra::SMatrix;
 

@@ -3,7 +3,8 @@
 use crate::error::FactorError;
 use crate::factor::{Factor, Linearised};
 use crate::information::Whitening;
-use crate::value::{Key, Kind, Planar, Value, Values};
+use crate::names::{Key, Kind};
+use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Matrix6};
 use nalgebra::{SMatrix, SVector, Vector3};
 
