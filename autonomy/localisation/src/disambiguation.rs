@@ -9,6 +9,8 @@ use geometry::{Isometry, Vector3};
 use mapping::KeyframeDescriptor;
 use mapping::range_image::Occupancy;
 use nalgebra::Point3;
+use ordered_float::OrderedFloat;
+use pathfinding::directed::dijkstra::dijkstra_reach;
 use registration::{MatchingConfig, score};
 
 /// Parameters of [`plan_disambiguation`].
@@ -217,31 +219,32 @@ impl Planner<'_> {
         let keyframes = self.map.keyframes();
         let origin = start.translation.vector;
         let position = |keyframe: usize| keyframes[keyframe].0.translation.vector;
-        let mut open: Vec<ReachableKeyframe> = (0..keyframes.len())
+        let near: Vec<usize> = (0..keyframes.len())
             .filter(|&keyframe| (position(keyframe) - origin).norm() <= self.config.max_path_m)
-            .map(|keyframe| {
-                let distance_m = self.step_length_m(keyframe, &origin).unwrap_or(f64::INFINITY);
-                ReachableKeyframe { keyframe, distance_m, previous: None }
-            })
             .collect();
-        let mut reachable: Vec<ReachableKeyframe> = Vec::new();
-        let nearest_of = |open: &[ReachableKeyframe]| {
-            (0..open.len()).min_by(|&a, &b| open[a].distance_m.total_cmp(&open[b].distance_m))
+        // Nodes are keyframes; the robot's own position is none.
+        let steps = |from: &Option<usize>| {
+            let step = |&to: &usize| {
+                let step_m = match *from {
+                    None => self.step_length_m(to, &origin),
+                    Some(from) => self.step_length_m(from, &position(to)),
+                };
+                step_m.map(|step_m| (Some(to), OrderedFloat(step_m)))
+            };
+            near.iter().filter_map(step).collect::<Vec<_>>()
         };
-        while let Some(next) = nearest_of(&open) {
-            let nearest = open.swap_remove(next);
-            if nearest.distance_m > self.config.max_path_m {
+        let mut reachable: Vec<ReachableKeyframe> = Vec::new();
+        // Index of each keyframe among the reachable ones.
+        let mut indices: Vec<Option<usize>> = vec![None; keyframes.len()];
+        for reached in dijkstra_reach(&None, steps) {
+            let distance_m = reached.total_cost.into_inner();
+            if distance_m > self.config.max_path_m {
                 break;
             }
-            for other in &mut open {
-                let Some(step_m) = self.step_length_m(nearest.keyframe, &position(other.keyframe)) else {
-                    continue;
-                };
-                if nearest.distance_m + step_m < other.distance_m {
-                    (other.distance_m, other.previous) = (nearest.distance_m + step_m, Some(reachable.len()));
-                }
-            }
-            reachable.push(nearest);
+            let Some(keyframe) = reached.node else { continue };
+            let previous = reached.parent.flatten().and_then(|parent| indices[parent]);
+            indices[keyframe] = Some(reachable.len());
+            reachable.push(ReachableKeyframe { keyframe, distance_m, previous });
         }
         reachable
     }

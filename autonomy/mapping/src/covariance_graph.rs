@@ -1,8 +1,10 @@
 //! How well one keyframe's pose is known from another, over all edges of the graph.
 
 use crate::UncertainPose;
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use ordered_float::OrderedFloat;
+use pathfinding::directed::dijkstra::{DijkstraReachableItem, dijkstra_reach};
+use pathfinding::num_traits::Zero;
+use std::ops::Add;
 
 /// Parameters of [`CovarianceGraph`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +22,8 @@ impl Default for CovarianceGraphConfig {
 
 /// All edges between keyframes, of odometry and loops, with their covariances.
 ///
-/// The pose of one keyframe in another is taken along the path whose edges have the least sum of variances (Dijkstra). Its covariance is an
+/// The pose of one keyframe in another is taken along the path whose edges have the least sum of variances (`dijkstra_reach` of the crate
+/// `pathfinding`). Of equally uncertain paths, that over the older keyframe is taken. Its covariance is an
 /// upper bound, because other paths can only add information. This needs no solver, and a wrong solution of the solver cannot spoil it.
 ///
 /// Source of the idea: Olson, *Recognizing places using spectrally clustered local matches*, RAS 2009.
@@ -92,39 +95,38 @@ impl CovarianceGraph {
         self.search(from, UncertainPose::identity(), to).get(to).copied().flatten()
     }
 
-    /// Dijkstra from the keyframe `from`, whose pose is `first`, until `last` is settled.
+    /// Dijkstra from the keyframe `from`, whose pose is `first`, until `last` is reached.
     fn search(&self, from: usize, first: UncertainPose, last: usize) -> Vec<Option<UncertainPose>> {
-        let mut settled: Vec<Option<UncertainPose>> = vec![None; self.neighbours.len()];
-        let mut queue = BinaryHeap::new();
-        let mut least = vec![f64::INFINITY; self.neighbours.len()];
-        if from < self.neighbours.len() {
-            least[from] = 0.0;
-            queue.push(QueueEntry { cost: 0.0, keyframe: from, via: None });
+        let mut poses: Vec<Option<UncertainPose>> = vec![None; self.neighbours.len()];
+        let mut costs = vec![f64::INFINITY; self.neighbours.len()];
+        if from >= self.neighbours.len() {
+            return poses;
         }
-        while let Some(QueueEntry { cost, keyframe, via }) = queue.pop() {
-            if settled[keyframe].is_some() {
-                continue;
-            }
-            settled[keyframe] = Some(match via {
-                Some((parent, edge)) => {
-                    let before: &Option<UncertainPose> = &settled[parent];
-                    let before = before.unwrap_or_else(UncertainPose::identity);
-                    before.compose(&self.neighbours[parent][edge].relative)
-                }
-                None => first,
-            });
-            if keyframe == last {
+        let steps = |keyframe: &usize| {
+            let step = |edge: &Neighbour| (edge.to, PathCost { cost: edge.cost.into(), keyframe: edge.to });
+            self.neighbours[*keyframe].iter().map(step)
+        };
+        for DijkstraReachableItem { node, parent, total_cost } in dijkstra_reach(&from, steps) {
+            let cost = total_cost.cost.into_inner();
+            // Two edges that are not known at all: nothing is known beyond.
+            if cost == f64::INFINITY {
                 break;
             }
-            for (index, edge) in self.neighbours[keyframe].iter().enumerate() {
-                let total = cost + edge.cost;
-                if total < least[edge.to] {
-                    least[edge.to] = total;
-                    queue.push(QueueEntry { cost: total, keyframe: edge.to, via: Some((keyframe, index)) });
+            costs[node] = cost;
+            poses[node] = match parent {
+                None => Some(first),
+                Some(parent) => {
+                    // Of several edges between the two, the first that makes the path as short as it is.
+                    let is_step = |edge: &&Neighbour| edge.to == node && costs[parent] + edge.cost == cost;
+                    let edge = self.neighbours[parent].iter().find(is_step);
+                    poses[parent].zip(edge).map(|(before, edge)| before.compose(&edge.relative))
                 }
+            };
+            if node == last {
+                break;
             }
         }
-        settled
+        poses
     }
 
     /// Cost of an edge: the trace of its covariance, the rotation converted at the lever (equation 6), m².
@@ -136,26 +138,31 @@ impl CovarianceGraph {
     }
 }
 
-/// Least cost first out of a max-heap. Ties go to the older keyframe.
-#[derive(PartialEq)]
-struct QueueEntry {
-    cost: f64,
+/// Cost of a path to a keyframe. Of equal costs that to the older keyframe is the less, so that ties are settled in the order of the walk.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct PathCost {
+    /// Sum of the costs of the edges, m².
+    cost: OrderedFloat<f64>,
+    /// The keyframe at the end of the path.
     keyframe: usize,
-    /// The keyframe that this one was reached from, and the index of the edge there.
-    via: Option<(usize, usize)>,
 }
 
-impl Eq for QueueEntry {}
+impl Add for PathCost {
+    type Output = Self;
 
-impl Ord for QueueEntry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then(other.keyframe.cmp(&self.keyframe))
+    /// The path longer by a step.
+    fn add(self, step: Self) -> Self {
+        Self { cost: self.cost + step.cost, keyframe: step.keyframe }
     }
 }
 
-impl PartialOrd for QueueEntry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
+impl Zero for PathCost {
+    fn zero() -> Self {
+        Self { cost: OrderedFloat(0.0), keyframe: 0 }
+    }
+
+    fn is_zero(&self) -> bool {
+        *self == Self::zero()
     }
 }
 
@@ -190,5 +197,34 @@ mod tests {
         assert!(!graph.remove_loop(2, 3), "odometry stays");
         assert_eq!(graph.poses_in(100), before);
         assert!(graph.poses_in(1000).iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn of_equally_uncertain_paths_that_over_the_older_keyframe_is_taken_and_of_equal_edges_the_first() {
+        let mut graph = CovarianceGraph::default();
+        // From 0 to 3 over 1 and over 2. The path over 2 is added first.
+        let [over_1, over_2] = [step(0.1, 0.02), step(0.2, 0.02)];
+        for (from, to, edge) in [(0, 2, over_2), (2, 3, over_2), (0, 1, over_1), (1, 3, over_1)] {
+            graph.add_odometry(from, to, &edge);
+        }
+        assert_eq!(graph.relative_pose(0, 3), Some(over_1.compose(&over_1)));
+        // A second edge that is as uncertain changes nothing; one that is less uncertain does.
+        graph.add_loop(0, 1, &step(0.3, 0.02));
+        assert_eq!(graph.relative_pose(0, 3), Some(over_1.compose(&over_1)));
+        let better = step(0.3, 0.01);
+        graph.add_loop(0, 1, &better);
+        assert_eq!(graph.relative_pose(0, 3), Some(better.compose(&over_1)));
+    }
+
+    #[test]
+    fn nothing_is_known_beyond_two_edges_without_a_finite_covariance() {
+        let mut graph = CovarianceGraph::default();
+        let unknown =
+            UncertainPose { covariance: geometry::Matrix6::repeat(f64::INFINITY), ..step(0.0, 0.02) };
+        graph.add_odometry(0, 1, &unknown);
+        graph.add_odometry(1, 2, &step(0.0, 0.02));
+        graph.add_odometry(2, 3, &unknown);
+        let reached: Vec<bool> = graph.poses_in(0).iter().map(Option::is_some).collect();
+        assert_eq!(reached, [true, true, true, false]);
     }
 }
