@@ -13,6 +13,7 @@ use crate::bit_grid::{BitCounters, BitGrid, set_bits};
 use crate::localisation_map::LocalisationMap;
 use crate::pose_hypothesis::PoseTolerance;
 use geometry::{Isometry, Rotation, Vector3, so3};
+use mapping::{FloorDetectionConfig, estimate_base_height};
 use nalgebra::Translation3;
 use std::cmp::Reverse;
 use std::f64::consts::TAU;
@@ -28,7 +29,7 @@ pub struct CorrelativeMatcherConfig {
     pub max_height_m: f64,
     /// Height of the base over the floor if the scan does not show the floor, metres: that of a quadruped.
     pub default_base_height_m: f64,
-    /// Parameters of the floor detection.
+    /// Parameters of the floor detection. Points nearer than its `min_range_m` are not projected either.
     pub floor: FloorDetectionConfig,
     /// Keyframes of one level lie at most this far above the lowest of them, metres.
     pub level_height_m: f64,
@@ -38,8 +39,6 @@ pub struct CorrelativeMatcherConfig {
     pub headings: u16,
     /// Two headings kept at one position are further apart than this many steps; 6 are 30 degrees.
     pub heading_separation: u16,
-    /// Least horizontal range of projected points, metres: the robot sees itself and people next to it.
-    pub min_range_m: f64,
     /// Greatest horizontal range of projected points, metres.
     pub max_range_m: f64,
     /// Number of projected points, spread evenly; at most 127, which is what the counters hold.
@@ -64,42 +63,11 @@ impl Default for CorrelativeMatcherConfig {
             search_radius_m: 5.0,
             headings: 72,
             heading_separation: 6,
-            min_range_m: 0.8,
             max_range_m: 15.0,
             max_points: 120,
             prefix_points: 24,
             min_prefix_matches: 12,
             suppression: PoseTolerance { distance_m: 0.85, angle_rad: 0.2 },
-        }
-    }
-}
-
-/// Parameters of the floor detection: the floor is the horizontal slice below the base with the most points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloorDetectionConfig {
-    /// Least depth of the floor below the base, metres.
-    pub min_depth_m: f64,
-    /// Greatest depth of the floor below the base, metres: that of a LiDAR carried by hand.
-    pub max_depth_m: f64,
-    /// Height of a slice, metres.
-    pub slice_m: f64,
-    /// Greatest horizontal range of the points that count, metres.
-    pub max_range_m: f64,
-    /// Least number of points in the slice of the floor.
-    pub min_points: usize,
-    /// Least share of the points within range in the slice of the floor.
-    pub min_share: f64,
-}
-
-impl Default for FloorDetectionConfig {
-    fn default() -> Self {
-        Self {
-            min_depth_m: 0.15,
-            max_depth_m: 2.45,
-            slice_m: 0.1,
-            max_range_m: 8.0,
-            min_points: 20,
-            min_share: 0.05,
         }
     }
 }
@@ -152,8 +120,8 @@ impl CorrelativeMatcher {
     /// milliseconds for 100 m².
     pub fn search(&self, points: &[[f32; 3]], level_from_base: &Rotation, count: usize) -> Vec<Isometry> {
         let config = &self.config;
-        let base_height_m = estimate_base_height(&config.floor, config.min_range_m, points, level_from_base)
-            .unwrap_or(config.default_base_height_m);
+        let base_height_m =
+            config.base_height_m(points, level_from_base).unwrap_or(config.default_base_height_m);
         let outline = config.project(points, level_from_base, base_height_m);
         if outline.len() < config.prefix_points {
             return Vec::new();
@@ -214,8 +182,7 @@ impl Level {
         let mut floors: Vec<f64> = Vec::new();
         for (pose, descriptor) in map.keyframes().iter().filter(|(pose, _)| is_on_level(pose)) {
             let points: Vec<[f32; 3]> = descriptor.points().collect();
-            let base_height_m =
-                estimate_base_height(&config.floor, config.min_range_m, &points, &pose.rotation);
+            let base_height_m = config.base_height_m(&points, &pose.rotation);
             floors.extend(base_height_m.map(|base_height_m| pose.translation.z - base_height_m));
             let rotation = pose.rotation.to_rotation_matrix();
             for point in points {
@@ -300,42 +267,14 @@ impl BestHeadings {
     }
 }
 
-/// Height of the base over the floor that its scan shows, metres; none if it shows none. The floor is where most points below the base
-/// are.
-fn estimate_base_height(
-    config: &FloorDetectionConfig,
-    min_range_m: f64,
-    points: &[[f32; 3]],
-    level_from_base: &Rotation,
-) -> Option<f64> {
-    let rotation = level_from_base.to_rotation_matrix();
-    let near = points
-        .iter()
-        .map(|point| rotation * Vector3::from(point.map(f64::from)))
-        .filter(|at| (min_range_m..=config.max_range_m).contains(&at.xy().norm()));
-    let mut near_count = 0_usize;
-    let mut slices = vec![0_usize; ((config.max_depth_m - config.min_depth_m) / config.slice_m) as usize + 1];
-    let mut depths = Vec::new();
-    for at in near {
-        near_count += 1;
-        let slice = (-at.z - config.min_depth_m) / config.slice_m;
-        if slice >= 0.0 && (slice as usize) < slices.len() {
-            slices[slice as usize] += 1;
-            depths.push(-at.z);
-        }
-    }
-    let fullest = (0..slices.len()).rev().max_by_key(|slice| slices[*slice])?;
-    if slices[fullest] < config.min_points || (slices[fullest] as f64) < config.min_share * near_count as f64
-    {
-        return None;
-    }
-    // A floor may lie on the border of two slices, so its mean is taken over twice the height of one.
-    let middle = config.min_depth_m + (fullest as f64 + 0.5) * config.slice_m;
-    depths.retain(|depth| (depth - middle).abs() <= config.slice_m);
-    Some(depths.iter().sum::<f64>() / depths.len() as f64)
-}
-
 impl CorrelativeMatcherConfig {
+    /// Height of the base over the floor that a scan (base frame, metres) shows, metres; none if it shows none.
+    fn base_height_m(&self, points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
+        let rotation = level_from_base.to_rotation_matrix();
+        let levelled = points.iter().map(|point| rotation * Vector3::from(point.map(f64::from)));
+        estimate_base_height(levelled, &self.floor)
+    }
+
     /// Whether a point at this height over the floor is projected.
     fn is_projected(&self, height_m: f64) -> bool {
         (self.min_height_m..=self.max_height_m).contains(&height_m)
@@ -349,7 +288,7 @@ impl CorrelativeMatcherConfig {
             .map(|point| rotation * Vector3::from(point.map(f64::from)))
             .filter(|at| {
                 self.is_projected(at.z + base_height_m)
-                    && (self.min_range_m..=self.max_range_m).contains(&at.xy().norm())
+                    && (self.floor.min_range_m..=self.max_range_m).contains(&at.xy().norm())
             })
             .map(|at| [at.x, at.y].map(|metres| self.cell(metres)))
             .collect();
@@ -404,40 +343,6 @@ mod tests {
     use crate::testing::{at, room_keyframe, rooms, rooms_keyframes};
     use geometry::RngTree;
     use std::collections::BTreeSet;
-
-    fn base_height(points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
-        estimate_base_height(&FloorDetectionConfig::default(), 0.8, points, level_from_base)
-    }
-
-    /// A floor this far below the base, a table over a part of it, and a wall.
-    fn room(depth_m: f32) -> Vec<[f32; 3]> {
-        let grid = |from: i32, to: i32| (from..to).flat_map(move |x| (from..to).map(move |y| [x, y]));
-        let mut points: Vec<[f32; 3]> =
-            grid(-20, 20).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, -depth_m]).collect();
-        points.extend(grid(8, 14).map(|[x, y]| [0.2 * x as f32, 0.2 * y as f32, 0.75 - depth_m]));
-        points.extend(grid(0, 25).map(|[y, z]| [4.0, 0.1 * y as f32, 0.1 * z as f32 - depth_m]));
-        points
-    }
-
-    #[test]
-    fn the_floor_is_found_at_any_height_and_tilt_of_the_base() {
-        for depth_m in [0.3_f32, 0.55, 1.4] {
-            let Some(found) = base_height(&room(depth_m), &Rotation::identity()) else {
-                panic!("the floor is there")
-            };
-            assert!((found - f64::from(depth_m)).abs() < 0.05, "{found} of {depth_m}");
-            let turn = so3::exp(&Vector3::new(0.3, -0.2, 1.0));
-            let tilted: Vec<[f32; 3]> = room(depth_m)
-                .iter()
-                .map(|point| (turn.inverse() * Vector3::from(point.map(f64::from))).map(|c| c as f32).into())
-                .collect();
-            let Some(again) = base_height(&tilted, &turn) else { panic!("the floor is there") };
-            assert!((again - found).abs() < 1e-3, "{again} {found}");
-        }
-        assert_eq!(base_height(&[], &Rotation::identity()), None);
-        let wall: Vec<[f32; 3]> = (0..200).map(|i| [4.0, 0.02 * i as f32, 0.01 * i as f32]).collect();
-        assert_eq!(base_height(&wall, &Rotation::identity()), None);
-    }
 
     /// All positions and headings, one by one and with all points, with the same rule for the two best headings.
     fn exhaustive_search(

@@ -29,7 +29,7 @@ mod testing;
 mod tiled_surfaces;
 
 pub use adaptive_voxel_filter::{AdaptiveVoxelFilter, AdaptiveVoxelFilterConfig};
-pub use correlative_matcher::{CorrelativeMatcherConfig, FloorDetectionConfig};
+pub use correlative_matcher::CorrelativeMatcherConfig;
 pub use disambiguation::{DisambiguationConfig, plan_disambiguation};
 pub use disambiguation_schedule::{DisambiguationWork, ExplorationHint};
 pub use dock_registry::{Dock, DockRegistry, DockRegistryConfig};

@@ -12,6 +12,7 @@ pub mod clique;
 pub mod consistency;
 pub mod covariance_graph;
 pub mod dynamic_points;
+mod floor_detection;
 mod graph_element;
 mod graph_optimiser;
 mod graph_publisher;
@@ -42,6 +43,7 @@ mod verification_queue;
 pub mod virtual_viewpoint;
 
 pub use consistency::{ConsistencyConfig, Decision, LoopConsistencyCheck, Verdict};
+pub use floor_detection::{FloorDetectionConfig, estimate_base_height};
 pub use graph_element::{Edge, Node, renormalised};
 pub use graph_optimiser::{GraphError, KeyframePair, OptimiserConfig, Relinearisation};
 pub use graph_publisher::{GraphChanges, GraphPublisher, GraphPublisherConfig};

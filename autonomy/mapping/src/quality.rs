@@ -6,6 +6,7 @@
 //! place that is known well.
 
 use crate::covariance_graph::CovarianceGraph;
+use crate::floor_detection::{FloorDetectionConfig, estimate_base_height};
 use crate::submap::KeyframeCloud;
 use geometry::{Isometry, Rotation, Vector3};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -22,14 +23,8 @@ pub struct MapQualityConfig {
     pub covered_range_m: f64,
     /// Range within which floor is searched, metres.
     pub max_range_m: f64,
-    /// The height of the floor is estimated from points between this range, metres, ...
-    pub min_height_range_m: f64,
-    /// ... and this one, metres.
-    pub max_height_range_m: f64,
-    /// Height of the slices of that estimate, metres.
-    pub slice_m: f64,
-    /// Least share of those points in two neighbouring slices for the floor.
-    pub min_slice_share: f64,
+    /// Parameters of the floor detection.
+    pub floor: FloorDetectionConfig,
     /// Points within this height of the floor belong to it, metres, ...
     pub flatness_m: f64,
     /// ... plus this share of their range.
@@ -55,10 +50,7 @@ impl Default for MapQualityConfig {
             floor_spacing_m: 1.5,
             covered_range_m: 6.0,
             max_range_m: 15.0,
-            min_height_range_m: 1.0,
-            max_height_range_m: 5.0,
-            slice_m: 0.1,
-            min_slice_share: 0.06,
+            floor: FloorDetectionConfig::default(),
             flatness_m: 0.15,
             flatness_share: 0.02,
             max_gap_cells: 2,
@@ -247,32 +239,20 @@ impl Coverage {
 fn floor(cloud: &KeyframeCloud, level_from_base: &Rotation, config: &MapQualityConfig) -> Box<[u16]> {
     let points: Vec<Vector3> =
         cloud.points().map(|point| level_from_base * Vector3::from(point.map(f64::from))).collect();
-    let Some(height) = floor_height(&points, config) else { return Box::default() };
+    let Some(base_height_m) = estimate_base_height(points.iter().copied(), &config.floor) else {
+        return Box::default();
+    };
     let mut cells: BTreeMap<[i32; 2], u16> = BTreeMap::new();
     // A cloud has fewer points than 16 bits count.
     for (index, point) in (0..=u16::MAX).zip(&points) {
         let range = point.xy().norm();
-        let is_flat = (point.z - height).abs() <= config.flatness_m + config.flatness_share * range;
+        let is_flat = (point.z + base_height_m).abs() <= config.flatness_m + config.flatness_share * range;
         if range <= config.max_range_m && is_flat {
             let cell = [(point.x / config.cell_m).floor() as i32, (point.y / config.cell_m).floor() as i32];
             cells.entry(cell).or_insert(index);
         }
     }
     cells.into_values().collect()
-}
-
-/// The lowest height at which enough of the points nearby lie, metres.
-fn floor_height(levelled: &[Vector3], config: &MapQualityConfig) -> Option<f64> {
-    let mut slices: BTreeMap<i32, usize> = BTreeMap::new();
-    let ranges = config.min_height_range_m..config.max_height_range_m;
-    for point in levelled.iter().filter(|point| ranges.contains(&point.xy().norm())) {
-        *slices.entry((point.z / config.slice_m).floor() as i32).or_default() += 1;
-    }
-    let least = config.min_slice_share * slices.values().sum::<usize>() as f64;
-    let found = slices.iter().find(|(slice, count)| {
-        (**count + slices.get(&(**slice + 1)).copied().unwrap_or(0)) as f64 >= least.max(1.0)
-    });
-    found.map(|(slice, _)| f64::from(slice + 1) * config.slice_m)
 }
 
 fn neighbours([x, y, floor]: Cell, reach: i32) -> impl Iterator<Item = Cell> {
