@@ -7,10 +7,22 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whitening<const N: usize>(SMatrix<f64, N, N>);
 
-/// Entries across the diagonal may differ by this share of the greatest entry, because files contain rounded numbers.
-const ASYMMETRY_MAX: f64 = 1e-6;
-/// Negative eigenvalues up to this share of the greatest count as rounding errors.
-const NEGATIVE_MAX: f64 = 1e-9;
+/// How far an information matrix may be from symmetric and positive semidefinite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct InformationTolerance {
+    /// Greatest difference of entries across the diagonal, as a share of the greatest entry, because files contain rounded numbers.
+    max_asymmetry: f64,
+    /// Greatest negative eigenvalue that counts as a rounding error, as a share of the greatest one.
+    max_negative: f64,
+    /// Least pivot of the Cholesky decomposition, as a share of its diagonal entry. Below it the decomposition is by eigenvalues.
+    min_pivot: f64,
+}
+
+impl Default for InformationTolerance {
+    fn default() -> Self {
+        Self { max_asymmetry: 1e-6, max_negative: 1e-9, min_pivot: 1e-12 }
+    }
+}
 
 impl<const N: usize> Whitening<N> {
     /// From a full information matrix. It must be finite, symmetric and without negative eigenvalues. Directions without information are
@@ -19,21 +31,26 @@ impl<const N: usize> Whitening<N> {
     /// # Errors
     /// When the matrix does not meet these conditions.
     pub fn from_information(information: &SMatrix<f64, N, N>) -> Result<Self, FactorError> {
+        let tolerance = InformationTolerance::default();
         let refuse = |problem| Err(FactorError::Information { problem });
         if !information.iter().all(|entry| entry.is_finite()) {
             return refuse("has entries that are not finite");
         }
         let asymmetry = (information - information.transpose()).amax();
-        if asymmetry > ASYMMETRY_MAX * information.amax() {
+        if asymmetry > tolerance.max_asymmetry * information.amax() {
             return refuse("is not symmetric");
         }
         let symmetric = (information + information.transpose()) * 0.5;
-        if let Some(root) = cholesky(&symmetric) {
+        if let Some(root) = cholesky(&symmetric, tolerance.min_pivot) {
             return Ok(Self(root));
         }
         let eigen = DMatrix::from_column_slice(N, N, symmetric.as_slice()).symmetric_eigen();
         let greatest = eigen.eigenvalues.amax();
-        if eigen.eigenvalues.iter().any(|&value| value < -NEGATIVE_MAX * greatest || !value.is_finite()) {
+        if eigen
+            .eigenvalues
+            .iter()
+            .any(|&value| value < -tolerance.max_negative * greatest || !value.is_finite())
+        {
             return refuse("has a negative eigenvalue");
         }
         let root = SMatrix::from_fn(|row, column| {
@@ -65,7 +82,7 @@ impl<const N: usize> Whitening<N> {
 }
 
 /// Upper triangular `W`; `None` unless every pivot is clearly positive.
-fn cholesky<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+fn cholesky<const N: usize>(matrix: &SMatrix<f64, N, N>, min_pivot: f64) -> Option<SMatrix<f64, N, N>> {
     let mut upper = SMatrix::<f64, N, N>::zeros();
     for row in 0..N {
         for column in row..N {
@@ -74,7 +91,7 @@ fn cholesky<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, 
                 value -= upper[(above, row)] * upper[(above, column)];
             }
             if column == row {
-                if value <= 1e-12 * matrix[(row, row)] || value <= 0.0 {
+                if value <= min_pivot * matrix[(row, row)] || value <= 0.0 {
                     return None;
                 }
                 upper[(row, row)] = value.sqrt();

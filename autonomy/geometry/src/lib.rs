@@ -17,6 +17,9 @@ pub use plain::{
 };
 pub use random::{Rng, RngTree};
 
+/// Standard gravity, m/s² (CGPM 1901). Local gravity differs by up to 0.03 m/s².
+pub const STANDARD_GRAVITY_M_S2: f64 = 9.80665;
+
 /// 3-vector, f64.
 pub type Vector3 = nalgebra::Vector3<f64>;
 /// 6-vector, f64; `[rotation; translation]` where it is a twist or an error.

@@ -1,32 +1,19 @@
 //! Downsampling of scans for the pose tracker, to about the same number of points whatever the site.
 
-use points::{Centroid, Downsampler};
+use points::{AdaptiveVoxelConfig, Centroid, Downsampler};
 
 /// Parameters of [`AdaptiveVoxelFilter`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdaptiveVoxelFilterConfig {
     /// Points that a filtered scan should have.
     pub target_points: usize,
-    /// Edge of the voxels for the first scan, metres.
-    pub initial_voxel_m: f32,
-    /// Smallest edge, metres.
-    pub min_voxel_m: f32,
-    /// Largest edge, metres.
-    pub max_voxel_m: f32,
-    /// The edge is multiplied by the ratio of found to wanted points, to this power. On a surface, half the edge gives four times the points,
-    /// which would be 0.5; sparse scans give fewer, so that 0.5 would overshoot.
-    pub exponent: f32,
+    /// How the voxel size adapts to that number.
+    pub voxel: AdaptiveVoxelConfig,
 }
 
 impl Default for AdaptiveVoxelFilterConfig {
     fn default() -> Self {
-        Self {
-            target_points: 3_000,
-            initial_voxel_m: 0.3,
-            min_voxel_m: 0.05,
-            max_voxel_m: 2.0,
-            exponent: 0.3,
-        }
+        Self { target_points: 3_000, voxel: AdaptiveVoxelConfig::default() }
     }
 }
 
@@ -48,7 +35,7 @@ impl Default for AdaptiveVoxelFilter {
 impl AdaptiveVoxelFilter {
     /// A filter that has seen no scan.
     pub fn new(config: AdaptiveVoxelFilterConfig) -> Self {
-        let voxel_m = config.initial_voxel_m;
+        let voxel_m = config.voxel.initial_m;
         Self { config, downsampler: Downsampler::default(), centroids: Vec::new(), voxel_m }
     }
 
@@ -58,8 +45,7 @@ impl AdaptiveVoxelFilter {
         self.downsampler.downsample(xyz, &[], self.voxel_m, &mut self.centroids);
         let filtered: Vec<[f32; 3]> = self.centroids.iter().map(|centroid| centroid.xyz).collect();
         let ratio = filtered.len().max(1) as f32 / self.config.target_points as f32;
-        let voxel_m = self.voxel_m * ratio.powf(self.config.exponent);
-        self.voxel_m = voxel_m.clamp(self.config.min_voxel_m, self.config.max_voxel_m);
+        self.voxel_m = self.config.voxel.adapt(self.voxel_m, ratio);
         filtered
     }
 }
@@ -86,6 +72,6 @@ mod tests {
         for _ in 0..20 {
             assert_eq!(filter.filter(&[[1.0, 2.0, 3.0]]).len(), 1);
         }
-        assert_eq!(filter.voxel_m, AdaptiveVoxelFilterConfig::default().min_voxel_m);
+        assert_eq!(filter.voxel_m, AdaptiveVoxelConfig::default().min_m);
     }
 }

@@ -3,15 +3,13 @@
 use crate::Digest;
 use messages::{
     Input, Job, JobDone, JobId, JobResult, Keyframe, PriorKeyframe, PriorMap, Publication, StackEffect,
+    TICK_PERIOD,
 };
 use sim::{SimConfig, SimEvent, Simulator};
 use stack::{ComputeJob, Stack};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use vocab::{MapId, SessionId, Span, Stamp};
-
-/// Ticks come at 20 Hz. Drive commands reach the body at ticks.
-const TICK: Span = Span::from_millis(50);
+use vocab::{MapId, SessionId, Stamp};
 
 /// When the results of jobs arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,7 +85,7 @@ impl Lockstep {
     /// Runs until `until` and calls `watch` with every effect.
     pub fn advance(&mut self, until: Stamp, watch: &mut dyn FnMut(Stamp, &StackEffect)) {
         while self.now() < until {
-            let next = (self.now() + TICK).min(until);
+            let next = (self.now() + TICK_PERIOD).min(until);
             let mut events = std::mem::take(&mut self.events);
             self.simulator.advance(next, &mut events);
             for event in events.drain(..) {

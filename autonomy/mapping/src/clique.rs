@@ -1,17 +1,14 @@
 //! Maximum clique of a small graph given as bit sets.
 
-/// Branches of the search after which the best clique found so far is returned. It bounds the time of a step.
-const MAX_BRANCHES: usize = 20_000;
-
 /// The largest clique that contains the node `required`, in a graph of at most 64 nodes. `agree[i]` has bit `j` set if `i` and `j` are
 /// adjacent. Depth-first search with the number of remaining nodes as bound. The same input gives the same clique. The result is exact up
-/// to 20,000 branches, and the best one found beyond. Source of the use: Mangelson et al., *Pairwise Consistent Measurement Set
+/// to `max_branches` branches, and the best one found beyond. Source of the use: Mangelson et al., *Pairwise Consistent Measurement Set
 /// Maximization*, ICRA 2018.
-pub fn largest_clique(agree: &[u64], required: usize) -> u64 {
+pub fn largest_clique(agree: &[u64], required: usize, max_branches: usize) -> u64 {
     if required >= agree.len().min(64) {
         return 0;
     }
-    let mut search = Search { agree, best: 1 << required, branches: 0 };
+    let mut search = Search { agree, best: 1 << required, branches: 0, max_branches };
     search.extend(1 << required, agree[required] & !(1 << required) & valid(agree.len()));
     search.best
 }
@@ -24,6 +21,7 @@ struct Search<'a> {
     agree: &'a [u64],
     best: u64,
     branches: usize,
+    max_branches: usize,
 }
 
 impl Search<'_> {
@@ -34,7 +32,7 @@ impl Search<'_> {
         while left != 0 {
             self.branches += 1;
             if chosen.count_ones() + left.count_ones() <= self.best.count_ones()
-                || self.branches > MAX_BRANCHES
+                || self.branches > self.max_branches
             {
                 return;
             }
@@ -64,6 +62,8 @@ mod tests {
     use super::*;
     use geometry::RngTree;
 
+    const MAX_BRANCHES: usize = 20_000;
+
     #[test]
     fn agrees_with_an_exhaustive_search() {
         for seed in 0..40 {
@@ -80,7 +80,7 @@ mod tests {
             }
             let is_clique = |set: u64| bits(set).all(|i| set & !(1 << i) & !agree[i] == 0);
             let best = (0..1_u64 << count).filter(|s| s & 1 != 0 && is_clique(*s)).map(u64::count_ones).max();
-            let found = largest_clique(&agree, 0);
+            let found = largest_clique(&agree, 0, MAX_BRANCHES);
             assert!(is_clique(found) && found & 1 != 0);
             assert_eq!(Some(found.count_ones()), best, "seed {seed}");
         }
@@ -89,10 +89,10 @@ mod tests {
     #[test]
     fn a_full_graph_of_64_nodes_and_a_hard_one_are_searched_in_bounded_time() {
         let all: Vec<u64> = (0..64).map(|i| !(1_u64 << i)).collect();
-        assert_eq!(largest_clique(&all, 7), u64::MAX);
+        assert_eq!(largest_clique(&all, 7, MAX_BRANCHES), u64::MAX);
         // 32 pairs of which only partners are not adjacent: 2^32 maximum cliques.
         let pairs: Vec<u64> = (0..64).map(|i| !(3_u64 << (i / 2 * 2))).collect();
-        assert_eq!(largest_clique(&pairs, 0).count_ones(), 32);
-        assert_eq!((largest_clique(&[], 0), largest_clique(&[0], 0)), (0, 1));
+        assert_eq!(largest_clique(&pairs, 0, MAX_BRANCHES).count_ones(), 32);
+        assert_eq!((largest_clique(&[], 0, MAX_BRANCHES), largest_clique(&[0], 0, MAX_BRANCHES)), (0, 1));
     }
 }

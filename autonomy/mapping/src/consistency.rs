@@ -33,6 +33,9 @@ pub struct ConsistencyConfig {
     pub max_contradiction_deviations: f64,
     /// Greatest number of held loops; beyond it the oldest is dropped. At most 64, the width of a bit set.
     pub max_held: usize,
+    /// Branches of the search for the largest set of loops that agree, after which the best set found so far is taken. It bounds the time of a
+    /// step.
+    pub max_branches: usize,
     /// Number of held loops, newest first, that are checked again after a loop was accepted. Each costs a search of the graph.
     pub rechecked: usize,
 }
@@ -47,6 +50,7 @@ impl Default for ConsistencyConfig {
             contradicting_min_extent_m: 18.0,
             max_contradiction_deviations: 10.0,
             max_held: 64,
+            max_branches: 20_000,
             rechecked: 8,
         }
     }
@@ -261,7 +265,7 @@ impl LoopConsistencyCheck {
     /// The largest set of held loops that agree with each other and with the newest one.
     fn largest_set_with_newest(&self) -> u64 {
         let agreeing: Vec<u64> = self.held.iter().map(|held| held.agreeing).collect();
-        largest_clique(&agreeing, agreeing.len().saturating_sub(1))
+        largest_clique(&agreeing, agreeing.len().saturating_sub(1), self.config.max_branches)
     }
 
     /// Whether a set of held loops is enough to be accepted.

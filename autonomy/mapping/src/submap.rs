@@ -8,12 +8,23 @@ use std::sync::{Arc, OnceLock};
 
 /// Greatest number of points kept of a keyframe. Part of the stored format.
 pub const MAX_POINTS: usize = 3_000;
-/// Edge of the voxels in which a cloud is averaged first, metres.
-const VOXEL_M: f32 = 0.12;
-/// Factor by which the voxels grow until at most [`MAX_POINTS`] points remain.
-const VOXEL_GROWTH: f32 = 1.25;
 /// Resolution of the stored points, metres: ±65.5 m in 16 bits, an error of at most a millimetre. Part of the stored format.
 const RESOLUTION_M: f32 = 0.002;
+
+/// Parameters of the thinning of a keyframe's cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinningConfig {
+    /// Edge of the voxels in which a cloud is averaged first, metres.
+    pub voxel_m: f32,
+    /// Factor, greater than 1, by which the voxels grow until at most [`MAX_POINTS`] points remain.
+    pub voxel_growth: f32,
+}
+
+impl Default for ThinningConfig {
+    fn default() -> Self {
+        Self { voxel_m: 0.12, voxel_growth: 1.25 }
+    }
+}
 
 /// Parameters of a submap: a keyframe with its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,13 +55,14 @@ pub struct KeyframeCloud {
 }
 
 impl KeyframeCloud {
-    /// Thins a motion-corrected cloud (base frame, metres) measured from `sensor` (base frame, metres). Linear in the points. Points that are
-    /// not finite or farther away than 65 m are dropped.
+    /// Thins a motion-corrected cloud (base frame, metres) measured from `sensor` (base frame, metres), with the default parameters. Linear in
+    /// the points. Points that are not finite or farther away than 65 m are dropped.
     pub fn new(xyz: &[[f32; 3]], sensor: [f32; 3], downsampler: &mut Downsampler) -> Self {
+        let config = ThinningConfig::default();
         let limit = RESOLUTION_M * f32::from(i16::MAX);
         let mut kept: Vec<[f32; 3]> =
             xyz.iter().filter(|p| p.iter().all(|c| c.abs() < limit)).copied().collect();
-        let (mut voxel, mut centroids) = (VOXEL_M, Vec::<Centroid>::new());
+        let (mut voxel, mut centroids) = (config.voxel_m, Vec::<Centroid>::new());
         loop {
             centroids.clear();
             downsampler.downsample(&kept, &[], voxel, &mut centroids);
@@ -59,7 +71,7 @@ impl KeyframeCloud {
             if kept.len() <= MAX_POINTS {
                 break;
             }
-            voxel *= VOXEL_GROWTH;
+            voxel *= config.voxel_growth;
         }
         let points = kept.iter().map(|p| p.map(|c| (c / RESOLUTION_M).round() as i16)).collect();
         Self { points, view: RangeImage::new(xyz, sensor) }

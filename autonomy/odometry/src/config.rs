@@ -223,6 +223,8 @@ pub struct OdometryConfig {
     pub max_range_m: f32,
     /// Box around the robot's own body, base frame, metres. Points inside are dropped (self-filter).
     pub self_filter: Option<Aabb>,
+    /// Variance of the published pose before the estimate begins, rad² and m². Far larger than that of any estimate.
+    pub unknown_pose_variance: f64,
     /// Waiting for messages and detection of silent sources.
     pub synchronisation: SynchronisationConfig,
     /// Limits of the IMU's readings.
@@ -253,6 +255,7 @@ impl Default for OdometryConfig {
             min_range_m: 0.4,
             max_range_m: 120.0,
             self_filter: None,
+            unknown_pose_variance: 1e6,
             synchronisation: SynchronisationConfig::default(),
             imu_queue: ImuQueueConfig::default(),
             initial_alignment: InitialAlignmentConfig::default(),

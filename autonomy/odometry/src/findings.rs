@@ -3,14 +3,8 @@
 use crate::config::Mounting;
 use crate::event::{Finding, FindingKind, Severity, milliseconds};
 use crate::initial_alignment::{InitialAlignment, InitialAlignmentConfig};
-use crate::state::STANDARD_GRAVITY;
-use geometry::Vector3;
+use geometry::{STANDARD_GRAVITY_M_S2, Vector3};
 use vocab::Span;
-
-/// Lengths of the accelerometer's reading, m/s², that mean that it reports multiples of gravity.
-const MULTIPLES_OF_GRAVITY: std::ops::Range<f64> = 0.8..1.2;
-/// An IMU tilted by more than this is called upside down, radians.
-const UPSIDE_DOWN_RAD: f64 = 2.4;
 
 /// Checks gravity, mounting and standstill at the start.
 pub fn at_start(
@@ -20,8 +14,8 @@ pub fn at_start(
 ) -> Vec<Finding> {
     let mut found = Vec::new();
     let length = alignment.up.norm();
-    if (length - STANDARD_GRAVITY).abs() > config.gravity_tolerance_m_s2 {
-        let remedy = if MULTIPLES_OF_GRAVITY.contains(&length) {
+    if (length - STANDARD_GRAVITY_M_S2).abs() > config.gravity_tolerance_m_s2 {
+        let remedy = if (length - 1.0).abs() < config.gravity_multiple_tolerance {
             "It seems to report multiples of gravity: have its driver report m/s²."
         } else {
             "Check the accelerometer's unit and range, and that it reports gravity too."
@@ -36,7 +30,7 @@ pub fn at_start(
     let up_in_base = mounting.base_from_imu.isometry().rotation * alignment.up;
     let tilt = up_in_base.angle(&Vector3::z());
     if tilt > config.max_tilt_rad {
-        let what = if tilt > UPSIDE_DOWN_RAD {
+        let what = if tilt > config.upside_down_rad {
             "The IMU is mounted upside down"
         } else {
             "Gravity does not point down"

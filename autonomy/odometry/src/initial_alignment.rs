@@ -25,8 +25,12 @@ pub struct InitialAlignmentConfig {
     pub max_turn_rate_rad_s: f64,
     /// Greatest plausible difference between the accelerometer's reading at rest and gravity, m/s²: a bias and a scale error of 3 %.
     pub gravity_tolerance_m_s2: f64,
+    /// An accelerometer whose reading at rest differs from 1 by less than this is said to report multiples of gravity.
+    pub gravity_multiple_tolerance: f64,
     /// Greatest plausible tilt of a robot that starts, radians.
     pub max_tilt_rad: f64,
+    /// An IMU with a larger tilt is said to be upside down, radians: 42 degrees less than half a turn.
+    pub upside_down_rad: f64,
     /// Initial standard deviation of rotation (rad) and position (m). The pose is the origin by definition.
     pub pose_deviation: f64,
     /// Initial standard deviation of the scale of the legs.
@@ -64,7 +68,9 @@ impl Default for InitialAlignmentConfig {
             max_accel_deviation_m_s2: 0.35,
             max_turn_rate_rad_s: 0.15,
             gravity_tolerance_m_s2: 0.6,
+            gravity_multiple_tolerance: 0.2,
             max_tilt_rad: 0.6,
+            upside_down_rad: 2.4,
             pose_deviation: 1e-4,
             leg_scale_deviation: 0.05,
             accel_bias_deviation_m_s2: 0.1,

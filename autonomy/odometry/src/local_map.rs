@@ -4,7 +4,7 @@ use crate::event::RegistrationReport;
 use crate::filter::ErrorStateFilter;
 use crate::state::State;
 use geometry::{Base, Body, Isometry, Matrix6, Transform, Vector3, Vector6};
-use points::{Centroid, Downsampler, GaussianMap, GaussianMapConfig};
+use points::{AdaptiveVoxelConfig, Centroid, Downsampler, GaussianMap, GaussianMapConfig};
 use registration::{
     GaussNewtonConfig, MatchingConfig, NormalEquations, ScanInformationConfig, WidthSchedule, gauss_newton,
     linearise, shrink_eigenvalues,
@@ -29,19 +29,12 @@ pub struct LocalMapConfig {
     pub loose: GaussNewtonConfig,
     /// Number of points of a scan that are to enter registration. The voxel size adapts to it.
     pub target_points: usize,
-    /// Voxel size of the first downsampling, metres.
-    pub initial_voxel_m: f32,
-    /// Smallest voxel size, metres.
-    pub min_voxel_m: f32,
-    /// Largest voxel size, metres.
-    pub max_voxel_m: f32,
+    /// How the voxel size adapts to that number from scan to scan.
+    pub voxel: AdaptiveVoxelConfig,
     /// Voxel size of the points that enter the map, as a share of that of the points that enter registration.
     pub fine_voxel_share: f32,
-    /// Exponent of the adaptation of the voxel size while the map is empty. Halving the voxels of a dense surface quadruples its
-    /// points (exponent 0.5); sparse surfaces give fewer.
+    /// Exponent of the adaptation of the voxel size while the map is empty, in place of that of `voxel`.
     pub initial_adaptation_exponent: f32,
-    /// Exponent of the adaptation from scan to scan.
-    pub adaptation_exponent: f32,
     /// Greatest number of adaptations for the first scan.
     pub initial_adaptations: usize,
     /// Least ratio of the number of points to the target that ends the adaptation for the first scan.
@@ -69,12 +62,9 @@ impl Default for LocalMapConfig {
             tight,
             loose: GaussNewtonConfig { max_iterations: 20, initial_width: 8.0, ..tight },
             target_points: 4_000,
-            initial_voxel_m: 0.3,
-            min_voxel_m: 0.05,
-            max_voxel_m: 2.0,
+            voxel: AdaptiveVoxelConfig::default(),
             fine_voxel_share: 0.5,
             initial_adaptation_exponent: 0.6,
-            adaptation_exponent: 0.3,
             initial_adaptations: 6,
             min_target_ratio: 0.8,
             max_target_ratio: 1.25,
@@ -132,7 +122,7 @@ impl LocalMap {
             map: GaussianMap::new(config.gaussians),
             downsampler: Downsampler::default(),
             centroids: Vec::new(),
-            voxel_m: config.initial_voxel_m,
+            voxel_m: config.voxel.initial_m,
             removed_at: None,
         }
     }
@@ -158,10 +148,11 @@ impl LocalMap {
     ) {
         let config = self.config;
         let is_first = self.map.is_empty();
-        let (attempts, exponent) = if is_first {
-            (config.initial_adaptations, config.initial_adaptation_exponent)
+        let (attempts, adaptation) = if is_first {
+            let exponent = config.initial_adaptation_exponent;
+            (config.initial_adaptations, AdaptiveVoxelConfig { exponent, ..config.voxel })
         } else {
-            (1, config.adaptation_exponent)
+            (1, config.voxel)
         };
         for _ in 0..attempts {
             self.downsample_once(xyz, out);
@@ -170,8 +161,7 @@ impl LocalMap {
                 break;
             }
             let ratio = out.coarse.len() as f32 / target_points as f32;
-            self.voxel_m =
-                (self.voxel_m * ratio.powf(exponent)).clamp(config.min_voxel_m, config.max_voxel_m);
+            self.voxel_m = adaptation.adapt(self.voxel_m, ratio);
             if (config.min_target_ratio..config.max_target_ratio).contains(&ratio) {
                 break;
             }

@@ -4,10 +4,8 @@
 //! error-state Kalman filter*, 2017, section 5. Here the position error is in the body frame, and the mean is integrated with the
 //! rotation half-way through the step.
 
-use crate::state::{
-    ACCEL_BIAS, ErrorMatrix, GRAVITY, GYRO_BIAS, POSITION, ROTATION, STANDARD_GRAVITY, State, VELOCITY,
-};
-use geometry::{Isometry, Matrix3, Vector3, so3};
+use crate::state::{ACCEL_BIAS, ErrorMatrix, GRAVITY, GYRO_BIAS, POSITION, ROTATION, State, VELOCITY};
+use geometry::{Isometry, Matrix3, STANDARD_GRAVITY_M_S2, Vector3, so3};
 use nalgebra::Translation3;
 
 /// Decay of a motion that nothing measures. With the random walks of [`FilterConfig`](crate::FilterConfig) the velocity then stays
@@ -120,7 +118,7 @@ impl MotionModel {
                 for axis in 0..2 {
                     // The length of gravity is fixed, so a change of a horizontal component changes z as well.
                     let mut direction = Vector3::ith(axis, 1.0);
-                    direction.z = -gravity[axis] / gravity.z.min(-0.1 * STANDARD_GRAVITY);
+                    direction.z = -gravity[axis] / gravity.z.min(-0.1 * STANDARD_GRAVITY_M_S2);
                     f.fixed_view_mut::<3, 1>(VELOCITY, GRAVITY + axis).copy_from(&(direction * dt));
                     let moved = next_from_odom * direction * half_dt2;
                     f.fixed_view_mut::<3, 1>(POSITION, GRAVITY + axis).copy_from(&moved);

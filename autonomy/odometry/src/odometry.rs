@@ -170,7 +170,7 @@ impl Odometry {
                 odom_from_base: self.initial.odom_from_base,
                 velocity: Vector3::zeros(),
                 turn_rate: Vector3::zeros(),
-                covariance: geometry::Matrix6::identity() * UNKNOWN_VARIANCE,
+                covariance: geometry::Matrix6::identity() * self.config.unknown_pose_variance,
                 covariance_inflation: self.initial.covariance_inflation,
             },
         }
@@ -361,8 +361,6 @@ impl Odometry {
     }
 }
 
-/// Variance of an unknown pose, rad² and m².
-const UNKNOWN_VARIANCE: f64 = 1e6;
 /// Remedy for a silent IMU.
 const CHECK_IMU: &str = "Check its cable, power and driver.";
 

@@ -4,7 +4,7 @@
 //! the order of the constants below. Errors of rotation, position and biases are in the body frame, those of velocity and gravity
 //! in the odom frame.
 
-use geometry::{Isometry, Vector3, Vector6, se3};
+use geometry::{Isometry, STANDARD_GRAVITY_M_S2, Vector3, Vector6, se3};
 use nalgebra::{SMatrix, SVector};
 
 /// Components of the error.
@@ -28,9 +28,6 @@ pub const LEG_SCALE: usize = 17;
 pub type ErrorVector = SVector<f64, DIMENSION>;
 /// Covariance of an error, or Jacobian of one error by another.
 pub type ErrorMatrix = SMatrix<f64, DIMENSION, DIMENSION>;
-
-/// Standard gravity, m/s². Local gravity differs by up to 0.03 m/s². The accelerometer's bias absorbs the difference.
-pub const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// The estimated state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,10 +60,11 @@ impl State {
         }
     }
 
-    /// Gravity in the odom frame, m/s², pointing down, of the fixed length [`STANDARD_GRAVITY`] (equation 2).
+    /// Gravity in the odom frame, m/s², pointing down, of the fixed length [`STANDARD_GRAVITY_M_S2`] (equation 2). The accelerometer's bias absorbs the
+    /// difference to local gravity.
     pub fn gravity(&self) -> Vector3 {
         let [x, y] = self.gravity_tilt;
-        Vector3::new(x, y, -(STANDARD_GRAVITY * STANDARD_GRAVITY - x * x - y * y).max(0.0).sqrt())
+        Vector3::new(x, y, -(STANDARD_GRAVITY_M_S2 * STANDARD_GRAVITY_M_S2 - x * x - y * y).max(0.0).sqrt())
     }
 
     /// The state plus an error (equation 3).

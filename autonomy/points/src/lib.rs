@@ -2,6 +2,7 @@
 //!
 //! The crate knows neither time nor robots. Points are `f32` relative to an origin that the caller keeps in `f64`.
 
+pub mod adaptive_voxel;
 pub mod downsample;
 pub mod filter;
 pub mod gaussian_map;
@@ -10,6 +11,7 @@ pub mod range_image;
 pub mod surface_map;
 pub mod symmetric;
 
+pub use adaptive_voxel::AdaptiveVoxelConfig;
 pub use downsample::{Centroid, Downsampler};
 pub use gaussian_map::{GaussianMap, GaussianMapConfig, Surface};
 pub use range_image::{Occupancy, RangeImage, RangeImageConfig};

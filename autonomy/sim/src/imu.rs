@@ -6,17 +6,15 @@
 
 use crate::body::MotionHistory;
 use crate::timing::{IMU_HZ, TICK_SECONDS, TICKS_PER_IMU};
-use geometry::{Isometry, Rng, Vector3, so3};
+use geometry::{Isometry, Rng, STANDARD_GRAVITY_M_S2, Vector3, so3};
 use messages::ImuSample;
 use vocab::Stamp;
-
-/// Standard gravity, m/s².
-pub const GRAVITY: f64 = 9.80665;
 
 /// Noise density of the gyroscope, rad/s/√Hz.
 const GYRO_NOISE_DENSITY: f64 = 0.014 * std::f64::consts::PI / 180.0;
 /// Noise density of the accelerometer in x, y and z, m/s²/√Hz.
-const ACCEL_NOISE_DENSITY: [f64; 3] = [120e-6 * GRAVITY, 120e-6 * GRAVITY, 160e-6 * GRAVITY];
+const ACCEL_NOISE_DENSITY: [f64; 3] =
+    [120e-6 * STANDARD_GRAVITY_M_S2, 120e-6 * STANDARD_GRAVITY_M_S2, 160e-6 * STANDARD_GRAVITY_M_S2];
 /// Random walk of the gyroscope's bias, rad/s/√s.
 const GYRO_BIAS_WALK: f64 = 1.5e-5;
 /// Random walk of the accelerometer's bias, m/s²/√s.
@@ -28,7 +26,7 @@ const ACCEL_TURN_ON_BIAS_M_S2: f64 = 0.06;
 /// Greatest reading of the gyroscope, rad/s: 1000 °/s.
 const GYRO_RANGE_RAD_S: f64 = 1000.0 * std::f64::consts::PI / 180.0;
 /// Greatest reading of the accelerometer, m/s²: 12 g.
-const ACCEL_RANGE_M_S2: f64 = 12.0 * GRAVITY;
+const ACCEL_RANGE_M_S2: f64 = 12.0 * STANDARD_GRAVITY_M_S2;
 
 /// The inertial measurement unit.
 #[derive(Clone, Debug)]
@@ -70,7 +68,8 @@ impl Imu {
         };
         let acceleration = (speed(tick + half) - speed(tick - half)) / period;
         let site_from_imu = at(tick).rotation;
-        let mut specific_force = site_from_imu.inverse() * (acceleration + Vector3::z() * GRAVITY);
+        let mut specific_force =
+            site_from_imu.inverse() * (acceleration + Vector3::z() * STANDARD_GRAVITY_M_S2);
         let turned = at(tick - half).rotation.inverse() * at(tick + half).rotation;
         let mut angular_velocity = so3::log(&turned) / period;
         if let Some(errors) = &mut self.errors {

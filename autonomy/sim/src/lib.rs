@@ -37,7 +37,6 @@ pub use body::STANDING_HEIGHT;
 pub use bvh::Bvh;
 pub use faults::ScheduledFault;
 pub use ground_truth::GroundTruth;
-pub use imu::GRAVITY;
 pub use lidar::{FULL_COLUMNS, RINGS};
 pub use ray_packet::{LANES, Lane, NO_HIT, RayPacket};
 pub use route::{Route, Start};

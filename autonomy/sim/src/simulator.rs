@@ -15,15 +15,13 @@ use crate::timing::{
     BLOCK_NANOS, BLOCK_SECONDS, BLOCKS_PER_SWEEP, TICK_NANOS, TICK_SECONDS, TICKS_PER_BLOCK, TICKS_PER_IMU,
 };
 use geometry::{Isometry, RngTree, Rotation, Vector3, vec_from_plain};
-use messages::{BootRecord, Drive, Mounting, RobotProfile, Sensor, Sources};
+use messages::{BootRecord, DRIVE_LIFETIME, Drive, Mounting, RobotProfile, Sensor, Sources};
 use nalgebra::Translation3;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use vocab::{Span, Stamp, Twist, Vec3};
 
-/// A drive command expires after this time.
-const COMMAND_LIFETIME: Span = Span::from_millis(500);
 /// Blocks between two messages of the battery.
 const BLOCKS_PER_BATTERY: i64 = 100;
 /// Ground-truth states that are kept until they are taken: one minute.
@@ -363,7 +361,7 @@ impl Simulator {
     /// The velocity that is commanded now.
     fn commanded_velocity(&self) -> Twist {
         match self.command {
-            Some((given, drive)) if self.now() - given < COMMAND_LIFETIME => drive.velocity,
+            Some((given, drive)) if self.now() - given < DRIVE_LIFETIME => drive.velocity,
             _ => Twist::default(),
         }
     }

@@ -1,8 +1,8 @@
 //! Body, collisions, ground, gait and IMU.
 
 use super::{drive, ideal_blind, imu, quiet, run, scans, site_from_base};
-use crate::{GRAVITY, RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
-use geometry::{Isometry, RngTree, Vector3, isometry_from_pose, so3, vec_from_plain};
+use crate::{RouteFollower, STANDING_HEIGHT, SimConfig, Simulator, Site, SiteName, Start};
+use geometry::{Isometry, RngTree, STANDARD_GRAVITY_M_S2, Vector3, isometry_from_pose, so3, vec_from_plain};
 use messages::Sensor;
 use std::sync::Arc;
 use vocab::{Span, Vec3};
@@ -59,7 +59,7 @@ fn the_imu_of_a_standing_robot_measures_gravity_only() {
     let site_from_imu = site_from_base(&simulator.truth()) * base_from_imu;
     for sample in samples {
         let up = site_from_imu.rotation * vec_from_plain(sample.specific_force);
-        assert!((up - Vector3::z() * GRAVITY).norm() < 1e-6, "{up}");
+        assert!((up - Vector3::z() * STANDARD_GRAVITY_M_S2).norm() < 1e-6, "{up}");
         assert!(vec_from_plain(sample.angular_velocity).norm() < 1e-9);
     }
 }
@@ -81,7 +81,7 @@ fn the_imu_integrates_back_to_the_true_path() {
         // A sample is the mean over a period around its stamp. So half of the rotation comes before the acceleration and half after it.
         half_turn = so3::exp(&(vec_from_plain(sample.angular_velocity) * (dt / 2.0)));
         attitude *= half_turn;
-        let push = attitude * vec_from_plain(sample.specific_force) - Vector3::z() * GRAVITY;
+        let push = attitude * vec_from_plain(sample.specific_force) - Vector3::z() * STANDARD_GRAVITY_M_S2;
         jerky = jerky.max(push.norm());
         place += velocity * dt + push * (dt * dt / 2.0);
         velocity += push * dt;

@@ -147,7 +147,7 @@ fn imu_noise_has_the_density_of_the_datasheet() {
     };
     let band = f64::from(crate::IMU_HZ / 2).sqrt();
     let gyro = spread(&|s| s.angular_velocity.y) / (0.014_f64.to_radians() * band);
-    let accel = spread(&|s| s.specific_force.z) / (160e-6 * crate::GRAVITY * band);
+    let accel = spread(&|s| s.specific_force.z) / (160e-6 * geometry::STANDARD_GRAVITY_M_S2 * band);
     assert!((gyro - 1.0).abs() < 0.05 && (accel - 1.0).abs() < 0.08, "{gyro} {accel} times the datasheet");
 }
 
