@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use geometry::{Isometry, isometry_from_pose, se3};
 use messages::{
     BootRecord, Command, CommandKind, Drive, FinishedMap, Input, Job, JobId, Principal, PriorMap,
-    Publication, StackEffect,
+    Publication, StackEffect, TICK_PERIOD,
 };
 use sim::{Route, RouteFollower, SimConfig, Simulator, Site};
 use stack::{ComputeJob, Stack};
@@ -13,9 +13,6 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{ClientId, CommandId, MapId, Pose, SessionId, Span, Stamp};
-
-/// Interval of the stack's ticks and of drive commands: 20 Hz.
-const TICK: Span = Span::from_millis(50);
 
 /// Parameters of a simulated walk.
 #[derive(Clone, Copy, Debug)]
@@ -164,7 +161,7 @@ impl StackWalk {
         while self.simulator.elapsed() < until {
             let drive = self.drive();
             self.simulator.command(drive);
-            self.simulator.advance(self.simulator.now() + TICK, &mut events);
+            self.simulator.advance(self.simulator.now() + TICK_PERIOD, &mut events);
             let states = self.simulator.take_ground_truth();
             if let Some(kept) = &mut self.ground_truth {
                 for truth in states {

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use benches::quantile;
 use benches::stack_walk::{StackWalk, WalkPlan};
 use geometry::{Isometry, Rng, RngTree, Vector3, isometry_from_pose, pose_from_isometry};
-use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect};
+use messages::{CommandKind, GoalKind, LocalisationState, Publication, StackEffect, TICK_PERIOD};
 use sim::{ScheduledFault, Site, Start};
 use std::sync::Arc;
 use uuid::Uuid;
@@ -31,8 +31,6 @@ const CARRIED_FOR: Span = Span::from_millis(12_000);
 const WALK_BETWEEN: Span = Span::from_millis(15_000);
 /// Interval at which a recovering robot is checked.
 const CHECK_INTERVAL: Span = Span::from_millis(100);
-/// Interval at which published estimates are compared with the truth: one tick of the stack.
-const TICK: Span = Span::from_millis(50);
 
 /// Prints the names of the columns. For each kind of fault: the number of faults; the least distance over which the robot moved or was carried
 /// meanwhile (straight line, metres); the number of recoveries within the bar; their median and greatest duration. Then the number of scans
@@ -100,7 +98,7 @@ impl FaultyWalk<'_> {
         let until = self.walk.simulator().elapsed() + duration;
         let mut is_right = false;
         while self.walk.simulator().elapsed() < until {
-            let next = self.walk.simulator().elapsed() + TICK;
+            let next = self.walk.simulator().elapsed() + TICK_PERIOD;
             let published = &mut self.published;
             self.walk.walk_until(next, &mut |_, _, effects| published.update(effects))?;
             if std::mem::take(&mut self.published.has_new_scan) && self.published.claims_pose() {

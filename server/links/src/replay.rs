@@ -3,7 +3,7 @@
 use crate::pacer::RealTimePacer;
 use crate::{ArrivalSender, LinkThread, Stopped, texts};
 use crossbeam_channel::Receiver;
-use messages::{BootRecord, Drive, Sensor};
+use messages::{BootRecord, Drive, Sensor, TICK_PERIOD};
 use ports::{Arrival, LinkError, RobotEvent, RobotLink};
 use std::time::Instant;
 use vocab::{Span, Stamp};
@@ -21,7 +21,7 @@ pub struct ReplayConfig {
 
 impl Default for ReplayConfig {
     fn default() -> Self {
-        Self { speed: 1.0, clock_interval: Span::from_millis(50), gap_max: Span::from_millis(10_000) }
+        Self { speed: 1.0, clock_interval: TICK_PERIOD, gap_max: Span::from_millis(10_000) }
     }
 }
 

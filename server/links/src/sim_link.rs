@@ -47,7 +47,7 @@ struct PendingCommands {
 }
 
 /// The simulator on a separate thread. Its results depend on the commands and their simulated times, not on the speed of
-/// this computer. The simulator stops its robot [`ports::DRIVE_TIMEOUT`] after the last command.
+/// this computer. The simulator stops its robot [`messages::DRIVE_LIFETIME`] after the last command.
 pub struct SimLink {
     boot: BootRecord,
     site: String,

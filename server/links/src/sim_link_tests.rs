@@ -1,6 +1,6 @@
 use super::*;
+use messages::DRIVE_LIFETIME;
 use messages::Sensor;
-use ports::DRIVE_TIMEOUT;
 use sim::SiteName;
 use std::time::Duration;
 use vocab::{Stamp, Twist, Vec3};
@@ -65,7 +65,7 @@ fn the_robot_walks_on_commands_and_stops_when_they_cease() {
     };
     assert!(reaches(Some(forward), 60, |speed| speed > 0.4), "never walks at the commanded speed");
     // The arrivals in the queue are from walking. After them the last command is valid for its time, and the legs come to rest.
-    let rest = 5 + DRIVE_TIMEOUT.nanos() / 1_000_000_000;
+    let rest = 5 + DRIVE_LIFETIME.nanos() / 1_000_000_000;
     assert!(!reaches(None, rest, |_| false), "always false, so this only lets {rest} s pass");
     assert!(!reaches(None, 3, |speed| speed.abs() > 0.1), "still moves {rest} s after the last command");
 }

@@ -3,10 +3,7 @@
 use api::SimulatedFault;
 use crossbeam_channel::Receiver;
 use messages::{BootRecord, Drive, Sensor};
-use vocab::{Span, Stamp};
-
-/// A link stops its robot by itself after this time without [`RobotLink::drive`], on the robot's clock.
-pub const DRIVE_TIMEOUT: Span = Span::from_millis(500);
+use vocab::Stamp;
 
 /// An event from the robot with its time of arrival.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +19,7 @@ pub struct Arrival {
 pub enum RobotEvent {
     /// A measurement.
     Sensor(Sensor),
-    /// Only the time. It is sent every 50 ms of robot time, so that a longer silence means a broken link.
+    /// Only the time. It is sent every [`messages::TICK_PERIOD`] of robot time, so that a longer silence means a broken link.
     Clock,
     /// The link has ended, with the reason in one sentence.
     Ended(String),
@@ -57,7 +54,7 @@ pub trait RobotLink: Send {
     /// It is disconnected once the link has ended.
     fn arrivals(&self) -> Receiver<Arrival>;
 
-    /// Sends a drive command. Never blocks. It must be repeated: see [`DRIVE_TIMEOUT`].
+    /// Sends a drive command. Never blocks. It must be repeated: see [`messages::DRIVE_LIFETIME`].
     fn drive(&self, drive: Drive);
 
     /// Injects a fault, if the robot is simulated. Never blocks.

@@ -11,7 +11,9 @@ use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
-use messages::{ActionOutcome, BootRecord, Command, Input, PoseInMap, Publication, StackEffect};
+use messages::{
+    ActionOutcome, BootRecord, Command, Input, MAX_TICK_GAP, PoseInMap, Publication, StackEffect, TICK_PERIOD,
+};
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
 use std::collections::VecDeque;
@@ -20,10 +22,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use vocab::{ClientId, CommandId, Span, Stamp};
 
-/// Time between ticks on the robot's clock.
-const TICK: Span = Span::from_millis(50);
-/// Longest gap in the robot's clock that is filled with ticks. A longer gap means that the clock was set.
-const GAP_MAX: Span = Span::from_millis(2_000);
 /// After this time without an arrival, on this computer's clock, the loop ticks by itself.
 const SILENCE: Duration = Duration::from_millis(250);
 /// Time between two readings of the calendar time, on this computer's clock.
@@ -165,12 +163,12 @@ impl Running {
 
     /// Brings the clock to `at` (or leaves it, if `at` is past) with all ticks that lie on the way.
     fn tick_until(&mut self, at: Stamp) {
-        if at - self.next_tick > GAP_MAX {
+        if at - self.next_tick > MAX_TICK_GAP {
             self.next_tick = at;
         }
         while self.next_tick <= at {
             self.now = self.now.max(self.next_tick);
-            self.next_tick += TICK;
+            self.next_tick += TICK_PERIOD;
             self.feed(Input::Tick);
         }
         self.now = self.now.max(at);

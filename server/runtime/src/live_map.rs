@@ -19,7 +19,7 @@ pub struct LiveMapConfig {
 
 impl Default for LiveMapConfig {
     fn default() -> Self {
-        Self { tile_resolution_m: 0.01 }
+        Self { tile_resolution_m: map_codec::POINT_RESOLUTION_M }
     }
 }
 

@@ -34,7 +34,7 @@ impl Default for PublisherConfig {
         Self {
             estimate_period: Duration::from_millis(50),
             platform_period: Duration::from_secs(1),
-            scan_resolution_m: 0.01,
+            scan_resolution_m: map_codec::POINT_RESOLUTION_M,
         }
     }
 }

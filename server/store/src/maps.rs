@@ -51,9 +51,6 @@ impl MapFolder {
     }
 }
 
-/// Space that a new map leaves free on the disk for recordings, bytes.
-const DISK_RESERVE_BYTES: u64 = 2 << 30;
-
 impl Store {
     /// Every saved map that can be read, newest first. The others are in [`Store::damaged_maps`], so that one of them does not hide the rest.
     ///
@@ -148,7 +145,7 @@ impl Store {
     /// When the system does not say.
     pub fn has_space_for_copy(&self, map: MapId) -> Result<bool, StoreError> {
         let folder = self.dir().map(map);
-        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(DISK_RESERVE_BYTES);
+        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(ports::DISK_RESERVE_BYTES);
         Ok(files::free_bytes(&folder)? >= needed)
     }
 

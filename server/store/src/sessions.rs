@@ -14,8 +14,6 @@ use vocab::{KeyframeId, MapId, SessionId};
 
 /// Ending of the names of clouds that are encoded for clients.
 const ENCODED_SUFFIX: &str = "scan";
-/// Greatest lattice step of clouds that are encoded for clients, metres: that of the live map.
-const ENCODED_RESOLUTION_M: f32 = 0.01;
 
 fn write_encoded(
     directory: &Path,
@@ -23,7 +21,7 @@ fn write_encoded(
     xyz: &[[f32; 3]],
     intensity: &[f32],
 ) -> Result<(), StoreError> {
-    let bytes = map_codec::encode_scan(xyz, intensity, ENCODED_RESOLUTION_M);
+    let bytes = map_codec::encode_scan(xyz, intensity, map_codec::POINT_RESOLUTION_M);
     files::replace(&directory.join(cloud_name(keyframe)).with_extension(ENCODED_SUFFIX), &bytes)
 }
 

@@ -35,7 +35,7 @@ pub struct BakeConfig {
 
 impl Default for BakeConfig {
     fn default() -> Self {
-        Self { finest_spacing_m: 0.03, resolution_m: 0.01, node_points_min: 1000 }
+        Self { finest_spacing_m: 0.03, resolution_m: crate::POINT_RESOLUTION_M, node_points_min: 1000 }
     }
 }
 

@@ -24,6 +24,9 @@ mod octree;
 #[cfg(test)]
 mod tests;
 
+/// Greatest step of the lattice of points for clients, metres: of live scans, of the running session's tiles and of finished maps.
+pub const POINT_RESOLUTION_M: f32 = 0.01;
+
 #[cfg(not(target_arch = "wasm32"))]
 pub use bake::{BakeConfig, BakedTile, bake};
 pub use chunk::{DecodeError, EXPANSION_MAX, GpuPoint, PointChunk, decode};

@@ -12,6 +12,7 @@ mod outputs;
 mod prior_map;
 mod profile;
 mod sensors;
+mod timing;
 
 pub use goals::*;
 pub use graph::GraphDelta;
@@ -22,3 +23,4 @@ pub use outputs::*;
 pub use prior_map::*;
 pub use profile::*;
 pub use sensors::*;
+pub use timing::*;

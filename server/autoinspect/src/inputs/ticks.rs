@@ -1,11 +1,7 @@
 //! Ticks on a recording's clock, like those of a robot.
 
-use vocab::{Span, Stamp};
-
-/// Interval of ticks: 20 Hz, as on the robot.
-const TICK_INTERVAL: Span = Span::from_millis(50);
-/// A longer gap between messages is not filled with ticks.
-const GAP_MAX: Span = Span::from_millis(2_000);
+use messages::{MAX_TICK_GAP, TICK_PERIOD};
+use vocab::Stamp;
 
 /// Generates the ticks between messages.
 #[derive(Debug, Default)]
@@ -16,12 +12,12 @@ pub struct Ticks {
 impl Ticks {
     /// The next tick not later than a message; `None` once there are no more.
     pub fn before(&mut self, message: Stamp) -> Option<Stamp> {
-        let next = self.next.filter(|next| message - *next <= GAP_MAX).unwrap_or(message);
+        let next = self.next.filter(|next| message - *next <= MAX_TICK_GAP).unwrap_or(message);
         self.next = Some(next);
         if next > message {
             return None;
         }
-        self.next = Some(next + TICK_INTERVAL);
+        self.next = Some(next + TICK_PERIOD);
         Some(next)
     }
 }
@@ -29,6 +25,7 @@ impl Ticks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vocab::Span;
 
     #[test]
     fn ticks_come_every_50_ms_and_gaps_have_none() {
