@@ -54,8 +54,6 @@ pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
 pub(crate) const MAX_GRAPH_CHANGES: usize = 256;
 /// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
 pub(crate) const GRAPH_ANSWER_PERIOD: Duration = Duration::from_secs(5);
-/// Notices kept for clients that connect later.
-pub(crate) const MAX_NOTICES: usize = 50;
 /// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.
 pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
 /// Decisions on loops in one event: about 40 kB.
@@ -63,8 +61,6 @@ pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
 
 /// Longest file from a client, bytes: about 400 million points.
 pub(crate) const MAX_UPLOAD_BYTES: u64 = 16 << 30;
-/// Disk space kept free for the robot's own recordings and maps, bytes.
-pub(crate) const UPLOAD_DISK_RESERVE_BYTES: u64 = 2 << 30;
 /// Files that may wait to be imported.
 pub(crate) const MAX_UPLOADS_KEPT: usize = 4;
 /// Uploads at a time.

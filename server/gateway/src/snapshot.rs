@@ -3,7 +3,7 @@
 //! Nothing is queued per client. A [`Cursor`] holds the revision of each kind that its client was sent; newer state is sent next. A client that
 //! reads slowly gets fewer and newer values, and needs the memory of one cursor only.
 
-use crate::limits::{MAX_GRAPH_CHANGES, MAX_LOOPS_PER_EVENT, MAX_NOTICES, MAX_TILES_PER_EVENT};
+use crate::limits::{MAX_GRAPH_CHANGES, MAX_LOOPS_PER_EVENT, MAX_TILES_PER_EVENT};
 use api::{
     Event, Graph, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry,
     TilesChanged,
@@ -285,7 +285,7 @@ impl Snapshot {
         }
         self.revision += 1;
         self.notices.push_back((self.revision, notice));
-        if self.notices.len() > MAX_NOTICES {
+        if self.notices.len() > Notice::MAX_KEPT {
             self.notices.pop_front();
         }
     }

@@ -1,7 +1,7 @@
 //! Uploaded files, which become maps. Each is stored until the core has imported it.
 
 use crate::app::App;
-use crate::limits::{MAX_UPLOAD_BYTES, MAX_UPLOADS_KEPT, UPLOAD_DISK_RESERVE_BYTES};
+use crate::limits::{MAX_UPLOAD_BYTES, MAX_UPLOADS_KEPT};
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;
@@ -82,7 +82,7 @@ async fn check_space(folder: &FilePath, length: u64) -> Result<(), ProblemRespon
     }
     let free = rustix::fs::statvfs(folder).map(|disk| disk.f_bavail * disk.f_frsize);
     let free = free.map_err(|error| disk(&io::Error::from(error)))?;
-    if free < length.saturating_add(UPLOAD_DISK_RESERVE_BYTES) {
+    if free < length.saturating_add(api::DISK_RESERVE_BYTES) {
         return Err(ProblemResponse::new(StatusCode::INSUFFICIENT_STORAGE, texts::DISK_TOO_FULL));
     }
     Ok(())

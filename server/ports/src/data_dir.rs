@@ -20,9 +20,6 @@ use vocab::{MapId, UploadId};
 /// Longest path of a Unix socket that every system accepts, bytes.
 const SOCKET_PATH_MAX: usize = 100;
 
-/// Space on the disk that neither a new map nor an upload takes, bytes: it is kept free for recordings.
-pub const DISK_RESERVE_BYTES: u64 = 2 << 30;
-
 /// Paths under one data directory. Nothing is created or checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DataDir {

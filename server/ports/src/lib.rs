@@ -11,7 +11,7 @@ mod map_importer;
 mod robot_link;
 
 pub use api::SimulatedFault;
-pub use data_dir::{DISK_RESERVE_BYTES, DataDir};
+pub use data_dir::DataDir;
 pub use journal::{Journal, JournalError};
 pub use map_importer::MapImporter;
 pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};

@@ -20,8 +20,6 @@ use vocab::{ClientId, CommandId};
 
 /// Messages that may wait for the gateway.
 const QUEUE_MAX: usize = 2_000;
-/// Notices that a new gateway is told.
-const NOTICES_KEPT: usize = 50;
 
 /// Shared by the threads that publish state and the thread that writes to the gateway.
 #[derive(Default)]
@@ -244,7 +242,7 @@ impl Snapshot {
         match event {
             Event::CommandDone { .. } => {}
             Event::Notice(_) => {
-                if self.notices.len() == NOTICES_KEPT {
+                if self.notices.len() == api::Notice::MAX_KEPT {
                     self.notices.pop_front();
                 }
                 self.notices.push_back(event.clone());

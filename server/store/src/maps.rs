@@ -145,7 +145,7 @@ impl Store {
     /// When the system does not say.
     pub fn has_space_for_copy(&self, map: MapId) -> Result<bool, StoreError> {
         let folder = self.dir().map(map);
-        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(ports::DISK_RESERVE_BYTES);
+        let needed = files::bytes_below(&folder)?.saturating_mul(2).saturating_add(api::DISK_RESERVE_BYTES);
         Ok(files::free_bytes(&folder)? >= needed)
     }
 

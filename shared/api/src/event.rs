@@ -426,6 +426,11 @@ pub struct Notice {
     pub text: String,
 }
 
+impl Notice {
+    /// Greatest number of notices that are kept for a client that connects later, the newest.
+    pub const MAX_KEPT: usize = 50;
+}
+
 /// The server itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Platform {
