@@ -171,6 +171,7 @@ mod tests {
     use super::*;
     use crate::odometry_chain::OdometryChain;
     use crate::testing::{near, step};
+    use geometry::{Isometry, Matrix6, RngTree, Vector6};
 
     #[test]
     fn a_loop_lowers_the_uncertainty_of_old_keyframes() {
@@ -200,6 +201,40 @@ mod tests {
     }
 
     #[test]
+    fn every_pose_is_taken_along_a_path_of_least_cost() {
+        for seed in 0..20 {
+            let mut rng = RngTree::new(seed).child("graph").rng();
+            let mut graph = CovarianceGraph::default();
+            let mut edges = Vec::new();
+            for _ in 0..40 {
+                let [from, to] = [(); 2].map(|()| (rng.uniform() * 20.0) as usize);
+                // Few different variances, so that many paths are equally uncertain.
+                let variance = 1e-4 * (1.0 + (rng.uniform() * 4.0).floor());
+                let variances = Vector6::new(0.0, 0.0, 0.0, variance, variance, variance);
+                let covariance = Matrix6::from_diagonal(&variances);
+                let pose = Isometry::translation(1.0, 0.0, 0.0);
+                graph.add_loop(from, to, &UncertainPose { pose, covariance });
+                edges.push((from, to, 3.0 * variance));
+            }
+            // Bellman and Ford: every edge shortens what it can, as often as there are keyframes.
+            let mut least = [f64::INFINITY; 20];
+            least[0] = 0.0;
+            for _ in 0..20 {
+                for &(from, to, cost) in &edges {
+                    least[to] = least[to].min(least[from] + cost);
+                    least[from] = least[from].min(least[to] + cost);
+                }
+            }
+            for (pose, least) in graph.poses_in(0).iter().zip(least) {
+                // Without rotation variances, the translation's variances of a path add up to its cost.
+                let trace =
+                    pose.map_or(f64::INFINITY, |pose| pose.covariance.fixed_view::<3, 3>(3, 3).trace());
+                assert!(trace == least || (trace - least).abs() < 1e-12, "seed {seed}: {trace} {least}");
+            }
+        }
+    }
+
+    #[test]
     fn of_equally_uncertain_paths_that_over_the_older_keyframe_is_taken_and_of_equal_edges_the_first() {
         let mut graph = CovarianceGraph::default();
         // From 0 to 3 over 1 and over 2. The path over 2 is added first.
@@ -219,8 +254,7 @@ mod tests {
     #[test]
     fn nothing_is_known_beyond_two_edges_without_a_finite_covariance() {
         let mut graph = CovarianceGraph::default();
-        let unknown =
-            UncertainPose { covariance: geometry::Matrix6::repeat(f64::INFINITY), ..step(0.0, 0.02) };
+        let unknown = UncertainPose { covariance: Matrix6::repeat(f64::INFINITY), ..step(0.0, 0.02) };
         graph.add_odometry(0, 1, &unknown);
         graph.add_odometry(1, 2, &step(0.0, 0.02));
         graph.add_odometry(2, 3, &unknown);
