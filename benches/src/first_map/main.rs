@@ -2,7 +2,7 @@
 //! simulator, browser and software renderer run on this machine.
 //!
 //! The page marks the event in the browser's timeline, which begins with the navigation. Build server and bundle in their release form
-//! first: `cargo build --release -p autoinspect` and `cargo xtask web`.
+//! first: `cargo xtask web`. `cargo xtask bench` builds the program.
 
 #[path = "../../../tests/support/mod.rs"]
 #[allow(
@@ -33,7 +33,7 @@ const MARKS: &str = "(() => { \
 
 /// Seconds from navigation to the first map, in a freshly started browser each time.
 ///
-/// Example: cargo build --release -p autoinspect && cargo xtask web && cargo xtask bench first_map --loads 6
+/// Example: cargo xtask web && cargo xtask bench first_map --loads 6
 #[derive(Parser)]
 struct Arguments {
     /// Number of page loads.
