@@ -88,6 +88,8 @@ struct FaultyWalk<'a> {
     claimed_scans: u64,
     /// Number of those with a wrong pose.
     wrong_scans: u64,
+    /// Number of recoveries that were begun. Each has a goal of its own: the stack ignores a goal that has had its outcome.
+    recoveries: u128,
     rng: Rng,
     verbose: bool,
 }
@@ -120,13 +122,14 @@ impl FaultyWalk<'_> {
     /// Waits until the robot claims its right pose; returns the time that takes, seconds. A robot in the state `Relocalising` is sent the
     /// goal `Relocalise`, which the stack starts by itself only on the way to a goal.
     fn wait_for_recovery(&mut self) -> Result<f64> {
+        self.recoveries += 1;
+        let goal = GoalId(Uuid::from_u128(self.recoveries));
         let mut waited_s = 0.0;
         while waited_s < WAIT_MAX_S {
             if matches!(self.published.state, LocalisationState::Relocalising { .. }) {
                 let published = &mut self.published;
                 // A robot that already executes this goal ignores the command.
-                let command =
-                    CommandKind::StartGoal { goal: GoalId(Uuid::from_u128(1)), kind: GoalKind::Relocalise };
+                let command = CommandKind::StartGoal { goal, kind: GoalKind::Relocalise };
                 self.walk.send_command(command, &mut |_, _, effects| published.update(effects));
             }
             let is_right = self.advance(CHECK_INTERVAL)?;
@@ -246,6 +249,7 @@ pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
         mapped,
         claimed_scans: 0,
         wrong_scans: 0,
+        recoveries: 0,
         rng,
         verbose: arguments.verbose,
     };
