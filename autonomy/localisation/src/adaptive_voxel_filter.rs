@@ -1,4 +1,4 @@
-//! Downsampling of scans for the pose tracker, to about the same number of points whatever the site.
+//! Downsampling of scans for the pose tracker, to about the same number of points on every site.
 
 use points::{AdaptiveVoxelConfig, Centroid, Downsampler};
 

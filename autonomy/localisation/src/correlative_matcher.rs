@@ -1,10 +1,10 @@
 //! Correlative scan matching over a whole map (Olson 2009; Hess and others 2016): how many points of a scan fall on occupied cells, for every
 //! position near a keyframe and every heading.
 //!
-//! Each level of the map is a small occupancy grid, seen from above, of what stands on its floor. The scan is projected onto such a grid in
-//! the same way and compared with it at each position and heading. The search finds poses that place recognition misses, such as one some
-//! metres beside the path on which the map was recorded. Heights count from the floor that the scan itself shows, so that a robot can use a
-//! map that was recorded by a lower one.
+//! Each level of the map is a small occupancy grid, seen from above, of the objects that stand on its floor. The scan is projected onto such a grid
+//! in the same way and compared with it at each position and heading. The search finds poses that place recognition misses, such as one some metres
+//! beside the path on which the map was recorded. Heights count from the floor that the scan itself shows, so that a robot can use a map that was
+//! recorded by a lower one.
 //!
 //! A position and heading is dropped once the first few points of the scan match too few cells. Otherwise the search is exhaustive; it does
 //! without the coarser grids of branch and bound because one machine word compares 64 positions at once.
@@ -23,9 +23,9 @@ use std::f64::consts::TAU;
 pub struct CorrelativeMatcherConfig {
     /// Edge of a grid cell, and distance between tried positions, metres.
     pub cell_size_m: f64,
-    /// Least height over the floor of points that are projected, metres: above the floor and what lies on it.
+    /// Least height over the floor of points that are projected, metres. It excludes the floor and objects that lie on it.
     pub min_height_m: f64,
-    /// Greatest height over the floor of points that are projected, metres: walls and racks, but no ceiling.
+    /// Greatest height over the floor of points that are projected, metres. It includes walls and racks, but no ceiling.
     pub max_height_m: f64,
     /// Height of the base over the floor if the scan does not show the floor, metres: that of a quadruped.
     pub default_base_height_m: f64,
@@ -41,7 +41,7 @@ pub struct CorrelativeMatcherConfig {
     pub heading_separation: u16,
     /// Greatest horizontal range of projected points, metres.
     pub max_range_m: f64,
-    /// Number of projected points, spread evenly; at most 127, which is what the counters hold.
+    /// Number of projected points, spread evenly. At most 127, the limit of the counters.
     pub max_points: usize,
     /// Number of points that decide whether a position and heading is dropped.
     pub prefix_points: usize,
@@ -84,7 +84,7 @@ pub(crate) struct CorrelativeMatcher {
 struct Level {
     /// Height of the floor in the map, metres.
     floor_m: f64,
-    /// Cells in which something stands, and their neighbours.
+    /// Cells with an object, and their neighbours.
     occupied: BitGrid,
     /// Cells in which the robot may be.
     positions: BitGrid,
@@ -174,7 +174,7 @@ fn suppress_neighbours(
 }
 
 impl Level {
-    /// The level whose lowest keyframe is at this height; none if nothing stands on it.
+    /// The level whose lowest keyframe is at this height. `None` if no object stands on it.
     fn new(config: &CorrelativeMatcherConfig, map: &LocalisationMap, height_m: f64) -> Option<Self> {
         let is_on_level =
             |pose: &Isometry| (0.0..=config.level_height_m).contains(&(pose.translation.z - height_m));
@@ -268,7 +268,7 @@ impl BestHeadings {
 }
 
 impl CorrelativeMatcherConfig {
-    /// Height of the base over the floor that a scan (base frame, metres) shows, metres; none if it shows none.
+    /// Height of the base over the floor that a scan (base frame, metres) shows, metres. `None` if the scan shows no floor.
     fn base_height_m(&self, points: &[[f32; 3]], level_from_base: &Rotation) -> Option<f64> {
         let rotation = level_from_base.to_rotation_matrix();
         let levelled = points.iter().map(|point| rotation * Vector3::from(point.map(f64::from)));
@@ -280,7 +280,8 @@ impl CorrelativeMatcherConfig {
         (self.min_height_m..=self.max_height_m).contains(&height_m)
     }
 
-    /// The outline of what stands around the base, in a level frame at the base, metres: one point for each cell, spread evenly.
+    /// The outline of the objects around the base, in a level frame at the base, metres. It has one point for each cell, and the points are spread
+    /// evenly.
     fn project(&self, points: &[[f32; 3]], level_from_base: &Rotation, base_height_m: f64) -> Vec<[f64; 2]> {
         let rotation = level_from_base.to_rotation_matrix();
         let mut cells: Vec<[i64; 2]> = points

@@ -1,8 +1,8 @@
-//! Disambiguation: a path on which a robot learns at which of several poses it is, the information-gathering step of active localisation
+//! Disambiguation: a path on which the scans of a robot decide between several poses. It is the information-gathering step of active localisation
 //! (Fox, Burgard, Thrun, *Active Markov Localization for Mobile Robots*, 1998), with fits in place of likelihoods.
 //!
 //! Each hypothesis has surroundings of its own in the map. Keyframes show where the robot can walk from there, and what it would see. Where a
-//! keyframe's cloud does not fit in the surroundings of the other hypotheses, the robot's scans will reject those or this one.
+//! keyframe's cloud does not fit the surroundings of another hypothesis, the robot's scans will reject that hypothesis or this one.
 
 use crate::localisation_map::LocalisationMap;
 use geometry::{Isometry, Vector3};
@@ -37,17 +37,17 @@ pub struct DisambiguationConfig {
     pub min_fit_difference: f64,
     /// Least number of rejected hypotheses for a path, where a hypothesis may be rejected in part.
     pub min_rejected: f64,
-    /// Length that is added to every path, metres: the cost of setting out.
+    /// Length that is added to every path, metres. It is the cost of starting a walk.
     pub start_cost_m: f64,
     /// Length that is added for each radian that the robot has to turn before it sets out, metres. The robot turns about as fast as it
     /// walks, and it has seen what lies behind it.
     pub turn_cost_m_per_rad: f64,
-    /// A path goes on for up to this distance past the point that should decide, metres. A scan may differ less than keyframes do,
-    /// and a robot that turns round there has to see the same surroundings again.
+    /// A path continues for up to this distance past the point that should decide, metres. A scan may differ less than keyframes do, and a robot that
+    /// turns round there has to see the same surroundings again.
     pub overshoot_m: f64,
     /// Number of hypotheses from which paths are searched, the best.
     pub max_start_hypotheses: usize,
-    /// A new path is planned after this distance, metres: the poses are known better then.
+    /// A new path is planned after this distance, metres. The poses are known better by then.
     pub replan_distance_m: f64,
 }
 
@@ -79,7 +79,7 @@ struct ReachableKeyframe {
     keyframe: usize,
     /// Length of the shortest path, metres.
     distance_m: f64,
-    /// Index of the keyframe before it on that path, among the reachable ones; none at the start of the path.
+    /// Index of the keyframe before it on that path, among the reachable ones. `None` at the start of the path.
     previous: Option<usize>,
 }
 
@@ -99,11 +99,11 @@ impl PathValue {
     }
 }
 
-/// A path on which a robot that may be at any of these poses (base in the map, the most likely first) learns at which one it is: positions in
-/// the frame of its base, the first of them next to it. Empty where no path rejects any of them.
+/// A path on which the scans of the robot decide between these poses (base in the map, the most likely first). It consists of positions in the frame
+/// of the robot's base, and the first of them is next to the base. The path is empty if no path rejects any of the poses.
 ///
-/// Costs a fit for each metre of walkable path around each start hypothesis and for each of the other hypotheses; finding what is walkable
-/// is quadratic in the keyframes there. 31 to 36 ms in the median on the simulated sites, 84 ms at most.
+/// It computes one fit for each metre of walkable path around each start hypothesis, and for each of the other hypotheses. The search for walkable
+/// paths is quadratic in the keyframes there. On the simulated sites it takes 31 to 36 ms in the median and 84 ms at most.
 pub fn plan_disambiguation(
     map: &LocalisationMap,
     hypotheses: &[Isometry],
@@ -132,7 +132,7 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// The best path from one hypothesis, with its value. Each of `others` moves what is seen there to where another hypothesis has it.
+    /// The best path from one hypothesis, with its value. Each of `others` transforms points from this hypothesis to another one.
     fn best_path(&self, start: &Isometry, others: &[Isometry]) -> Option<(PathValue, Vec<Vector3>)> {
         let config = self.config;
         let reachable = self.reachable_keyframes(start);
@@ -200,7 +200,7 @@ impl Planner<'_> {
         path
     }
 
-    /// By how much less a keyframe's cloud fits at each of the other hypotheses than at its own pose.
+    /// Fit of a keyframe's cloud at its own pose minus its fit at each of the other hypotheses.
     fn fit_differences(
         &self,
         pose: &Isometry,
@@ -249,8 +249,8 @@ impl Planner<'_> {
         reachable
     }
 
-    /// Distance from a keyframe to a position of the base next to it, metres; none if the robot cannot walk there in one step: too far, too
-    /// steep, or behind something that the keyframe saw.
+    /// Distance from a keyframe to a position of the base next to it, metres. `None` if the robot cannot walk there in one step, because it is too
+    /// far, too steep, or behind an object that the keyframe saw.
     fn step_length_m(&self, keyframe: usize, base: &Vector3) -> Option<f64> {
         let config = self.config;
         let (pose, descriptor) = &self.map.keyframes()[keyframe];
@@ -261,14 +261,15 @@ impl Planner<'_> {
         {
             return None;
         }
-        // Where the LiDAR would be at that position.
+        // Position of the LiDAR if the base were there.
         let sensor = descriptor.sensor();
         let at = (pose.inverse() * Point3::from(*base)).coords.cast::<f32>()
             + Vector3::from(sensor.map(f64::from)).cast::<f32>();
         (descriptor.view().classify(&at.into()) != Occupancy::Occluded).then_some(distance_m)
     }
 
-    /// Angle that the base has to turn to set out on a path in its own frame, radians: towards the first position that is not next to it.
+    /// Angle that the base has to turn at the start of a path in its own frame, radians. It is the direction of the first position that is not next
+    /// to the base.
     fn initial_turn_rad(&self, path: &[Vector3]) -> f64 {
         let ahead = path.iter().find(|at| at.xy().norm() >= self.config.same_view_m);
         ahead.map_or(0.0, |at| at.y.atan2(at.x).abs())

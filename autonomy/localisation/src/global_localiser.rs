@@ -1,8 +1,8 @@
 //! Global localisation: at which poses of a known map a single scan may have been taken.
 //!
-//! Place recognition and correlative matching propose start poses. The scan is aligned with the map's surfaces from each of them, first with
-//! few points, and from the best ones with all points. The keyframes near each result say whether they could have seen the scan's points.
-//! Sites consist of like parts, so that one scan often fits at several poses: `AcceptanceConfig::classify` decides what the list says.
+//! Place recognition and correlative matching propose start poses. The scan is aligned with the map's surfaces from each of them, first with few
+//! points, and from the best ones with all points. The free space of the keyframes near each result confirms or contradicts it. Sites have parts that
+//! look alike, so one scan often fits at several poses. `AcceptanceConfig::classify` classifies the list.
 
 use crate::correlative_matcher::{CorrelativeMatcher, CorrelativeMatcherConfig};
 use crate::localisation_map::LocalisationMap;
@@ -74,16 +74,16 @@ impl Default for GlobalLocaliserConfig {
     }
 }
 
-/// What is known about the robot's pose when a scan is to be localised.
+/// Prior knowledge of the robot's pose for the localisation of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PosePrior {
-    /// Nothing: it may be anywhere in the map.
+    /// No knowledge: the robot may be anywhere in the map.
     None,
-    /// The base is about here, by a person or by odometry.
+    /// An approximate pose of the base, from a person or from odometry.
     Given(Isometry),
-    /// The robot is charged, so that the base is about at one of these docks.
+    /// The robot is charged, so the base is near one of these docks.
     AtDocks(Vec<Isometry>),
-    /// The base is tracked here; the question is whether another pose fits better.
+    /// The base is tracked at this pose. The search decides whether another pose fits better.
     Tracked(Isometry),
 }
 
@@ -92,11 +92,11 @@ pub enum PosePrior {
 pub struct GlobalLocaliser {
     config: GlobalLocaliserConfig,
     map: Arc<LocalisationMap>,
-    /// Built by whoever searches the whole map first; the same, whoever that is.
+    /// Built by the first search of the whole map. The result does not depend on which search is the first.
     index: OnceLock<SearchIndex>,
 }
 
-/// What a search of the whole map needs.
+/// The data of a search of the whole map.
 #[derive(Debug)]
 struct SearchIndex {
     descriptors: ScanContextIndex,
@@ -104,7 +104,7 @@ struct SearchIndex {
 }
 
 impl GlobalLocaliser {
-    /// A localiser with default parameters. What a search of the whole map needs is built by the first search.
+    /// A localiser with default parameters. The first search of the whole map builds the data that such searches need.
     pub fn new(map: Arc<LocalisationMap>) -> Self {
         Self::with_config(GlobalLocaliserConfig::default(), map)
     }
@@ -124,7 +124,7 @@ impl GlobalLocaliser {
         &self.map
     }
 
-    /// What a list of hypotheses, the best first, says about where the scan was taken.
+    /// Classifies a list of hypotheses of one scan, the best first.
     pub fn classify(&self, found: &[PoseHypothesis]) -> RelocalisationResult {
         self.config.acceptance.classify(found)
     }
@@ -132,8 +132,8 @@ impl GlobalLocaliser {
     /// Poses at which a scan may have been taken, the best first, by what is known about the pose. `up_from_base` is the base's rotation in
     /// a frame whose z axis points up.
     ///
-    /// A given pose is accepted at once if the scan fits there: nobody has to wait until the whole map has been searched for poses that
-    /// look alike. If the scan does not fit there, the whole map is searched.
+    /// A given pose is accepted immediately if the scan fits there, without a search of the whole map for poses that look alike. If the scan does not
+    /// fit there, the whole map is searched.
     pub fn find_poses_with_prior(
         &self,
         descriptor: &KeyframeDescriptor,
@@ -200,7 +200,7 @@ impl GlobalLocaliser {
         }
     }
 
-    /// Poses near these priors if the scan fits there; else those of the whole map, if they fit clearly better.
+    /// Poses near these priors if the scan fits there. Otherwise the poses in the whole map, if they fit clearly better.
     fn find_poses_at(
         &self,
         descriptor: &KeyframeDescriptor,
@@ -269,7 +269,7 @@ impl GlobalLocaliser {
         starts
     }
 
-    /// Builds what a search of the whole map needs, if no search has done so. Only who measures the time of a search has to call this.
+    /// Builds the data of a search of the whole map, if no search has done so. A call is needed only before a measurement of search times.
     pub fn prepare_search(&self) {
         self.index();
     }
@@ -287,7 +287,7 @@ impl GlobalLocaliser {
     }
 }
 
-/// Those whose poses differ from all before them, in their order. Quadratic.
+/// The hypotheses whose poses differ from all previous ones, in their order. Quadratic.
 fn distinct<T>(
     all: impl IntoIterator<Item = T>,
     pose: impl Fn(&T) -> &Isometry,

@@ -1,11 +1,10 @@
-//! Localisation in a known map: finding the robot's pose, tracking it, and knowing how far it can be trusted.
+//! Localisation in a known map: finding the robot's pose, tracking it, and judging its reliability.
 //!
-//! A [`LocalisationMap`] is what the known map says about the site: its surfaces, and the free space that its keyframes saw. A
-//! [`GlobalLocaliser`] finds the poses at which one scan may have been taken, a [`MultiHypothesisTracker`] follows them until one is left, and
-//! a [`PoseTracker`] keeps that one from scan to scan. [`plan_disambiguation`] says where to walk so that poses which look alike can be told
-//! apart. A [`Localiser`] puts all of it together. Each scan is compared with the free space of the keyframes near it: a person or a rack
-//! that was moved contradicts a little of that, a wrong pose most of it. `docs/maths/localisation.md` has the method, its symbols and its
-//! numbered equations.
+//! A [`LocalisationMap`] holds the surfaces of the known map and the free space that its keyframes saw. A [`GlobalLocaliser`] finds the poses at
+//! which one scan may have been taken, a [`MultiHypothesisTracker`] follows them until one is left, and a [`PoseTracker`] keeps that one from scan to
+//! scan. [`plan_disambiguation`] plans a path that distinguishes poses which look alike. A [`Localiser`] combines all of these. Each scan is compared
+//! with the free space of the keyframes near it: a person or a moved rack violates a small part of it, and a wrong pose violates most of it.
+//! `docs/maths/localisation.md` has the method, its symbols and its numbered equations.
 
 mod adaptive_voxel_filter;
 mod bit_grid;

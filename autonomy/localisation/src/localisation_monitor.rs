@@ -1,6 +1,7 @@
-//! How far a pose in a known map can be trusted.
+//! Monitors the reliability of a pose in a known map.
 //!
-//! One scan proves nothing: people stand around the robot, or a door was closed. Evidence against the pose counts only if it lasts.
+//! One contradicting scan is no proof: people may stand around the robot, or a door may have been closed. Evidence against the pose counts only if it
+//! lasts.
 
 use crate::localisation_map::FreeSpaceCheck;
 use vocab::{Span, Stamp};
@@ -8,7 +9,7 @@ use vocab::{Span, Stamp};
 /// Parameters of [`LocalisationMonitor`]. Its threshold is what the whole crate means by a gap between scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalisationMonitorConfig {
-    /// Longest time between two scans of a LiDAR that works. Slow ones turn twice a second.
+    /// Longest time between two scans of a LiDAR that works. Slow LiDARs turn twice a second.
     pub max_scan_gap: Span,
     /// A scan contradicts the pose if its share of free-space violations is greater.
     pub max_violation_share: f64,
@@ -31,7 +32,7 @@ pub struct LocalisationMonitorConfig {
     pub lost_after: Span,
     /// A contradiction ends after this time without a scan that contradicts the pose.
     pub contradiction_timeout: Span,
-    /// A pose that was in question, or had no scan for a while, is trusted again after this time without evidence against it.
+    /// A pose that was uncertain, or had no scan for a while, is trusted again after this time without evidence against it.
     pub recovery_time: Span,
 }
 
@@ -53,7 +54,7 @@ impl Default for LocalisationMonitorConfig {
     }
 }
 
-/// What one scan says for and against the pose at which it was aligned.
+/// Evidence of one scan for and against the pose at which it was aligned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseEvidence {
     /// Whether the scan had enough points to be aligned with the map. A scan of fewer points shows nothing.
@@ -62,7 +63,7 @@ pub struct PoseEvidence {
     pub matched_share: f64,
     /// Share of the points that are near known surfaces, on them or not.
     pub mapped_share: f64,
-    /// The points compared with what the nearest keyframes saw.
+    /// Comparison of the points with the range images of the nearest keyframes.
     pub free_space: FreeSpaceCheck,
     /// Standard deviation of the position in its least certain direction, metres.
     pub position_std_m: f64,
@@ -73,16 +74,16 @@ pub struct PoseEvidence {
 pub enum LocalisationStatus {
     /// It can.
     Localised,
-    /// Something speaks against it.
+    /// There is evidence against the pose.
     Uncertain(DegradationReason),
     /// It cannot.
     Lost(DegradationReason),
 }
 
-/// What speaks against the pose.
+/// Evidence against the pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DegradationReason {
-    /// The scan is not what the map shows there.
+    /// The scan does not match the map there.
     MapMismatch {
         /// Share of the points that do not match.
         share: f64,
@@ -94,7 +95,7 @@ pub enum DegradationReason {
     },
     /// The LiDAR sees nothing.
     LidarBlind,
-    /// The map shows nothing of what the LiDAR sees: the robot has left it.
+    /// The map has no surfaces where the LiDAR sees some, because the robot has left the map.
     Unmapped,
     /// The pose was given, and the rest of the map has not been searched yet for poses that look alike.
     Unconfirmed,
@@ -113,12 +114,12 @@ pub(crate) struct LocalisationMonitor {
 }
 
 impl LocalisationMonitor {
-    /// A monitor of a pose that nothing speaks against.
+    /// A monitor of a pose without evidence against it.
     pub fn new(config: LocalisationMonitorConfig) -> Self {
         Self { config, contradiction: None, latest_scan: None, degradation: None }
     }
 
-    /// Takes in the evidence of the scan at `at`.
+    /// Updates by the evidence of the scan at `at`.
     pub fn update(&mut self, at: Stamp, evidence: &PoseEvidence) -> LocalisationStatus {
         if self.latest_scan.replace(at).is_some_and(|last| at - last > self.config.max_scan_gap) {
             self.degradation = Some((DegradationReason::LidarBlind, at));
@@ -141,7 +142,7 @@ impl LocalisationMonitor {
         }
     }
 
-    /// Share of the points that speak against the pose, if that is too large: by free space, else by surfaces.
+    /// Share of the points that contradict the pose, if it is too large. Free space is checked first, then surfaces.
     fn mismatch(&self, evidence: &PoseEvidence) -> Option<f64> {
         let config = &self.config;
         let violation_share = (evidence.free_space.decided() >= config.min_decided_points)

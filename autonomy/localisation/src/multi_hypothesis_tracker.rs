@@ -1,8 +1,8 @@
 //! Multi-hypothesis tracking: poses at which the robot may be, each tracked until the scans of the moving robot leave one.
 //!
-//! Poses that look alike differ by little in each scan, and all scans from one spot say the same. Scores are therefore integrated over the
-//! distance walked: each hypothesis gains what its scans fit, once for every `update_distance_m`, and is rejected when it falls behind the
-//! best one by more than a margin. A robot that stands still in front of look-alikes never chooses.
+//! Poses that look alike differ by little in each scan, and all scans from one position give the same information. Scores are therefore integrated
+//! over the distance walked: each hypothesis gains what its scans fit, once for every `update_distance_m`, and is rejected when it falls behind the
+//! best one by more than a margin. A robot that stands still therefore never rejects a hypothesis by its score.
 
 use crate::global_localiser::GlobalLocaliser;
 use crate::localisation_monitor::LocalisationStatus;
@@ -20,13 +20,13 @@ pub struct MultiHypothesisConfig {
     pub tracking: PoseTrackerConfig,
     /// Standard deviation of the orientation of a pose that was found from one scan, radians.
     pub initial_rotation_std_rad: f64,
-    /// Standard deviation of the position of such a pose, metres. It is large, because a scan does not show every direction: along a corridor
-    /// it shows nothing.
+    /// Standard deviation of the position of such a pose, metres. It is large, because a scan does not observe every direction, such as the one along
+    /// a corridor.
     pub initial_translation_std_m: f64,
-    /// Distance walked that counts as one update of the scores, metres: a scan from there shows something new.
+    /// Distance walked that counts as one update of the scores, metres. A scan from there gives new information.
     pub update_distance_m: f64,
-    /// A hypothesis is rejected when its score is this far behind the best one's. It is what a single scan needs to tell two poses apart, and a
-    /// third more, since a tracked scan is noisier than one that was refined.
+    /// A hypothesis is rejected when its score is this far behind the best one's. It is the margin that a single scan needs to distinguish two poses,
+    /// and a third more, because a tracked scan is noisier than a refined one.
     pub rejection_margin: f64,
     /// The last hypothesis is accepted after this number of scans.
     pub min_scans: u32,
@@ -74,9 +74,9 @@ pub struct MultiHypothesisTracker {
     odom_from_base: Option<Isometry>,
     /// Stamp of the latest scan.
     stamp: Option<Stamp>,
-    /// For how long there has been evidence against every hypothesis.
+    /// Duration of the evidence against every hypothesis.
     unsupported_time: Span,
-    /// Over which distance there has been evidence against every hypothesis, metres.
+    /// Distance walked during the evidence against every hypothesis, metres.
     unsupported_m: f64,
 }
 
@@ -106,8 +106,8 @@ impl MultiHypothesisTracker {
         }
     }
 
-    /// Starts at the poses found for a scan that was taken at a moment of odometry. The score of each starts at its quality. That of the pose
-    /// that was tracked so far starts at the best one's, because one scan weighs little against all those before it.
+    /// Starts at the poses found for a scan that was taken at a moment of odometry. The score of each starts at its quality. That of the pose that
+    /// was tracked so far starts at the best one's, because one scan has little weight against all previous ones.
     pub fn new(
         config: MultiHypothesisConfig,
         localiser: &GlobalLocaliser,
@@ -155,7 +155,7 @@ impl MultiHypothesisTracker {
         self.abandon_unsupported(scan, moved_m);
     }
 
-    /// Rejects what is not to be kept, and what has fallen behind the best of the others (equation 8).
+    /// Rejects hypotheses that are not to be kept, and those that have fallen behind the best of the others (equation 8).
     fn reject_behind(&mut self, mut keep: Vec<bool>) {
         let kept = self.hypotheses.iter().zip(&keep).filter(|(_, keep)| **keep);
         let best = kept.map(|(one, _)| one.score).fold(0.0, f64::max);
@@ -191,8 +191,9 @@ impl MultiHypothesisTracker {
         self.distance_since_search_m <= self.config.search_validity_m
     }
 
-    /// Takes in a search of the whole map, for a scan taken at a moment of odometry, while one pose was tracked. Poses that fit as well, and
-    /// were not rejected before, become hypotheses: the robot may be at none of those that looked alike where it began.
+    /// Processes the result of a search of the whole map, for a scan taken at a moment of odometry, while one pose was tracked. Poses that fit as
+    /// well, and were not rejected before, become hypotheses. The reason is that the robot may be at none of the poses that looked alike at the
+    /// start.
     pub fn inject_hypotheses(
         &mut self,
         localiser: &GlobalLocaliser,
@@ -229,7 +230,7 @@ impl MultiHypothesisTracker {
         })
     }
 
-    /// The tracker of the last hypothesis, once it has seen enough scans and nothing speaks against it.
+    /// The tracker of the last hypothesis, once it has seen enough scans and there is no evidence against it.
     pub fn converged(&self) -> Option<&PoseTracker> {
         match self.hypotheses.as_slice() {
             [last] if last.scans >= self.config.min_scans && last.is_localised => Some(&last.tracker),

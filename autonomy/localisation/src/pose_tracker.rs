@@ -1,4 +1,4 @@
-//! Tracking the pose from scan to scan: odometry predicts it, the surfaces of the map correct it.
+//! Tracking the pose from scan to scan: odometry predicts it, and the surfaces of the map correct it.
 
 use crate::localisation_map::LocalisationMap;
 use crate::localisation_monitor::{
@@ -20,7 +20,7 @@ pub struct PoseTrackerConfig {
     pub monitor: LocalisationMonitorConfig,
     /// How points are matched once the pose is nearly right. The map is made of thinned clouds.
     pub matching: MatchingConfig,
-    /// How much information a scan is granted. A scan of fewer points than its `min_points` corrects nothing and shows nothing.
+    /// Limits on the information of a scan. A scan of fewer points than its `min_points` does not correct the pose and gives no evidence.
     pub information: ScanInformationConfig,
     /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping.
     pub iteration: GaussNewtonConfig,
@@ -40,8 +40,8 @@ pub struct PoseTrackerConfig {
     pub rotation_std_rad_per_rad: f64,
     /// Standard deviation of the translation for each radian turned, metres.
     pub translation_std_m_per_rad: f64,
-    /// Standard deviation of the map's own rotation errors, radians. Neighbouring scans see the same errors, so that no number of scans
-    /// averages them out: they are added to the reported covariance and not propagated.
+    /// Standard deviation of the map's own rotation errors, radians. Neighbouring scans see the same errors, so averaging over scans does not reduce
+    /// them. They are added to the reported covariance and not propagated.
     pub map_rotation_std_rad: f64,
     /// Standard deviation of the map's own translation errors, metres; see `map_rotation_std_rad`.
     pub map_translation_std_m: f64,
@@ -95,7 +95,7 @@ pub struct TrackedPose {
     pub map_from_base: UncertainPose,
     /// Whether it can be trusted.
     pub status: LocalisationStatus,
-    /// What the scan says about it.
+    /// Evidence of the scan for and against it.
     pub evidence: PoseEvidence,
 }
 
@@ -113,8 +113,8 @@ pub struct PoseTracker {
 }
 
 impl PoseTracker {
-    /// Starts at a pose with its covariance, at a moment of odometry. `odometry_covariance` is odometry's own covariance at that moment, if
-    /// it is known: only its growth counts.
+    /// Starts at a pose with its covariance, at a moment of odometry. `odometry_covariance` is odometry's own covariance at that moment, if it is
+    /// known. Only its growth from then on is used.
     pub fn new(
         config: PoseTrackerConfig,
         map: Arc<LocalisationMap>,
@@ -136,7 +136,7 @@ impl PoseTracker {
         &self.map_from_base
     }
 
-    /// Corrects the pose by the next scan. Matches its points eight times at most, and asks the nearest keyframes about them once.
+    /// Corrects the pose by the next scan. Matches its points eight times at most, and compares them with the nearest keyframes once.
     pub fn update(&mut self, scan: &DownsampledScan) -> TrackedPose {
         let predicted = self.predict(scan);
         let aligned = (scan.points.len() >= self.config.information.min_points)

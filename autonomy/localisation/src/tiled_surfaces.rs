@@ -1,7 +1,7 @@
 //! The surfaces of a known map in square tiles, each built when a point in it is first looked up.
 //!
-//! A lookup pays for the tile around its point and for no other one. A robot whose pose is given can therefore begin within a second in a
-//! map of any size. A tile is built from the keyframes alone, in their order, so that it does not depend on who looks it up first, or when.
+//! A lookup builds only the tile around its point. A robot whose pose is given can therefore begin within a second in a map of any size. A tile is
+//! built from the keyframes alone, in their order, so it does not depend on the order of the lookups.
 
 use geometry::{Isometry, Vector3};
 use mapping::KeyframeDescriptor;
@@ -76,7 +76,7 @@ impl TiledSurfaces {
         Self { config, keyframes, table, tiles }
     }
 
-    /// The surfaces around a point; the first call builds them. None where nothing was seen.
+    /// The surfaces around a point; the first call builds them. `None` where no surface was seen.
     #[inline]
     fn surfaces_at(&self, point: &[f64; 3]) -> Option<&GaussianMap> {
         let cube = self.config.surfaces.root_cell(point);

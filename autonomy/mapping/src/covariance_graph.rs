@@ -1,4 +1,4 @@
-//! How well one keyframe's pose is known from another, over all edges of the graph.
+//! Covariance of the pose of one keyframe in another, over all edges of the graph.
 
 use crate::UncertainPose;
 use ordered_float::OrderedFloat;
@@ -108,7 +108,7 @@ impl CovarianceGraph {
         };
         for DijkstraReachableItem { node, parent, total_cost } in dijkstra_reach(&from, steps) {
             let cost = total_cost.cost.into_inner();
-            // Two edges that are not known at all: nothing is known beyond.
+            // Two consecutive edges without information: no pose is known beyond them.
             if cost == f64::INFINITY {
                 break;
             }

@@ -1,4 +1,5 @@
-//! What of a pose graph has to be published: only what changed since the last time, so that the bytes follow the walk and not its square.
+//! Publication of a pose graph: only the changes since the last publication. The published bytes therefore grow linearly with the walk, and not with
+//! its square.
 
 use crate::graph_element::{Edge, Node, index};
 use crate::graph_optimiser::KeyframePair;
@@ -20,7 +21,7 @@ impl Default for GraphPublisherConfig {
     }
 }
 
-/// Remembers what was published of a graph.
+/// Stores the published state of a graph.
 #[derive(Clone, Debug, Default)]
 pub struct GraphPublisher {
     config: GraphPublisherConfig,

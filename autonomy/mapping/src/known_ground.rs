@@ -1,5 +1,5 @@
-//! Known ground, in the [`LoopFinder`]: whether a waypoint becomes a keyframe or is a revisit, and what the comparison of a revisit changes.
-//! `revisits` holds the robot's pose in the graph, and explains the method.
+//! Known ground, in the [`LoopFinder`]: the decision whether a waypoint becomes a keyframe or is a revisit, and the update after the comparison of a
+//! revisit. `revisits` holds the robot's pose in the graph, and explains the method.
 
 use crate::graph_element::{Edge, keyframe_id};
 use crate::loop_finder::LoopFinder;

@@ -96,7 +96,7 @@ pub struct ReanchoredEvent {
     pub keyframe: KeyframeId,
 }
 
-/// What changed with a result or a command.
+/// Changes caused by a result or a command.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoopEvents {
     /// New decisions.
@@ -109,14 +109,14 @@ pub struct LoopEvents {
     pub failure: Option<GraphError>,
 }
 
-/// What a waypoint is.
+/// Kind of a waypoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AddedWaypoint {
     /// This keyframe.
     Keyframe(KeyframeId),
     /// A revisit of known ground.
     Revisit,
-    /// Somewhere in the finished map that the session extends. Its number.
+    /// A point of the finished map that the session extends, with the number of the waypoint.
     Unlocalised(u64),
 }
 
@@ -131,7 +131,7 @@ pub enum LoopCommandError {
     NotCompared(KeyframePair),
     /// The registration of the pair failed.
     NotRegistered(KeyframePair),
-    /// Not both keyframes exist.
+    /// At least one of the keyframes does not exist.
     UnknownKeyframes(KeyframePair),
     /// The pair is neither a loop nor held.
     NoLoop(KeyframePair),
@@ -234,7 +234,7 @@ impl LoopClosing {
         self.queue.start(next_job)
     }
 
-    /// The data of a job's comparison; once.
+    /// The data of a job's comparison. They are returned only once.
     pub fn take_comparison(&mut self, job: u64) -> Option<(QueuedComparison, Comparison)> {
         self.queue.take(job)
     }

@@ -1,6 +1,6 @@
-//! The pose graph of a session, in its one place: keyframes, odometry edges and loops.
+//! The pose graph of a session: keyframes, odometry edges and loops.
 //!
-//! Everything else reads it. The [`OdometryChain`] and the [`CovarianceGraph`] say how well a relative pose is known, the [`GraphOptimiser`]
+//! All other parts only read it. The [`OdometryChain`] and the [`CovarianceGraph`] say how well a relative pose is known, the [`GraphOptimiser`]
 //! finds the poses that fit the edges best. They are views that only this file updates, together with the lists of nodes and edges.
 
 use crate::UncertainPose;
@@ -218,7 +218,7 @@ impl PoseGraph {
         for (index, node) in self.nodes.iter_mut().enumerate() {
             let found = poses.get(index).filter(|pose| pose.to_homogeneous().iter().all(|c| c.is_finite()));
             let before = node.map_from_keyframe;
-            // Set exactly to the pose found, so that rounding never adds up.
+            // Set exactly to the found pose, so that rounding errors do not accumulate.
             node.map_from_keyframe = renormalised(&found.copied().unwrap_or(last * before));
             if found.is_some() {
                 last = renormalised(&(node.map_from_keyframe * before.inverse()));

@@ -1,9 +1,9 @@
-//! Quality of a map while it is made: which floor was seen from near, where nobody has walked yet, and how well each keyframe is known
-//! (docs/maths/loops.md, section 10).
+//! Quality of a map during its recording: floor that was seen from near, unvisited areas, and the uncertainty of each keyframe (docs/maths/loops.md,
+//! section 10).
 //!
-//! Every keyframe says which square metres of floor it saw, and from which distance. Floor that was only seen from afar, through a door or
-//! across a yard, is a target to walk to. Keyframes with a large standard deviation are targets to walk to again, best by coming back to a
-//! place that is known well.
+//! For every keyframe, the floor that it saw is recorded with the viewing distance. Floor that was only seen from afar, through a door or across a
+//! yard, is a target to walk to. Keyframes with a large standard deviation are targets of another visit, best by returning to a keyframe with a small
+//! one.
 
 use crate::covariance_graph::CovarianceGraph;
 use crate::floor_detection::{FloorDetectionConfig, estimate_base_height};
@@ -72,11 +72,11 @@ pub struct MapQuality {
     pub from_afar_m2: f64,
     /// Standard deviation of each keyframe's position in the first one, metres.
     pub deviations_m: Vec<f32>,
-    /// Where to walk, or walk again. Targets seen from afar come first, the largest of each kind first.
+    /// Targets of a visit or another visit. Targets seen from afar come first, the largest of each kind first.
     pub targets: Vec<SurveyTarget>,
 }
 
-/// A place worth walking to.
+/// A target of a visit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveyTarget {
     /// Position on the floor, map frame, metres.
@@ -85,7 +85,7 @@ pub struct SurveyTarget {
     pub reason: SurveyReason,
 }
 
-/// Why a place is worth walking to.
+/// Reason for a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SurveyReason {
     /// The floor around it was seen from afar only. Its area, m².

@@ -1,10 +1,10 @@
-//! Known ground: where the robot walks again, its pose is found among old keyframes instead of adding new ones. The graph then grows with the
+//! Known ground: on a repeated walk, the robot's pose is found among old keyframes, and no new keyframes are added. The graph then grows with the
 //! size of the site and not with time (docs/maths/loops.md, section 7).
 //!
-//! The robot's pose is that of an anchor, which is a keyframe, plus the odometry since then. A waypoint near an old keyframe that saw most of the current scan
-//! is a revisit, of which nothing is kept. Every few metres a revisit is compared with that keyframe, and the result makes it the anchor. If the
-//! comparison knows the relative pose of both anchors better than the graph does, it becomes a loop between them. Where the ground is unknown, or
-//! no comparison has succeeded for some metres, waypoints become keyframes. Source of the idea: Johannsson et al., *Temporally scalable visual
+//! The robot's pose is that of an anchor, which is a keyframe, plus the odometry since then. A waypoint near an old keyframe that saw most of the
+//! current scan is a revisit. Its scan is not stored. Every few metres a revisit is compared with that keyframe, and the result makes it the anchor.
+//! If the comparison knows the relative pose of both anchors better than the graph does, it becomes a loop between them. Where the ground is unknown,
+//! or no comparison has succeeded for some metres, waypoints become keyframes. Source of the idea: Johannsson et al., *Temporally scalable visual
 //! SLAM using a reduced pose graph*, ICRA 2013.
 
 use crate::UncertainPose;
@@ -18,9 +18,9 @@ use vocab::{KeyframeId, Stamp};
 pub struct RevisitConfig {
     /// A keyframe of recent travel covers a waypoint within this distance, metres. Less than the distance between two keyframes.
     pub recent_radius_m: f64,
-    /// The same for an old keyframe, metres. More, because the robot need not walk in the same lane.
+    /// An old keyframe covers a waypoint within this distance, metres. It is greater, because the robot may walk in another lane.
     pub old_radius_m: f64,
-    /// The same vertically, metres: some steps of a flight of stairs.
+    /// Greatest height difference of a keyframe that covers a waypoint, metres: some steps of a flight of stairs.
     pub max_height_m: f64,
     /// Least share of the current scan that the keyframe saw too. It is 0.65 to 0.95 at a distance of a metre, and below 0.3 behind a wall.
     pub min_covered_share: f64,
@@ -53,7 +53,7 @@ impl Default for RevisitConfig {
     }
 }
 
-/// What a waypoint is.
+/// Kind of a waypoint.
 #[derive(Clone, Debug)]
 pub enum Novelty {
     /// A keyframe.
@@ -63,9 +63,10 @@ pub enum Novelty {
         /// Pairs to verify, as from [`LoopFinder::add_keyframe`](crate::LoopFinder::add_keyframe).
         tasks: Vec<VerificationTask>,
     },
-    /// On known ground, perhaps to be compared with a keyframe.
+    /// A revisit of known ground, with a comparison if one is due.
     Revisit(Option<Revisit>),
-    /// Somewhere in a finished map: [`LoopFinder::localise_in_map`](crate::LoopFinder::localise_in_map) has not been called yet. The number of the waypoint.
+    /// A point of a finished map, with the number of the waypoint. [`LoopFinder::localise_in_map`](crate::LoopFinder::localise_in_map) has not been
+    /// called yet.
     Unlocalised(u64),
 }
 
@@ -85,7 +86,7 @@ pub struct Revisit {
 pub enum RevisitResult {
     /// The robot is not where it was expected, or the comparison failed. Nothing changes.
     Rejected,
-    /// The pose is confirmed, but not improved, or something newer is known by now.
+    /// The pose is confirmed but not improved, or a newer result has arrived before.
     Confirmed,
     /// The keyframe is the new anchor.
     Reanchored(Reanchoring),
@@ -133,7 +134,7 @@ pub(crate) struct AnchoredPose {
     pub uncompared_m: f64,
 }
 
-/// A revisit whose comparison has not come back yet.
+/// A revisit whose comparison has not ended yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PendingRevisit {
     pub waypoint: u64,

@@ -245,7 +245,7 @@ impl Session {
         self.is_revisiting
     }
 
-    /// The newest waypoint is on known ground: nothing is kept of it.
+    /// The newest waypoint is on known ground. Nothing of it is stored.
     pub fn mark_revisit(&mut self) {
         self.is_revisiting = true;
     }
@@ -268,7 +268,7 @@ impl Session {
         self.anchor = anchor;
     }
 
-    /// Optimises the graph. The trajectory and the odometry's frame move along, each with its keyframe, so that nothing is torn at the robot.
+    /// Optimises the graph. The trajectory and the odometry's frame move along, each with its keyframe, so that there is no jump at the robot.
     /// Returns whether the graph could be optimised, see [`PoseGraph::failure`]. Linear in the trajectory, some 10 ns an entry, besides the
     /// optimisation.
     pub fn optimise(&mut self) -> bool {

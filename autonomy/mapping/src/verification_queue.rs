@@ -91,7 +91,7 @@ impl VerificationQueue {
     pub fn push(&mut self, queued: QueuedComparison, comparison: Comparison) {
         self.waiting.push((queued, comparison));
         if self.waiting.len() > self.config.max_waiting {
-            // Of equals the oldest.
+            // Of equally promising ones, the oldest is skipped.
             let last = (0..self.waiting.len()).min_by(|&a, &b| {
                 priority(&self.waiting[a]).total_cmp(&priority(&self.waiting[b])).then(a.cmp(&b))
             });
@@ -118,7 +118,7 @@ impl VerificationQueue {
         started
     }
 
-    /// The data of a job's comparison; once.
+    /// The data of a job's comparison. They are returned only once.
     pub fn take(&mut self, job: u64) -> Option<(QueuedComparison, Comparison)> {
         let (queued, comparison) = self.running.get_mut(&job)?;
         Some((*queued, comparison.take()?))

@@ -1,5 +1,5 @@
-//! Configuration of the odometry: which sensors there are, where they are mounted, and the parameters of its algorithms. The parameters of
-//! the parts that see the whole configuration stand here, those of the others beside their algorithms.
+//! Configuration of the odometry: which sensors there are, where they are mounted, and the parameters of its algorithms. This file holds the
+//! parameters of the parts that read the whole configuration. The parameters of the other parts are beside their algorithms.
 
 use crate::filter::FilterConfig;
 use crate::imu_lidar_consistency::ConsistencyConfig;
@@ -158,8 +158,8 @@ pub struct TrackingConfig {
     pub first_whole_sweeps: usize,
     /// Without an IMU, each part is corrected and registered this many times.
     pub part_passes: usize,
-    /// A part with a lower share of inliers than this share of the typical one is not used; the sweep is then registered whole. In a
-    /// door, one part sees only what is new and fits somewhere by chance.
+    /// A part with a lower share of inliers than this share of the typical one is not used; the sweep is then registered whole. In a door, one part
+    /// may see only new surfaces and fit at a wrong pose by chance.
     pub min_part_inlier_ratio: f64,
     /// Weight of one sweep in the running mean of the share of inliers.
     pub inlier_share_learning_rate: f64,
@@ -170,8 +170,7 @@ pub struct TrackingConfig {
     pub outage_after: Span,
     /// After a LiDAR outage, a scan within this many standard deviations of its prediction may fit less well.
     pub outage_gate_deviations: f64,
-    /// After an outage with consistent legs and IMU, a scan is accepted if at most this share of its points is matched: what it sees
-    /// is new.
+    /// After an outage with consistent legs and IMU, a scan is accepted if at most this share of its points is matched, because it sees new surfaces.
     pub max_new_area_matched_share: f64,
     /// After an outage with consistent legs and IMU, a scan is accepted if this share of its matched points are inliers.
     pub min_known_area_inlier_share: f64,

@@ -1,4 +1,4 @@
-//! The findings that the odometry publishes: what is wrong with a sensor or its setup, and what to do about it.
+//! The findings that the odometry publishes: faults of a sensor or its setup, each with its remedy.
 
 use crate::config::Mounting;
 use crate::event::{Finding, FindingKind, Severity, milliseconds};

@@ -103,7 +103,8 @@ impl InitialAlignmentConfig {
         deviations
     }
 
-    /// What every start knows equally well. Components that no source of this start determines keep the pose's small deviation.
+    /// Standard deviations that are the same for every start. Components that no source of this start determines keep the small deviation of the
+    /// pose.
     fn common_deviations(&self) -> ErrorVector {
         let mut deviations = ErrorVector::repeat(self.pose_deviation);
         set(&mut deviations, ROTATION, self.pose_deviation);
@@ -118,7 +119,7 @@ fn set(deviations: &mut ErrorVector, first: usize, value: f64) {
     deviations.fixed_rows_mut::<3>(first).fill(value);
 }
 
-/// What an interval of inertial readings says about the start.
+/// Result of the initial alignment from an interval of inertial readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InitialAlignment {
     /// Mean specific force in the body frame of the first reading, m/s²: the direction of up.

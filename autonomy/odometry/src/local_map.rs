@@ -21,7 +21,7 @@ pub struct LocalMapConfig {
     pub removal_interval_m: f64,
     /// How points are matched when the pose is nearly right.
     pub matching: MatchingConfig,
-    /// How much information a scan is granted.
+    /// Limits on the information of a scan.
     pub information: ScanInformationConfig,
     /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping.
     pub tight: GaussNewtonConfig,
@@ -156,7 +156,7 @@ impl LocalMap {
         };
         for _ in 0..attempts {
             self.downsample_once(xyz, out);
-            // A scan with next to no points says nothing about the next one.
+            // A scan with very few points does not predict the number of points of the next one.
             if xyz.len() < config.information.min_points {
                 break;
             }

@@ -25,7 +25,7 @@ impl Default for DecayConfig {
     }
 }
 
-/// What is known of the motion over a step.
+/// Knowledge of the motion over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MotionModel {
     /// Mean readings of an IMU over the step, body frame (equation 4).
@@ -42,7 +42,7 @@ pub enum MotionModel {
         /// Velocity, m/s.
         velocity: Vector3,
     },
-    /// Nothing: velocity and turn rate decay exponentially (equation 6).
+    /// No knowledge: velocity and turn rate decay exponentially (equation 6).
     DecayingVelocity(DecayConfig),
 }
 

@@ -36,7 +36,7 @@ pub struct ScanTracker {
     runaway_since: Option<Stamp>,
     /// Whether the covariance has been inflated since the last scan that entered the map.
     is_inflated: bool,
-    /// Whether the robot was carried since then. The legs were wrong then, and so is what the filter learnt from them.
+    /// Whether the robot was carried since then. The leg velocities were wrong then, and so are the filter's estimates from them.
     was_carried: bool,
     /// Whether legs and IMU have been consistent since then.
     is_dead_reckoning_consistent: bool,
@@ -56,7 +56,7 @@ struct RegistrationOutcome {
     information: Matrix6,
 }
 
-/// Where a scan is searched for.
+/// Region in which the pose of a scan is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SearchScope {
     /// Within centimetres of its prediction.
@@ -245,7 +245,7 @@ impl ScanTracker {
     /// Gives up the local map if tracking is lost: no scan has fitted for long, the robot was carried during an outage, or the
     /// velocity has diverged. A LiDAR that measures nothing is no reason: the map is still valid when it measures again.
     fn restart_if_lost(&mut self, sweep: &Sweep, report: &RegistrationReport) -> Option<Finding> {
-        // Without points nothing begins anew: the robot may still be in somebody's arms, where gravity cannot be measured.
+        // Without points, the estimate does not begin anew. A person may still be carrying the robot, and gravity cannot be measured then.
         let has_points = self.has_points();
         let rejected_since =
             (has_points && report.rejected).then(|| self.rejected_since.unwrap_or(sweep.start));

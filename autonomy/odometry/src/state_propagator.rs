@@ -261,8 +261,8 @@ impl StatePropagator {
         ImuNoise { gyro_density: gyro_density * self.consistency.gyro_noise_factor(), accel_density }
     }
 
-    /// Switches between propagation with and without the IMU. When the IMU falls silent, the body keeps its last turn rate. When it
-    /// sends again, its bias is what it was before.
+    /// Switches between propagation with and without the IMU. When the IMU falls silent, the body keeps its last turn rate. When it sends again, its
+    /// bias has its previous value.
     fn switch_imu(&mut self, has_reading: bool) {
         if has_reading == self.has_imu || (has_reading && self.saved_gyro_bias.is_none()) {
             return;
