@@ -10,6 +10,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 
 mod bench;
+mod debian;
 mod fingerprint;
 mod run;
 mod setup;

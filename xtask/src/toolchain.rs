@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::{Result, bail};
 
-use crate::{setup, shell};
+use crate::{debian, shell};
 
 pub(crate) const TARGET: &str = "wasm32-unknown-unknown";
 
@@ -71,7 +71,7 @@ impl Toolchain {
             }
         }
         if !debian_is_ready() {
-            setup::apt_install(&DEBIAN_PACKAGES);
+            debian::apt_install(&DEBIAN_PACKAGES);
         }
         if debian_is_ready() {
             return Ok(Self::Debian);

@@ -5,14 +5,14 @@ use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::PreparedMap;
 use crate::texts;
 use crate::work::{ComputeJob, Work};
-use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry, vec_from_plain, vec_to_plain};
+use geometry::{Isometry, Matrix6, isometry_from_pose, vec_from_plain};
 use localisation::{
-    Dock, DockRegistry, DockRegistryConfig, ExplorationHint, InitialPose, LocalisationTransition,
-    LocalisationWork, Localiser, LocaliserConfig, LocaliserState, OdometryScan,
+    Dock, DockRegistry, DockRegistryConfig, ExplorationHint, InitialPose, LocalisationTransition, Localiser,
+    LocaliserConfig, LocaliserState, OdometryScan,
 };
 use messages::{
-    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobFailure, JobResult, LocalisationState,
-    PoseInMap, PriorMap, RelocalisationResponse, RelocalisationTask, StackEffect,
+    DegradationReason, DisambiguationPlan, DisambiguationTask, Job, JobFailure, LocalisationState, PoseInMap,
+    PriorMap, RelocalisationResponse, RelocalisationTask, StackEffect,
 };
 use std::sync::Arc;
 use vocab::{MapId, Stamp};
@@ -220,27 +220,6 @@ impl LocalisationPhase {
             (Phase::Idle, _) | (Phase::Running { .. }, LocaliserState::Idle) => LocalisationState::Idle,
         };
         (self.published.replace(state) != Some(state)).then_some(state)
-    }
-}
-
-/// Does what a localisation job asks for in a map: a pure function.
-pub(crate) fn run_work(map: MapId, work: &LocalisationWork) -> JobResult {
-    match work {
-        LocalisationWork::Relocalise(work) => {
-            let plain = |one: &localisation::PoseHypothesis| messages::PoseHypothesis {
-                map_from_base: pose_from_isometry(&one.map_from_base),
-                fit: one.fit,
-                violation_share: one.violation_share,
-            };
-            let hypotheses = work.run().iter().map(plain).collect();
-            let task = RelocalisationTask { map, number: work.id() };
-            JobResult::Relocalisation(Ok(RelocalisationResponse { task, hypotheses }))
-        }
-        LocalisationWork::PlanDisambiguation(work) => {
-            let path = work.run().iter().map(vec_to_plain).collect();
-            let task = DisambiguationTask { map, number: work.id() };
-            JobResult::Disambiguation(Ok(DisambiguationPlan { task, path }))
-        }
     }
 }
 

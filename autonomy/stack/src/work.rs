@@ -1,11 +1,13 @@
 //! The work of a job on the compute lane, as it leaves the stack: it owns what it needs.
 
-use crate::localisation_phase::run_work;
 use crate::mapping_messages::{self as plain, ComparisonTask};
-use geometry::pose_from_isometry;
+use geometry::{pose_from_isometry, vec_to_plain};
 use localisation::LocalisationWork;
 use mapping::{Comparison, MapQualityData, MapSearchData, Relinearisation, VerificationConfig, compare};
-use messages::{JobDone, JobFailure, JobResult, MapSearchResult, MapSearchTask};
+use messages::{
+    DisambiguationPlan, DisambiguationTask, JobDone, JobFailure, JobResult, MapSearchResult, MapSearchTask,
+    RelocalisationResponse, RelocalisationTask,
+};
 use vocab::MapId;
 
 /// Work that may run anywhere and at any time.
@@ -48,8 +50,29 @@ impl ComputeJob {
             Work::AssessQuality { revision, data } => {
                 JobResult::MapQuality(Ok(plain::quality_to_plain(revision, &data.run())))
             }
-            Work::Localise { map, work } => run_work(map, &work),
+            Work::Localise { map, work } => run_localisation(map, &work),
         };
         JobDone { number: self.number, result }
+    }
+}
+
+/// Does what a localisation job asks for in a map: a pure function.
+fn run_localisation(map: MapId, work: &LocalisationWork) -> JobResult {
+    match work {
+        LocalisationWork::Relocalise(work) => {
+            let plain = |one: &localisation::PoseHypothesis| messages::PoseHypothesis {
+                map_from_base: pose_from_isometry(&one.map_from_base),
+                fit: one.fit,
+                violation_share: one.violation_share,
+            };
+            let hypotheses = work.run().iter().map(plain).collect();
+            let task = RelocalisationTask { map, number: work.id() };
+            JobResult::Relocalisation(Ok(RelocalisationResponse { task, hypotheses }))
+        }
+        LocalisationWork::PlanDisambiguation(work) => {
+            let path = work.run().iter().map(vec_to_plain).collect();
+            let task = DisambiguationTask { map, number: work.id() };
+            JobResult::Disambiguation(Ok(DisambiguationPlan { task, path }))
+        }
     }
 }

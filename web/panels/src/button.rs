@@ -1,7 +1,7 @@
 //! The button: one widget for everything that is pressed, with a name in the accessible tree.
 
+use crate::paint::{focus_ring, icon_at};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets::{self, focus_ring};
 use egui::{
     Color32, CornerRadius, Galley, Pos2, Rect, Response, Role, Sense, Stroke, StrokeKind, Ui, Vec2,
     WidgetInfo, pos2, vec2,
@@ -145,9 +145,9 @@ impl<'a> Button<'a> {
         if response.has_focus() {
             focus_ring(ui, rect, tokens);
         }
-        let (icon_at, text_at) = self.places(rect, text.as_deref(), icon);
+        let (icon_centre, text_at) = self.positions(rect, text.as_deref(), icon);
         if let Some(icon) = self.icon {
-            widgets::icon_at(ui, icon_at, icon, self.icon_size(), ink);
+            icon_at(ui, icon_centre, icon, self.icon_size(), ink);
         }
         if let Some(galley) = text {
             ui.painter().galley(text_at - 0.5 * galley.size(), galley, ink);
@@ -188,7 +188,7 @@ impl<'a> Button<'a> {
     }
 
     /// Centres of icon and text.
-    fn places(&self, rect: Rect, text: Option<&Galley>, icon: bool) -> (Pos2, Pos2) {
+    fn positions(&self, rect: Rect, text: Option<&Galley>, icon: bool) -> (Pos2, Pos2) {
         let middle = rect.center();
         if self.stacked {
             return (middle - vec2(0.0, 8.0), middle + vec2(0.0, 15.0));

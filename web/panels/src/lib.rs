@@ -59,7 +59,9 @@ mod feature_panel;
 mod features;
 mod frame;
 mod layout;
+mod map_name;
 mod message;
+mod paint;
 mod text_input;
 mod widgets;
 

@@ -6,7 +6,8 @@ mod texts;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
-use crate::features::{imports, maps, tabs};
+use crate::features::{imports, tabs};
+use crate::map_name::map_name;
 use crate::message::show_message;
 use crate::theme::Tokens;
 use crate::{format, icon, widgets};
@@ -62,7 +63,7 @@ pub(crate) fn show_offer(
     if model.maps().len() < 2 {
         return;
     }
-    let name = texts::align(maps::name(model, map));
+    let name = texts::align(map_name(model, map));
     let button = Button::new(&name).text(texts::OFFER_SHORT).icon(icon::ARROWS_DOWN_UP);
     if button.enabled(model.is_connected()).wide(ui).show(ui, tokens).clicked() {
         commands.push(ClientCommand::AlignMap { map, reference: None });
@@ -78,7 +79,7 @@ fn show(
     alignment: &MapAlignment,
     commands: &mut Vec<ClientCommand>,
 ) {
-    widgets::head(ui, tokens, &texts::align(maps::name(model, alignment.map)));
+    widgets::head(ui, tokens, &texts::align(map_name(model, alignment.map)));
     match alignment.reference {
         None => show_references(ui, model, tokens, alignment.map, commands),
         Some(reference) => {
@@ -126,7 +127,7 @@ fn show_agreement(
     alignment: &MapAlignment,
     reference: MapId,
 ) -> bool {
-    widgets::fact(ui, tokens, texts::REFERENCE, maps::name(model, reference));
+    widgets::fact(ui, tokens, texts::REFERENCE, map_name(model, reference));
     widgets::fact(ui, tokens, texts::PAIRS, &format::count(alignment.pairs.len() as u64));
     let Some(residual_m) = alignment.rms_residual_m() else { return false };
     widgets::fact(ui, tokens, texts::RESIDUAL, &format::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
@@ -157,7 +158,7 @@ fn show_view_button(
     commands: &mut Vec<ClientCommand>,
 ) {
     let other = if model.viewed_map() == Some(reference) { alignment.map } else { reference };
-    let name = texts::view(maps::name(model, other));
+    let name = texts::view(map_name(model, other));
     if Button::new(&name).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
         commands.push(ClientCommand::ViewMap(Some(other)));
     }
@@ -210,7 +211,7 @@ fn has_points(alignment: &MapAlignment) -> bool {
 /// What the operator does next.
 fn next_step(model: &Model, alignment: &MapAlignment) -> String {
     let Some(next) = alignment.next_map() else { return texts::ENOUGH_POINTS.to_owned() };
-    let map = maps::name(model, next);
+    let map = map_name(model, next);
     if model.viewed_map() != Some(next) {
         texts::step_view(map)
     } else if alignment.unpaired.is_some() {

@@ -2,7 +2,7 @@
 
 use super::{texts, velocity};
 use crate::theme::{self, Tokens};
-use crate::{icon, widgets};
+use crate::{icon, paint};
 use client_model::Model;
 use egui::{Sense, Stroke, Ui, Vec2, vec2};
 use vocab::Twist;
@@ -43,12 +43,12 @@ fn paint(ui: &Ui, tokens: &Tokens, centre: egui::Pos2, deflection: Vec2, is_enab
         (icon::ARROW_BEND_UP_LEFT, vec2(-1.0, 0.0)),
         (icon::ARROW_BEND_UP_RIGHT, vec2(1.0, 0.0)),
     ] {
-        widgets::icon_at(ui, centre + direction * (RADIUS - 13.0), icon, theme::ICON, rim);
+        paint::icon_at(ui, centre + direction * (RADIUS - 13.0), icon, theme::ICON, rim);
     }
     let knob_centre = centre + deflection * (RADIUS - KNOB_RADIUS);
     ui.painter().circle_filled(knob_centre, KNOB_RADIUS, knob);
     let icon = if is_enabled { icon::ARROWS_OUT } else { icon::LOCK };
-    widgets::icon_at(ui, knob_centre, icon, theme::ICON, tokens.on_filled);
+    paint::icon_at(ui, knob_centre, icon, theme::ICON, tokens.on_filled);
 }
 
 /// The velocity of a deflection: up walks ahead, sideways turns. Squared, so that small deflections are slow.

@@ -2,7 +2,7 @@
 
 use super::{LoopsPanel, sign_of, texts};
 use crate::theme::{self, Tokens, Weight, font};
-use crate::widgets;
+use crate::{paint, widgets};
 use api::LoopDecision;
 use client_model::{CameraMove, ClientCommand, LoopPair, Model, Selection};
 use egui::text::{LayoutJob, TextWrapping};
@@ -100,7 +100,7 @@ fn show_row(
     ui.painter().rect_filled(rect, CornerRadius::same(theme::BUTTON_RADIUS), fill);
     paint_decision(ui, tokens, decision, rect);
     if response.has_focus() {
-        widgets::focus_ring(ui, rect.shrink(2.0), tokens);
+        paint::focus_ring(ui, rect.shrink(2.0), tokens);
     }
 }
 
@@ -114,7 +114,7 @@ fn allocate_row(ui: &mut Ui, pair: LoopPair) -> (Rect, Response) {
 /// Icon, pair and verdict of a loop, and below them the reason, cut off where the row ends.
 fn paint_decision(ui: &Ui, tokens: &Tokens, decision: &LoopDecision, rect: Rect) {
     let (sign, colour) = sign_of(decision.verdict, tokens);
-    widgets::icon_at(ui, pos2(rect.left() + 20.0, rect.center().y), sign, theme::ICON, colour);
+    paint::icon_at(ui, pos2(rect.left() + 20.0, rect.center().y), sign, theme::ICON, colour);
     let (left, right) = (rect.left() + 40.0, rect.right() - 10.0);
     let (upper, lower) = (rect.top() + 14.0, rect.bottom() - 14.0);
     let (body, small) = (font(theme::BODY, Weight::Medium), font(theme::SMALL, Weight::Regular));

@@ -11,7 +11,7 @@ use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{format, icon, widgets};
+use crate::{format, icon, paint, widgets};
 use api::LoopVerdict;
 use client_model::{ClientCommand, LoopPair, Model, Screen, Selection};
 use egui::{Align2, Color32, Context, CornerRadius, Sense, Ui, pos2, vec2};
@@ -140,7 +140,7 @@ fn show_count(ui: &mut Ui, tokens: &Tokens, width: f32, verdict: LoopVerdict, nu
     painter.rect_filled(rect, CornerRadius::same(theme::BUTTON_RADIUS), tokens.raised);
     let (sign, colour) = sign_of(verdict, tokens);
     let left = rect.left() + 10.0;
-    widgets::icon_at(ui, pos2(left + 8.0, rect.top() + 17.0), sign, theme::ICON, colour);
+    paint::icon_at(ui, pos2(left + 8.0, rect.top() + 17.0), sign, theme::ICON, colour);
     let number = format::count(number as u64);
     let (large, small) = (font(theme::HEAD, Weight::SemiBold), font(theme::SMALL, Weight::Regular));
     painter.text(pos2(left + 24.0, rect.top() + 17.0), Align2::LEFT_CENTER, &number, large, tokens.text);

@@ -4,8 +4,8 @@ mod texts;
 
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext};
-use crate::features::maps;
 use crate::icon;
+use crate::map_name::map_name;
 use crate::message::show_message;
 use client_model::{ClientCommand, Loading};
 use egui::Ui;
@@ -18,7 +18,7 @@ impl FeaturePanel for MapViewPanel {
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         let Some((map, view)) = cx.model.saved_map() else { return };
         let tokens = cx.tokens;
-        let name = maps::name(cx.model, map);
+        let name = map_name(cx.model, map);
         let (colour, text) = match &view.loading {
             Loading::Waiting => (tokens.accent, texts::opening(name)),
             Loading::Failed(sentence) => (tokens.bad, sentence.clone()),

@@ -6,7 +6,8 @@ mod texts;
 
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
-use crate::features::{maps, quality, tabs};
+use crate::features::{quality, tabs};
+use crate::map_name::map_name;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
 use crate::{TextInput, TextInputs, format, icon};
@@ -65,7 +66,7 @@ fn show_session(
         Mapping::Starting { .. } => show_starting(ui, tokens, commands),
         Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, commands),
         Mapping::Finding { map, distance, ambiguous, .. } => {
-            let map = maps::name(model, map);
+            let map = map_name(model, map);
             let hint = if ambiguous {
                 texts::ambiguous_hint(map)
             } else {
@@ -77,7 +78,7 @@ fn show_session(
             let progress = Progress { since, distance_m: distance, keyframes, on_known_ground };
             show_progress(ui, model, tokens, &progress);
             if let Some(map) = extends {
-                fact(ui, tokens, texts::EXTENDS, maps::name(model, map));
+                fact(ui, tokens, texts::EXTENDS, map_name(model, map));
             }
             quality::show(ui, model, tokens, commands);
             ui.spacing_mut().item_spacing.y = 8.0;
@@ -120,7 +121,7 @@ fn show_starting(ui: &mut Ui, tokens: &Tokens, commands: &mut Vec<ClientCommand>
 fn show_loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, commands: &mut Vec<ClientCommand>) {
     show_state(ui, tokens, texts::LOADING);
     show_endless_bar(ui);
-    widgets::remark(ui, tokens, &texts::loading_hint(maps::name(model, map)));
+    widgets::remark(ui, tokens, &texts::loading_hint(map_name(model, map)));
     show_cancel(ui, tokens, commands);
 }
 
@@ -188,7 +189,7 @@ fn show_finish(
     commands: &mut Vec<ClientCommand>,
 ) {
     let default_name = match *model.mapping() {
-        Mapping::Running { extends: Some(map), .. } => maps::name(model, map).to_owned(),
+        Mapping::Running { extends: Some(map), .. } => map_name(model, map).to_owned(),
         _ => texts::default_map_name(model.maps().len() + 1),
     };
     ui.label(egui::RichText::new(texts::MAP_NAME).size(theme::SMALL).color(tokens.dim));

@@ -12,16 +12,9 @@ use crate::{format, icon, widgets};
 use api::{Command, MapSummary, Mapping};
 use client_model::{ClientCommand, Model};
 use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
-use vocab::MapId;
 
 /// Width of the button that views a map, points.
 const BUTTON_WIDTH: f32 = 84.0;
-
-/// Name of a saved map, for a sentence.
-pub(crate) fn name(model: &Model, map: MapId) -> &str {
-    let known = model.maps().list().into_iter().flatten().find(|summary| summary.id == map);
-    known.map_or(texts::UNKNOWN_MAP, |summary| &summary.name)
-}
 
 /// The panel. It keeps nothing between frames.
 #[derive(Debug, Default)]

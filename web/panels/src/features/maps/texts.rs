@@ -6,7 +6,6 @@ use api::MapSummary;
 pub(super) const HEAD: &str = "Saved maps";
 pub(super) const LOADING: &str = "Waiting for the robot to list them.";
 pub(super) const NONE: &str = "None yet.";
-pub(super) const UNKNOWN_MAP: &str = "the map";
 pub(super) const VIEW_SHORT: &str = "View";
 pub(super) const CLOSE_SHORT: &str = "Close";
 pub(super) const EXTEND_SHORT: &str = "Extend this map";
