@@ -57,6 +57,8 @@ struct PublishedState {
     map_from_base: Pose,
     /// Whether a scan was processed since the last reset.
     has_new_scan: bool,
+    /// Number of goals that have ended. The next goal gets an identity of its own, because the stack ignores a goal that has had its outcome.
+    ended_goals: u128,
 }
 
 impl PublishedState {
@@ -66,6 +68,9 @@ impl PublishedState {
                 StackEffect::Publish(Publication::Localisation(state)) => self.state = *state,
                 StackEffect::Publish(Publication::Estimate(estimate)) => {
                     self.map_from_base = estimate.map_from_base;
+                }
+                StackEffect::Publish(Publication::Goal(goal)) => {
+                    self.ended_goals += u128::from(goal.status.is_outcome());
                 }
                 StackEffect::Publish(Publication::Scan(_)) => self.has_new_scan = true,
                 _ => {}
@@ -88,8 +93,6 @@ struct FaultyWalk<'a> {
     claimed_scans: u64,
     /// Number of those with a wrong pose.
     wrong_scans: u64,
-    /// Number of recoveries that were begun. Each has a goal of its own: the stack ignores a goal that has had its outcome.
-    recoveries: u128,
     rng: Rng,
     verbose: bool,
 }
@@ -122,13 +125,12 @@ impl FaultyWalk<'_> {
     /// Waits until the robot claims its right pose; returns the time that takes, seconds. A robot in the state `Relocalising` is sent the
     /// goal `Relocalise`, which the stack starts by itself only on the way to a goal.
     fn wait_for_recovery(&mut self) -> Result<f64> {
-        self.recoveries += 1;
-        let goal = GoalId(Uuid::from_u128(self.recoveries));
         let mut waited_s = 0.0;
         while waited_s < WAIT_MAX_S {
             if matches!(self.published.state, LocalisationState::Relocalising { .. }) {
                 let published = &mut self.published;
                 // A robot that already executes this goal ignores the command.
+                let goal = GoalId(Uuid::from_u128(published.ended_goals + 1));
                 let command = CommandKind::StartGoal { goal, kind: GoalKind::Relocalise };
                 self.walk.send_command(command, &mut |_, _, effects| published.update(effects));
             }
@@ -173,8 +175,10 @@ impl FaultyWalk<'_> {
             if self.verbose {
                 self.print_recovery(&to, duration_s)?;
             }
-            self.walk.send_command(CommandKind::StopMotion, &mut |_, _, _| {});
-            self.walk.send_command(CommandKind::AllowMotion, &mut |_, _, _| {});
+            let published = &mut self.published;
+            for command in [CommandKind::StopMotion, CommandKind::AllowMotion] {
+                self.walk.send_command(command, &mut |_, _, effects| published.update(effects));
+            }
         }
         self.return_to_route(back)?;
         self.walk.follow_stack(false);
@@ -249,7 +253,6 @@ pub fn run(mapped: &MappedSite, arguments: &Arguments) -> Result<bool> {
         mapped,
         claimed_scans: 0,
         wrong_scans: 0,
-        recoveries: 0,
         rng,
         verbose: arguments.verbose,
     };
