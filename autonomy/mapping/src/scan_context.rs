@@ -75,8 +75,9 @@ impl ScanContext {
                 continue;
             }
             let ring = (((radius / MIN_RADIUS_M).ln() * rings_per_log) as usize).min(RINGS - 1);
-            let angle = (y.atan2(x) / std::f32::consts::TAU).rem_euclid(1.0);
-            let sector = ((angle * SECTORS as f32) as usize).min(SECTORS - 1);
+            let turns = points::angle::atan2(y, x) / std::f32::consts::TAU;
+            let turns = if turns < 0.0 { turns + 1.0 } else { turns };
+            let sector = ((turns * SECTORS as f32) as usize).min(SECTORS - 1);
             let height = ((z + HEIGHT_DEPTH_M) / HEIGHT_STEP_M).clamp(1.0, 255.0) as u8;
             heights[sector][ring] = height.max(heights[sector][ring]);
             let slice = (z + SLICE_DEPTH_M) / SLICE_M;

@@ -7,6 +7,8 @@
 //! case, rays pass through the obstacle: the robot saw it while it was carried, at a wrong pose. The second case is needed because a robot sees no
 //! ground beside itself.
 
+use crate::cell_index::{CellIndex, floor};
+use crate::scan_cells::{CellHits, ScanCells};
 use geometry::{Isometry, Vector3};
 use nalgebra::Point3;
 use points::range_image::{Occupancy, RangeImage};
@@ -83,7 +85,7 @@ impl Default for ElevationMapConfig {
 impl ElevationMapConfig {
     /// The slice that holds a height, counted from height zero.
     fn slice(&self, height: f32) -> i64 {
-        (f64::from(height) / self.slice_height_m).floor() as i64
+        i64::from(floor(f64::from(height) / self.slice_height_m))
     }
 
     /// Number of slices from the one that holds the ground up to `height` above the ground.
@@ -114,15 +116,6 @@ impl Default for RobotShape {
     fn default() -> Self {
         Self { radius: 0.38, standing_height: 0.55, clearance: 0.95, step: 0.22 }
     }
-}
-
-/// Index of a cell: x and y in cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct CellIndex {
-    /// Along x.
-    pub x: i32,
-    /// Along y.
-    pub y: i32,
 }
 
 /// One cell.
@@ -206,7 +199,7 @@ fn shift_slices(slices: u16, lower: i64) -> u16 {
     if lower >= 0 { slices << by } else { slices >> by }
 }
 
-/// Directions in which the lowest beams are kept apart.
+/// Directions in which the lowest beams are kept apart: four in each quadrant.
 const SECTORS: usize = 16;
 
 /// The lowest beams that met a surface, by direction in the map. They differ by direction, because a robot that leans sees the ground nearer on one
@@ -227,7 +220,7 @@ impl LowestBeams {
     /// Inserts a point given from the base's `origin` in the map's axes.
     fn insert(&mut self, point: &nalgebra::Vector3<f32>, origin: &Vector3) {
         let offset = point.cast::<f64>() + origin - self.sensor;
-        let distance = offset.xy().norm();
+        let distance = (offset.x * offset.x + offset.y * offset.y).sqrt();
         if distance > self.range_min {
             let tangent = &mut self.tangents[sector(offset.x, offset.y)];
             *tangent = tangent.min(offset.z / distance);
@@ -237,13 +230,23 @@ impl LowestBeams {
     /// Height of the lowest beam above a point of the map, metres.
     fn height(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - self.sensor.x, y - self.sensor.y);
-        self.sensor.z + self.tangents[sector(x, y)] * x.hypot(y)
+        self.sensor.z + self.tangents[sector(x, y)] * (x * x + y * y).sqrt()
     }
 }
 
+/// The sector of a direction, counted from the negative x axis. Comparisons are used rather than an arctangent, because every point of a scan is
+/// sorted.
 fn sector(x: f64, y: f64) -> usize {
-    let turns = y.atan2(x) / std::f64::consts::TAU + 0.5;
-    ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
+    /// Tangent of the width of a sector.
+    const TANGENT: f64 = std::f64::consts::SQRT_2 - 1.0;
+    let (quadrant, along, across) = match (x < 0.0, y < 0.0) {
+        (true, true) => (0, -x, -y),
+        (false, true) => (1, -y, x),
+        (false, false) => (2, x, y),
+        (true, false) => (3, y, -x),
+    };
+    let bounds = [along * TANGENT <= across, along <= across, along <= across * TANGENT];
+    4 * quadrant + bounds.into_iter().filter(|is_passed| *is_passed).count()
 }
 
 /// Runs of neighbouring bits that are set: the first bit of each run and the run's length.
@@ -265,8 +268,8 @@ pub struct ElevationMap {
     cell_size: f64,
     shape: RobotShape,
     blocks: BTreeMap<(i32, i32), Vec<Cell>>,
-    /// Heights seen in each cell by the newest scan. The map is kept to reuse its memory.
-    touched: BTreeMap<CellIndex, CellHits>,
+    /// What the newest scan saw. It is kept to reuse its memory.
+    scan_cells: ScanCells,
 }
 
 /// A scan as a range image, and the height of the ground on which the robot stands.
@@ -274,15 +277,6 @@ struct SeenScan {
     view: RangeImage,
     base_from_map: Isometry,
     foot: f32,
-}
-
-/// What one scan saw in one cell, metres.
-#[derive(Clone, Copy, Debug)]
-struct CellHits {
-    lowest: f32,
-    highest: f32,
-    /// Slices with points, counted from [`ElevationMapConfig::slices_below_feet`] under the feet.
-    slices: u64,
 }
 
 impl ElevationMap {
@@ -293,7 +287,7 @@ impl ElevationMap {
 
     /// As [`Self::new`], with other parameters.
     pub fn with_config(config: ElevationMapConfig, cell_size: f64, shape: RobotShape) -> Self {
-        Self { config, cell_size, shape, blocks: BTreeMap::new(), touched: BTreeMap::new() }
+        Self { config, cell_size, shape, blocks: BTreeMap::new(), scan_cells: ScanCells::default() }
     }
 
     /// Side of a cell, metres.
@@ -308,7 +302,7 @@ impl ElevationMap {
 
     /// The cell that holds a point.
     pub fn index(&self, x: f64, y: f64) -> CellIndex {
-        CellIndex { x: (x / self.cell_size).floor() as i32, y: (y / self.cell_size).floor() as i32 }
+        CellIndex { x: floor(x / self.cell_size), y: floor(y / self.cell_size) }
     }
 
     /// Centre of a cell, metres.
@@ -332,7 +326,7 @@ impl ElevationMap {
     }
 
     /// Inserts a motion-corrected scan: `points` in the base frame, metres, at `map_from_base`, seen from `sensor` (base frame, metres). Points
-    /// farther than `range` metres are ignored. Cost: linear in the points, logarithmic in the cells touched, linear in the ground within range.
+    /// farther than `range` metres are ignored. Cost: linear in the points, n log n in the cells seen, linear in the ground within range.
     pub fn insert_scan(
         &mut self,
         map_from_base: &Isometry,
@@ -343,20 +337,23 @@ impl ElevationMap {
         let origin = map_from_base.translation.vector;
         let foot = (origin.z - self.shape.standing_height) as f32;
         let beams = self.collect_hits(map_from_base, sensor, points, range);
-        let touched = std::mem::take(&mut self.touched);
-        for (&index, hits) in &touched {
+        let scan_cells = std::mem::take(&mut self.scan_cells);
+        let step = self.shape.step;
+        for (index, hits) in scan_cells.seen() {
             let (x, y) = self.centre(index);
-            let distance = (x - origin.x).hypot(y - origin.y);
-            let step = self.shape.step;
+            let distance = ((x - origin.x).powi(2) + (y - origin.y).powi(2)).sqrt();
             let rise_max = (step + self.config.slope_max * distance)
                 .min(f64::from(self.config.floor_separation_m)) as f32;
             let (margin, slope) = (self.config.footless_margin_m, self.config.footless_margin_slope);
             let foot_seen_from = beams.height(x, y) + margin + slope * distance;
             let may_hang = hits.lowest > foot && f64::from(hits.lowest) < foot_seen_from;
-            let is_climbable = !may_hang && self.has_lower_neighbour(index, hits.lowest);
-            self.update_cell(index, hits, foot, if is_climbable { rise_max } else { step as f32 });
+            let rise = (hits.lowest - foot).abs();
+            // The neighbours of most cells need not be asked.
+            let is_ground = rise < step as f32
+                || (rise < rise_max && !may_hang && self.has_lower_neighbour(index, hits.lowest));
+            self.update_cell(index, &hits, foot, is_ground);
         }
-        self.touched = touched;
+        self.scan_cells = scan_cells;
         // An odd stride, so that every beam of a LiDAR is used in turn.
         let stride = points.len().div_ceil(self.config.rays_max) | 1;
         let view = RangeImage::new(points.iter().step_by(stride), sensor);
@@ -365,7 +362,7 @@ impl ElevationMap {
         self.mark_ground_under_robot(map_from_base, foot);
     }
 
-    /// Sorts a scan's points into `self.touched`, by cell; returns the lowest beams.
+    /// Sorts a scan's points into `self.scan_cells`; returns the lowest beams.
     fn collect_hits(
         &mut self,
         map_from_base: &Isometry,
@@ -382,8 +379,8 @@ impl ElevationMap {
         let mut beams =
             LowestBeams::new(&sensor_in_map.coords, self.shape.radius + self.config.self_margin_m);
         let range_squared = (range * range) as f32;
-        let mut touched = std::mem::take(&mut self.touched);
-        touched.clear();
+        let mut scan_cells = std::mem::take(&mut self.scan_cells);
+        scan_cells.restart(self.index(origin.x, origin.y), (range / self.cell_size).ceil() as i32 + 1);
         for point in points {
             if point[0] * point[0] + point[1] * point[1] > range_squared {
                 continue;
@@ -395,13 +392,11 @@ impl ElevationMap {
                 continue;
             }
             let index = self.index(f64::from(turned[0]) + origin.x, f64::from(turned[1]) + origin.y);
-            let hits = touched.entry(index).or_insert(CellHits { lowest: z, highest: z, slices: 0 });
-            hits.lowest = hits.lowest.min(z);
-            hits.highest = hits.highest.max(z);
             let bit = u32::try_from(self.config.slice(z) - lowest_slice).ok();
-            hits.slices |= bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0);
+            scan_cells.insert(index, z, bit.and_then(|bit| 1_u64.checked_shl(bit)).unwrap_or(0));
         }
-        self.touched = touched;
+        scan_cells.sort();
+        self.scan_cells = scan_cells;
         beams
     }
 
@@ -428,10 +423,11 @@ impl ElevationMap {
             for (offset, cell) in cells.iter().enumerate().filter(|(_, cell)| self.holds_obstacle(cell)) {
                 let index = at_offset(*block, offset);
                 let (x, y) = self.centre(index);
-                let distance = (x - position[0]).hypot(y - position[1]);
+                let distance = ((x - position[0]).powi(2) + (y - position[1]).powi(2)).sqrt();
                 // What the scan saw in the cell itself is inserted already.
-                let touched = self.touched.get(&index).is_some_and(|hits| f64::from(hits.lowest) < overhead);
-                if distance > range || touched {
+                let is_seen =
+                    self.scan_cells.get(index).is_some_and(|hits| f64::from(hits.lowest) < overhead);
+                if distance > range || is_seen {
                     continue;
                 }
                 let slices = cell.slices_seen_through(&self.config, seen, [x, y], distance);
@@ -468,9 +464,9 @@ impl ElevationMap {
         }
     }
 
-    /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. Ground differs from it by `rise_max` at
-    /// most.
-    fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, rise_max: f32) {
+    /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. `is_ground` tells whether the lowest point
+    /// can be ground, as far as the cell itself does not contradict.
+    fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, mut is_ground: bool) {
         let config = self.config;
         let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);
         let cell = self.cell_mut(index);
@@ -484,7 +480,6 @@ impl ElevationMap {
             obstacle = 0;
         }
         // A hanging object gives no information about the ground. The same holds for a wall whose foot is out of sight.
-        let mut is_ground = (hits.lowest - foot).abs() < rise_max;
         if !is_ground && hits.lowest > foot && cell.ground > hits.lowest {
             // An object stands lower than the assumed ground, so the assumption was wrong.
             cell.slices = shift_slices(cell.slices, config.slice(cell.ground) - config.slice(foot));

@@ -88,6 +88,9 @@ pub struct SynchronisationConfig {
     pub silent_imu_scans: usize,
     /// Greatest number of waiting scans. If there are more, the oldest is processed without waiting.
     pub max_waiting_scans: usize,
+    /// Greatest number of scans that are processed on one message, which bounds the time that a message takes. More than one, so that waiting scans
+    /// also become fewer where no other sensor sends messages.
+    pub max_scans_per_message: usize,
 }
 
 impl Default for SynchronisationConfig {
@@ -103,6 +106,7 @@ impl Default for SynchronisationConfig {
             clock_mismatches: 3,
             silent_imu_scans: 3,
             max_waiting_scans: 40,
+            max_scans_per_message: 2,
         }
     }
 }

@@ -192,7 +192,7 @@ impl Odometry {
         self.process_queues(false, out);
     }
 
-    /// Begins the estimate if possible, then processes every scan that needs not wait any longer.
+    /// Begins the estimate if possible, then processes scans that need not wait any longer: all of them on the last call, else a few.
     fn process_queues(&mut self, is_last_call: bool, out: &mut Vec<OdometryEvent>) {
         if self.tracker.is_none() && !self.try_start(is_last_call, out) {
             while self.scans.len() > self.config.synchronisation.max_waiting_scans {
@@ -200,7 +200,13 @@ impl Odometry {
             }
             return;
         }
-        while self.scans.front().is_some_and(|sweep| is_last_call || self.is_covered(sweep)) {
+        let mut processed = 0;
+        let max_processed =
+            if is_last_call { usize::MAX } else { self.config.synchronisation.max_scans_per_message };
+        while processed < max_processed
+            && self.scans.front().is_some_and(|sweep| is_last_call || self.is_covered(sweep))
+        {
+            processed += 1;
             let (Some(sweep), Some(tracker)) = (self.scans.pop_front(), &mut self.tracker) else { return };
             let mut found = Vec::new();
             tracker.insert_scan(sweep, &mut self.queues, out, &mut found);

@@ -2,6 +2,9 @@
 
 use crate::hash::{CellKey, CellTable};
 
+/// Number of points whose voxels are looked up together.
+const LOOKUP_BLOCK: usize = 16;
+
 /// The average of the points in one voxel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Centroid {
@@ -42,37 +45,50 @@ impl Downsampler {
         self.table.clear();
         self.voxels.clear();
         let voxels_per_metre = 1.0 / voxel_m;
-        let mut last = (CellKey::new([i64::MAX; 3]), 0_usize);
-        for (index, &point) in xyz.iter().enumerate() {
-            let key = CellKey::new(point.map(|c| i64::from(floor(c * voxels_per_metre))));
-            // Consecutive points of a sweep often share a voxel, so the last voxel is tried before the table.
-            let voxel = if key == last.0 {
-                last.1
-            } else {
-                let (voxel, is_new) = self.table.get_or_insert(key, self.voxels.len() as u32);
-                if is_new {
-                    self.voxels.push(Accumulator {
-                        first: point,
-                        sum: [0.0; 3],
-                        attribute_sum: 0.0,
-                        count: 0,
-                    });
-                }
-                voxel as usize
-            };
-            last = (key, voxel);
-            let accumulator = &mut self.voxels[voxel];
-            for axis in 0..3 {
-                accumulator.sum[axis] += point[axis] - accumulator.first[axis];
+        let mut last: Option<(CellKey, usize)> = None;
+        for (block, points) in xyz.chunks(LOOKUP_BLOCK).enumerate() {
+            let keys: [CellKey; LOOKUP_BLOCK] = std::array::from_fn(|index| {
+                let point = points.get(index).copied().unwrap_or_default();
+                CellKey::new(point.map(|c| i64::from(floor(c * voxels_per_metre))))
+            });
+            // The table does not fit into the nearest cache. Reads that do not wait for one another hide its delay.
+            let found = self.table.peek(&keys);
+            for (index, (&point, &key)) in points.iter().zip(&keys).enumerate() {
+                // Consecutive points of a sweep often share a voxel, so the last voxel is tried before the table.
+                let voxel = match (last, found[index]) {
+                    (Some((last_key, voxel)), _) if last_key == key => voxel,
+                    (_, Some(voxel)) => voxel as usize,
+                    (_, None) => {
+                        let (voxel, is_new) = self.table.get_or_insert(key, self.voxels.len() as u32);
+                        if is_new {
+                            self.voxels.push(Accumulator::begin(point));
+                        }
+                        voxel as usize
+                    }
+                };
+                last = Some((key, voxel));
+                let attribute = attributes.get(block * LOOKUP_BLOCK + index).copied().unwrap_or(0.0);
+                self.voxels[voxel].add(&point, attribute);
             }
-            accumulator.attribute_sum += attributes.get(index).copied().unwrap_or(0.0);
-            accumulator.count += 1;
         }
         out.extend(self.voxels.iter().map(Accumulator::centroid));
     }
 }
 
 impl Accumulator {
+    fn begin(first: [f32; 3]) -> Self {
+        Self { first, sum: [0.0; 3], attribute_sum: 0.0, count: 0 }
+    }
+
+    #[inline]
+    fn add(&mut self, point: &[f32; 3], attribute: f32) {
+        for axis in 0..3 {
+            self.sum[axis] += point[axis] - self.first[axis];
+        }
+        self.attribute_sum += attribute;
+        self.count += 1;
+    }
+
     fn centroid(&self) -> Centroid {
         let scale = 1.0 / self.count as f32;
         Centroid {
@@ -102,5 +118,12 @@ mod tests {
         assert!(out.is_empty());
         downsampler.downsample(&[[0.1; 3], [0.2; 3], [-0.1; 3]], &[], 1.0, &mut out);
         assert_eq!(out.iter().map(|c| c.count).collect::<Vec<_>>(), [2, 1]);
+    }
+
+    #[test]
+    fn points_that_are_not_finite_do_no_harm() {
+        let mut out = Vec::new();
+        Downsampler::default().downsample(&[[f32::INFINITY; 3], [f32::NAN; 3], [0.0; 3]], &[], 1.0, &mut out);
+        assert_eq!(out.iter().map(|c| c.count).sum::<u32>(), 3);
     }
 }

@@ -83,6 +83,14 @@ impl CellTable {
         }
     }
 
+    /// The values of several cells, as far as they lie in the first slot of their search; otherwise `None`, also for cells that are stored. The
+    /// reads do not depend on one another, so that the processor makes them at the same time.
+    #[inline]
+    pub fn peek<const N: usize>(&self, keys: &[CellKey; N]) -> [Option<u32>; N] {
+        let slots: [(u64, u32); N] = std::array::from_fn(|index| self.slots[self.home_slot(keys[index].0)]);
+        std::array::from_fn(|index| (slots[index].0 == keys[index].0).then_some(slots[index].1))
+    }
+
     /// The value stored for a cell, and whether it is new: `value` is stored if the cell had none.
     #[inline]
     pub fn get_or_insert(&mut self, key: CellKey, value: u32) -> (u32, bool) {

@@ -3,6 +3,7 @@
 //! The crate knows neither time nor robots. Points are `f32` relative to an origin that the caller keeps in `f64`.
 
 pub mod adaptive_voxel;
+pub mod angle;
 pub mod downsample;
 pub mod filter;
 pub mod gaussian_map;

@@ -1,6 +1,7 @@
 //! The ranges that a sensor measured from one pose, as an image over directions. It tells for any point whether the sensor's rays passed through
 //! it (free-space check).
 
+use crate::angle::atan2;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -160,11 +161,11 @@ fn project(point: &[f32; 3], sensor: &[f32; 3], config: &RangeImageConfig) -> Op
     if !(range_m > config.min_range_m && range_m < config.max_range_m) {
         return None;
     }
-    let row = ((z.atan2(horizontal) - BOTTOM_RAD) / ROW_RAD).floor();
+    let row = (atan2(z, horizontal) - BOTTOM_RAD) / ROW_RAD;
     if !(0.0..ROWS as f32).contains(&row) {
         return None;
     }
-    let column = ((y.atan2(x) + PI) * (COLUMNS as f32 / TAU)) as usize;
+    let column = ((atan2(y, x) + PI) * (COLUMNS as f32 / TAU)) as usize;
     Some((column.min(COLUMNS - 1), row as usize, range_m))
 }
 
