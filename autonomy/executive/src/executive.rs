@@ -194,6 +194,13 @@ impl Executive {
         self.fire(at, ExecutiveEvent::StopRequested, Some(by), situation, effects);
     }
 
+    /// Motion was stopped by this client before the program started, and still is. To be called before the first update.
+    pub fn restore_stop(&mut self, by: Option<ClientId>) {
+        self.state = ExecutiveState::Stopped;
+        self.stopped_by = by;
+        self.behaviour = Some(Box::new(StandStill));
+    }
+
     /// Handles an event without data.
     pub fn handle_event(
         &mut self,

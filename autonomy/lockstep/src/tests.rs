@@ -2,8 +2,8 @@
 
 use crate::{Lockstep, Stepper, replay};
 use messages::{
-    CancelCause, Command, CommandKind, GoalKind, GoalStatus, Input, Job, MappingState, MotionState,
-    Principal, Publication, StackEffect,
+    BootRecord, CancelCause, Command, CommandKind, GoalKind, GoalStatus, Input, Job, MappingState,
+    MotionState, Principal, Publication, StackEffect, StopLatch,
 };
 use sim::{SimConfig, SiteName};
 use stack::Stack;
@@ -143,6 +143,24 @@ fn stop_motion_holds_until_motion_is_allowed_and_needs_no_lease() {
     scene.order(1, CommandKind::AllowMotion);
     scene.run(0.2);
     assert_eq!(scene.motion, MotionState::Idle);
+}
+
+#[test]
+fn a_stop_of_before_the_start_holds_until_motion_is_allowed() {
+    let mut scene = Scene::new(false);
+    let stop_latch = Some(StopLatch { by: Some(operator(7)) });
+    let boot = BootRecord { stop_latch, ..scene.lockstep.simulator().boot() };
+    scene.lockstep.give(Input::Boot(Box::new(boot)));
+    scene.run(2.0);
+    let stopped = MotionState::Stopped { by: Some(ClientId(Uuid::from_u128(7))) };
+    assert_eq!(scene.motion, stopped);
+    scene.order(1, forward(0.5));
+    scene.walk_to(Vec3::new(3.0, 0.5, 0.0));
+    scene.run(1.0);
+    assert_eq!((scene.refusals.len(), &scene.motion), (2, &stopped), "{:?}", scene.refusals);
+    scene.order(1, CommandKind::AllowMotion);
+    scene.run(0.2);
+    assert_eq!((scene.accepted, &scene.motion), (1, &MotionState::Idle));
 }
 
 #[test]

@@ -169,9 +169,9 @@ impl Lockstep {
                     self.working.push((self.pace.ticks, done));
                 }
                 StackEffect::Publish(Publication::Keyframe(keyframe)) => self.keep_keyframe(&keyframe),
+                StackEffect::Commit { seq, .. } => self.waiting.push_back(Input::Committed { seq }),
                 StackEffect::Publish(_)
                 | StackEffect::Answer { .. }
-                | StackEffect::Commit { .. }
                 | StackEffect::CallAction { .. }
                 | StackEffect::CancelAction(_) => {}
             }

@@ -223,6 +223,7 @@ impl Simulator {
             leave_loops_open: false,
             last_pose: None,
             docks: Arc::default(),
+            stop_latch: None,
         }
     }
 

@@ -3,6 +3,7 @@
 //! The stack is a pure, single-threaded, clockless function of its inputs. Its only time is `at`, and everything enters it as an [`Input`]. It
 //! returns [`StackEffect`]s, which the caller executes. A recording of the inputs therefore repeats a run bit for bit.
 
+mod commits;
 mod control;
 mod localisation_phase;
 mod loop_texts;
@@ -17,6 +18,7 @@ mod work;
 pub use prior_map::{MapPreparation, PreparedMap, encode_prior_keyframe};
 pub use work::ComputeJob;
 
+use commits::Commits;
 use control::{Admission, Control};
 use executive::{Executive, ExecutiveConfig, Frames, Situation};
 use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_to_plain};
@@ -27,12 +29,13 @@ use mapping_messages::rows;
 use mapping_phase::{MapUpdate, MappingEvents, MappingPhase};
 use messages::{
     BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, JobDone,
-    JobId, JobOwner, JobResult, Notice, Publication, RobotProfile, Sensor, Severity, StackEffect,
+    JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,
+    StackEffect, StopLatch,
 };
 use odometry_adapter::{LocatedScan, OdometryAdapter, OdometryEvent};
 use sensor_monitor::SensorMonitor;
 use std::sync::Arc;
-use vocab::{Covariance6, Span, Stamp};
+use vocab::{ClientId, CommandId, Covariance6, Span, Stamp};
 
 /// Parameters of the [`Stack`] itself. The parts have their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +63,7 @@ struct Running {
     config: StackConfig,
     odometry: OdometryAdapter,
     control: Control,
+    commits: Commits,
     sensors: SensorMonitor,
     mapping: MappingPhase,
     localisation: LocalisationPhase,
@@ -97,18 +101,13 @@ impl Stack {
             (Some(running), Input::GraphRequested) => {
                 effects.extend(running.mapping.whole_graph().map(StackEffect::Publish));
             }
+            (Some(running), Input::Committed { seq }) => running.committed(seq, effects),
             (None, _) if !self.has_warned => {
                 self.has_warned = true;
                 effects.push(notice(at, Severity::Error, texts::NO_BOOT_RECORD.to_owned()));
             }
             // Nothing in the stack depends on these inputs yet. They are part of the log's schema.
-            (
-                Some(_),
-                Input::WallClock { .. }
-                | Input::Committed { .. }
-                | Input::ActionFeedback { .. }
-                | Input::ActionDone { .. },
-            )
+            (Some(_), Input::WallClock { .. } | Input::ActionFeedback { .. } | Input::ActionDone { .. })
             | (None, _) => {}
         }
     }
@@ -158,15 +157,20 @@ impl Running {
             localisation
                 .start(last.map, isometry_from_pose(&last.map_from_base).map(InitialPose::MapFromBase));
         }
+        let mut executive = Executive::new(ExecutiveConfig::default(), &profile(record));
+        if let Some(latch) = &record.stop_latch {
+            executive.restore_stop(latch.by.as_ref().map(|by| by.client));
+        }
         Self {
             config: StackConfig::default(),
             odometry: OdometryAdapter::new(record),
             control: Control::default(),
+            commits: Commits::default(),
             sensors: SensorMonitor::default(),
             mapping,
             localisation,
             docks: dock_registry(&record.docks),
-            executive: Executive::new(ExecutiveConfig::default(), &profile(record)),
+            executive,
             jobs: 0,
             prepared_map: None,
             points_used: 0,
@@ -409,7 +413,29 @@ impl Running {
         self.notify_executive(at, ExecutiveEvent::MapReplaced, effects);
     }
 
+    /// Answers a command after it was executed.
+    fn answer(
+        &mut self,
+        id: CommandId,
+        to: ClientId,
+        refused: Option<String>,
+        effects: &mut Vec<StackEffect>,
+    ) {
+        self.control.keep_answer(id, refused.clone());
+        effects.push(StackEffect::Answer { id, to, refused });
+    }
+
+    /// What commands changed is durable: they are answered.
+    fn committed(&mut self, seq: u64, effects: &mut Vec<StackEffect>) {
+        for (id, client) in self.commits.end(seq) {
+            self.answer(id, client, None, effects);
+        }
+    }
+
     fn answer_command(&mut self, at: Stamp, command: &Command, effects: &mut Vec<StackEffect>) {
+        if self.commits.is_waiting(command.id) {
+            return;
+        }
         let owner = self.control.state().owner;
         let refused = match self.control.admit(command) {
             Admission::Repeated(answer) => {
@@ -427,8 +453,10 @@ impl Running {
                 self.handle_command(at, command, effects).err()
             }
         };
-        self.control.keep_answer(command.id, refused.clone());
-        effects.push(StackEffect::Answer { id: command.id, to: command.by.client, refused });
+        match (refused, latch_change(command)) {
+            (None, Some(event)) => effects.push(self.commits.begin(command, event)),
+            (refused, _) => self.answer(command.id, command.by.client, refused, effects),
+        }
         self.publish_changes(at, effects);
     }
 
@@ -563,6 +591,17 @@ impl Running {
             JobResult::Disambiguation(plan) => self.localisation.finish_disambiguation(number, &plan),
         }
         self.publish_changes(at, effects);
+    }
+}
+
+/// What a command changes that must survive a restart of the program.
+fn latch_change(command: &Command) -> Option<LedgerEvent> {
+    match command.kind {
+        CommandKind::StopMotion => {
+            Some(LedgerEvent::StopLatch(Some(StopLatch { by: Some(command.by.clone()) })))
+        }
+        CommandKind::AllowMotion => Some(LedgerEvent::StopLatch(None)),
+        _ => None,
     }
 }
 

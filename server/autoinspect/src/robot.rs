@@ -114,6 +114,7 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
         leave_loops_open: false,
         last_pose: None,
         docks: Arc::default(),
+        stop_latch: None,
     }
 }
 

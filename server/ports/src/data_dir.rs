@@ -8,6 +8,7 @@
 //! uploads/<id>             uploaded files that wait to be imported; removed at the next start
 //! place.json               last pose of the robot in the map in use
 //! docks.json               docks of the saved maps
+//! stop.json                whether motion is stopped, and by whom
 //! recordings/<time>.mcap   inputs of the stack; names sort by time
 //! run/lock                 held by the process that owns the directory
 //! run/core.sock            the core's Unix socket for the gateway
@@ -96,6 +97,11 @@ impl DataDir {
     /// Docks of the saved maps, a list of [`messages::PoseInMap`] as JSON.
     pub fn docks(&self) -> PathBuf {
         self.root.join("docks.json")
+    }
+
+    /// Whether motion is stopped and by whom, a [`messages::StopLatch`] as JSON.
+    pub fn stop_latch(&self) -> PathBuf {
+        self.root.join("stop.json")
     }
 
     /// Directory of all recordings.

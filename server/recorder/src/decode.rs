@@ -2,7 +2,7 @@
 
 use crate::containers::{MessageEncoding, RawMessage, Topic};
 use crate::error::ReadError;
-use crate::legacy::{INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, InputV3, InputV4};
+use crate::legacy::{INPUT_SCHEMA_V3, INPUT_SCHEMA_V4, INPUT_SCHEMA_V5, InputV3, InputV4, InputV5};
 use crate::selection::TopicRole;
 use crate::topics;
 use formats::cdr::Encoding;
@@ -65,6 +65,7 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
     }
     let decoded = match topic.type_name.as_str() {
         topics::INPUT_SCHEMA => whole(raw.bytes()),
+        INPUT_SCHEMA_V5 => whole::<InputV5>(raw.bytes()).map(Input::from),
         INPUT_SCHEMA_V4 => whole::<InputV4>(raw.bytes()).map(Input::from),
         INPUT_SCHEMA_V3 => whole::<InputV3>(raw.bytes()).map(Input::from),
         _ => return Err(ReadError::OtherJournalVersion { found: topic.type_name.clone() }),
@@ -74,7 +75,7 @@ pub(crate) fn input(raw: &RawMessage, topic: &Topic, role: TopicRole) -> Result<
 
 /// Whether journals of this schema can be read.
 pub(crate) fn is_known_journal(schema: &str) -> bool {
-    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3].contains(&schema)
+    [topics::INPUT_SCHEMA, INPUT_SCHEMA_V5, INPUT_SCHEMA_V4, INPUT_SCHEMA_V3].contains(&schema)
 }
 
 /// Decodes a value that must use all bytes.

@@ -1,8 +1,8 @@
-//! Reads journals of earlier programs: versions 3 and 4 of `messages::Input`, which programs up to November 2026 wrote.
+//! Reads journals of earlier programs: versions 3 to 5 of `messages::Input`, which programs up to November 2026 wrote.
 //!
 //! It holds frozen copies of the types that have changed since, with their conversions to the present types. Unchanged types are those of
 //! `messages`. Before the layout of one of them changes, copy it to this file. Recordings in `tests/fixtures` and the bytes in
-//! `tests/journal_layout_v4.txt` test this.
+//! `tests/journal_layout_v4.txt` and `tests/journal_layout_v5.txt` test this.
 
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, ComparedRevisit, DisambiguationPlan, GoalKind, Input,
@@ -13,13 +13,75 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vocab::{ActionCallId, ClientId, CommandId, GoalId, KeyframeId, MapId, Pose, SessionId, Twist, Vec3};
 
+/// Name of the schema of version 5.
+pub(crate) const INPUT_SCHEMA_V5: &str = "autoinspect.Input.v5";
+
+/// `messages::Input`, version 5: the boot record says nothing of a stop of motion.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum InputV5 {
+    Boot(Box<BootRecordV5>),
+    Tick,
+    Sensor(Sensor),
+    Command(Command),
+    JobDone(JobDone),
+    WallClock { utc_ns: i64, synchronised: bool },
+    Committed { seq: u64 },
+    ActionFeedback { call: ActionCallId, progress: Option<f32>, text: String },
+    ActionDone { call: ActionCallId, outcome: ActionOutcome },
+    GraphRequested,
+}
+
+/// `messages::BootRecord`, versions 4 and 5.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct BootRecordV5 {
+    profile: RobotProfile,
+    mounting: Mounting,
+    sources: Sources,
+    start_mapping: Option<SessionId>,
+    leave_loops_open: bool,
+    last_pose: Option<PoseInMap>,
+    docks: Arc<[PoseInMap]>,
+}
+
+impl From<InputV5> for Input {
+    fn from(input: InputV5) -> Self {
+        match input {
+            InputV5::Boot(record) => Self::Boot(Box::new((*record).into())),
+            InputV5::Tick => Self::Tick,
+            InputV5::Sensor(sensor) => Self::Sensor(sensor),
+            InputV5::Command(command) => Self::Command(command),
+            InputV5::JobDone(done) => Self::JobDone(done),
+            InputV5::WallClock { utc_ns, synchronised } => Self::WallClock { utc_ns, synchronised },
+            InputV5::Committed { seq } => Self::Committed { seq },
+            InputV5::ActionFeedback { call, progress, text } => Self::ActionFeedback { call, progress, text },
+            InputV5::ActionDone { call, outcome } => Self::ActionDone { call, outcome },
+            InputV5::GraphRequested => Self::GraphRequested,
+        }
+    }
+}
+
+impl From<BootRecordV5> for BootRecord {
+    fn from(record: BootRecordV5) -> Self {
+        Self {
+            profile: record.profile,
+            mounting: record.mounting,
+            sources: record.sources,
+            start_mapping: record.start_mapping,
+            leave_loops_open: record.leave_loops_open,
+            last_pose: record.last_pose,
+            docks: record.docks,
+            stop_latch: None,
+        }
+    }
+}
+
 /// Name of the schema of version 4.
 pub(crate) const INPUT_SCHEMA_V4: &str = "autoinspect.Input.v4";
 
 /// `messages::Input`, version 4: results of jobs without their owners.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum InputV4 {
-    Boot(Box<BootRecord>),
+    Boot(Box<BootRecordV5>),
     Tick,
     Sensor(Sensor),
     Command(Command),
@@ -53,7 +115,7 @@ pub(crate) enum JobResultV4 {
 impl From<InputV4> for Input {
     fn from(input: InputV4) -> Self {
         match input {
-            InputV4::Boot(record) => Self::Boot(record),
+            InputV4::Boot(record) => Self::Boot(Box::new((*record).into())),
             InputV4::Tick => Self::Tick,
             InputV4::Sensor(sensor) => Self::Sensor(sensor),
             InputV4::Command(command) => Self::Command(command),
@@ -182,6 +244,7 @@ impl From<BootRecordV3> for BootRecord {
             leave_loops_open: record.leave_loops_open,
             last_pose: record.last_pose,
             docks: record.docks,
+            stop_latch: None,
         }
     }
 }
@@ -286,23 +349,46 @@ mod tests {
         assert_eq!((record.profile.name.as_str(), record.leave_loops_open), ("Rex", true));
     }
 
-    /// The bytes that the program of November 2026 wrote of every input but sensors.
-    #[test]
-    fn the_bytes_of_version_4_are_read_as_they_were_written() {
-        let mut lines = include_str!("../tests/journal_layout_v4.txt").lines();
-        assert_eq!(lines.next(), Some(INPUT_SCHEMA_V4));
+    /// Reads a list of inputs in hexadecimal digits after the name of their schema. Each must be written again as it was.
+    fn read_lines<T>(text: &str, schema: &str) -> Vec<Input>
+    where
+        T: Serialize + for<'a> Deserialize<'a> + Into<Input>,
+    {
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some(schema));
         let mut read = Vec::new();
         for line in lines {
             let digits = line.as_bytes().chunks(2).map(|pair| std::str::from_utf8(pair).unwrap_or_default());
             let bytes: Vec<u8> = digits.filter_map(|pair| u8::from_str_radix(pair, 16).ok()).collect();
             assert_eq!(bytes.len() * 2, line.len());
-            let (input, rest) = match postcard::take_from_bytes::<InputV4>(&bytes) {
+            let (input, rest) = match postcard::take_from_bytes::<T>(&bytes) {
                 Ok(read) => read,
                 Err(error) => panic!("{line}: {error}"),
             };
             assert_eq!((postcard::to_stdvec(&input).as_ref(), rest.len()), (Ok(&bytes), 0));
-            read.push(Input::from(input));
+            read.push(input.into());
         }
+        read
+    }
+
+    #[test]
+    fn the_bytes_of_version_5_are_read_as_they_were_written() {
+        let read = read_lines::<InputV5>(include_str!("../tests/journal_layout_v5.txt"), INPUT_SCHEMA_V5);
+        let Input::Boot(record) = &read[0] else { panic!("no boot record") };
+        assert_eq!((record.profile.name.as_str(), record.docks.len()), ("Rex", 1));
+        assert_eq!(record.stop_latch, None);
+        let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();
+        assert_eq!((read.len(), commands), (31, 17));
+        let owner = messages::JobOwner::LoopClosing;
+        let failed = messages::JobId { owner, number: 301 }.failed("why");
+        assert!(read.contains(&Input::JobDone(failed)));
+        assert_eq!(read.last(), Some(&Input::GraphRequested));
+    }
+
+    /// The bytes that the program of November 2026 wrote of every input but sensors.
+    #[test]
+    fn the_bytes_of_version_4_are_read_as_they_were_written() {
+        let read = read_lines::<InputV4>(include_str!("../tests/journal_layout_v4.txt"), INPUT_SCHEMA_V4);
         assert!(matches!(&read[0], Input::Boot(record) if record.profile.name == "Rex"));
         let commands = read.iter().filter(|input| matches!(input, Input::Command(_))).count();
         assert_eq!((read.len(), commands), (27, 17));

@@ -6,7 +6,7 @@
 use expect_test::expect_file;
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobId, JobOwner, JobResult,
-    MapQuality, PoseInMap, Principal, RobotProfile,
+    MapQuality, PoseInMap, Principal, RobotProfile, StopLatch,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -28,7 +28,9 @@ fn inputs() -> Vec<Input> {
     };
     let place = PoseInMap { map, map_from_base: Pose::IDENTITY };
     let docks = vec![place].into();
-    let boot = BootRecord { profile, last_pose: Some(place), docks, ..BootRecord::default() };
+    let by = Principal { account: Some("ada".to_owned()), ..Principal::operator(ClientId(id(7))) };
+    let stop_latch = Some(StopLatch { by: Some(by.clone()) });
+    let boot = BootRecord { profile, last_pose: Some(place), docks, stop_latch, ..BootRecord::default() };
     let (from, to) = (KeyframeId(3), KeyframeId(300));
     let kinds = [
         CommandKind::TakeControl { name: "Ada".to_owned() },
@@ -49,10 +51,7 @@ fn inputs() -> Vec<Input> {
         CommandKind::Localise { map, at: None },
         CommandKind::LeaveMap,
     ];
-    let command = |kind| {
-        let by = Principal { account: Some("ada".to_owned()), ..Principal::operator(ClientId(id(7))) };
-        Input::Command(Command { id: CommandId(id(6)), by, kind })
-    };
+    let command = |kind| Input::Command(Command { id: CommandId(id(6)), by: by.clone(), kind });
     let call = ActionCallId(id(8));
     let quality = MapQuality { revision: 7, covered_m2: 1.0, ..MapQuality::default() };
     let failed = ActionOutcome::Failed { reason: "no".to_owned() };

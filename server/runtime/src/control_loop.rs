@@ -6,13 +6,15 @@
 
 use crate::clock::RobotClock;
 use crate::jobs::{DiskJob, FinishedJob, Jobs};
+use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
 use messages::{
-    ActionOutcome, BootRecord, Command, Input, MAX_TICK_GAP, PoseInMap, Publication, StackEffect, TICK_PERIOD,
+    ActionOutcome, BootRecord, Command, Input, MAX_TICK_GAP, PoseInMap, Publication, Severity, StackEffect,
+    TICK_PERIOD,
 };
 use ports::{Arrival, RobotEvent, RobotLink, SimulatedFault};
 use stack::Stack;
@@ -20,6 +22,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use store::StoredStopLatch;
 use vocab::{ClientId, CommandId, Span, Stamp};
 
 /// After this time without an arrival, on this computer's clock, the loop ticks by itself.
@@ -54,6 +57,8 @@ pub struct Sources {
     pub commands: Receiver<LoopRequest>,
     /// From the threads of both job lanes.
     pub finished: Receiver<FinishedJob>,
+    /// Numbers of commits that are durable.
+    pub committed: Receiver<u64>,
     /// Disconnected when it is time to end.
     pub stop: Receiver<()>,
 }
@@ -70,6 +75,9 @@ pub struct ControlLoop {
     /// Where the robot was before it was switched off, if it was localised then.
     pub last_pose: Option<PoseInMap>,
     pub docks: Vec<PoseInMap>,
+    /// What the disk says of a stop of motion.
+    pub stop_latch: StoredStopLatch,
+    pub ledger: LedgerQueue,
 }
 
 impl ControlLoop {
@@ -92,7 +100,12 @@ impl ControlLoop {
             parts: self,
         };
         let docks = std::mem::take(&mut running.parts.docks).into();
-        let boot = BootRecord { last_pose: running.parts.last_pose, docks, ..running.parts.link.boot() };
+        let StoredStopLatch { latch: stop_latch, problem } = running.parts.stop_latch.clone();
+        if let Some(text) = problem {
+            running.parts.mailbox.notice(running.now, Severity::Error, text);
+        }
+        let last_pose = running.parts.last_pose;
+        let boot = BootRecord { last_pose, docks, stop_latch, ..running.parts.link.boot() };
         running.feed(Input::Boot(Box::new(boot)));
         running.arrival(first);
         running.run(sources);
@@ -137,6 +150,9 @@ impl Running {
                     }
                     self.feed(Input::JobDone(done));
                 },
+                recv(sources.committed) -> seq => if let Ok(seq) = seq {
+                    self.feed(Input::Committed { seq });
+                },
                 recv(sources.stop) -> _ => return,
                 default(SILENCE) => self.tick_until(self.now + span(heard.elapsed())),
             }
@@ -157,7 +173,7 @@ impl Running {
         match arrival.event {
             RobotEvent::Sensor(sensor) => self.feed(Input::Sensor(sensor)),
             RobotEvent::Clock => {}
-            RobotEvent::Ended(why) => self.parts.mailbox.notice(self.now, messages::Severity::Info, why),
+            RobotEvent::Ended(why) => self.parts.mailbox.notice(self.now, Severity::Info, why),
         }
     }
 
@@ -178,7 +194,7 @@ impl Running {
     fn inject_fault(&mut self, id: CommandId, by: ClientId, fault: SimulatedFault) {
         let refused = self.parts.link.inject_fault(fault).err();
         if refused.is_none() {
-            let severity = messages::Severity::Info;
+            let severity = Severity::Info;
             self.parts.mailbox.notice(self.now, severity, texts::fault_injected(fault));
         }
         self.parts.state_publisher.answer(id, by, refused);
@@ -215,8 +231,7 @@ impl ControlLoop {
                 self.mailbox.post(publication);
             }
             StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),
-            // There is no ledger on disk, so a commit is answered at once.
-            StackEffect::Commit { seq, events: _ } => return Some(Input::Committed { seq }),
+            StackEffect::Commit { seq, events } => return self.ledger.commit(seq, events),
             // There are no action servers, so a call fails at once and has ended when it could be cancelled.
             StackEffect::CallAction { call, action, parameters: _ } => {
                 let reason = texts::no_action_server(&action);

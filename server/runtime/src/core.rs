@@ -5,6 +5,7 @@ use crate::control_loop::{ControlLoop, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
+use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
 use crate::platform::{BatteryForecast, PlatformProbe};
@@ -66,6 +67,7 @@ pub struct Core {
     mailbox: Arc<Mailbox>,
     // The threads, in the order in which they end.
     control: Option<JoinHandle<()>>,
+    ledger: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
@@ -83,7 +85,7 @@ impl Core {
         let CoreConfig { link, store, recording, socket, importer } = config;
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
-        let (last_pose, docks) = (store.last_pose(), store.docks());
+        let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
         state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUED_COMMANDS_MAX);
@@ -99,6 +101,16 @@ impl Core {
             compute: jobs.compute_lane(),
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+        };
+        let (ledger, commits) = LedgerQueue::new();
+        let (committed_sender, committed) = crossbeam_channel::unbounded();
+        let ledger_worker = LedgerWorker {
+            config: LedgerConfig::default(),
+            store: Arc::clone(&store),
+            commits,
+            committed: committed_sender,
             mailbox: Arc::clone(&mailbox),
             clock: Arc::clone(&clock),
         };
@@ -119,7 +131,7 @@ impl Core {
         };
         let (imports, imports_thread) =
             import_thread(importer, &store, &state_publisher, &mailbox, &clock, &stopped)?;
-        let sources = Sources { arrivals: link.arrivals(), commands, finished, stop: stopped };
+        let sources = Sources { arrivals: link.arrivals(), commands, finished, committed, stop: stopped };
         let gateway = GatewayLink::listen(
             GatewayLinkConfig::default(),
             &socket,
@@ -138,6 +150,8 @@ impl Core {
             stack: Stack::new(),
             last_pose,
             docks,
+            stop_latch,
+            ledger,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);
         Ok(Self {
@@ -148,6 +162,7 @@ impl Core {
             disk: Some(spawn("disk", move || disk.run())?),
             compute: Some(spawn("compute", move || compute.run())?),
             publisher: Some(spawn("publisher", move || publisher.run())?),
+            ledger: Some(spawn("ledger", move || ledger_worker.run())?),
             control: Some(spawn("core", move || {
                 let _alive: Sender<()> = alive;
                 control.run(&sources);
@@ -167,6 +182,7 @@ impl Drop for Core {
     fn drop(&mut self) {
         drop(self.stop.take());
         join(self.control.take());
+        join(self.ledger.take());
         self.mailbox.close();
         join(self.publisher.take());
         join(self.disk.take());

@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | the link's own | sensors in, drive commands out | the robot's clock |
 //! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
+//! | `ledger` | writes what must be on disk before a command is answered: stops of motion | the loop |
 //! | `recorder` | writes every input to the recording | the loop |
 //! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
 //! | `compute` | jobs that compute: comparisons, searches, relocalisation, map quality; prepares maps that were read | the loop, `disk` |
@@ -20,6 +21,7 @@ mod core;
 mod gateway_link;
 mod imports;
 mod jobs;
+mod ledger;
 mod live_map;
 mod mailbox;
 mod platform;

@@ -60,6 +60,13 @@ pub fn recording_stopped(reason: &str) -> String {
     format!("Recording stopped: {reason}. The robot goes on without it; free some disk and restart.")
 }
 
+/// A stop of motion, or its end, cannot be written for `reason`, a clause.
+pub fn stop_not_durable(reason: &str) -> String {
+    format!(
+        "Whether motion is stopped cannot be written to disk: {reason}. It holds now, but a restart would forget it; free some disk. Writing is tried again."
+    )
+}
+
 /// The recorder's queue was full for this number of inputs.
 pub fn inputs_lost(count: u64) -> String {
     format!(

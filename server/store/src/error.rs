@@ -53,6 +53,12 @@ pub enum StoreError {
         /// What is wrong: the middle of the sentence.
         what: &'static str,
     },
+    /// A file has changed since this store wrote it.
+    #[error("{} does not match its checksum, so it is damaged", path.display())]
+    Checksum {
+        /// The file.
+        path: PathBuf,
+    },
     /// A document that a later program wrote.
     #[error("{} has version {version} and this program reads up to {newest}; update AutoInspect", path.display())]
     LaterVersion {

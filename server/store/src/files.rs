@@ -85,6 +85,12 @@ pub fn put_aside(path: &Path) -> Result<PathBuf, StoreError> {
     Ok(free)
 }
 
+/// Whether [`put_aside`] has put a file of this path aside.
+pub fn was_put_aside(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    fs::symlink_metadata(path.with_file_name(format!("{name}.damaged"))).is_ok()
+}
+
 /// Removes a file; no error if it does not exist.
 pub fn remove_file(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {

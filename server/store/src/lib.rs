@@ -19,6 +19,7 @@ mod recordings;
 mod robust_bounds;
 mod saved;
 mod sessions;
+mod stop_latch;
 mod texts;
 mod tiles;
 mod viewpoint_clouds;
@@ -34,6 +35,7 @@ pub use map_points::MapPoints;
 pub use maps::DamagedMap;
 pub use recordings::{RecordingSpace, Recordings, RecordingsConfig};
 pub use saved::SavedMap;
+pub use stop_latch::StoredStopLatch;
 pub use tiles::TileFiles;
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
 

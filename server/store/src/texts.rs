@@ -1,4 +1,8 @@
-//! What is wrong with a broken file, by key: the middle of [`crate::StoreError::Broken`]'s sentence. English.
+//! Texts for people, by key, English. The constants say what is wrong with a broken file: the middle of [`StoreError::Broken`]'s sentence.
+
+use crate::StoreError;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
 /// tiles.json with a tile that does not decode.
 pub(crate) const BROKEN_TILE: &str = "names a broken tile";
@@ -20,3 +24,34 @@ pub(crate) const VIEWPOINTS_DO_NOT_FIT: &str = "cannot hold these viewpoints";
 pub(crate) const NO_VIEWPOINT_FILE: &str = "is no file of viewpoints that this program reads";
 /// A viewpoint in such a file whose indices are damaged.
 pub(crate) const BROKEN_VIEWPOINT: &str = "has a viewpoint whose points cannot be understood";
+
+/// A stop of motion is in a file that could not be read for this reason. It was put aside, or could not be.
+pub(crate) fn stop_latch_damaged(error: &StoreError, aside: &Result<PathBuf, StoreError>) -> String {
+    let reason = clause(error);
+    let kept = match aside {
+        Ok(path) => format!("The file is kept as {}", path.display()),
+        Err(failure) => format!("The file could not be put aside: {}", clause(failure)),
+    };
+    format!(
+        "{reason}. It says whether motion is stopped, so motion counts as stopped. {kept}. Allow motion when the robot may move."
+    )
+}
+
+/// The file with a stop of motion was put aside, and none was written since.
+pub(crate) fn stop_latch_lost(path: &Path) -> String {
+    format!(
+        "{} was damaged, and motion was not allowed since. Motion counts as stopped; allow it when the robot may move.",
+        path.display()
+    )
+}
+
+/// An error with its causes, without a full stop.
+fn clause(error: &StoreError) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}

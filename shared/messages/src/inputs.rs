@@ -113,6 +113,15 @@ pub struct BootRecord {
     pub last_pose: Option<PoseInMap>,
     /// Docks of saved maps, as the robot recorded them while it was charged.
     pub docks: Arc<[PoseInMap]>,
+    /// A stop of motion that was in force when the program ended. It still is.
+    pub stop_latch: Option<StopLatch>,
+}
+
+/// Motion was stopped by a person. It stays stopped until [`CommandKind::AllowMotion`], also after a restart of the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StopLatch {
+    /// Who stopped it; `None` where the file that says so was damaged.
+    pub by: Option<Principal>,
 }
 
 /// A pose of the base in a saved map.

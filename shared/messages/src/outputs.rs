@@ -2,6 +2,7 @@
 
 use crate::{
     BatteryState, ExecutiveStatus, GoalUpdate, GraphDelta, Job, JobId, LoopDecision, PoseInMap, Reanchored,
+    StopLatch,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -58,6 +59,8 @@ pub enum StackEffect {
 pub enum LedgerEvent {
     /// A goal was accepted or has ended.
     Goal(GoalUpdate),
+    /// Motion was stopped, or `None`: it was allowed again. This takes effect at once; what waits for the commit is the answer to the command.
+    StopLatch(Option<StopLatch>),
 }
 
 /// A velocity command to the robot.

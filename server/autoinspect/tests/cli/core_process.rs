@@ -2,12 +2,12 @@
 
 use crate::fake_gateway::{FakeGateway, until};
 use crate::program::{json, program, text};
-use api::{Command, CoreMessage, Event, GatewayMessage, Mapping};
+use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, Mapping, Motion};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use uuid::Uuid;
-use vocab::{MapId, SessionId, Twist, Vec3};
+use vocab::{ClientId, MapId, SessionId, Twist, Vec3};
 
 /// A core with a simulated robot; killed when dropped.
 pub struct CoreProcess {
@@ -26,6 +26,12 @@ impl CoreProcess {
             .spawn()
             .expect("starts");
         Self { child, socket }
+    }
+
+    /// Kills it, as `kill -9` does.
+    pub fn kill(mut self) {
+        self.child.kill().expect("killed");
+        self.child.wait().expect("reaped");
     }
 
     /// Closes its standard input, like the supervisor, and waits for an orderly end.
@@ -145,4 +151,52 @@ fn a_core_that_is_killed_while_saving_leaves_no_incomplete_map() {
             assert!(store.dir().map(map.id).join(name).exists(), "{name}");
         }
     }
+}
+
+fn motion(event: &Event) -> Option<Motion> {
+    match event {
+        Event::Motion(motion) => Some(motion.clone()),
+        _ => None,
+    }
+}
+
+#[test]
+fn a_stop_of_motion_outlives_a_killed_core_and_is_lifted_by_command_only() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let stopped = Motion::Stopped { by: Some(ClientId(Uuid::from_u128(1))) };
+    let core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    gateway.command(Command::StopMotion);
+    // The stop is on the disk once it is acknowledged.
+    core.kill();
+
+    let core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    assert_eq!(gateway.event(motion), stopped);
+    let velocity = Twist { linear: Vec3::new(0.6, 0.0, 0.0), ..Twist::default() };
+    assert!(gateway.outcome(Command::Teleoperate(velocity)) != CommandOutcome::Accepted);
+    core.kill();
+
+    let core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    assert_eq!(gateway.event(motion), stopped);
+    gateway.command(Command::AllowMotion);
+    core.kill();
+
+    let core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    assert_eq!(gateway.event(motion), Motion::Idle);
+    core.kill();
+
+    // A damaged file counts as a stop, is kept, and is named.
+    fs::write(dir.path().join("stop.json"), "{").expect("written");
+    let core = CoreProcess::start(dir.path());
+    let mut gateway = FakeGateway::connect(&core.socket);
+    assert_eq!(gateway.event(motion), Motion::Stopped { by: None });
+    gateway.event(|event| match event {
+        Event::Notice(notice) if notice.text.contains("stop.json.damaged") => Some(()),
+        _ => None,
+    });
+    assert_eq!(fs::read(dir.path().join("stop.json.damaged")).expect("kept"), b"{");
+    drop(core);
 }

@@ -39,14 +39,18 @@ impl FakeGateway {
 
     /// Sends a command and waits until it is accepted.
     pub fn command(&mut self, command: Command) {
+        assert_eq!(self.outcome(command), api::CommandOutcome::Accepted);
+    }
+
+    /// Sends a command and waits for its outcome.
+    pub fn outcome(&mut self, command: Command) -> api::CommandOutcome {
         let id = CommandId(Uuid::from_u128(COMMANDS.fetch_add(1, Ordering::Relaxed).into()));
         let by = ClientId(Uuid::from_u128(1));
         self.send(&GatewayMessage::Command { id, by, command });
-        let outcome = self.event(|event| match event {
+        self.event(|event| match event {
             Event::CommandDone { id: done, outcome } if *done == id => Some(outcome.clone()),
             _ => None,
-        });
-        assert_eq!(outcome, api::CommandOutcome::Accepted);
+        })
     }
 
     /// The next message.
