@@ -15,6 +15,8 @@ mod extend_tests;
 #[cfg(test)]
 mod foreign_tests;
 #[cfg(test)]
+mod generated_tests;
+#[cfg(test)]
 mod job_tests;
 #[cfg(test)]
 mod localise_tests;

@@ -44,7 +44,7 @@ impl FromStr for RobotName {
 /// Parameters of the simulation or replay.
 #[derive(clap::Args, Clone, Debug)]
 pub struct RobotArgs {
-    /// The robot: sim:b1, sim:torus, sim:plant, or replay:FILE.
+    /// The robot: sim:SITE (b1, torus, plant, twins or generated:SEED), or replay:FILE.
     #[arg(long, default_value = "sim:b1")]
     pub robot: RobotName,
     /// Robot seconds per second of this computer.

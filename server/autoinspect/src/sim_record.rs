@@ -32,7 +32,7 @@ FAULTS (seconds from the start):
   blind-lidar@FROM-UNTIL  silent-lidar@FROM-UNTIL  silent-imu@FROM-UNTIL  leg-slip@FROM-UNTIL:X,Y,Z (m/s)"
 )]
 pub struct RecordArgs {
-    /// Site: b1, torus, plant or twins.
+    /// Site: b1, torus, plant, twins, or generated:SEED.
     #[arg(long)]
     site: SiteName,
     /// The file to write.

@@ -2,6 +2,7 @@
 
 mod b1;
 mod changes;
+pub(crate) mod generated;
 mod parts;
 mod plan;
 mod plant;
@@ -32,25 +33,27 @@ pub enum SiteName {
     Plant,
     /// Two rooms furnished alike, joined by a bare corridor.
     Twins,
+    /// A building of two floors that is drawn from this seed.
+    Generated(u64),
 }
 
-impl SiteName {
-    /// All sites.
-    pub const ALL: [Self; 4] = [Self::B1, Self::Torus, Self::Plant, Self::Twins];
+/// Start of the names of generated sites. The seed follows.
+const GENERATED: &str = "generated:";
 
-    const fn name(self) -> &'static str {
-        match self {
-            Self::B1 => "b1",
-            Self::Torus => "torus",
-            Self::Plant => "plant",
-            Self::Twins => "twins",
-        }
-    }
+impl SiteName {
+    /// The sites that were made by hand.
+    pub const ALL: [Self; 4] = [Self::B1, Self::Torus, Self::Plant, Self::Twins];
 }
 
 impl fmt::Display for SiteName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
+        match self {
+            Self::B1 => f.pad("b1"),
+            Self::Torus => f.pad("torus"),
+            Self::Plant => f.pad("plant"),
+            Self::Twins => f.pad("twins"),
+            Self::Generated(seed) => f.pad(&format!("{GENERATED}{seed}")),
+        }
     }
 }
 
@@ -60,8 +63,17 @@ pub struct UnknownSite(String);
 
 impl fmt::Display for UnknownSite {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = SiteName::ALL.map(SiteName::name).join(", ");
-        write!(f, "there is no site \"{}\"; the sites are {names}", self.0)
+        let names = SiteName::ALL.map(|site| site.to_string()).join(", ");
+        let text = &self.0;
+        if text.starts_with(GENERATED) {
+            write!(
+                f,
+                "there is no site \"{text}\"; the seed after \"{GENERATED}\" is a whole number from 0 to {}",
+                u64::MAX
+            )
+        } else {
+            write!(f, "there is no site \"{text}\"; the sites are {names}, and {GENERATED}SEED")
+        }
     }
 }
 
@@ -70,7 +82,9 @@ impl std::error::Error for UnknownSite {}
 impl FromStr for SiteName {
     type Err = UnknownSite;
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        Self::ALL.into_iter().find(|site| site.name() == text).ok_or_else(|| UnknownSite(text.to_owned()))
+        let seed = text.strip_prefix(GENERATED).and_then(|seed| seed.parse().ok());
+        let site = Self::ALL.into_iter().find(|site| site.to_string() == text);
+        site.or(seed.map(Self::Generated)).ok_or_else(|| UnknownSite(text.to_owned()))
     }
 }
 
@@ -98,6 +112,7 @@ fn plan_of(name: SiteName) -> SitePlan {
         SiteName::Torus => torus::plan(),
         SiteName::Plant => plant::plan(),
         SiteName::Twins => twins::plan(),
+        SiteName::Generated(seed) => generated::plan(seed),
     }
 }
 

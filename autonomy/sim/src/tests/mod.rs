@@ -1,5 +1,6 @@
 //! Tests of the simulator.
 
+mod generated;
 mod motion;
 mod rays;
 mod sensors;

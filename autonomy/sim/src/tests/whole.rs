@@ -81,7 +81,7 @@ fn sites_have_names_docks_outlines_and_pedestrian_paths() {
     }
     let unknown: Result<SiteName, UnknownSite> = "b2".parse();
     let text = unknown.unwrap_err().to_string();
-    assert_eq!(text, "there is no site \"b2\"; the sites are b1, torus, plant, twins");
+    assert_eq!(text, "there is no site \"b2\"; the sites are b1, torus, plant, twins, and generated:SEED");
 }
 
 #[test]
