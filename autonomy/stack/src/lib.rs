@@ -7,10 +7,14 @@ mod commits;
 mod control;
 mod localisation_phase;
 mod loop_texts;
+mod map_loading;
+mod mapping_events;
 mod mapping_messages;
 mod mapping_phase;
 mod odometry_adapter;
 mod prior_map;
+mod quality_schedule;
+mod running_session;
 mod sensor_monitor;
 mod texts;
 mod work;
@@ -25,8 +29,9 @@ use geometry::{Isometry, isometry_from_pose, pose_from_isometry, vec_to_plain};
 use localisation::{DockRegistry, InitialPose, LocalisationTransition};
 use localisation_phase::{LocalisationPhase, dock_registry, plain_docks};
 use mapping::Odometer;
+use mapping_events::{MapUpdate, MappingEvents};
 use mapping_messages::rows;
-use mapping_phase::{MapUpdate, MappingEvents, MappingPhase};
+use mapping_phase::MappingPhase;
 use messages::{
     BootRecord, Command, CommandKind, CorrectedScan, Estimate, ExecutiveEvent, Finding, Input, JobDone,
     JobId, JobOwner, JobResult, LedgerEvent, Notice, Publication, RobotProfile, Sensor, Severity,

@@ -1,9 +1,9 @@
 //! Localisation in a saved map, as the stack wires it: it reads the map, gives located scans to a [`Localiser`], starts the jobs that this asks
 //! for, and publishes what comes of it.
 
+use crate::map_loading::MapLoading;
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::PreparedMap;
-use crate::texts;
 use crate::work::{ComputeJob, Work};
 use geometry::{Isometry, Matrix6, isometry_from_pose, vec_from_plain};
 use localisation::{
@@ -31,8 +31,8 @@ pub(crate) struct LocalisationPhase {
 enum Phase {
     #[default]
     Idle,
-    /// The map is being read, by a job once that has been started.
-    Loading { map: MapId, initial_pose: Option<InitialPose>, job: Option<u64> },
+    /// The map is being read.
+    Loading { loading: MapLoading, initial_pose: Option<InitialPose> },
     /// The localiser runs in the map.
     Running { map: MapId },
 }
@@ -53,7 +53,7 @@ impl LocalisationPhase {
             }
             _ => {
                 self.localiser.stop();
-                self.phase = Phase::Loading { map, initial_pose, job: None };
+                self.phase = Phase::Loading { loading: MapLoading::new(map), initial_pose };
             }
         }
     }
@@ -113,14 +113,11 @@ impl LocalisationPhase {
         read: &Result<Arc<PriorMap>, JobFailure>,
         supplied: Option<PreparedMap>,
     ) -> Result<(), String> {
-        let Phase::Loading { map, initial_pose, job: Some(waited) } = self.phase else { return Ok(()) };
-        if waited != job {
-            return Ok(());
-        }
+        let Phase::Loading { loading, initial_pose } = self.phase else { return Ok(()) };
+        let Some(read) = loading.finish(job, read) else { return Ok(()) };
         self.phase = Phase::Idle;
-        let read = read.as_ref().map_err(|failure| texts::map_not_usable(&failure.reason))?;
-        self.localiser.start(PreparedMap::localiser(supplied, read)?, initial_pose);
-        self.phase = Phase::Running { map };
+        self.localiser.start(PreparedMap::localiser(supplied, read?)?, initial_pose);
+        self.phase = Phase::Running { map: loading.map() };
         Ok(())
     }
 
@@ -154,25 +151,24 @@ impl LocalisationPhase {
 
     /// Starts the jobs that are pending. `jobs` counts all jobs of the stack.
     pub fn start_jobs(&mut self, jobs: &mut u64, effects: &mut Vec<StackEffect>) {
-        let mut start = |work: Job, jobs: &mut u64| {
+        let start = |work: Job, jobs: &mut u64, effects: &mut Vec<StackEffect>| {
             effects.push(StackEffect::start_job(*jobs, work));
             *jobs += 1;
         };
         match &mut self.phase {
             Phase::Idle => {}
-            Phase::Loading { map, job, .. } => {
-                if job.is_none() {
-                    *job = Some(*jobs);
-                    start(Job::ReadMap(*map), jobs);
+            Phase::Loading { loading, .. } => {
+                if let Some(job) = loading.start(jobs) {
+                    effects.push(StackEffect::start_job(job, Job::ReadMap(loading.map())));
                 }
             }
             Phase::Running { map } => {
                 let map = *map;
                 if let Some(number) = self.localiser.start_disambiguation(*jobs) {
-                    start(Job::PlanDisambiguation(DisambiguationTask { map, number }), jobs);
+                    start(Job::PlanDisambiguation(DisambiguationTask { map, number }), jobs, effects);
                 }
                 if let Some(number) = self.localiser.start_relocalisation(*jobs) {
-                    start(Job::Relocalise(RelocalisationTask { map, number }), jobs);
+                    start(Job::Relocalise(RelocalisationTask { map, number }), jobs, effects);
                 }
             }
         }
@@ -210,7 +206,7 @@ impl LocalisationPhase {
     /// The state, if it changed since it was published last.
     pub fn take_changed_state(&mut self) -> Option<LocalisationState> {
         let state = match (&self.phase, self.localiser.state()) {
-            (Phase::Loading { map, .. }, _) => LocalisationState::Loading { map: *map },
+            (Phase::Loading { loading, .. }, _) => LocalisationState::Loading { map: loading.map() },
             (Phase::Running { map }, LocaliserState::Relocalising { hypotheses }) => {
                 LocalisationState::Relocalising { map: *map, hypotheses: hypotheses as u32 }
             }
