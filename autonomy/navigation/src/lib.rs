@@ -10,6 +10,7 @@ mod exploration;
 mod path_follower;
 mod planner;
 mod scan_cells;
+mod texts;
 
 pub use cell_index::CellIndex;
 pub use elevation_map::{Cell, ElevationMap, ElevationMapConfig, RobotShape};

@@ -3,7 +3,7 @@
 //! Source: Hart, Nilsson, Raphael, *A Formal Basis for the Heuristic Determination of Minimum Cost Paths*, 1968; the searches are those of the
 //! crate `pathfinding`.
 
-use crate::{CellIndex, ElevationMap};
+use crate::{CellIndex, ElevationMap, texts};
 use geometry::Vector3;
 use ordered_float::OrderedFloat;
 use pathfinding::directed::{astar::astar, dijkstra::dijkstra_reach};
@@ -22,6 +22,9 @@ pub struct PlannerConfig {
     pub inflation_cost_factor: f64,
     /// Distance within which a free cell is searched for when the start or the goal is blocked, metres.
     pub free_cell_search_m: f64,
+    /// Cost factors up to 1 plus this count as 1: cells without extra cost, over which a path may be straightened. Above the rounding of the
+    /// factors' products and far below any extra cost.
+    pub cost_factor_tolerance: f64,
 }
 
 impl Default for PlannerConfig {
@@ -32,6 +35,7 @@ impl Default for PlannerConfig {
             inflation_m: 0.3,
             inflation_cost_factor: 1.5,
             free_cell_search_m: 0.8,
+            cost_factor_tolerance: 1e-9,
         }
     }
 }
@@ -52,14 +56,10 @@ pub enum PlanError {
 impl std::fmt::Display for PlanError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::GoalBlocked => "Something stands at that point. Choose a free place on the floor.",
-            Self::StartBlocked => {
-                "The robot is too close to an obstacle to plan a way. Drive it clear by hand first."
-            }
-            Self::NoPath => {
-                "No free way to that point is known yet. Drive closer by hand, or choose another point."
-            }
-            Self::TooFar => "That point is too far away for one walk. Choose a nearer one on the way.",
+            Self::GoalBlocked => texts::GOAL_BLOCKED,
+            Self::StartBlocked => texts::START_BLOCKED,
+            Self::NoPath => texts::NO_PATH,
+            Self::TooFar => texts::TOO_FAR,
         })
     }
 }
@@ -92,9 +92,6 @@ pub fn plan(
 
 /// Offsets of a cell's neighbours.
 const NEIGHBOURS: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
-
-/// Rounding that a cost factor of 1 may carry.
-const COST_TOLERANCE: f64 = 1e-9;
 
 /// Cost of a path: its length in cells, times the cost factors of its cells.
 type PathCost = OrderedFloat<f64>;
@@ -144,7 +141,8 @@ impl<'a> GridSearch<'a> {
 
     /// Whether a cell is known ground away from obstacles.
     pub(crate) fn is_comfortable(&mut self, cell: CellIndex) -> bool {
-        self.cost_factor(cell).is_some_and(|factor| factor <= 1.0 + COST_TOLERANCE)
+        let max_factor = 1.0 + self.config.cost_factor_tolerance;
+        self.cost_factor(cell).is_some_and(|factor| factor <= max_factor)
     }
 
     fn is_near_obstacle(&self, cell: CellIndex) -> bool {
@@ -246,11 +244,12 @@ impl<'a> GridSearch<'a> {
 
     fn is_clear(&mut self, from: CellIndex, to: CellIndex) -> bool {
         let steps = (to.x - from.x).abs().max((to.y - from.y).abs()).max(1);
+        let max_factor = 1.0 + self.config.cost_factor_tolerance;
         let mut last = from;
         (1..=steps).all(|step| {
             let along = |a: i32, b: i32| a + (f64::from((b - a) * step) / f64::from(steps)).round() as i32;
             let cell = CellIndex { x: along(from.x, to.x), y: along(from.y, to.y) };
-            let clear = self.step_factor(last, cell).is_some_and(|factor| factor <= 1.0 + COST_TOLERANCE);
+            let clear = self.step_factor(last, cell).is_some_and(|factor| factor <= max_factor);
             last = cell;
             clear
         })
