@@ -10,6 +10,7 @@ mod error;
 pub mod g2o;
 pub mod kitti;
 pub mod las;
+mod limits;
 mod lzf;
 pub mod natural;
 pub mod pcd;
@@ -24,4 +25,5 @@ mod texts;
 pub mod tum;
 
 pub use error::{FormatError, legible};
+pub use limits::CHUNK_BYTES_MAX;
 pub use point_table::{Dropped, PointField, PointTable, ScalarType, ScanReport};

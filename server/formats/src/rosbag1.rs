@@ -5,17 +5,14 @@
 
 mod records;
 
-use crate::{FormatError, texts};
-use records::{Record, op};
+use crate::{CHUNK_BYTES_MAX, FormatError, texts};
+use records::{Record, WHAT, op};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use vocab::Stamp;
 
-const WHAT: &str = "ROS 1 bag";
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
-/// Largest chunk, packed or not, that is read.
-const CHUNK_BYTES_MAX: u64 = 1 << 30;
 /// Characters of a name in the file that an error shows, at most.
 const SHOWN_NAME_CHARS_MAX: usize = 40;
 

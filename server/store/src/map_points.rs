@@ -1,6 +1,6 @@
 //! All points of a map in the map frame.
 
-use crate::{MapCloud, MapClouds, StoreError, TileFiles, files, texts};
+use crate::{MapCloud, StoreError, TileFiles, files, texts};
 use api::TileList;
 use std::path::Path;
 
@@ -14,11 +14,11 @@ pub struct MapPoints {
 }
 
 impl MapPoints {
-    /// Reads all `clouds` and transforms them into the map frame. Memory: 16 bytes a point, 32 while reading.
+    /// Takes all `clouds` (see [`crate::map_clouds()`]) and transforms them into the map frame. Memory: 16 bytes a point, 32 while reading.
     ///
     /// # Errors
     /// When a cloud cannot be read.
-    pub fn read(clouds: MapClouds) -> Result<Self, StoreError> {
+    pub fn read(clouds: impl IntoIterator<Item = Result<MapCloud, StoreError>>) -> Result<Self, StoreError> {
         let mut points = Self::default();
         for cloud in clouds {
             points.add(&cloud?);

@@ -299,7 +299,7 @@ fn opening_removes_what_a_crash_left_and_keeps_what_maps_need() {
 
 /// Makes every file below a directory look as if it had been written a day and a minute ago.
 fn make_a_day_older(directory: &Path) {
-    let then = std::time::SystemTime::now() - crate::tiles::UNUSED_TILE_GRACE - Duration::from_secs(60);
+    let then = std::time::SystemTime::now() - crate::tiles::CONFIG.unused_grace - Duration::from_secs(60);
     for path in files::entries(directory).expect("listed") {
         if path.is_dir() {
             make_a_day_older(&path);

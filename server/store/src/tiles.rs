@@ -8,8 +8,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Age from which a tile that no saved map refers to is removed. A day: whoever removes or restores a map by hand has that long to notice.
-pub(crate) const UNUSED_TILE_GRACE: Duration = Duration::from_secs(24 * 3600);
+/// Parameters of the store of tiles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TilesConfig {
+    /// Age from which a tile that no saved map refers to is removed. A day: whoever removes or restores a map by hand has that long to notice.
+    pub(crate) unused_grace: Duration,
+}
+
+pub(crate) const CONFIG: TilesConfig = TilesConfig { unused_grace: Duration::from_secs(24 * 3600) };
 
 /// A directory of tiles: `ab/<hash>`.
 #[derive(Clone, Debug)]
@@ -107,7 +113,7 @@ impl Store {
         tiles.iter().filter(|hash| !referenced.contains(hash)).try_for_each(|hash| self.tiles().remove(*hash))
     }
 
-    /// Removes tiles, and temporary files of tiles, that no saved map refers to and that were written more than [`UNUSED_TILE_GRACE`] ago. While a saved map
+    /// Removes tiles, and temporary files of tiles, that no saved map refers to and that were written more than [`TilesConfig::unused_grace`] ago. While a saved map
     /// cannot be read, nothing is removed. Files with other names stay.
     ///
     /// # Errors
@@ -125,7 +131,7 @@ impl Store {
                     Some(temporary) => temporary.parse::<TileHash>().is_ok(),
                     None => name.parse().is_ok_and(|hash: TileHash| !referenced.contains(&hash)),
                 };
-                if is_unused && is_older_than(&path, UNUSED_TILE_GRACE, now) {
+                if is_unused && is_older_than(&path, CONFIG.unused_grace, now) {
                     files::remove_file(&path)?;
                 }
             }

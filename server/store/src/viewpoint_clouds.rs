@@ -30,10 +30,17 @@ const NAME_SUFFIX: &str = ".bin";
 const PLANES: usize = 16;
 /// Longest LEB128 of a u32, bytes.
 const GAP_BYTES_MAX: usize = 5;
-/// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates.
-const ZSTD_LEVEL: i32 = 6;
-/// Most points that a file may announce, so that a broken one cannot ask for all memory: 1 GB unpacked.
-const POINTS_MAX: usize = 1 << 26;
+
+/// Parameters of files of viewpoints.
+#[derive(Clone, Copy, Debug)]
+struct ViewpointCloudsConfig {
+    /// Level of zstd. Higher levels gain little on gaps and on the bytes of coordinates.
+    zstd_level: i32,
+    /// Most points that a file may announce, so that a broken one cannot ask for all memory: 1 GB unpacked.
+    max_points: usize,
+}
+
+const CONFIG: ViewpointCloudsConfig = ViewpointCloudsConfig { zstd_level: 6, max_points: 1 << 26 };
 
 /// A place in a cloud without a robot, and what is visible from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +113,7 @@ fn encode(cloud: &MapPoints, viewpoints: &[Viewpoint]) -> Option<Vec<u8>> {
     let points = cloud.xyz.len();
     let mut bytes = MAGIC.to_vec();
     put(&mut bytes, VERSION as usize)?;
-    put(&mut bytes, Some(points).filter(|points| *points <= POINTS_MAX)?)?;
+    put(&mut bytes, Some(points).filter(|points| *points <= CONFIG.max_points)?)?;
     let packed = pack(&planes(cloud))?;
     put(&mut bytes, packed.len())?;
     bytes.extend(packed);
@@ -132,7 +139,7 @@ fn put(bytes: &mut Vec<u8>, number: usize) -> Option<()> {
 }
 
 fn pack(bytes: &[u8]) -> Option<Vec<u8>> {
-    zstd::bulk::compress(bytes, ZSTD_LEVEL).ok()
+    zstd::bulk::compress(bytes, CONFIG.zstd_level).ok()
 }
 
 fn planes(cloud: &MapPoints) -> Vec<u8> {
@@ -230,7 +237,7 @@ fn parse(bytes: &[u8]) -> Option<(MapPoints, Vec<PackedViewpoint>)> {
     if version != VERSION as usize {
         return None;
     }
-    let points = cursor.number().filter(|points| *points <= POINTS_MAX)?;
+    let points = cursor.number().filter(|points| *points <= CONFIG.max_points)?;
     let packed = cursor.number()?;
     let planes = unpack(cursor.take(packed)?, PLANES * points)?;
     let float = |plane: usize, index: usize| {

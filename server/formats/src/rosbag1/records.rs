@@ -1,10 +1,12 @@
 //! Records of a bag: a header of named fields, then data.
 
-use super::{CHUNK_BYTES_MAX, WHAT};
-use crate::{FormatError, texts};
+use crate::{CHUNK_BYTES_MAX, FormatError, texts};
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 use vocab::Stamp;
+
+/// The format, for errors.
+pub const WHAT: &str = "ROS 1 bag";
 
 /// Kinds of records.
 pub mod op {

@@ -1,6 +1,8 @@
 //! E57 (ASTM E2807): several scans with their poses; Cartesian or spherical, integer or floating point.
 
-use super::{CoordinateOffset, PointCollector, Station, Survey, station_with_pose};
+use super::coordinate_offset::CoordinateOffset;
+use super::point_collector::PointCollector;
+use super::station::{Station, Survey, station_with_pose};
 use crate::{FormatError, legible, texts};
 use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use std::fs::File;
@@ -72,7 +74,7 @@ fn read_scan(
         let intensity = point.intensity.unwrap_or(0.0);
         match point.cartesian {
             CartesianCoordinate::Valid { x, y, z } => collector.add([x, y, z], intensity),
-            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => collector.unusable += 1,
+            CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => collector.skip(),
         }
         read += 1;
         if read % PROGRESS_POINTS == 0 {

@@ -2,7 +2,9 @@
 //!
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; LASzip's record in the variable length records, by the `laz` crate.
 
-use super::{CoordinateOffset, PointCollector, Station, Survey};
+use super::coordinate_offset::CoordinateOffset;
+use super::point_collector::PointCollector;
+use super::station::{Station, Survey};
 use crate::{FormatError, texts};
 use laz::{LasZipDecompressor, LazVlr};
 use std::fs::File;
@@ -40,9 +42,9 @@ struct Header {
 pub(super) fn read(path: &Path, progress: &mut dyn FnMut(f64)) -> Result<Survey, FormatError> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
-    let mut start = [0; HEADER_LEN_1_4];
-    let read = super::fill(&mut file, &mut start)?;
-    let header = Header::read(&start[..read], length)?;
+    let mut start = Vec::new();
+    (&mut file).take(HEADER_LEN_1_4 as u64).read_to_end(&mut start)?;
+    let header = Header::read(&start, length)?;
     let mut coordinate_offset = CoordinateOffset::default();
     let mut collector = PointCollector::new(&mut coordinate_offset);
     if header.compressed {

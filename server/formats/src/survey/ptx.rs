@@ -1,6 +1,8 @@
 //! PTX (Leica): text. Each scan has its size, the scanner's position and axes, a matrix, and one line a point.
 
-use super::{CoordinateOffset, PointCollector, Survey, station_with_pose};
+use super::coordinate_offset::CoordinateOffset;
+use super::point_collector::PointCollector;
+use super::station::{Survey, station_with_pose};
 use crate::{FormatError, texts};
 use std::io::{BufRead, Read};
 use vocab::{Pose, Quat, Vec3};

@@ -1,6 +1,8 @@
 //! A cloud of rows and columns: PCD and PLY.
 
-use super::{CoordinateOffset, PointCollector, Station, Survey};
+use super::coordinate_offset::CoordinateOffset;
+use super::point_collector::PointCollector;
+use super::station::{Station, Survey};
 use crate::{FormatError, PointTable};
 
 /// Turns a table into a survey without stations.

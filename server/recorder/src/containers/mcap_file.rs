@@ -4,67 +4,27 @@
 //! cannot be understood. In both cases messages are then read block by block. Source: mcap.dev/spec.
 
 mod blocks;
+mod index;
 mod scanner;
 
 use super::merge::MergedMessages;
-use super::{Container, MessageEncoding, Messages, Order, Topic};
+use super::{Container, Messages, Order, Topic};
 use crate::error::OpenError;
-use crate::{texts, topics};
+use crate::texts;
 use blocks::{BlockReader, read_range};
-use formats::FormatError;
-use formats::cdr::{Encoding, Reader};
+use formats::CHUNK_BYTES_MAX;
+use index::{Block, BlockKind, ChannelTable, Index, IndexedFile, RECORD_HEADER_LEN, read_metadata, stamp};
 use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use scanner::FileScanner;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// Largest number of characters of a topic's or type's name; longer names are cut.
-const NAME_MAX: usize = 200;
-
-/// Opcode and length before every record.
-const RECORD_HEADER_LEN: u64 = 9;
-/// Largest chunk that is read, compressed or not, bytes.
-const CHUNK_BYTES_MAX: u64 = 1 << 30;
-
 /// An MCAP file with the index of its blocks.
-pub(crate) struct McapFile {
-    index: Arc<Index>,
-    span: Option<(Stamp, Stamp)>,
-    warnings: Vec<String>,
-    metadata: BTreeMap<String, String>,
-}
-
-/// Index for reading messages.
-struct Index {
-    path: PathBuf,
-    topics: Vec<Topic>,
-    /// Topic of each channel id.
-    channels: BTreeMap<u16, usize>,
-    /// In file order.
-    blocks: Vec<Block>,
-}
-
-/// A range of bytes with messages.
-#[derive(Clone, Debug)]
-struct Block {
-    /// Offset in the file: of a chunk's record content, or of the first record's header for messages outside of chunks.
-    offset: u64,
-    length: u64,
-    kind: BlockKind,
-    start: Stamp,
-    /// Channels with messages in it; empty when not known.
-    channels: BTreeSet<u16>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum BlockKind {
-    Chunk,
-    Loose,
-}
+pub(crate) struct McapFile(IndexedFile);
 
 impl McapFile {
     /// Opens a file and finds its blocks.
@@ -81,9 +41,9 @@ impl McapFile {
             return Err(OpenError::NotARecording { path: path.to_owned(), problem });
         }
         if let Some(indexed) = from_summary(path, &mut file, size) {
-            return Ok(indexed);
+            return Ok(Self(indexed));
         }
-        FileScanner::new(path, file, size).run()
+        FileScanner::new(path, file, size).run().map(Self)
     }
 
     /// Whether a file that starts with these bytes is an MCAP file.
@@ -94,23 +54,23 @@ impl McapFile {
 
 impl Container for McapFile {
     fn topics(&self) -> &[Topic] {
-        &self.index.topics
+        &self.0.index.topics
     }
 
     fn span(&self) -> Option<(Stamp, Stamp)> {
-        self.span
+        self.0.span
     }
 
     fn warnings(&self) -> &[String] {
-        &self.warnings
+        &self.0.warnings
     }
 
     fn metadata(&self, key: &str) -> Option<&str> {
-        self.metadata.get(key).map(String::as_str)
+        self.0.metadata.get(key).map(String::as_str)
     }
 
     fn messages(&self, wanted: &[bool], order: Order) -> Messages {
-        match BlockReader::open(self.index.clone(), wanted.to_vec(), order) {
+        match BlockReader::open(self.0.index.clone(), wanted.to_vec(), order) {
             Ok(reader) => Box::new(MergedMessages::new(reader, order)),
             Err(error) => Box::new(std::iter::once(Err(error))),
         }
@@ -118,7 +78,7 @@ impl Container for McapFile {
 }
 
 /// Reads the index from the file's summary; `None` if there is no usable summary.
-fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
+fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<IndexedFile> {
     let summary = read_summary(file, size)?;
     let statistics = summary.stats.as_ref()?;
     if statistics.message_count > 0 && (summary.chunk_indexes.is_empty() || summary.channels.is_empty()) {
@@ -169,7 +129,7 @@ fn from_summary(path: &Path, file: &mut File, size: u64) -> Option<McapFile> {
         channels: channel_table.channels,
         blocks,
     };
-    Some(McapFile { index: Arc::new(index), span, warnings: Vec::new(), metadata })
+    Some(IndexedFile { index: Arc::new(index), span, warnings: Vec::new(), metadata })
 }
 
 fn read_summary(file: &mut File, size: u64) -> Option<mcap::Summary> {
@@ -187,69 +147,4 @@ fn read_summary(file: &mut File, size: u64) -> Option<mcap::Summary> {
         }
     }
     reader.finish()
-}
-
-/// Channels seen so far, joined to topics by name and type.
-#[derive(Default)]
-struct ChannelTable {
-    topics: Vec<Topic>,
-    channels: BTreeMap<u16, usize>,
-    /// Name and encoding of each schema.
-    schemas: BTreeMap<u16, (String, String)>,
-}
-
-impl ChannelTable {
-    fn add(&mut self, id: u16, name: &str, encoding: &str, schema: &str, schema_encoding: &str) -> usize {
-        let encoding = match (encoding, schema_encoding) {
-            ("cdr", _) | ("", "ros2msg" | "ros2idl") => MessageEncoding::Ros(Encoding::Cdr),
-            ("ros1", _) | ("", "ros1msg") => MessageEncoding::Ros(Encoding::Ros1),
-            (topics::INPUT_ENCODING, _) => MessageEncoding::Postcard,
-            (other, _) => MessageEncoding::Other(other.to_owned()),
-        };
-        // Name and type appear in messages for people.
-        let name = formats::legible(name, NAME_MAX);
-        let type_name = formats::legible(&formats::ros::plain_type_name(schema), NAME_MAX);
-        let same =
-            |topic: &Topic| topic.name == name && topic.type_name == type_name && topic.encoding == encoding;
-        let topic = self.topics.iter().position(same).unwrap_or_else(|| {
-            self.topics.push(Topic { name, type_name, encoding, count: 0 });
-            self.topics.len() - 1
-        });
-        self.channels.insert(id, topic);
-        topic
-    }
-
-    fn add_schema(&mut self, record: &[u8]) -> Result<(), FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP schema")?;
-        let id = reader.u16()?;
-        self.schemas.insert(id, (reader.string()?, reader.string()?));
-        Ok(())
-    }
-
-    fn add_channel(&mut self, record: &[u8]) -> Result<(), FormatError> {
-        let mut reader = Reader::new(Encoding::Ros1, record, "MCAP channel")?;
-        let (id, schema) = (reader.u16()?, reader.u16()?);
-        let (topic, encoding) = (reader.string()?, reader.string()?);
-        let (schema, schema_encoding) = self.schemas.get(&schema).cloned().unwrap_or_default();
-        self.add(id, &topic, &encoding, &schema, &schema_encoding);
-        Ok(())
-    }
-}
-
-/// Adds the entries of a metadata record that the platform wrote.
-fn read_metadata(record: &[u8], into: &mut BTreeMap<String, String>) -> Result<(), FormatError> {
-    let mut reader = Reader::new(Encoding::Ros1, record, "MCAP metadata")?;
-    if reader.string()? != "autoinspect" {
-        return Ok(());
-    }
-    let end = reader.u32()? as usize;
-    let before = reader.remaining();
-    while before - reader.remaining() < end {
-        into.insert(reader.string()?, reader.string()?);
-    }
-    Ok(())
-}
-
-fn stamp(nanos: u64) -> Stamp {
-    Stamp::from_nanos(nanos as i64)
 }

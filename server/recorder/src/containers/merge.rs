@@ -26,8 +26,14 @@ pub(super) struct MergedMessages<B> {
     loaded: Vec<(u64, RawMessage)>,
 }
 
-/// Limit of memory for messages that wait for earlier ones, bytes. Blocks that overlap by more than this give messages out of order.
-const PENDING_BYTES_MAX: usize = 512 << 20;
+/// Parameters of [`MergedMessages`].
+#[derive(Clone, Copy, Debug)]
+struct MergeConfig {
+    /// Limit of memory for messages that wait for earlier ones, bytes. Blocks that overlap by more than this give messages out of order.
+    max_pending_bytes: usize,
+}
+
+const CONFIG: MergeConfig = MergeConfig { max_pending_bytes: 512 << 20 };
 
 impl<B: BlockSource> MergedMessages<B> {
     pub fn new(blocks: B, order: Order) -> Self {
@@ -40,7 +46,7 @@ impl<B: BlockSource> MergedMessages<B> {
             (None, _) => true,
             (Some(_), Order::File) => false,
             (Some(Reverse(first)), Order::LogTime) => {
-                start <= first.message.at && self.pending_bytes < PENDING_BYTES_MAX
+                start <= first.message.at && self.pending_bytes < CONFIG.max_pending_bytes
             }
         }
     }

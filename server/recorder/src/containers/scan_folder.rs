@@ -12,8 +12,14 @@ use vocab::{Span, Stamp};
 
 /// Name and type of the one topic of a folder.
 pub(crate) const TOPIC: &str = "scans";
-/// Time between scans without known times: most LiDARs rotate at 10 Hz.
-const DEFAULT_SCAN_PERIOD: Span = Span::from_millis(100);
+/// Parameters of a folder of scans.
+#[derive(Clone, Copy, Debug)]
+struct ScanFolderConfig {
+    /// Time between scans without known times: most LiDARs rotate at 10 Hz.
+    default_scan_period: Span,
+}
+
+const CONFIG: ScanFolderConfig = ScanFolderConfig { default_scan_period: Span::from_millis(100) };
 
 /// Scans with one file each, and their times.
 pub(crate) struct ScanFolder {
@@ -60,7 +66,7 @@ impl ScanFolder {
                 if paths.len() > 1 {
                     warnings.push(texts::no_scan_times(folder));
                 }
-                (0..paths.len()).map(|i| Stamp::EPOCH + DEFAULT_SCAN_PERIOD * i as i64).collect()
+                (0..paths.len()).map(|i| Stamp::EPOCH + CONFIG.default_scan_period * i as i64).collect()
             });
         let topic = Topic {
             name: TOPIC.to_owned(),

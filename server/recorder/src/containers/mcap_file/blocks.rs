@@ -1,12 +1,12 @@
 //! Reads the messages of an MCAP file block by block.
 
-use super::{Block, BlockKind, CHUNK_BYTES_MAX, Index, RECORD_HEADER_LEN, stamp};
+use super::index::{Block, BlockKind, Index, RECORD_HEADER_LEN, stamp};
 use crate::containers::merge::BlockSource;
 use crate::containers::{Order, RawMessage};
 use crate::error::ReadError;
 use crate::texts;
 use formats::cdr::{Encoding, Reader};
-use formats::{FormatError, legible};
+use formats::{CHUNK_BYTES_MAX, FormatError, legible};
 use mcap::records::op;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};

@@ -1,7 +1,7 @@
 //! Scans an MCAP file without a usable summary from its start, up to the first record that cannot be understood.
 
 use super::blocks::{MessageHeader, Records, load_block, read_range};
-use super::{Block, BlockKind, ChannelTable, Index, McapFile, RECORD_HEADER_LEN, read_metadata};
+use super::index::{Block, BlockKind, ChannelTable, Index, IndexedFile, RECORD_HEADER_LEN, read_metadata};
 use crate::error::OpenError;
 use crate::texts;
 use formats::FormatError;
@@ -13,8 +13,15 @@ use std::path::Path;
 use std::sync::Arc;
 use vocab::Stamp;
 
-/// Messages outside of chunks are read in blocks of about this many bytes.
-const LOOSE_BLOCK_BYTES: u64 = 4 << 20;
+/// Parameters of a [`FileScanner`].
+#[derive(Clone, Copy, Debug)]
+struct ScannerConfig {
+    /// Messages outside of chunks are read in blocks of this size and up to one message more, bytes. Chosen: few reads, and little memory for each
+    /// of the blocks that are read at a time.
+    loose_block_bytes: u64,
+}
+
+const CONFIG: ScannerConfig = ScannerConfig { loose_block_bytes: 4 << 20 };
 
 /// Scans a file without a usable summary from its start.
 pub(super) struct FileScanner<'a> {
@@ -42,7 +49,7 @@ impl<'a> FileScanner<'a> {
         }
     }
 
-    pub fn run(mut self) -> Result<McapFile, OpenError> {
+    pub fn run(mut self) -> Result<IndexedFile, OpenError> {
         self.walk().map_err(|source| OpenError::Io { path: self.path.to_owned(), source })?;
         let index = Index {
             path: self.path.to_owned(),
@@ -51,7 +58,7 @@ impl<'a> FileScanner<'a> {
             blocks: self.blocks,
         };
         let (span, warnings, metadata) = (self.span, self.warnings, self.metadata);
-        Ok(McapFile { index: Arc::new(index), span, warnings, metadata })
+        Ok(IndexedFile { index: Arc::new(index), span, warnings, metadata })
     }
 
     fn walk(&mut self) -> std::io::Result<()> {
@@ -142,7 +149,7 @@ impl<'a> FileScanner<'a> {
         let grows = |block: &Block| {
             block.kind == BlockKind::Loose
                 && block.offset + block.length == at
-                && block.length < LOOSE_BLOCK_BYTES
+                && block.length < CONFIG.loose_block_bytes
         };
         let mut block = match self.blocks.pop_if(|block| grows(block)) {
             Some(block) => block,
