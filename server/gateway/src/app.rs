@@ -2,7 +2,7 @@
 
 use crate::GatewayConfig;
 use crate::hub::Hub;
-use crate::limits::{Limits, UPLOADS_AT_A_TIME};
+use crate::limits::{FIXED, Limits};
 use std::path::PathBuf;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc, watch};
@@ -33,7 +33,7 @@ impl App {
             limits,
             data_dir: config.data_dir.clone(),
             static_dir: config.static_dir.clone(),
-            uploading: Semaphore::new(UPLOADS_AT_A_TIME),
+            uploading: Semaphore::new(FIXED.max_uploads_at_a_time),
             stopping,
             _alive: alive,
         }

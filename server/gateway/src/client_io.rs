@@ -1,6 +1,6 @@
 //! A client's TCP connection: options that keep it fresh, and an end to it when the client stops reading.
 
-use crate::limits::UNSENT_BYTES;
+use crate::limits::FIXED;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
 use std::io;
@@ -49,7 +49,7 @@ fn keep_fresh(stream: &TcpStream) -> io::Result<()> {
     let socket = SockRef::from(stream);
     socket.set_tcp_keepalive(&TcpKeepalive::new().with_time(Duration::from_secs(30)))?;
     #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-    socket.set_tcp_notsent_lowat(UNSENT_BYTES)?;
+    socket.set_tcp_notsent_lowat(FIXED.max_unsent_bytes)?;
     #[cfg(any(target_os = "linux", target_os = "android"))]
     socket.set_tcp_user_timeout(Some(Duration::from_secs(30)))?;
     Ok(())
@@ -121,7 +121,10 @@ mod tests {
         let (ours, _theirs) = pair(Duration::from_secs(1), &places).await;
         assert!(ours.stream.nodelay().expect("an option"));
         #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-        assert_eq!(SockRef::from(&ours.stream).tcp_notsent_lowat().expect("an option"), UNSENT_BYTES);
+        assert_eq!(
+            SockRef::from(&ours.stream).tcp_notsent_lowat().expect("an option"),
+            FIXED.max_unsent_bytes
+        );
         assert_eq!(places.available_permits(), 0);
         drop(ours);
         assert_eq!(places.available_permits(), 1);

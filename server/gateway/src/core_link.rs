@@ -15,36 +15,46 @@ use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::sync::mpsc;
 use tokio_util::codec::{FramedRead, FramedWrite, LengthDelimitedCodec};
 
-/// Pause before the first attempt to reconnect; it doubles with each further attempt.
-const RETRY_PAUSE_MIN: Duration = Duration::from_millis(50);
-/// Longest pause between two attempts to reconnect.
-const RETRY_PAUSE_MAX: Duration = Duration::from_secs(1);
-/// Longest time from connecting to the core's hello.
-const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+/// Parameters of the link to the core.
+#[derive(Clone, Copy, Debug)]
+struct CoreLinkConfig {
+    /// Pause before the first attempt to reconnect; it doubles with each further attempt. A core that restarts is back within a few of them.
+    min_retry_pause: Duration,
+    /// Longest pause between two attempts to reconnect.
+    max_retry_pause: Duration,
+    /// Longest time from connecting to the core's hello.
+    hello_timeout: Duration,
+}
 
-/// Why a connection to the core ended, as a clause after "The robot's core".
+const CONFIG: CoreLinkConfig = CoreLinkConfig {
+    min_retry_pause: Duration::from_millis(50),
+    max_retry_pause: Duration::from_secs(1),
+    hello_timeout: Duration::from_secs(5),
+};
+
+/// Why a connection to the core ended, as a clause after "The robot's core". Texts: `texts.rs`.
 #[derive(Debug, thiserror::Error)]
 enum CoreLinkError {
-    #[error("cannot be reached: {0}")]
+    #[error("{}", texts::core_not_reachable(.0))]
     Connect(#[source] io::Error),
-    #[error("broke the connection: {0}")]
+    #[error("{}", texts::core_broke_connection(.0))]
     Io(#[from] io::Error),
-    #[error("sent bytes that are no message: {0}")]
+    #[error("{}", texts::core_sent_no_message(.0))]
     Decode(#[from] DecodeError),
-    #[error("sends no hello")]
+    #[error("{}", texts::CORE_SENDS_NO_HELLO)]
     NoHello,
-    #[error("speaks version {0} of the contract and this server version {ours}: start both from the same program", ours = api::VERSION)]
+    #[error("{}", texts::core_version(*.0, api::VERSION))]
     Version(u16),
 }
 
 /// Keeps the hub connected to the core at `socket`; never returns.
 pub(crate) async fn run(socket: &Path, hub: &Arc<Hub>) {
-    let mut retry = RETRY_PAUSE_MIN;
+    let mut retry = CONFIG.min_retry_pause;
     loop {
         let error = match connect(socket).await {
             Ok((reader, writer)) => {
                 tracing::info!(socket = %socket.display(), "connected to the core");
-                retry = RETRY_PAUSE_MIN;
+                retry = CONFIG.min_retry_pause;
                 exchange(reader, writer, hub).await
             }
             Err(error) => error,
@@ -52,7 +62,7 @@ pub(crate) async fn run(socket: &Path, hub: &Arc<Hub>) {
         tracing::warn!(socket = %socket.display(), "the core {error}");
         hub.core_lost(&texts::core_fault(&error));
         tokio::time::sleep(retry).await;
-        retry = (2 * retry).min(RETRY_PAUSE_MAX);
+        retry = (2 * retry).min(CONFIG.max_retry_pause);
     }
 }
 
@@ -65,7 +75,7 @@ async fn connect(socket: &Path) -> Result<(Reader, Writer), CoreLinkError> {
     let (reader, writer) = stream.into_split();
     let (mut reader, mut writer) = (FramedRead::new(reader, codec()), FramedWrite::new(writer, codec()));
     write_message(&mut writer, &GatewayMessage::Hello { version: api::VERSION }).await?;
-    match tokio::time::timeout(HELLO_TIMEOUT, read_message(&mut reader)).await {
+    match tokio::time::timeout(CONFIG.hello_timeout, read_message(&mut reader)).await {
         Ok(Ok(CoreMessage::Hello { version: api::VERSION })) => Ok((reader, writer)),
         Ok(Ok(CoreMessage::Hello { version })) => Err(CoreLinkError::Version(version)),
         Ok(Err(error)) => Err(error),

@@ -1,5 +1,6 @@
 //! Files as responses: streamed, with validators, and precompressed where a `.br` or `.gz` lies beside them.
 
+use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::texts;
 use axum::body::Body;
@@ -17,8 +18,6 @@ use tokio_util::io::ReaderStream;
 pub(crate) const IMMUTABLE: &str = "public, max-age=31536000, immutable";
 /// The client may keep the file, but asks each time whether it has changed; the usual answer is 304.
 pub(crate) const REVALIDATE: &str = "no-cache";
-/// Bytes read from the disk at a time, which a connection that does not read keeps in memory.
-const CHUNK_BYTES: usize = 64 << 10;
 
 /// How a file is served.
 pub(crate) struct Serving<'a> {
@@ -61,7 +60,7 @@ pub(crate) async fn respond(
     }
     // `take`, because a file that grows meanwhile must not outgrow the length just promised.
     *response.body_mut() =
-        Body::from_stream(ReaderStream::with_capacity(file.take(metadata.len()), CHUNK_BYTES));
+        Body::from_stream(ReaderStream::with_capacity(file.take(metadata.len()), FIXED.file_chunk_bytes));
     Ok(Some(response))
 }
 

@@ -3,7 +3,7 @@
 //! One lock protects the state; it is never held across an await. Nobody waits for a client: the link to the core writes into the [`Snapshot`],
 //! and every client reads from it at its own pace.
 
-use crate::limits::{COMMAND_QUEUE, COMMAND_QUEUE_FOR_STOPS, LIVE_SCAN_AGE_MAX, Limits, MAX_PENDING};
+use crate::limits::{FIXED, Limits};
 use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
@@ -31,9 +31,9 @@ pub(crate) struct LiveScan {
 }
 
 impl LiveScan {
-    /// Whether it is not older than [`LIVE_SCAN_AGE_MAX`]. The core sends scans only while a client wants them, so the last one may be old.
+    /// Whether it is not older than `max_live_scan_age`. The core sends scans only while a client wants them, so the last one may be old.
     pub(crate) fn is_live(&self, now: Instant) -> bool {
-        now.saturating_duration_since(self.received) < LIVE_SCAN_AGE_MAX
+        now.saturating_duration_since(self.received) < FIXED.max_live_scan_age
     }
 }
 
@@ -75,7 +75,7 @@ impl State {
         let is_stale = self.snapshot.is_graph_stale();
         if is_stale
             && !self.is_graph_requested
-            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > COMMAND_QUEUE_FOR_STOPS)
+            && let Some(core) = self.core.as_ref().filter(|core| core.capacity() > FIXED.places_for_stops)
         {
             tracing::warn!("changes of the pose graph do not apply; the whole graph is asked for");
             self.is_graph_requested = core.try_send(GatewayMessage::RequestGraph).is_ok();
@@ -112,7 +112,7 @@ impl Hub {
 
     /// A core has sent its hello; its snapshot follows. Returns the queue of messages for it.
     pub(crate) fn core_connected(&self) -> mpsc::Receiver<GatewayMessage> {
-        let (sender, receiver) = mpsc::channel(COMMAND_QUEUE);
+        let (sender, receiver) = mpsc::channel(FIXED.max_queued_commands);
         {
             let mut state = self.lock();
             state.core = Some(sender);
@@ -266,12 +266,15 @@ impl ControlSeat {
         let core = core.as_ref().ok_or(texts::CORE_LOST)?;
         let Some(member) = members.get_mut(&self.key) else { return Err(texts::CONNECTION_CLOSING) };
         // Some places of the queue are kept for Stop motion.
-        if !is_stop && (member.pending.len() >= MAX_PENDING || core.capacity() <= COMMAND_QUEUE_FOR_STOPS) {
+        if !is_stop
+            && (member.pending.len() >= FIXED.max_pending_commands
+                || core.capacity() <= FIXED.places_for_stops)
+        {
             return Err(texts::CORE_BUSY);
         }
         let command = GatewayMessage::Command { id, by: self.client, command };
         core.try_send(command).map_err(|_| texts::CORE_BUSY)?;
-        if member.pending.len() < MAX_PENDING && !member.pending.contains(&id) {
+        if member.pending.len() < FIXED.max_pending_commands && !member.pending.contains(&id) {
             member.pending.push_back(id);
         }
         Ok(())
@@ -334,7 +337,7 @@ mod tests {
     fn old_scans_are_not_live() {
         let received = Instant::now();
         let scan = LiveScan { received, frame: ScanFrame::default() };
-        assert!(scan.is_live(received + LIVE_SCAN_AGE_MAX / 2));
-        assert!(!scan.is_live(received + LIVE_SCAN_AGE_MAX));
+        assert!(scan.is_live(received + FIXED.max_live_scan_age / 2));
+        assert!(!scan.is_live(received + FIXED.max_live_scan_age));
     }
 }

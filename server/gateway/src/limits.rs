@@ -32,39 +32,77 @@ impl Default for Limits {
     }
 }
 
-/// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
-pub(crate) const LIVE_SCAN_AGE_MAX: Duration = Duration::from_secs(1);
-/// Longest message from a client, bytes. The longest regular one is a command with a name in it.
-pub(crate) const MAX_CLIENT_MESSAGE_BYTES: usize = 16 << 10;
-/// Longest head of a request, bytes.
-pub(crate) const MAX_REQUEST_HEAD_BYTES: usize = 32 << 10;
-/// Header fields in a request.
-pub(crate) const MAX_REQUEST_HEADERS: usize = 64;
-/// Bytes that the kernel holds unsent for a client. The rest waits in this process, where newer state replaces older.
-pub(crate) const UNSENT_BYTES: u32 = 16 << 10;
-/// Answers and pongs that wait for one client.
-pub(crate) const MAX_ANSWERS: usize = 256;
-/// Commands of one client that the core has not answered.
-pub(crate) const MAX_PENDING: usize = 256;
-/// Commands of all clients in the queue to the core.
-pub(crate) const COMMAND_QUEUE: usize = 256;
-/// Places in that queue that are kept for Stop motion.
-pub(crate) const COMMAND_QUEUE_FOR_STOPS: usize = 64;
-/// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
-pub(crate) const MAX_GRAPH_CHANGES: usize = 256;
-/// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
-pub(crate) const GRAPH_ANSWER_PERIOD: Duration = Duration::from_secs(5);
-/// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.
-pub(crate) const MAX_TILES_PER_EVENT: usize = 512;
-/// Decisions on loops in one event: about 40 kB.
-pub(crate) const MAX_LOOPS_PER_EVENT: usize = 100;
+/// Bounds that neither a site nor a test changes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FixedLimits {
+    /// Age up to which a scan is live. LiDARs scan 2 to 20 times a second.
+    pub(crate) max_live_scan_age: Duration,
+    /// Longest message from a client, bytes. The longest regular one is a command with a name in it.
+    pub(crate) max_client_message_bytes: usize,
+    /// Longest head of a request, bytes.
+    pub(crate) max_request_head_bytes: usize,
+    /// Header fields in a request.
+    pub(crate) max_request_headers: usize,
+    /// Bytes that the kernel holds unsent for a client. The rest waits in this process, where newer state replaces older.
+    pub(crate) max_unsent_bytes: u32,
+    /// Answers and pongs that wait for one client.
+    pub(crate) max_answers: usize,
+    /// Commands of one client that the core has not answered.
+    pub(crate) max_pending_commands: usize,
+    /// Commands of all clients in the queue to the core.
+    pub(crate) max_queued_commands: usize,
+    /// Places in that queue that are kept for Stop motion.
+    pub(crate) places_for_stops: usize,
+    /// Changes of the graph kept for clients that read slowly. A client further behind gets the whole graph.
+    pub(crate) max_graph_changes: usize,
+    /// Least time between two whole graphs that one client asks for. A client needs one after lost changes, which is rare; 5,000 keyframes are 0.5 MB.
+    pub(crate) graph_answer_period: Duration,
+    /// Tiles in one event: about 50 kB, so that a pose does not wait for a large map to be sent.
+    pub(crate) max_tiles_per_event: usize,
+    /// Decisions on loops in one event: about 40 kB.
+    pub(crate) max_loops_per_event: usize,
+    /// Longest file from a client, bytes: about 400 million points.
+    pub(crate) max_upload_bytes: u64,
+    /// Files that may wait to be imported.
+    pub(crate) max_uploads_kept: usize,
+    /// Uploads at a time.
+    pub(crate) max_uploads_at_a_time: usize,
+    /// Longest time that open connections have to end when the gateway stops.
+    pub(crate) shutdown_timeout: Duration,
+    /// Pause after the system could not create another socket, so that others can be closed meanwhile.
+    pub(crate) accept_pause: Duration,
+    /// Longest time that a closing connection is kept open so that the peer can read the reason.
+    pub(crate) close_timeout: Duration,
+    /// Longest time for which the clock is extrapolated without a new stamp. After that the robot is silent, and its clock stands.
+    pub(crate) max_clock_extrapolation: Duration,
+    /// Bytes read from the disk at a time, which a connection that does not read keeps in memory.
+    pub(crate) file_chunk_bytes: usize,
+}
 
-/// Longest file from a client, bytes: about 400 million points.
-pub(crate) const MAX_UPLOAD_BYTES: u64 = 16 << 30;
-/// Files that may wait to be imported.
-pub(crate) const MAX_UPLOADS_KEPT: usize = 4;
-/// Uploads at a time.
-pub(crate) const UPLOADS_AT_A_TIME: usize = 1;
+/// The bounds in force.
+pub(crate) const FIXED: FixedLimits = FixedLimits {
+    max_live_scan_age: Duration::from_secs(1),
+    max_client_message_bytes: 16 << 10,
+    max_request_head_bytes: 32 << 10,
+    max_request_headers: 64,
+    max_unsent_bytes: 16 << 10,
+    max_answers: 256,
+    max_pending_commands: 256,
+    max_queued_commands: 256,
+    places_for_stops: 64,
+    max_graph_changes: 256,
+    graph_answer_period: Duration::from_secs(5),
+    max_tiles_per_event: 512,
+    max_loops_per_event: 100,
+    max_upload_bytes: 16 << 30,
+    max_uploads_kept: 4,
+    max_uploads_at_a_time: 1,
+    shutdown_timeout: Duration::from_secs(3),
+    accept_pause: Duration::from_millis(50),
+    close_timeout: Duration::from_secs(2),
+    max_clock_extrapolation: Duration::from_secs(2),
+    file_chunk_bytes: 64 << 10,
+};
 
 /// A token bucket.
 pub(crate) struct RateLimit {

@@ -1,7 +1,7 @@
 //! Messages for one client only: answers to its commands and pings. The queue is bounded; a client that lets it fill is disconnected.
 //! Requests for the whole graph take one bit, however many come.
 
-use crate::limits::{GRAPH_ANSWER_PERIOD, MAX_ANSWERS};
+use crate::limits::FIXED;
 use api::Event;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -23,7 +23,7 @@ struct Content {
     graph_requests: GraphRequests,
 }
 
-/// Requests for the whole graph. Those that wait are answered together, [`GRAPH_ANSWER_PERIOD`] after the last answer.
+/// Requests for the whole graph. Those that wait are answered together, `graph_answer_period` after the last answer.
 #[derive(Default)]
 struct GraphRequests {
     is_waiting: bool,
@@ -34,7 +34,7 @@ struct GraphRequests {
 impl GraphRequests {
     /// When an answer is due, if a request waits. `now` or earlier means at once.
     fn due(&self, now: Instant) -> Option<Instant> {
-        self.is_waiting.then(|| self.answered.map_or(now, |answered| answered + GRAPH_ANSWER_PERIOD))
+        self.is_waiting.then(|| self.answered.map_or(now, |answered| answered + FIXED.graph_answer_period))
     }
 
     /// Returns whether an answer is due, now counted as given.
@@ -73,7 +73,7 @@ impl Outbox {
 
     fn add(&self, push: impl FnOnce(&mut Content)) {
         let mut content = self.lock();
-        if content.pongs.len() + content.answers.len() < MAX_ANSWERS {
+        if content.pongs.len() + content.answers.len() < FIXED.max_answers {
             push(&mut content);
             drop(content);
             self.filled.notify_one();
@@ -130,9 +130,9 @@ mod tests {
         assert_eq!(outbox.next(), Some(Answer::Pong(1)));
         assert_eq!(outbox.next(), Some(Answer::Event(notice)));
         assert_eq!(outbox.next(), None);
-        (0..=MAX_ANSWERS as u64).for_each(|token| outbox.pong(token));
+        (0..=FIXED.max_answers as u64).for_each(|token| outbox.pong(token));
         outbox.overflowed().await;
-        assert_eq!(outbox.lock().pongs.len(), MAX_ANSWERS);
+        assert_eq!(outbox.lock().pongs.len(), FIXED.max_answers);
     }
 
     #[test]
@@ -143,9 +143,9 @@ mod tests {
         assert!(outbox.take_graph_request(start));
         assert!(!outbox.take_graph_request(start), "all were answered");
         (0..1000).for_each(|_| outbox.request_graph());
-        assert!(!outbox.take_graph_request(start + GRAPH_ANSWER_PERIOD / 2));
+        assert!(!outbox.take_graph_request(start + FIXED.graph_answer_period / 2));
         let due = outbox.graph_request_due(start);
-        assert_eq!(due, Some(start + GRAPH_ANSWER_PERIOD));
-        assert!(outbox.take_graph_request(start + GRAPH_ANSWER_PERIOD), "late, but not never");
+        assert_eq!(due, Some(start + FIXED.graph_answer_period));
+        assert!(outbox.take_graph_request(start + FIXED.graph_answer_period), "late, but not never");
     }
 }

@@ -1,11 +1,9 @@
 //! The robot's clock as the gateway estimates it. Clients compute the age of their data from it.
 
+use crate::limits::FIXED;
 use api::Event;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use vocab::{Span, Stamp};
-
-/// Longest time for which the clock is extrapolated without a new stamp. After that the robot is silent, and its clock stands.
-const EXTRAPOLATION_MAX: Duration = Duration::from_secs(2);
 
 /// Last stamp received, and when it was received.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +32,7 @@ impl RobotClock {
     /// The robot's clock at `now`.
     pub(crate) fn now(&self, now: Instant) -> Stamp {
         let Some((stamp, received)) = self.last else { return Stamp::EPOCH };
-        let since = now.saturating_duration_since(received).min(EXTRAPOLATION_MAX);
+        let since = now.saturating_duration_since(received).min(FIXED.max_clock_extrapolation);
         stamp + Span::from_nanos(i64::try_from(since.as_nanos()).unwrap_or(i64::MAX))
     }
 }
@@ -43,6 +41,7 @@ impl RobotClock {
 mod tests {
     use super::*;
     use api::{Estimate, Platform};
+    use std::time::Duration;
 
     #[test]
     fn follows_the_platform_both_ways_and_estimates_forward_only() {

@@ -1,7 +1,7 @@
 //! Which path leads where.
 
 use crate::app::App;
-use crate::limits::MAX_CLIENT_MESSAGE_BYTES;
+use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::texts;
 use crate::{control, documents, openapi, security, static_files, stream, uploads};
@@ -65,6 +65,8 @@ where
         let status = rejection.into_response().status();
         ProblemResponse::new(status, texts::PATH_IS_WEBSOCKET)
     })?;
-    let bounded = upgrade.max_message_size(MAX_CLIENT_MESSAGE_BYTES).max_frame_size(MAX_CLIENT_MESSAGE_BYTES);
+    let bounded = upgrade
+        .max_message_size(FIXED.max_client_message_bytes)
+        .max_frame_size(FIXED.max_client_message_bytes);
     Ok(bounded.on_upgrade(move |socket| serve(socket, app)).into_response())
 }

@@ -4,7 +4,7 @@ use crate::app::App;
 use crate::client_io::ClientIo;
 use crate::core_link;
 use crate::hub::Hub;
-use crate::limits::{Limits, MAX_REQUEST_HEAD_BYTES, MAX_REQUEST_HEADERS};
+use crate::limits::{FIXED, Limits};
 use crate::{GatewayConfig, GatewayError, router};
 use axum::Router;
 use hyper::server::conn::http1;
@@ -12,14 +12,9 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use std::future::Future;
 use std::sync::Arc;
-use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc, watch};
 
-/// Longest time that open connections have to end when the gateway stops.
-const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(3);
-/// Pause after the system could not create another socket, so that others can be closed meanwhile.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// Answer to a connection beyond the limit, written without reading anything from it.
 const TOO_MANY: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\n\
     retry-after: 5\r\nconnection: close\r\n\r\n\
@@ -56,7 +51,7 @@ pub async fn serve_with(
     }
     stop.send_replace(true);
     // Every connection holds the app, which holds `alive`: the channel closes with the last one. Nothing is ever sent on it.
-    tokio::time::timeout(SHUTDOWN_TIMEOUT, all_ended.recv()).await.ok();
+    tokio::time::timeout(FIXED.shutdown_timeout, all_ended.recv()).await.ok();
     Ok(())
 }
 
@@ -74,7 +69,7 @@ async fn accept(listener: TcpListener, app: Arc<App>) {
             },
             Err(error) => {
                 tracing::warn!(%error, "could not accept a connection");
-                tokio::time::sleep(ACCEPT_PAUSE).await;
+                tokio::time::sleep(FIXED.accept_pause).await;
             }
         }
     }
@@ -89,8 +84,8 @@ async fn serve_connection(io: ClientIo, router: Router, app: Arc<App>) {
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(app.limits.header_timeout)
-        .max_headers(MAX_REQUEST_HEADERS)
-        .max_buf_size(MAX_REQUEST_HEAD_BYTES)
+        .max_headers(FIXED.max_request_headers)
+        .max_buf_size(FIXED.max_request_head_bytes)
         .serve_connection(TokioIo::new(io), TowerToHyperService::new(router))
         .with_upgrades();
     let mut connection = std::pin::pin!(connection);

@@ -3,7 +3,7 @@
 //! Nothing is queued per client. A [`Cursor`] holds the revision of each kind that its client was sent; newer state is sent next. A client that
 //! reads slowly gets fewer and newer values, and needs the memory of one cursor only.
 
-use crate::limits::{MAX_GRAPH_CHANGES, MAX_LOOPS_PER_EVENT, MAX_TILES_PER_EVENT};
+use crate::limits::FIXED;
 use api::{
     Event, Graph, GraphChanged, LoopDecision, LoopsChanged, MAX_LOOP_DECISIONS, Notice, Platform, TileEntry,
     TilesChanged,
@@ -218,7 +218,7 @@ impl Snapshot {
         self.revision += 1;
         *revision = self.revision;
         self.graph_changes.push_back((self.revision, Arc::new(Event::GraphChanged(changed))));
-        if self.graph_changes.len() > MAX_GRAPH_CHANGES
+        if self.graph_changes.len() > FIXED.max_graph_changes
             && let Some((dropped, _)) = self.graph_changes.pop_front()
         {
             self.graph_changes_from = dropped;
@@ -231,7 +231,7 @@ impl Snapshot {
             cursor.tiles_epoch = self.tiles.epoch;
             cursor.tiles_sent = 0;
         }
-        let end = self.tiles.entries.len().min(cursor.tiles_sent + MAX_TILES_PER_EVENT);
+        let end = self.tiles.entries.len().min(cursor.tiles_sent + FIXED.max_tiles_per_event);
         let added = self.tiles.entries[cursor.tiles_sent..end].to_vec();
         cursor.tiles_sent = end;
         Arc::new(Event::Tiles(TilesChanged { reset, added }))
@@ -244,7 +244,8 @@ impl Snapshot {
             cursor.loops_sent = 0;
         }
         let first = cursor.loops_sent.saturating_sub(self.loops.gone);
-        let added: Vec<_> = self.loops.kept.iter().skip(first).take(MAX_LOOPS_PER_EVENT).cloned().collect();
+        let added: Vec<_> =
+            self.loops.kept.iter().skip(first).take(FIXED.max_loops_per_event).cloned().collect();
         cursor.loops_sent = self.loops.gone + first + added.len();
         Arc::new(Event::Loops(LoopsChanged { reset, added }))
     }

@@ -106,7 +106,7 @@ fn a_reset_to_the_same_number_of_tiles_is_not_missed() {
 fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
     let (mut snapshot, mut cursor) = settled();
     let pieces = 10;
-    snapshot.apply(tiles(true, 0..pieces * MAX_TILES_PER_EVENT as u32));
+    snapshot.apply(tiles(true, 0..pieces * FIXED.max_tiles_per_event as u32));
     let mut received = 0;
     for turn in 0..2 * pieces {
         // The pose changes without pause, so both are always owed.
@@ -118,7 +118,7 @@ fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
             None => panic!("the pose is always owed"),
         }
     }
-    assert_eq!(received, pieces as usize * MAX_TILES_PER_EVENT, "each gets every second turn");
+    assert_eq!(received, pieces as usize * FIXED.max_tiles_per_event, "each gets every second turn");
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn loops_add_up_come_in_pieces_and_the_oldest_go() {
     snapshot.apply(loops(false, 4..6));
     assert_eq!(drain(&snapshot, &mut cursor), [loops(false, 3..6)]);
     // More than are kept: who was slow misses some, and gets the last in pieces.
-    let (most, piece) = (MAX_LOOP_DECISIONS as u32, MAX_LOOPS_PER_EVENT as u32);
+    let (most, piece) = (MAX_LOOP_DECISIONS as u32, FIXED.max_loops_per_event as u32);
     snapshot.apply(loops(false, 6..106 + most));
     let pieces = |first_resets: bool| -> Vec<Event> {
         let starts = (106..106 + most).step_by(piece as usize);
@@ -168,7 +168,7 @@ fn graph_node(id: u64) -> api::GraphNode {
     api::GraphNode { id: vocab::KeyframeId(id as u32), ..api::GraphNode::default() }
 }
 
-/// The graph of so many keyframes; their number is the revision.
+/// A graph with this number of keyframes. The number is also its revision.
 fn graph(revision: u64) -> Graph {
     Graph { session: SESSION, revision, nodes: (0..revision).map(graph_node).collect(), ..Graph::default() }
 }
@@ -198,7 +198,7 @@ fn changes_of_the_graph_reach_a_client_that_follows_and_the_whole_graph_one_that
     assert_eq!(drain(&snapshot, &mut Cursor::default())[1..], [Event::Graph(graph(3))], "a new client");
     cursor.forget_graph();
     assert_eq!(drain(&snapshot, &mut cursor), [Event::Graph(graph(3))], "one that asks for it");
-    let last = 4 + MAX_GRAPH_CHANGES as u64;
+    let last = 4 + FIXED.max_graph_changes as u64;
     for base in 3..last {
         snapshot.apply(Event::GraphChanged(next_keyframe(base)));
     }

@@ -1,5 +1,6 @@
 //! Functions of both WebSockets: reading with a limit on silence, writing, and closing with a reason.
 
+use crate::limits::FIXED;
 use crate::texts;
 use api::decode;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
@@ -8,9 +9,6 @@ use futures_util::{SinkExt, StreamExt};
 use serde::de::DeserializeOwned;
 use std::time::Duration;
 use tokio::time::timeout;
-
-/// Longest time that a closing connection is kept open so that the peer can read the reason.
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// RFC 6455, 5.5: control frames carry 125 bytes, two of them the code.
 const MAX_CLOSE_REASON_BYTES: usize = 123;
@@ -116,5 +114,5 @@ pub(crate) async fn close(
         sink.send(Message::Close(Some(closing.frame()))).await.ok();
         while incoming.stream.next().await.is_some_and(|message| message.is_ok()) {}
     };
-    timeout(CLOSE_TIMEOUT, closing_handshake).await.ok();
+    timeout(FIXED.close_timeout, closing_handshake).await.ok();
 }

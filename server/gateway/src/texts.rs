@@ -15,6 +15,23 @@ pub(crate) fn core_fault(reason: impl std::fmt::Display) -> String {
     format!("The robot's core {reason}.")
 }
 
+/// Clauses for [`core_fault`].
+pub(crate) const CORE_SENDS_NO_HELLO: &str = "sends no hello";
+pub(crate) fn core_not_reachable(error: &dyn std::fmt::Display) -> String {
+    format!("cannot be reached: {error}")
+}
+pub(crate) fn core_broke_connection(error: &dyn std::fmt::Display) -> String {
+    format!("broke the connection: {error}")
+}
+pub(crate) fn core_sent_no_message(error: &dyn std::fmt::Display) -> String {
+    format!("sent bytes that are no message: {error}")
+}
+pub(crate) fn core_version(core: u16, server: u16) -> String {
+    format!(
+        "speaks version {core} of the contract and this server version {server}: start both from the same program"
+    )
+}
+
 // Sockets.
 
 pub(crate) const CONNECTION_CLOSING: &str = "This connection is closing.";

@@ -1,7 +1,7 @@
 //! Uploaded files, which become maps. Each is stored until the core has imported it.
 
 use crate::app::App;
-use crate::limits::{MAX_UPLOAD_BYTES, MAX_UPLOADS_KEPT};
+use crate::limits::FIXED;
 use crate::problem::ProblemResponse;
 use crate::schemas::ProblemDocument;
 use crate::texts;
@@ -61,8 +61,8 @@ fn length(headers: &HeaderMap) -> Result<u64, ProblemResponse> {
     let announced = headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse().ok());
     let needed = || ProblemResponse::new(StatusCode::LENGTH_REQUIRED, texts::LENGTH_MISSING);
     let length: u64 = announced.ok_or_else(needed)?;
-    if length > MAX_UPLOAD_BYTES {
-        let text = texts::upload_too_large(MAX_UPLOAD_BYTES >> 30);
+    if length > FIXED.max_upload_bytes {
+        let text = texts::upload_too_large(FIXED.max_upload_bytes >> 30);
         return Err(ProblemResponse::new(StatusCode::PAYLOAD_TOO_LARGE, text));
     }
     Ok(length)
@@ -76,7 +76,7 @@ async fn check_space(folder: &FilePath, length: u64) -> Result<(), ProblemRespon
     while let Some(entry) = entries.next_entry().await.map_err(|error| disk(&error))? {
         waiting += usize::from(entry.path().extension().is_none());
     }
-    if waiting >= MAX_UPLOADS_KEPT {
+    if waiting >= FIXED.max_uploads_kept {
         let text = texts::too_many_uploads(waiting);
         return Err(ProblemResponse::new(StatusCode::TOO_MANY_REQUESTS, text));
     }

@@ -327,7 +327,7 @@ fn routes() -> Vec<Route> {
     let start = Start { position: Vec3::new(29.6, 0.0, 0.0), yaw: PI };
     let legs = [
         arc(OUTER_RING, 0.0, 360.0),
-        // Along the machine as far as the beam boxes.
+        // Along the machine up to the beam boxes.
         arc(INNER_RING, 360.0, 315.0),
         arc(INNER_RING, 315.0, 255.0),
         arc(OUTER_RING, 255.0, 195.0),

@@ -205,7 +205,7 @@ async fn the_core_is_told_who_listens() {
     core.listeners((0, 0)).await;
 }
 
-/// The graph of so many keyframes; their number is the revision.
+/// A graph with this number of keyframes. The number is also its revision.
 fn graph(revision: u64) -> Event {
     let node = |id: u64| GraphNode { id: KeyframeId(id as u32), ..GraphNode::default() };
     Event::Graph(Graph { revision, nodes: (0..revision).map(node).collect(), ..Graph::default() })
