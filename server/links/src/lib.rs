@@ -1,6 +1,6 @@
 //! Links to robots: to a simulated one, and to a recording that is replayed as if it were live.
 //!
-//! Both deliver into a queue of [`QUEUE_MAX`] arrivals, about 1 s of a robot with all sensors. While the queue is full, the link waits and
+//! Both deliver into a queue of [`LinkConfig::max_queued_arrivals`] arrivals, about 1 s of a robot with all sensors. While the queue is full, the link waits and
 //! loses nothing. Its clock then runs more slowly than requested, which the platform shows as a real-time factor below one.
 
 mod pacer;
@@ -16,8 +16,14 @@ use ports::{Arrival, LinkError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Largest number of arrivals in the queue to the control loop.
-pub const QUEUE_MAX: usize = 1_000;
+/// Parameters of all links.
+#[derive(Clone, Copy, Debug)]
+struct LinkConfig {
+    /// Largest number of arrivals in the queue to the control loop. While it is full, the link waits.
+    max_queued_arrivals: usize,
+}
+
+const CONFIG: LinkConfig = LinkConfig { max_queued_arrivals: 1_000 };
 
 /// The thread of a link. Dropping it ends the thread.
 struct LinkThread {
@@ -40,7 +46,7 @@ impl LinkThread {
         name: &str,
         run: impl FnOnce(ArrivalSender) + Send + 'static,
     ) -> Result<(Self, Receiver<Arrival>), LinkError> {
-        let (sender, arrivals) = crossbeam_channel::bounded(QUEUE_MAX);
+        let (sender, arrivals) = crossbeam_channel::bounded(CONFIG.max_queued_arrivals);
         let (stop, stopped) = crossbeam_channel::bounded(0);
         let sender = ArrivalSender { arrivals: sender, stop: stopped };
         let thread =

@@ -3,8 +3,14 @@
 use std::time::{Duration, Instant};
 use vocab::Stamp;
 
-/// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed.
-const LAG_MAX: Duration = Duration::from_millis(500);
+/// Parameters of a [`RealTimePacer`].
+#[derive(Clone, Copy, Debug)]
+struct PacerConfig {
+    /// A lag up to this is made up for by running faster. A longer one is dropped, so that a suspended laptop does not replay an hour at full speed.
+    max_lag: Duration,
+}
+
+const CONFIG: PacerConfig = PacerConfig { max_lag: Duration::from_millis(500) };
 
 /// Computes the time until an instant of the robot's clock is due.
 #[derive(Debug)]
@@ -33,7 +39,7 @@ impl RealTimePacer {
         let since = (at - robot).secs_f64() / self.speed;
         let due = Duration::try_from_secs_f64(since).ok().and_then(|since| wall.checked_add(since));
         match due {
-            Some(due) if now <= due + LAG_MAX => due.saturating_duration_since(now),
+            Some(due) if now <= due + CONFIG.max_lag => due.saturating_duration_since(now),
             // The lag is too long, or the robot's clock stepped.
             _ => {
                 self.origin = Some((now, at));

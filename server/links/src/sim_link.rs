@@ -10,11 +10,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use vocab::{Span, Vec3};
 
-/// Simulated time of a step. Between steps the link reads this computer's clock and the commands.
-const STEP: Span = Span::from_millis(10);
-/// Largest number of pending faults. The simulation takes them within [`STEP`].
-const PENDING_FAULTS_MAX: usize = 16;
-
 /// Parameters of a [`SimLink`].
 pub struct SimLinkConfig {
     /// Parameters of the simulation.
@@ -25,6 +20,10 @@ pub struct SimLinkConfig {
     pub slip_velocity_m_s: Vec3,
     /// Time for which the robot is carried, for the fault "carried away".
     pub carry_duration: Span,
+    /// Simulated time of a step. Between steps the link reads this computer's clock and the commands.
+    pub step: Span,
+    /// Largest number of faults that wait. The simulation takes them within a step; further ones are refused.
+    pub max_pending_faults: usize,
 }
 
 impl SimLinkConfig {
@@ -35,6 +34,8 @@ impl SimLinkConfig {
             speed,
             slip_velocity_m_s: Vec3::new(0.25, 0.1, 0.0),
             carry_duration: Span::from_millis(10_000),
+            step: Span::from_millis(10),
+            max_pending_faults: 16,
         }
     }
 }
@@ -49,6 +50,7 @@ struct PendingCommands {
 /// The simulator on a separate thread. Its results depend on the commands and their simulated times, not on the speed of
 /// this computer. The simulator stops its robot [`messages::DRIVE_LIFETIME`] after the last command.
 pub struct SimLink {
+    max_pending_faults: usize,
     boot: BootRecord,
     site: String,
     pending: Arc<Mutex<PendingCommands>>,
@@ -64,13 +66,14 @@ impl SimLink {
     pub fn start(config: SimLinkConfig) -> Result<Self, LinkError> {
         let simulator = Simulator::new(config.sim.clone());
         let (boot, site) = (simulator.boot(), config.sim.site.to_string());
+        let max_pending_faults = config.max_pending_faults;
         let pending = Arc::<Mutex<PendingCommands>>::default();
         let commands = Arc::clone(&pending);
         let (thread, arrivals) = LinkThread::start("link-sim", move |sender| {
             // It returns only after the link was dropped.
             let Err(Stopped) = simulate(simulator, &config, &commands, &sender);
         })?;
-        Ok(Self { boot, site, pending, arrivals, _thread: thread })
+        Ok(Self { max_pending_faults, boot, site, pending, arrivals, _thread: thread })
     }
 }
 
@@ -93,7 +96,7 @@ impl RobotLink for SimLink {
 
     fn inject_fault(&self, fault: SimulatedFault) -> Result<(), String> {
         let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        if pending.faults.len() == PENDING_FAULTS_MAX {
+        if pending.faults.len() == self.max_pending_faults {
             return Err(texts::TOO_MANY_FAULTS.to_owned());
         }
         pending.faults.push(fault);
@@ -116,7 +119,7 @@ fn simulate(
             std::mem::take(&mut *pending.lock().unwrap_or_else(PoisonError::into_inner));
         drive.into_iter().for_each(|drive| simulator.command(drive));
         faults.into_iter().for_each(|fault| inject_fault(&mut simulator, fault, config));
-        simulator.advance(simulator.now() + STEP, &mut events);
+        simulator.advance(simulator.now() + config.step, &mut events);
         for event in events.drain(..) {
             sender.send(Arrival { at: event.at, event: RobotEvent::Sensor(event.sensor) })?;
         }

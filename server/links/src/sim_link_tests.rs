@@ -78,7 +78,7 @@ fn a_link_with_a_full_queue_can_be_dropped() {
         std::thread::yield_now();
     }
     drop(link);
-    assert_eq!(arrivals.iter().count(), crate::QUEUE_MAX);
+    assert_eq!(arrivals.iter().count(), crate::CONFIG.max_queued_arrivals);
 }
 
 #[test]

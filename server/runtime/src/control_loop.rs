@@ -1,7 +1,7 @@
 //! The control loop: everything that can happen becomes one ordered stream of inputs, each recorded and then stepped.
 //!
 //! Inputs are ordered by arrival. Ticks lie on a 20 Hz grid of the robot's own clock, so that they too follow from
-//! what arrives. The loop reads the computer's clock only when the link has been silent for [`SILENCE`], to go on
+//! what arrives. The loop reads the computer's clock only when the link has been silent for [`ControlLoopConfig::silence_timeout`], to go on
 //! ticking: a robot whose sensors have died must still be told to stop.
 
 use crate::clock::RobotClock;
@@ -25,10 +25,20 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use store::StoredStopLatch;
 use vocab::{ClientId, CommandId, Span, Stamp};
 
-/// After this time without an arrival, on this computer's clock, the loop ticks by itself.
-const SILENCE: Duration = Duration::from_millis(250);
-/// Time between two readings of the calendar time, on this computer's clock.
-const WALL_CLOCK_PERIOD: Duration = Duration::from_secs(1);
+/// Parameters of the control loop, on this computer's clock.
+#[derive(Clone, Copy, Debug)]
+struct ControlLoopConfig {
+    /// After this time without an arrival the loop ticks by itself. Chosen: half of [`messages::DRIVE_LIFETIME`], after which the
+    /// robot stops by itself.
+    silence_timeout: Duration,
+    /// Time between two readings of the calendar time.
+    wall_clock_period: Duration,
+}
+
+const CONFIG: ControlLoopConfig = ControlLoopConfig {
+    silence_timeout: Duration::from_millis(250),
+    wall_clock_period: Duration::from_secs(1),
+};
 /// systemd-timesyncd makes this file once the clock follows a time server. Under another time service the clock counts as not synchronised.
 const CLOCK_SYNCHRONISED: &str = "/run/systemd/timesync/synchronized";
 
@@ -154,7 +164,7 @@ impl Running {
                     self.feed(Input::Committed { seq });
                 },
                 recv(sources.stop) -> _ => return,
-                default(SILENCE) => self.tick_until(self.now + span(heard.elapsed())),
+                default(CONFIG.silence_timeout) => self.tick_until(self.now + span(heard.elapsed())),
             }
         }
     }
@@ -162,7 +172,7 @@ impl Running {
     /// Gives the stack the calendar time, if that is due.
     fn read_wall_clock(&mut self) {
         let now = Instant::now();
-        if self.wall_clock_read.is_none_or(|read| now - read >= WALL_CLOCK_PERIOD) {
+        if self.wall_clock_read.is_none_or(|read| now - read >= CONFIG.wall_clock_period) {
             self.wall_clock_read = Some(now);
             self.feed(wall_clock());
         }

@@ -57,11 +57,17 @@ pub fn route(command: Command) -> RoutedCommand {
     })
 }
 
-/// Longest time that a simulated fault lasts. A forgotten fault must not be taken for a real one the next day.
-const FAULT_DURATION_MAX: Span = Span::from_millis(600_000);
+/// Limits of simulated faults.
+#[derive(Clone, Copy, Debug)]
+struct FaultLimits {
+    /// Longest time that a simulated fault lasts. A forgotten fault must not be taken for a real one the next day.
+    max_duration: Span,
+}
+
+const FAULT_LIMITS: FaultLimits = FaultLimits { max_duration: Span::from_millis(600_000) };
 
 fn limit_fault(fault: SimulatedFault) -> SimulatedFault {
-    let limited = |span: Span| span.clamp(Span::ZERO, FAULT_DURATION_MAX);
+    let limited = |span: Span| span.clamp(Span::ZERO, FAULT_LIMITS.max_duration);
     match fault {
         SimulatedFault::CoverLidar(span) => SimulatedFault::CoverLidar(limited(span)),
         SimulatedFault::SilenceLidar(span) => SimulatedFault::SilenceLidar(limited(span)),

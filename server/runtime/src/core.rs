@@ -22,8 +22,14 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use store::{Store, StoreError};
 
-/// Commands that may wait for the control loop. When the queue is full, the thread that reads from the gateway waits.
-const QUEUED_COMMANDS_MAX: usize = 64;
+/// Limits of the core's queues.
+#[derive(Clone, Copy, Debug)]
+struct QueueLimits {
+    /// Commands that may wait for the control loop. While the queue is full, the thread that reads from the gateway waits.
+    max_commands: usize,
+}
+
+const QUEUE_LIMITS: QueueLimits = QueueLimits { max_commands: 64 };
 
 /// Parts of a core that its caller provides.
 pub struct CoreConfig {
@@ -88,7 +94,7 @@ impl Core {
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
         state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
 
-        let (command_sender, commands) = crossbeam_channel::bounded(QUEUED_COMMANDS_MAX);
+        let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = crossbeam_channel::unbounded();
         let (stop, stopped) = crossbeam_channel::bounded(0);
         let (jobs, disk_jobs, compute_jobs) =

@@ -18,8 +18,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use store::{Store, StoreError};
 use vocab::{MapId, UploadId, Vec3};
 
-/// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.
-const NAME_CHARS_MAX: usize = 80;
+/// Parameters of imports.
+#[derive(Clone, Copy, Debug)]
+struct ImportsConfig {
+    /// Longest name of a map, characters; longer names are cut. It fits on a line of the client's list of maps.
+    max_name_chars: usize,
+}
+
+const CONFIG: ImportsConfig = ImportsConfig { max_name_chars: 80 };
 
 /// A request to make a map.
 pub struct ImportRequest {
@@ -220,9 +226,10 @@ fn store_reason(error: &StoreError) -> String {
     }
 }
 
-/// The name without control characters, cut to [`NAME_CHARS_MAX`]; a default for an empty one.
+/// The name without control characters, cut to [`ImportsConfig::max_name_chars`]; a default for an empty one.
 fn display_name(name: &str) -> String {
-    let name: String = name.chars().filter(|letter| !letter.is_control()).take(NAME_CHARS_MAX).collect();
+    let name: String =
+        name.chars().filter(|letter| !letter.is_control()).take(CONFIG.max_name_chars).collect();
     let name = name.trim();
     if name.is_empty() { texts::UNNAMED_MAP.to_owned() } else { name.to_owned() }
 }

@@ -33,5 +33,5 @@ fn the_worker_learns_which_import_is_cancelled() {
 fn names_fit_on_one_line() {
     assert_eq!(display_name(" Pump\u{7} hall\n"), "Pump hall");
     assert_eq!(display_name("\u{7} \n"), texts::UNNAMED_MAP);
-    assert_eq!(display_name(&"ä".repeat(200)), "ä".repeat(NAME_CHARS_MAX));
+    assert_eq!(display_name(&"ä".repeat(200)), "ä".repeat(CONFIG.max_name_chars));
 }

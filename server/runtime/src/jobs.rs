@@ -16,8 +16,14 @@ use std::sync::Arc;
 use store::{SavedMap, Store, StoreError, keyframe_descriptors};
 use vocab::{MapId, SessionId};
 
-/// Greatest number of jobs that wait on each lane. A cloud takes about 1 MB and a few milliseconds to write.
-const QUEUE_MAX: usize = 256;
+/// Parameters of [`Jobs`].
+#[derive(Clone, Copy, Debug)]
+struct JobsConfig {
+    /// Greatest number of jobs that wait on each lane; further ones are refused. A cloud takes about 1 MB and a few milliseconds to write.
+    max_queued: usize,
+}
+
+const CONFIG: JobsConfig = JobsConfig { max_queued: 256 };
 
 /// A job of the disk lane.
 pub enum DiskJob {
@@ -90,8 +96,8 @@ impl Jobs {
         mailbox: Arc<Mailbox>,
         clock: Arc<RobotClock>,
     ) -> (Self, Receiver<DiskJob>, Receiver<ComputeTask>) {
-        let (disk, disk_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
-        let (compute, compute_jobs) = crossbeam_channel::bounded(QUEUE_MAX);
+        let (disk, disk_jobs) = crossbeam_channel::bounded(CONFIG.max_queued);
+        let (compute, compute_jobs) = crossbeam_channel::bounded(CONFIG.max_queued);
         (Self { disk, compute, finished, mailbox, clock }, disk_jobs, compute_jobs)
     }
 
@@ -308,7 +314,7 @@ mod tests {
         let (finished, results) = crossbeam_channel::unbounded();
         let (jobs, disk, compute) = Jobs::new(finished, Arc::default(), Arc::default());
         let session = SessionId(Uuid::from_u128(1));
-        for _ in 0..QUEUE_MAX {
+        for _ in 0..CONFIG.max_queued {
             jobs.start(DiskJob::Forget { session, tiles: Vec::new() });
         }
         let mut stack = Stack::new();
@@ -321,7 +327,7 @@ mod tests {
         assert!(
             matches!(&refused.result, JobResult::Localisation(Err(failure)) if failure.reason.contains("disk"))
         );
-        assert_eq!((refused.id(), disk.len(), compute.len()), (job, QUEUE_MAX, 0));
+        assert_eq!((refused.id(), disk.len(), compute.len()), (job, CONFIG.max_queued, 0));
         // The stack holds no data for this job, so it fails.
         let task = messages::DisambiguationTask { map, number: 0 };
         let job = JobId { owner: JobOwner::Disambiguation, number: 2 };

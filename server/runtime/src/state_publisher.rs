@@ -2,7 +2,7 @@
 //!
 //! The queue to the gateway is bounded by what it holds, not by how fast the gateway is: of every kind of event that
 //! replaces the last of its kind only the newest waits, and so does only the newest scan. Answers, notices, loops and tiles
-//! add up; when more than [`QUEUE_MAX`] wait, the gateway is stuck and the connection is dropped. It connects again and
+//! add up; when more than [`StatePublisherConfig::max_queued_messages`] wait, the gateway is stuck and the connection is dropped. It connects again and
 //! gets a snapshot.
 //!
 //! Changes of the pose graph are published only if they apply to the published graph exactly. So the messages that wait for the gateway lead
@@ -18,8 +18,14 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use vocab::{ClientId, CommandId};
 
-/// Messages that may wait for the gateway.
-const QUEUE_MAX: usize = 2_000;
+/// Parameters of a [`StatePublisher`].
+#[derive(Clone, Copy, Debug)]
+struct StatePublisherConfig {
+    /// Messages that may wait for the gateway. With more, its connection is dropped.
+    max_queued_messages: usize,
+}
+
+const CONFIG: StatePublisherConfig = StatePublisherConfig { max_queued_messages: 2_000 };
 
 /// Shared by the threads that publish state and the thread that writes to the gateway.
 #[derive(Default)]
@@ -198,7 +204,7 @@ impl State {
     }
 
     fn limit_queue(&mut self) {
-        if self.queue.len() > QUEUE_MAX {
+        if self.queue.len() > CONFIG.max_queued_messages {
             tracing::warn!("the gateway does not read; its connection is dropped");
             self.connection = None;
             self.queue = VecDeque::new();

@@ -117,7 +117,7 @@ fn a_gateway_that_does_not_read_loses_its_connection_and_finds_all_again() {
     let state_publisher = StatePublisher::default();
     let connection = state_publisher.connect();
     state_publisher.publish(battery(0.5));
-    for number in 0..=QUEUE_MAX as i64 {
+    for number in 0..=CONFIG.max_queued_messages as i64 {
         state_publisher.publish(notice(number));
     }
     assert_eq!(state_publisher.next(connection), None);
@@ -145,7 +145,7 @@ fn graph_node(id: u64) -> api::GraphNode {
     api::GraphNode { id: vocab::KeyframeId(id as u32), ..api::GraphNode::default() }
 }
 
-/// The graph of so many keyframes; their number is the revision.
+/// A graph with this number of keyframes. The number is also its revision.
 fn graph(revision: u64) -> api::Graph {
     let nodes = (0..revision).map(graph_node).collect();
     api::Graph { session: SESSION, revision, nodes, ..api::Graph::default() }
