@@ -45,30 +45,26 @@ impl Downsampler {
         self.table.clear();
         self.voxels.clear();
         let voxels_per_metre = 1.0 / voxel_m;
-        let mut last: Option<(CellKey, usize)> = None;
         for (block, points) in xyz.chunks(LOOKUP_BLOCK).enumerate() {
-            let keys: [CellKey; LOOKUP_BLOCK] = std::array::from_fn(|index| {
-                let point = points.get(index).copied().unwrap_or_default();
-                CellKey::new(point.map(|c| i64::from(floor(c * voxels_per_metre))))
-            });
+            let mut keys = [CellKey::default(); LOOKUP_BLOCK];
+            for (key, point) in keys.iter_mut().zip(points) {
+                *key = CellKey::of_point(point, voxels_per_metre);
+            }
             // The table does not fit into the nearest cache. Reads that do not wait for one another hide its delay.
             let found = self.table.peek(&keys);
-            for (index, (&point, &key)) in points.iter().zip(&keys).enumerate() {
-                // Consecutive points of a sweep often share a voxel, so the last voxel is tried before the table.
-                let voxel = match (last, found[index]) {
-                    (Some((last_key, voxel)), _) if last_key == key => voxel,
-                    (_, Some(voxel)) => voxel as usize,
-                    (_, None) => {
+            for (index, (point, &key)) in points.iter().zip(&keys).enumerate() {
+                let voxel = match found[index] {
+                    Some(voxel) => voxel,
+                    None => {
                         let (voxel, is_new) = self.table.get_or_insert(key, self.voxels.len() as u32);
                         if is_new {
                             self.voxels.push(Accumulator::begin(point));
                         }
-                        voxel as usize
+                        voxel
                     }
                 };
-                last = Some((key, voxel));
                 let attribute = attributes.get(block * LOOKUP_BLOCK + index).copied().unwrap_or(0.0);
-                self.voxels[voxel].add(&point, attribute);
+                self.voxels[voxel as usize].add(point, attribute);
             }
         }
         out.extend(self.voxels.iter().map(Accumulator::centroid));
@@ -76,8 +72,8 @@ impl Downsampler {
 }
 
 impl Accumulator {
-    fn begin(first: [f32; 3]) -> Self {
-        Self { first, sum: [0.0; 3], attribute_sum: 0.0, count: 0 }
+    fn begin(first: &[f32; 3]) -> Self {
+        Self { first: *first, sum: [0.0; 3], attribute_sum: 0.0, count: 0 }
     }
 
     #[inline]
@@ -97,13 +93,6 @@ impl Accumulator {
             count: self.count,
         }
     }
-}
-
-/// Largest integer not above `value`, without the library call of `f32::floor`.
-#[inline]
-fn floor(value: f32) -> i32 {
-    let truncated = value as i32;
-    truncated - i32::from((truncated as f32) > value)
 }
 
 #[cfg(test)]

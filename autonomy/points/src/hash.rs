@@ -5,7 +5,7 @@
 
 /// A cell of a regular grid, packed into 63 bits: 21 per axis, so ±1,048,575 cells from the origin. Cells farther out are clamped to the border
 /// and share its entries. Maps never reach that far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CellKey(u64);
 
 /// Offset that makes every axis of a key positive.
@@ -19,6 +19,24 @@ impl CellKey {
     pub fn new(cell: [i64; 3]) -> Self {
         let pack = |c: i64| (c.clamp(1 - BIAS, BIAS - 1) + BIAS) as u64;
         Self(pack(cell[0]) | pack(cell[1]) << 21 | pack(cell[2]) << 42)
+    }
+
+    /// The cell that holds a point, in a grid whose cells have an edge of one divided by `cells_per_metre`, metres. A coordinate
+    /// that is not a number counts as the lowest.
+    #[inline]
+    pub fn of_point(point: &[f32; 3], cells_per_metre: f32) -> Self {
+        const LIMIT: f32 = (BIAS - 1) as f32;
+        // Adding it rounds to integers, which are the lowest bits of the sum: 1.5 times 2 to the 23rd.
+        const ROUNDER: f32 = 12_582_912.0;
+        let pack = |c: f32| {
+            let scaled = (c * cells_per_metre).max(-LIMIT).min(LIMIT);
+            let sum = scaled + ROUNDER;
+            let is_rounded_up = sum - ROUNDER > scaled;
+            let cell = (sum.to_bits() as i32) - (ROUNDER.to_bits() as i32) - i32::from(is_rounded_up);
+            (cell + BIAS as i32) as u32
+        };
+        let [x, y, z] = point.map(pack).map(u64::from);
+        Self(x | y << 21 | z << 42)
     }
 
     /// The integer cell coordinates.
@@ -162,6 +180,15 @@ impl CellTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_cell_of_a_point_is_rounded_down_and_clamped() {
+        let key = |point: [f32; 3]| CellKey::of_point(&point, 4.0).cell();
+        assert_eq!(key([0.0, 0.25, 0.249]), [0, 1, 0]);
+        assert_eq!(key([-0.0, -0.001, -0.25]), [0, -1, -1]);
+        assert_eq!(key([1234.6, -1234.6, 1e9]), [4938, -4939, BIAS - 1]);
+        assert_eq!(key([f32::NEG_INFINITY, f32::INFINITY, f32::NAN]), [1 - BIAS, BIAS - 1, 1 - BIAS]);
+    }
 
     #[test]
     fn a_key_returns_the_coordinates_of_its_cell() {

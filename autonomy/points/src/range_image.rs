@@ -12,6 +12,8 @@ const COLUMNS: usize = 180;
 const ROWS: usize = 32;
 const ROW_RAD: f32 = 3.0 * PI / 180.0;
 const BOTTOM_RAD: f32 = -48.0 * PI / 180.0;
+/// Number of points that are projected together.
+const PROJECTION_BLOCK: usize = 16;
 /// Cells store ranges in centimetres, rounded down. Part of the format of saved images.
 const UNITS_PER_METRE: f32 = 100.0;
 const METRES_PER_UNIT: f32 = 0.01;
@@ -63,12 +65,30 @@ impl RangeImage {
     pub fn new<'a>(xyz: impl IntoIterator<Item = &'a [f32; 3]>, sensor: [f32; 3]) -> Self {
         let config = RangeImageConfig::default();
         let mut cells = vec![0_u16; COLUMNS * ROWS];
-        for point in xyz {
-            let Some((column, row, range_m)) = project(point, &sensor, &config) else { continue };
-            let cell = &mut cells[row * COLUMNS + column];
-            let centimetres = (range_m * UNITS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
-            if *cell == 0 || centimetres < *cell {
-                *cell = centimetres;
+        let mut points = xyz.into_iter();
+        // Blocks of points without a branch among them are computed several at a time.
+        let mut block = [[f32::NAN; 3]; PROJECTION_BLOCK];
+        loop {
+            let mut filled = 0;
+            for (slot, point) in block.iter_mut().zip(&mut points) {
+                *slot = *point;
+                filled += 1;
+            }
+            let mut directions = [Direction::default(); PROJECTION_BLOCK];
+            for (direction, point) in directions.iter_mut().zip(&block) {
+                *direction = Direction::of(point, &sensor);
+            }
+            for direction in &directions[..filled] {
+                let Some((column, row)) = direction.cell(&config) else { continue };
+                let cell = &mut cells[row * COLUMNS + column];
+                let centimetres =
+                    (direction.range_m * UNITS_PER_METRE).clamp(1.0, f32::from(u16::MAX)) as u16;
+                if *cell == 0 || centimetres < *cell {
+                    *cell = centimetres;
+                }
+            }
+            if filled < PROJECTION_BLOCK {
+                break;
             }
         }
         Self { config, sensor, cells: cells.into() }
@@ -154,19 +174,38 @@ struct Neighbourhood {
 /// Column, row and range of a point seen from the sensor; `None` outside the image.
 #[inline]
 fn project(point: &[f32; 3], sensor: &[f32; 3], config: &RangeImageConfig) -> Option<(usize, usize, f32)> {
-    let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - sensor[axis]);
-    let horizontal = (x * x + y * y).sqrt();
-    let range_m = (horizontal * horizontal + z * z).sqrt();
-    // The negation rejects NaN, too.
-    if !(range_m > config.min_range_m && range_m < config.max_range_m) {
-        return None;
+    let direction = Direction::of(point, sensor);
+    direction.cell(config).map(|(column, row)| (column, row, direction.range_m))
+}
+
+/// A direction from the sensor, in columns and rows of the image, and the range in that direction.
+#[derive(Clone, Copy, Default)]
+struct Direction {
+    column: f32,
+    row: f32,
+    range_m: f32,
+}
+
+impl Direction {
+    #[inline]
+    fn of(point: &[f32; 3], sensor: &[f32; 3]) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|axis| point[axis] - sensor[axis]);
+        let horizontal = (x * x + y * y).sqrt();
+        Self {
+            column: (atan2(y, x) + PI) * (COLUMNS as f32 / TAU),
+            row: (atan2(z, horizontal) - BOTTOM_RAD) / ROW_RAD,
+            range_m: (horizontal * horizontal + z * z).sqrt(),
+        }
     }
-    let row = (atan2(z, horizontal) - BOTTOM_RAD) / ROW_RAD;
-    if !(0.0..ROWS as f32).contains(&row) {
-        return None;
+
+    /// Column and row of the cell. `None` outside the image, and for what is not a number.
+    #[inline]
+    fn cell(&self, config: &RangeImageConfig) -> Option<(usize, usize)> {
+        let is_seen = self.range_m > config.min_range_m
+            && self.range_m < config.max_range_m
+            && (0.0..ROWS as f32).contains(&self.row);
+        is_seen.then_some(((self.column as usize).min(COLUMNS - 1), self.row as usize))
     }
-    let column = ((atan2(y, x) + PI) * (COLUMNS as f32 / TAU)) as usize;
-    Some((column.min(COLUMNS - 1), row as usize, range_m))
 }
 
 #[cfg(test)]
