@@ -18,14 +18,27 @@ use std::task::Poll;
 use vocab::{ClientId, GoalId, Span, Stamp, Twist};
 
 /// Parameters of the executive and its behaviours.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExecutiveConfig {
+    /// Number of goal ids that are remembered, so that a repeated request has no effect. Chosen: a client repeats only its last requests.
+    pub max_recent_goals: usize,
     /// Parameters of walks.
     pub walk: WalkConfig,
     /// Parameters of the search for the pose.
     pub relocalisation: RelocalisationConfig,
     /// Parameters of the terrain around the robot.
     pub surroundings: SurroundingsConfig,
+}
+
+impl Default for ExecutiveConfig {
+    fn default() -> Self {
+        Self {
+            max_recent_goals: 64,
+            walk: WalkConfig::default(),
+            relocalisation: RelocalisationConfig::default(),
+            surroundings: SurroundingsConfig::default(),
+        }
+    }
 }
 
 /// The state of localisation and odometry that the executive reads.
@@ -42,9 +55,6 @@ pub struct Situation {
     /// Plan of localisation for finding the pose by walking.
     pub exploration_hint: ExplorationHint,
 }
-
-/// Number of goal ids that are remembered, so that a repeated request has no effect.
-const RECENT_GOALS_MAX: usize = 64;
 
 /// The executive. Effects are appended in order of execution.
 #[derive(Debug)]
@@ -414,7 +424,7 @@ impl Executive {
             }
             Action::BeginGoal => {
                 if let Some((goal, behaviour)) = trigger.goal.take() {
-                    if self.recent_goals.len() == RECENT_GOALS_MAX {
+                    if self.recent_goals.len() == self.config.max_recent_goals {
                         self.recent_goals.pop_front();
                     }
                     self.recent_goals.push_back(goal.id);

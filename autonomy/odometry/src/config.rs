@@ -8,6 +8,7 @@ use crate::initial_alignment::InitialAlignmentConfig;
 use crate::local_map::LocalMapConfig;
 use crate::pickup_detector::PickupConfig;
 use crate::reinitialiser::ReinitialiserConfig;
+use crate::sweep::SweepConfig;
 use geometry::{Base, External, Imu, Lidar, Transform};
 use vocab::{Aabb, Pose, Span};
 
@@ -228,6 +229,8 @@ pub struct OdometryConfig {
     pub self_filter: Option<Aabb>,
     /// Variance of the published pose before the estimate begins, rad² and m². Far larger than that of any estimate.
     pub unknown_pose_variance: f64,
+    /// Motion correction.
+    pub sweep: SweepConfig,
     /// Waiting for messages and detection of silent sources.
     pub synchronisation: SynchronisationConfig,
     /// Limits of the IMU's readings.
@@ -259,6 +262,7 @@ impl Default for OdometryConfig {
             max_range_m: 120.0,
             self_filter: None,
             unknown_pose_variance: 1e6,
+            sweep: SweepConfig::default(),
             synchronisation: SynchronisationConfig::default(),
             imu_queue: ImuQueueConfig::default(),
             initial_alignment: InitialAlignmentConfig::default(),

@@ -44,4 +44,4 @@ pub use motion_model::DecayConfig;
 pub use odometry::Odometry;
 pub use pickup_detector::PickupConfig;
 pub use reinitialiser::ReinitialiserConfig;
-pub use sweep::{ScanView, deskew};
+pub use sweep::{ScanView, SweepConfig, deskew};

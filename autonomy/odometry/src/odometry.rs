@@ -128,6 +128,7 @@ impl Odometry {
             return;
         }
         let sweep = Sweep::from_scan(
+            self.config.sweep,
             &scan,
             (self.config.min_range_m, self.config.max_range_m),
             self.config.self_filter.as_ref(),

@@ -18,13 +18,24 @@ pub struct ScanView<'a> {
     pub offset_ns: &'a [i32],
 }
 
-/// Number of time slices of a sweep. The points of a slice share one correction. Half a slice is 50 µs of a 10 Hz sweep, in which a
-/// robot that turns at 1 rad/s moves a point at 20 m by 1 mm.
-const SLICES: usize = 1024;
+/// Parameters of the motion correction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SweepConfig {
+    /// Number of time slices of a sweep, at most 65,536. The points of a slice share one correction. Half a slice is 50 µs of a 10 Hz sweep, in
+    /// which a robot that turns at 1 rad/s moves a point at 20 m by 1 mm.
+    pub slices: u32,
+}
+
+impl Default for SweepConfig {
+    fn default() -> Self {
+        Self { slices: 1024 }
+    }
+}
 
 /// A waiting scan, without the points out of range and on the robot itself.
 #[derive(Clone, Debug, Default)]
 pub struct Sweep {
+    config: SweepConfig,
     /// The scan's own stamp.
     pub stamp: Stamp,
     /// When its first point was measured.
@@ -45,6 +56,7 @@ impl Sweep {
     /// Copies the points that are between two ranges (metres) and outside the `self_filter` (box in the base frame).
     /// `kept_indices` is working memory.
     pub fn from_scan(
+        config: SweepConfig,
         scan: &ScanView<'_>,
         (min_range_m, max_range_m): (f32, f32),
         self_filter: Option<&Aabb>,
@@ -68,9 +80,10 @@ impl Sweep {
         // A sweep whose points all have the same time contains no information about motion.
         let has_times = has_offsets && last > first;
         let whole = (i64::from(last) - i64::from(first)).max(1);
-        let slice_of =
-            |offset: i32| ((i64::from(offset) - i64::from(first)) * (SLICES as i64 - 1) / whole) as u16;
+        let last_slice = i64::from(config.slices) - 1;
+        let slice_of = |offset: i32| ((i64::from(offset) - i64::from(first)) * last_slice / whole) as u16;
         Self {
+            config,
             stamp: scan.stamp,
             start: scan.stamp + Span::from_nanos(i64::from(first)),
             end: scan.stamp + Span::from_nanos(i64::from(last)),
@@ -91,17 +104,18 @@ impl Sweep {
 
     /// Part `index` of `parts` equal intervals of time, as a sweep of its own. Needs times of the points.
     pub fn part(&self, index: usize, parts: usize) -> Self {
-        let size = SLICES / parts;
-        let (first, end) = (index * size, if index + 1 == parts { SLICES } else { (index + 1) * size });
+        let slices = self.config.slices as usize;
+        let size = slices / parts;
+        let (first, end) = (index * size, if index + 1 == parts { slices } else { (index + 1) * size });
         let whole = (self.end - self.start).nanos();
-        let at = |slice: usize| self.start + Span::from_nanos(whole * slice as i64 / (SLICES as i64 - 1));
-        let mut part =
-            Self { stamp: at(first), start: at(first), end: at(end).min(self.end), ..Self::default() };
+        let at = |slice: usize| self.start + Span::from_nanos(whole * slice as i64 / (slices as i64 - 1));
+        let (config, start) = (self.config, at(first));
+        let mut part = Self { config, stamp: start, start, end: at(end).min(self.end), ..Self::default() };
         for (point, &slice) in self.xyz.iter().zip(&self.slice) {
             let slice = usize::from(slice);
             if (first..end).contains(&slice) {
                 part.xyz.push(*point);
-                part.slice.push(((slice - first) * SLICES / (end - first)) as u16);
+                part.slice.push(((slice - first) * slices / (end - first)) as u16);
             }
         }
         part.has_times = self.has_times;
@@ -154,10 +168,11 @@ impl Sweep {
         let body_from_lidar: Transform<Body, Lidar> = *body_from_base * *base_from_lidar;
         let end_from_odom = table.at(self.end).map(|pose| (pose * body_from_base.isometry()).inverse());
         let mut cursor = 0;
-        (0..SLICES as i64)
+        let slices = i64::from(self.config.slices);
+        (0..slices)
             .map(|slice| {
                 // The middle of the slice. The last slice holds the last instant only.
-                let nanos = (whole * (2 * slice + 1) / (2 * (SLICES as i64 - 1))).min(whole);
+                let nanos = (whole * (2 * slice + 1) / (2 * (slices - 1))).min(whole);
                 let at = table.at_from(self.start + Span::from_nanos(nanos), &mut cursor);
                 match (&end_from_odom, at) {
                     (Some(end_from_odom), Some(odom_from_body)) => {
@@ -182,7 +197,8 @@ pub fn deskew(
         table.push(*stamp, *pose);
     }
     let base_from_lidar = Transform::new(*body_from_lidar);
-    let sweep = Sweep::from_scan(scan, (0.0, f32::INFINITY), None, &base_from_lidar, &mut Vec::new());
+    let (config, range_m) = (SweepConfig::default(), (0.0, f32::INFINITY));
+    let sweep = Sweep::from_scan(config, scan, range_m, None, &base_from_lidar, &mut Vec::new());
     let mut xyz = Vec::new();
     sweep.deskew(&table, &base_from_lidar, &Transform::identity(), &mut xyz);
     (xyz, table.at(sweep.end).unwrap_or_default())
@@ -244,7 +260,8 @@ mod tests {
             xyz.push([point.x as f32, point.y as f32, point.z as f32]);
         }
         let view = ScanView { stamp, xyz: &xyz, intensity: &[], offset_ns: &offset_ns };
-        let sweep = Sweep::from_scan(&view, (0.1, 100.0), None, &base_from_lidar, &mut Vec::new());
+        let (config, range_m) = (SweepConfig::default(), (0.1, 100.0));
+        let sweep = Sweep::from_scan(config, &view, range_m, None, &base_from_lidar, &mut Vec::new());
         let mut deskewed = Vec::new();
         sweep.deskew(&table, &base_from_lidar, &body_from_base, &mut deskewed);
         let expected = (end * body_from_base.isometry()).inverse_transform_point(&fixed.into());
@@ -265,8 +282,9 @@ mod tests {
             intensity: &[1.0, 2.0, 3.0],
             offset_ns: &[],
         };
+        let (config, range_m) = (SweepConfig::default(), (0.1, 100.0));
         let mut sweep =
-            Sweep::from_scan(&view, (0.1, 100.0), Some(&robot), &base_from_lidar, &mut Vec::new());
+            Sweep::from_scan(config, &view, range_m, Some(&robot), &base_from_lidar, &mut Vec::new());
         assert_eq!((sweep.len(), sweep.has_times, sweep.take_intensity()), (2, false, vec![2.0, 3.0]));
     }
 }
