@@ -11,7 +11,7 @@ use crate::pose_hypothesis::{AcceptanceConfig, PoseHypothesis, PoseTolerance, Re
 use geometry::{Isometry, Rotation, Vector3, so3};
 use mapping::scan_context::{first_from_second, level_from_base};
 use mapping::scan_context_index::ScanContextIndex;
-use mapping::{KeyframeDescriptor, VIEW_ORIGINS};
+use mapping::{KeyframeDescriptor, VIEW_ORIGINS, VerificationConfig};
 use nalgebra::Translation3;
 use registration::{Fit, MatchingConfig, refine, score};
 use std::sync::{Arc, OnceLock};
@@ -35,7 +35,7 @@ pub struct GlobalLocaliserConfig {
     pub prior_heading_offsets_rad: [f64; 5],
     /// Number of points in the first alignment from each start.
     pub coarse_points: usize,
-    /// Gauss-Newton steps of the first alignment.
+    /// Gauss-Newton steps of the first alignment. Its default is that of the verification of loops ([`VerificationConfig::coarse_steps`]).
     pub coarse_iterations: usize,
     /// How points are matched in the first alignment.
     pub coarse_matching: MatchingConfig,
@@ -63,7 +63,7 @@ impl Default for GlobalLocaliserConfig {
             prior_offsets_m: [-1.0, -0.5, 0.0, 0.5, 1.0],
             prior_heading_offsets_rad: [-0.35, -0.17, 0.0, 0.17, 0.35],
             coarse_points: 300,
-            coarse_iterations: 8,
+            coarse_iterations: VerificationConfig::default().coarse_steps,
             coarse_matching: MatchingConfig { front_facing_only: true, ..MatchingConfig::coarse() },
             max_refined: 10,
             fine_iterations: 12,

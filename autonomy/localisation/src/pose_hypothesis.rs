@@ -1,6 +1,7 @@
 //! Poses at which a scan may have been taken, and the classification of a list of them.
 
 use geometry::{Isometry, so3};
+use mapping::VerificationConfig;
 
 /// A pose of the base at which a scan may have been taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,12 +54,14 @@ pub struct AcceptanceConfig {
     pub low_confidence_ambiguity_ratio: f64,
     /// A tracked pose is contradicted if its quality is less than this share of another pose's.
     pub contradiction_ratio: f64,
-    /// Two hypotheses this near to each other are the same pose.
+    /// Two hypotheses this near to each other are the same pose. Its default is the distance at which the verification of loops tells two registrations
+    /// apart ([`VerificationConfig::distinct_m`], [`VerificationConfig::distinct_rad`]).
     pub same_pose: PoseTolerance,
 }
 
 impl Default for AcceptanceConfig {
     fn default() -> Self {
+        let verification = VerificationConfig::default();
         Self {
             min_fit: 0.72,
             max_violation_share: 0.1,
@@ -66,7 +69,10 @@ impl Default for AcceptanceConfig {
             low_confidence_min_fit: 0.4,
             low_confidence_ambiguity_ratio: 0.75,
             contradiction_ratio: 0.93,
-            same_pose: PoseTolerance { distance_m: 0.5, angle_rad: 0.15 },
+            same_pose: PoseTolerance {
+                distance_m: verification.distinct_m,
+                angle_rad: verification.distinct_rad,
+            },
         }
     }
 }

@@ -22,7 +22,9 @@ pub struct PoseTrackerConfig {
     pub matching: MatchingConfig,
     /// Limits on the information of a scan. A scan of fewer points than its `min_points` does not correct the pose and gives no evidence.
     pub information: ScanInformationConfig,
-    /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping.
+    /// Iteration from a prediction that is good to centimetres. The prior takes the place of damping. The number of iterations bounds the time of a
+    /// step, unlike that of the coarse alignment of
+    /// global localisation, which begins far from its result.
     pub iteration: GaussNewtonConfig,
     /// A predicted position with a greater standard deviation, metres, is first matched with a gate and a kernel of twice the size.
     pub double_gate_std_m: f64,

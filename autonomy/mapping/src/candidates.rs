@@ -4,7 +4,7 @@
 use crate::odometry_chain::OdometryChain;
 use crate::scan_context::first_from_second;
 use crate::scan_context_index::ScanContextMatch;
-use crate::{CandidateSource, UncertainPose};
+use crate::{CandidateSource, PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Rotation, Vector3};
 use std::ops::Range;
 
@@ -27,7 +27,8 @@ pub struct CandidateConfig {
     pub max_count: usize,
     /// After a loop was accepted by geometry, the next candidate by geometry is compared only after this walking distance, metres.
     pub spacing_m: f64,
-    /// Candidates by appearance are skipped if the estimate of a candidate by geometry has at most this standard deviation, metres.
+    /// Candidates by appearance are skipped if the estimate of a candidate by geometry has at most this standard deviation, metres. Its default is
+    /// that of [`PoseCertaintyConfig`].
     pub certain_std_m: f64,
 }
 
@@ -42,7 +43,7 @@ impl Default for CandidateConfig {
             max_appearance_distance: 0.45,
             max_count: 2,
             spacing_m: 2.0,
-            certain_std_m: 0.4,
+            certain_std_m: PoseCertaintyConfig::default().max_std_m,
         }
     }
 }

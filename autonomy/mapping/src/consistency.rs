@@ -6,24 +6,25 @@
 //! must agree, from keyframes farther apart than a room is long, and never by much more than the graph's own deviation. Source of the pairwise
 //! test: Mangelson et al., *Pairwise Consistent Measurement Set Maximization*, ICRA 2018.
 
-use crate::UncertainPose;
 use crate::clique::{bits, largest_clique};
 use crate::graph_element::{Edge, index};
 use crate::pose_graph::PoseGraph;
 use crate::uncertain_pose::CHI_SQUARED_6_999;
 use crate::verification::{Evidence, RejectionReason, VerifiedPair};
+use crate::{PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Vector3};
 use vocab::KeyframeId;
 
 /// Parameters of [`LoopConsistencyCheck`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConsistencyConfig {
-    /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. A third of the least distance at which
-    /// things repeat (racks, columns, doors).
+    /// Standard deviation of the graph's expectation up to which it confirms a loop by itself, metres. Its default is that of
+    /// [`PoseCertaintyConfig`].
     pub confirming_std_m: f64,
     /// Number of loops that must agree where the expectation is less certain.
     pub min_support: usize,
-    /// Least extent of their keyframes, metres.
+    /// Least extent of their keyframes, metres. A spread of several loops, not the width of one view as
+    /// [`CandidateConfig::max_offset_m`](crate::candidates::CandidateConfig::max_offset_m).
     pub min_extent_m: f64,
     /// Number of loops that must agree where they contradict the expectation.
     pub contradicting_min_support: usize,
@@ -43,7 +44,7 @@ pub struct ConsistencyConfig {
 impl Default for ConsistencyConfig {
     fn default() -> Self {
         Self {
-            confirming_std_m: 0.4,
+            confirming_std_m: PoseCertaintyConfig::default().max_std_m,
             min_support: 3,
             min_extent_m: 2.5,
             contradicting_min_support: 6,

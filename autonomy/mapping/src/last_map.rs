@@ -3,7 +3,7 @@
 use crate::map_search::MapSearchFix;
 use crate::pose_graph::PoseGraph;
 use crate::uncertain_pose::diagonal_covariance;
-use crate::{Odometer, UncertainPose};
+use crate::{Odometer, PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Matrix6};
 use vocab::MapId;
 
@@ -18,7 +18,7 @@ pub struct LastSavedMapConfig {
     pub translation_std_share: f64,
     /// Greatest distance walked since, metres.
     pub max_distance_m: f64,
-    /// Greatest standard deviation, including the covariance of odometry, metres.
+    /// Greatest standard deviation, including the covariance of odometry, metres. Its default is that of [`PoseCertaintyConfig`].
     pub max_std_m: f64,
 }
 
@@ -29,7 +29,7 @@ impl Default for LastSavedMapConfig {
             translation_std_m: 0.05,
             translation_std_share: 0.01,
             max_distance_m: 25.0,
-            max_std_m: 0.4,
+            max_std_m: PoseCertaintyConfig::default().max_std_m,
         }
     }
 }

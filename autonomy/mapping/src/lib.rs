@@ -67,7 +67,7 @@ pub use session::{
     DegenerateSegment, KeyframePolicy, OdometryStep, ScanPose, Session, SessionConfig, Waypoint,
 };
 pub use submap::SubmapConfig;
-pub use uncertain_pose::{CHI_SQUARED_6_999, UncertainPose};
+pub use uncertain_pose::{CHI_SQUARED_6_999, PoseCertaintyConfig, UncertainPose};
 pub use verification::{
     CandidateSource, Comparison, ComparisonResult, Evidence, RejectionReason, VerificationConfig,
     VerificationTask, VerifiedPair, compare, verify,

@@ -6,6 +6,7 @@
 //! must be farther apart than most rooms are long. In addition, no other pose may have more than half as many votes. Starting from the links of the
 //! winner, the remaining keyframes are compared where the nearest link predicts them.
 
+use crate::candidates::CandidateConfig;
 use crate::keyframe_descriptor::{KeyframeDescriptor, VIEW_ORIGINS};
 use crate::scan_context::{first_from_second, level_from_base};
 use crate::scan_context_index::ScanContextIndex;
@@ -52,9 +53,9 @@ pub struct MapMatcherConfig {
     pub min_extent_share: f64,
     /// Greatest support of another pose, as a share of the winner's.
     pub max_runner_up_share: f64,
-    /// Keyframes of both maps at most this far apart horizontally see the same surroundings, metres.
+    /// Keyframes of both maps at most this far apart horizontally see the same surroundings, metres. Its default is that of [`CandidateConfig`].
     pub max_offset_m: f64,
-    /// The same vertically, metres.
+    /// The same vertically, metres; also of [`CandidateConfig`].
     pub max_height_m: f64,
     /// Standard deviation of a rotation predicted from the nearest link, radians.
     pub predicted_rotation_std_rad: f64,
@@ -69,6 +70,7 @@ pub struct MapMatcherConfig {
 
 impl Default for MapMatcherConfig {
     fn default() -> Self {
+        let candidates = CandidateConfig::default();
         Self {
             submap: SubmapConfig::default(),
             cached_submaps: 8,
@@ -85,8 +87,8 @@ impl Default for MapMatcherConfig {
             min_extent_m: 12.0,
             min_extent_share: 0.55,
             max_runner_up_share: 0.5,
-            max_offset_m: 2.5,
-            max_height_m: 1.0,
+            max_offset_m: candidates.max_offset_m,
+            max_height_m: candidates.max_height_m,
             predicted_rotation_std_rad: 0.03,
             predicted_translation_std_m: 0.1,
             predicted_translation_std_share: 0.02,

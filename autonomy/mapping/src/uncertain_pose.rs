@@ -10,6 +10,19 @@ const UNKNOWN_VARIANCE: f64 = 1e4;
 /// degrees of freedom.
 pub const CHI_SQUARED_6_999: f64 = 22.46;
 
+/// When an estimate of a relative pose is certain: it tells a place from the next one that looks like it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseCertaintyConfig {
+    /// Greatest standard deviation of the position, metres. A third of the least distance at which things repeat (racks, columns, doors).
+    pub max_std_m: f64,
+}
+
+impl Default for PoseCertaintyConfig {
+    fn default() -> Self {
+        Self { max_std_m: 0.4 }
+    }
+}
+
 /// A relative pose with the covariance of its error, `[rotation; translation]` in rad and m, perturbed on the right: the error is
 /// expressed in the frame of the child.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 use crate::range_image::Occupancy;
 use crate::submap::{LazySubmap, Submap};
 use crate::uncertain_pose::{CHI_SQUARED_6_999, diagonal_covariance};
-use crate::{Edge, UncertainPose};
+use crate::{Edge, PoseCertaintyConfig, UncertainPose};
 use geometry::{Isometry, Matrix6, Vector3, se3, so3};
 use nalgebra::{SymmetricEigen, Translation3};
 use points::{GaussianMap, Surface};
@@ -31,7 +31,8 @@ pub struct VerificationConfig {
     pub max_free_space_violation: f64,
     /// Greatest score of another, different pose that the graph allows as well, as a share of the best score.
     pub max_runner_up_ratio: f64,
-    /// A pair that is degenerate in one direction may pass if the graph knows its pose to this standard deviation, metres.
+    /// A pair that is degenerate in one direction may pass if the graph knows its pose to this standard deviation, metres. Its default is that of
+    /// [`PoseCertaintyConfig`].
     pub max_degenerate_std_m: f64,
     /// Number of points of the coarse registration from each start.
     pub coarse_points: usize,
@@ -78,7 +79,7 @@ impl Default for VerificationConfig {
             max_residual_m: 0.06,
             max_free_space_violation: 0.06,
             max_runner_up_ratio: 0.9,
-            max_degenerate_std_m: 0.4,
+            max_degenerate_std_m: PoseCertaintyConfig::default().max_std_m,
             coarse_points: 400,
             coarse_steps: 8,
             coarse: MatchingConfig::coarse(),
