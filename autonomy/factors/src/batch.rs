@@ -25,7 +25,63 @@ pub enum Method {
     Dogleg,
 }
 
-/// Step rule and stopping criteria of [`optimise`].
+/// Parameters of [`Method::LevenbergMarquardt`]. The damping is relative to the diagonal of the normal equations. Update rule of Nielsen; source:
+/// Madsen, Nielsen, Tingleff, section 3.2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampingConfig {
+    /// Damping of the first step. Near zero, because most graphs start close to the optimum.
+    pub initial: f64,
+    /// Least damping after a step that was taken.
+    pub min: f64,
+    /// The solver gives up at this damping: its steps are too short to change anything.
+    pub max: f64,
+    /// Below this damping, a singular system is damped more strongly. Above it, the variable counts as undetermined.
+    pub max_singular: f64,
+    /// Factor of the damping after a singular system.
+    pub singular_growth: f64,
+    /// Factor of the damping after a step that raised the cost. It doubles with each further one.
+    pub first_growth: f64,
+    /// Least factor of the damping after a step that lowered the cost as predicted.
+    pub min_decrease: f64,
+    /// Greatest factor of the damping after a step that lowered the cost less than predicted.
+    pub max_increase: f64,
+}
+
+impl Default for DampingConfig {
+    fn default() -> Self {
+        Self {
+            initial: 1e-6,
+            min: 1e-12,
+            max: 1e10,
+            max_singular: 1e-3,
+            singular_growth: 100.0,
+            first_growth: 4.0,
+            min_decrease: 0.1,
+            max_increase: 2.0,
+        }
+    }
+}
+
+/// Parameters of the trust region of [`Method::Dogleg`]. The values are those of Madsen, Nielsen, Tingleff, section 3.3.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrustRegionConfig {
+    /// The region grows after a step whose actual decrease of the cost is more than this share of the predicted one.
+    pub good_ratio: f64,
+    /// The region shrinks after a step whose actual decrease is less than this share of the predicted one.
+    pub poor_ratio: f64,
+    /// Radius after a good step, in lengths of the step.
+    pub growth: f64,
+    /// Radius after a poor step, in lengths of the step.
+    pub shrinkage: f64,
+}
+
+impl Default for TrustRegionConfig {
+    fn default() -> Self {
+        Self { good_ratio: 0.75, poor_ratio: 0.25, growth: 3.0, shrinkage: 0.5 }
+    }
+}
+
+/// Step rule, its parameters and stopping criteria of [`optimise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// Step rule.
@@ -34,11 +90,31 @@ pub struct Options {
     pub iterations_max: usize,
     /// Iterations stop once the actual or the predicted relative decrease of the cost in one iteration is below this value.
     pub relative_decrease_min: f64,
+    /// Costs below this count as zero. Rounding of any real measurement costs more.
+    pub zero_cost: f64,
+    /// A rise of the cost by less than this share of it is rounding, so the step is taken. The last decrease may be smaller than rounding.
+    pub relative_rounding: f64,
+    /// From this number of variables on, the factor is stored in single precision, which halves its memory. It is computed in double precision.
+    /// Residuals and gradients stay in double precision, so only the steps are rounded, and the next iteration corrects that.
+    pub single_precision_variables: usize,
+    /// Parameters of [`Method::LevenbergMarquardt`].
+    pub damping: DampingConfig,
+    /// Parameters of [`Method::Dogleg`].
+    pub trust_region: TrustRegionConfig,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { method: Method::default(), iterations_max: 100, relative_decrease_min: 1e-6 }
+        Self {
+            method: Method::default(),
+            iterations_max: 100,
+            relative_decrease_min: 1e-6,
+            zero_cost: 1e-18,
+            relative_rounding: 1e-12,
+            single_precision_variables: 10_000,
+            damping: DampingConfig::default(),
+            trust_region: TrustRegionConfig::default(),
+        }
     }
 }
 
@@ -57,13 +133,6 @@ pub struct Solution {
     pub converged: bool,
 }
 
-/// Costs below this count as zero. Rounding of any real measurement costs more.
-const COST_ZERO: f64 = 1e-18;
-
-/// From this number of variables on, the factor is stored in single precision. It is computed in double precision. Residuals and gradients stay
-/// in double precision, so only the steps are rounded, and the next iteration corrects that.
-const SINGLE_PRECISION_MIN: usize = 10_000;
-
 /// Minimises the cost of `graph` from `start`.
 ///
 /// Cost: one linearisation of every factor and one sparse factorisation per iteration. For pose graphs of robots that revisit places, memory
@@ -72,7 +141,7 @@ const SINGLE_PRECISION_MIN: usize = 10_000;
 /// # Errors
 /// When a variable is not determined, or a factor cannot be evaluated at an estimate.
 pub fn optimise(graph: &Graph, start: &Values, options: &Options) -> Result<Solution, SolveError> {
-    if start.len() < SINGLE_PRECISION_MIN {
+    if start.len() < options.single_precision_variables {
         optimise_with::<f64>(graph, start, options)
     } else {
         optimise_with::<f32>(graph, start, options)
@@ -109,7 +178,7 @@ fn gauss_newton<T: Stored>(
         let step = problem.step(&[])?;
         state.iterations += 1;
         state.values = state.values.retract(&step.errors);
-        if step.promised <= options.relative_decrease_min * state.cost + COST_ZERO {
+        if step.promised <= options.relative_decrease_min * state.cost + options.zero_cost {
             // The remaining decrease is of second order in the predicted one, so the factors need not be linearised again.
             state.cost = problem.cost(&state.values)?;
             state.converged = true;
@@ -131,19 +200,18 @@ fn levenberg_marquardt<T: Stored>(
     mut state: State,
     options: &Options,
 ) -> Result<Solution, SolveError> {
-    const DAMPING_MAX: f64 = 1e10;
-    // Damping relative to the diagonal. It starts near zero because most graphs start close to the optimum.
-    let mut damping = 1e-6;
-    let mut raise = 4.0;
+    let config = &options.damping;
+    let mut damping = config.initial;
+    let mut growth = config.first_growth;
     let mut diagonal = problem.system.diagonal();
-    while state.iterations < options.iterations_max && damping < DAMPING_MAX {
+    while state.iterations < options.iterations_max && damping < config.max {
         let extra: Vec<f64> = diagonal.iter().map(|entry| entry * damping).collect();
         let step = match problem.step(&extra) {
             Ok(step) => step,
-            Err(SolveError::Undetermined { key }) if damping < 1e-3 => {
+            Err(SolveError::Undetermined { key }) if damping < config.max_singular => {
                 // The system is numerically singular, perhaps only at this estimate.
                 let _ = key;
-                damping *= 100.0;
+                damping *= config.singular_growth;
                 continue;
             }
             Err(error) => return Err(error),
@@ -153,17 +221,17 @@ fn levenberg_marquardt<T: Stored>(
         problem.keep_system();
         let cost = problem.linearise(&candidate)?;
         let gain = state.cost - cost;
-        // The last decrease may be smaller than rounding.
-        if gain >= -1e-12 * state.cost {
+        if gain >= -options.relative_rounding * state.cost {
             let quality = if step.promised > 0.0 { gain / step.promised } else { 1.0 };
             (state.values, state.cost) = (candidate, cost);
-            let least = options.relative_decrease_min * cost + COST_ZERO;
+            let least = options.relative_decrease_min * cost + options.zero_cost;
             if gain <= least || step.promised <= least {
                 state.converged = true;
                 break;
             }
-            damping = (damping * (1.0 - (2.0 * quality - 1.0).powi(3)).clamp(0.1, 2.0)).max(1e-12);
-            raise = 4.0;
+            let factor = 1.0 - (2.0 * quality - 1.0).powi(3);
+            damping = (damping * factor.clamp(config.min_decrease, config.max_increase)).max(config.min);
+            growth = config.first_growth;
             diagonal = problem.system.diagonal();
         } else {
             problem.restore_system();
@@ -171,8 +239,8 @@ fn levenberg_marquardt<T: Stored>(
                 state.converged = true;
                 break;
             }
-            damping *= raise;
-            raise *= 2.0;
+            damping *= growth;
+            growth *= 2.0;
         }
     }
     Ok(state)
@@ -183,6 +251,7 @@ fn dogleg<T: Stored>(
     mut state: State,
     options: &Options,
 ) -> Result<Solution, SolveError> {
+    let config = &options.trust_region;
     let length = |vector: &[f64]| dot(vector, vector).sqrt();
     let mut radius = f64::INFINITY;
     'linearised: while state.iterations < options.iterations_max {
@@ -199,17 +268,17 @@ fn dogleg<T: Stored>(
             problem.keep_system();
             let cost = problem.linearise(&candidate)?;
             let gain = state.cost - cost;
-            let least = options.relative_decrease_min * state.cost + COST_ZERO;
-            if gain >= -1e-12 * state.cost {
+            let least = options.relative_decrease_min * state.cost + options.zero_cost;
+            if gain >= -options.relative_rounding * state.cost {
                 (state.values, state.cost) = (candidate, cost);
                 if gain <= least || promised <= least {
                     state.converged = true;
                     break 'linearised;
                 }
-                if gain > 0.75 * promised {
-                    radius = radius.max(3.0 * length(&errors));
-                } else if gain < 0.25 * promised {
-                    radius = length(&errors) / 2.0;
+                if gain > config.good_ratio * promised {
+                    radius = radius.max(config.growth * length(&errors));
+                } else if gain < config.poor_ratio * promised {
+                    radius = config.shrinkage * length(&errors);
                 }
                 break;
             }
@@ -218,7 +287,7 @@ fn dogleg<T: Stored>(
                 state.converged = true;
                 break 'linearised;
             }
-            radius = length(&errors) / 2.0;
+            radius = config.shrinkage * length(&errors);
         }
     }
     Ok(state)

@@ -1,24 +1,25 @@
-//! Why a graph cannot be built or solved. Every error names the variable or factor it is about.
+//! Why a graph cannot be built or solved. Every error names the variable or factor it is about; the texts stand in `texts.rs`.
 
 use crate::names::{FactorId, Key, Kind};
+use crate::texts;
 
 /// A factor that cannot be made or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FactorError {
     /// The information matrix is not the inverse of a covariance.
-    #[error("the information matrix {problem}")]
+    #[error("{}", texts::information(problem))]
     Information {
         /// What is wrong with it.
         problem: &'static str,
     },
     /// A measurement, noise or parameter is not a finite number, or is out of range.
-    #[error("{what} is not a usable number")]
+    #[error("{}", texts::not_usable(what))]
     NotFinite {
         /// Which one.
         what: &'static str,
     },
     /// The variable has another kind than the factor needs.
-    #[error("variable {key} is a {found:?}, but the factor needs a {needed:?}")]
+    #[error("{}", texts::wrong_kind(*key, *found, *needed))]
     Kind {
         /// The variable.
         key: Key,
@@ -28,19 +29,19 @@ pub enum FactorError {
         needed: Kind,
     },
     /// There is no such variable.
-    #[error("there is no variable {key}")]
+    #[error("{}", texts::unknown_variable(*key))]
     UnknownVariable {
         /// The variable.
         key: Key,
     },
     /// The factor names one variable twice.
-    #[error("the factor names variable {key} twice")]
+    #[error("{}", texts::repeated(*key))]
     Repeated {
         /// The variable.
         key: Key,
     },
     /// The measurement constrains nothing at this estimate, such as a bearing to a point at distance zero.
-    #[error("the factor on variable {key} is degenerate: {reason}")]
+    #[error("{}", texts::degenerate(*key, reason))]
     Degenerate {
         /// A variable of the factor.
         key: Key,
@@ -53,13 +54,13 @@ pub enum FactorError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
     /// The factors leave a direction of the variable undetermined (given the variables eliminated later).
-    #[error("the factors do not determine variable {key}; a prior or a connection to the rest is missing")]
+    #[error("{}", texts::undetermined(*key))]
     Undetermined {
         /// The variable.
         key: Key,
     },
     /// A residual or Jacobian is not a finite number at the present estimate.
-    #[error("factor {factor} on variable {key} is not finite at the estimate")]
+    #[error("{}", texts::not_finite(*factor, *key))]
     NotFinite {
         /// The factor.
         factor: FactorId,
@@ -67,7 +68,7 @@ pub enum SolveError {
         key: Key,
     },
     /// A factor could not be evaluated.
-    #[error("factor {factor} could not be evaluated")]
+    #[error("{}", texts::not_evaluated(*factor))]
     Factor {
         /// The factor.
         factor: FactorId,
@@ -76,19 +77,19 @@ pub enum SolveError {
         source: FactorError,
     },
     /// There is no such factor, or it was removed before.
-    #[error("there is no factor {factor}")]
+    #[error("{}", texts::unknown_factor(*factor))]
     UnknownFactor {
         /// The factor.
         factor: FactorId,
     },
     /// There is no such variable, or it was marginalised.
-    #[error("there is no variable {key}")]
+    #[error("{}", texts::unknown_variable(*key))]
     UnknownVariable {
         /// The variable.
         key: Key,
     },
     /// Chordal initialisation needs relative poses that connect every pose to an anchored one.
-    #[error("no chain of relative poses connects variable {key} to an anchored pose")]
+    #[error("{}", texts::disconnected(*key))]
     Disconnected {
         /// The variable.
         key: Key,

@@ -14,6 +14,27 @@ use crate::value::{Planar, Value, Values};
 use geometry::{Isometry, Matrix3, Rotation, Vector3};
 use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
 
+/// Parameters of [`chordal`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChordalConfig {
+    /// Weight of a prior relative to the greatest weight of the measurements. Chosen: it only has to fix the frame
+    /// more firmly than any measurement does.
+    pub relative_anchor_weight: f64,
+}
+
+impl Default for ChordalConfig {
+    fn default() -> Self {
+        Self { relative_anchor_weight: 10.0 }
+    }
+}
+
+impl ChordalConfig {
+    /// Weight of a prior among measurements of this greatest weight.
+    fn anchor_weight(&self, greatest: f64) -> f64 {
+        self.relative_anchor_weight * if greatest > 0.0 { greatest } else { 1.0 }
+    }
+}
+
 /// Estimates all poses from the graph's relative poses and pose priors. `values` gives the kind of each variable. Variables other than poses
 /// keep their estimates. Full information matrices are replaced by their mean over the axes, so the result should be refined by a few iterations
 /// of [`crate::optimise`].
@@ -22,17 +43,14 @@ use nalgebra::{Matrix2, SMatrix, SVector, UnitComplex, Vector2};
 ///
 /// # Errors
 /// When relative poses do not connect every pose to one with a prior.
-pub fn chordal(graph: &Graph, values: &Values) -> Result<Values, SolveError> {
+pub fn chordal(graph: &Graph, values: &Values, config: &ChordalConfig) -> Result<Values, SolveError> {
     let measurements = Measurements::collect(graph, values);
     measurements.check_connected(values)?;
     let mut out = values.clone();
-    solve_space(&measurements, values, &mut out)?;
-    solve_plane(&measurements, values, &mut out)?;
+    solve_space(&measurements, values, config, &mut out)?;
+    solve_plane(&measurements, values, config, &mut out)?;
     Ok(out)
 }
-
-/// Weight of a prior relative to the greatest weight of the measurements. It only needs to fix the frame.
-const ANCHOR_WEIGHT: f64 = 10.0;
 
 struct Edge<P> {
     from: u32,
@@ -158,6 +176,7 @@ fn relaxed_rotations<P, const D: usize>(
     part: &Part,
     edges: &[Edge<P>],
     anchors: &[(u32, SMatrix<f64, D, D>)],
+    config: &ChordalConfig,
     rotation: impl Fn(&P) -> SMatrix<f64, D, D>,
 ) -> Result<Vec<SMatrix<f64, D, D>>, SolveError> {
     let mut system = System::new(vec![D as u8; part.keys.len()], D);
@@ -175,7 +194,7 @@ fn relaxed_rotations<P, const D: usize>(
             _ => 0.0,
         });
     }
-    let anchor_weight = ANCHOR_WEIGHT * if greatest > 0.0 { greatest } else { 1.0 };
+    let anchor_weight = config.anchor_weight(greatest);
     for (variable, known) in anchors {
         system.push(&[part.number[*variable as usize]]);
         let index = system.len() - 1;
@@ -196,6 +215,7 @@ fn positions<P, const D: usize>(
     part: &Part,
     edges: &[Edge<P>],
     anchors: &[(u32, SVector<f64, D>)],
+    config: &ChordalConfig,
     shift: impl Fn(&Edge<P>) -> SVector<f64, D>,
 ) -> Result<Vec<SVector<f64, D>>, SolveError> {
     let mut system = System::new(vec![1; part.keys.len()], D);
@@ -214,7 +234,7 @@ fn positions<P, const D: usize>(
             _ => 0.0,
         });
     }
-    let anchor_weight = ANCHOR_WEIGHT * if greatest > 0.0 { greatest } else { 1.0 };
+    let anchor_weight = config.anchor_weight(greatest);
     for (variable, known) in anchors {
         system.push(&[part.number[*variable as usize]]);
         let index = system.len() - 1;
@@ -228,7 +248,12 @@ fn positions<P, const D: usize>(
     Ok((0..part.keys.len()).map(|number| SVector::from_fn(|axis, _| axes[axis][number])).collect())
 }
 
-fn solve_space(measurements: &Measurements, values: &Values, out: &mut Values) -> Result<(), SolveError> {
+fn solve_space(
+    measurements: &Measurements,
+    values: &Values,
+    config: &ChordalConfig,
+    out: &mut Values,
+) -> Result<(), SolveError> {
     let part = Part::new(values, Kind::Pose, &measurements.space);
     let anchors: Vec<(u32, Isometry)> = measurements
         .anchors
@@ -237,13 +262,13 @@ fn solve_space(measurements: &Measurements, values: &Values, out: &mut Values) -
         .collect();
     let known: Vec<(u32, Matrix3)> =
         anchors.iter().map(|(key, pose)| (*key, pose.rotation.to_rotation_matrix().into_inner())).collect();
-    let relaxed = relaxed_rotations(&part, &measurements.space, &known, |measured| {
+    let relaxed = relaxed_rotations(&part, &measurements.space, &known, config, |measured| {
         measured.rotation.to_rotation_matrix().into_inner()
     })?;
     let rotations: Vec<Rotation> = relaxed.iter().map(nearest_rotation).collect();
     let known: Vec<(u32, Vector3)> =
         anchors.iter().map(|(key, pose)| (*key, pose.translation.vector)).collect();
-    let positions = positions(&part, &measurements.space, &known, |edge| {
+    let positions = positions(&part, &measurements.space, &known, config, |edge| {
         rotations[part.number[edge.from as usize] as usize] * edge.measured.translation.vector
     })?;
     for (number, &key) in part.keys.iter().enumerate() {
@@ -253,7 +278,12 @@ fn solve_space(measurements: &Measurements, values: &Values, out: &mut Values) -
     Ok(())
 }
 
-fn solve_plane(measurements: &Measurements, values: &Values, out: &mut Values) -> Result<(), SolveError> {
+fn solve_plane(
+    measurements: &Measurements,
+    values: &Values,
+    config: &ChordalConfig,
+    out: &mut Values,
+) -> Result<(), SolveError> {
     let part = Part::new(values, Kind::Planar, &measurements.plane);
     let anchors: Vec<(u32, Planar)> = measurements
         .anchors
@@ -262,14 +292,14 @@ fn solve_plane(measurements: &Measurements, values: &Values, out: &mut Values) -
         .collect();
     let matrix = |pose: &Planar| pose.rotation.to_rotation_matrix().into_inner();
     let known: Vec<(u32, Matrix2<f64>)> = anchors.iter().map(|(key, pose)| (*key, matrix(pose))).collect();
-    let relaxed = relaxed_rotations(&part, &measurements.plane, &known, matrix)?;
+    let relaxed = relaxed_rotations(&part, &measurements.plane, &known, config, matrix)?;
     let rotations: Vec<UnitComplex<f64>> = relaxed
         .iter()
         .map(|m| UnitComplex::new((m[(1, 0)] - m[(0, 1)]).atan2(m[(0, 0)] + m[(1, 1)])))
         .collect();
     let known: Vec<(u32, Vector2<f64>)> =
         anchors.iter().map(|(key, pose)| (*key, pose.translation.vector)).collect();
-    let positions = positions(&part, &measurements.plane, &known, |edge| {
+    let positions = positions(&part, &measurements.plane, &known, config, |edge| {
         rotations[part.number[edge.from as usize] as usize] * edge.measured.translation.vector
     })?;
     for (number, &key) in part.keys.iter().enumerate() {

@@ -20,15 +20,16 @@ mod marginals;
 mod measurements;
 mod names;
 mod robust;
+mod texts;
 mod value;
 
-pub use batch::{Method, Options, Solution, optimise};
+pub use batch::{DampingConfig, Method, Options, Solution, TrustRegionConfig, optimise};
 pub use error::{FactorError, SolveError};
 pub use factor::{Factor, Linearised, RelativePose};
 pub use graph::{Entry, Graph};
 pub use incremental::{Incremental, IncrementalOptions, IncrementalSnapshot, Updated};
 pub use information::Whitening;
-pub use initialise::chordal;
+pub use initialise::{ChordalConfig, chordal};
 pub use kernel::Kernel;
 pub use marginals::Marginals;
 pub use measurements::{

@@ -174,6 +174,7 @@ impl Rounds<'_> {
             method: Method::LevenbergMarquardt,
             iterations_max: self.config.stage_iterations,
             relative_decrease_min: self.config.stage_decrease_min,
+            ..Options::default()
         };
         let squares = self.squares(&values)?;
         let excess = |(suspect, square): (&Suspect, &f64)| square / (suspect.limit * scale);

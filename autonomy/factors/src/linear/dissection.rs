@@ -9,28 +9,50 @@
 
 use super::ordering::Adjacency;
 
-/// Parts with fewer variables are ordered by minimum degree alone.
-const PART_MIN: usize = 96;
-/// The smaller side of a cut must have at least this share of the variables.
-const BALANCE: f64 = 0.3;
-/// Greatest depth of the recursion.
-const DEPTH_MAX: u8 = 24;
+/// Parameters of the elimination order of large graphs. They change the time of a solve, not its result. Tuned on the published graphs of
+/// `cargo xtask bench graphs`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DissectionConfig {
+    /// From this number of variables on, nested dissection is compared with minimum degree.
+    pub min_variables: usize,
+    /// Parts with fewer variables are ordered by minimum degree alone.
+    pub min_part_variables: usize,
+    /// The smaller side of a cut must have at least this share of the variables.
+    pub min_smaller_share: f64,
+    /// A separator may have at most one variable of this number of variables of its part.
+    pub min_variables_per_separator_variable: usize,
+    /// Greatest depth of the recursion.
+    pub max_depth: u8,
+}
+
+impl Default for DissectionConfig {
+    fn default() -> Self {
+        Self {
+            min_variables: 8_000,
+            min_part_variables: 96,
+            min_smaller_share: 0.3,
+            min_variables_per_separator_variable: 4,
+            max_depth: 24,
+        }
+    }
+}
 
 const NONE: u32 = u32::MAX;
 
 /// Groups for [`super::ordering::minimum_degree`]: 0 inside the parts, then the separators. The separator of the first cut comes last.
-pub fn groups(graph: &Adjacency) -> Vec<u8> {
-    let mut search = Search { graph, part: vec![0; graph.len()], level: vec![NONE; graph.len()] };
+pub fn groups(graph: &Adjacency, config: &DissectionConfig) -> Vec<u8> {
+    let mut search =
+        Search { config: *config, graph, part: vec![0; graph.len()], level: vec![NONE; graph.len()] };
     let mut groups = vec![0; graph.len()];
     let mut parts = 1;
     let mut waiting: Vec<(Vec<u32>, u8)> = vec![((0..graph.len() as u32).collect(), 0)];
     while let Some((variables, depth)) = waiting.pop() {
-        if variables.len() < PART_MIN || depth == DEPTH_MAX {
+        if variables.len() < config.min_part_variables || depth == config.max_depth {
             continue;
         }
         let Some(cut) = search.cut(&variables) else { continue };
         for &variable in &cut.separator {
-            groups[variable as usize] = DEPTH_MAX - depth;
+            groups[variable as usize] = config.max_depth - depth;
             search.part[variable as usize] = NONE;
         }
         for side in [cut.below, cut.above, cut.unreached] {
@@ -56,6 +78,7 @@ struct Cut {
 }
 
 struct Search<'a> {
+    config: DissectionConfig,
     graph: &'a Adjacency,
     part: Vec<u32>,
     level: Vec<u32>,
@@ -97,7 +120,7 @@ impl Search<'_> {
         let mut best: Option<(f64, u32, Vec<u32>)> = None;
         for (level, &end) in ends.iter().enumerate() {
             let smaller = end.min(count - end) as f64 / count as f64;
-            if smaller < BALANCE {
+            if smaller < self.config.min_smaller_share {
                 continue;
             }
             let first = if level == 0 { 0 } else { ends[level - 1] };
@@ -109,7 +132,7 @@ impl Search<'_> {
             }
         }
         let (_, level, separator) = best?;
-        if separator.len() * 4 > count {
+        if separator.len() * self.config.min_variables_per_separator_variable > count {
             return None;
         }
         let inside = |variable: &&u32| separator.binary_search(variable).is_err();

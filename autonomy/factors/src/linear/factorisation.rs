@@ -2,7 +2,7 @@
 
 use super::assembly::{Assembly, packed_len, scalars, substitute_forward};
 use super::dense::{Stored, dot, substitute_back};
-use super::dissection;
+use super::dissection::{self, DissectionConfig};
 use super::ordering::{Adjacency, minimum_degree};
 use super::symbolic::{Cluster, Forest, analyse};
 use std::collections::BTreeMap;
@@ -132,11 +132,12 @@ impl System {
 
 /// Elimination order by minimum degree or, for large graphs, by nested dissection if that costs less.
 pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
+    let config = DissectionConfig::default();
     let order = minimum_degree(graph, &[]);
-    if graph.len() < DISSECTION_MIN {
+    if graph.len() < config.min_variables {
         return order;
     }
-    let dissected = minimum_degree(graph, &dissection::groups(graph));
+    let dissected = minimum_degree(graph, &dissection::groups(graph, &config));
     let work = |order: &[u32]| -> f64 {
         let of_cluster = |cluster: &Cluster| {
             let (columns, below) = (cluster.frontal.len() as f64, cluster.separator.len() as f64);
@@ -147,9 +148,6 @@ pub fn fill_reducing(graph: &Adjacency) -> Vec<u32> {
     };
     if work(&dissected) < work(&order) { dissected } else { order }
 }
-
-/// From this number of variables on, nested dissection is compared with minimum degree.
-const DISSECTION_MIN: usize = 8_000;
 
 /// Everything that depends only on the structure of a system. Computed once and used by every iteration.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Elimination orders are permutations, respect groups, and cause little fill on graphs with a known answer.
 
-use super::dissection;
+use super::dissection::{self, DissectionConfig};
 use super::ordering::{Adjacency, minimum_degree};
 use geometry::RngTree;
 use std::collections::BTreeSet;
@@ -96,7 +96,7 @@ fn dissection_splits_a_ring_into_small_disconnected_parts() {
         }
     }
     let graph = Adjacency::from_cliques((round * strands) as usize, edges.iter().map(|edge| edge.as_slice()));
-    let groups = dissection::groups(&graph);
+    let groups = dissection::groups(&graph, &DissectionConfig::default());
     let order = minimum_degree(&graph, &groups);
     assert!(is_permutation(&order));
     // The first cut takes two cross-sections of the ring.

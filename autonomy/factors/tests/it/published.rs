@@ -2,7 +2,7 @@
 
 use crate::support::{Published, load, load_with};
 use factors::Residual;
-use factors::{Method, Options, chordal, optimise};
+use factors::{ChordalConfig, Method, Options, chordal, optimise};
 
 /// Name and chi-squared at the optimum, with the residual that is the logarithm of the whole motion.
 const OPTIMA: [(&str, f64); 7] = [
@@ -19,7 +19,7 @@ fn start(published: &Published) -> factors::Values {
     if published.has_start {
         published.values.clone()
     } else {
-        chordal(&published.graph, &published.values).unwrap()
+        chordal(&published.graph, &published.values, &ChordalConfig::default()).unwrap()
     }
 }
 
@@ -50,7 +50,7 @@ fn the_chordal_start_is_close_to_the_optimum() {
         let Some(published) = load_with(&format!("pose-graphs/{name}.g2o"), Residual::Logarithm) else {
             return;
         };
-        let values = chordal(&published.graph, &published.values).unwrap();
+        let values = chordal(&published.graph, &published.values, &ChordalConfig::default()).unwrap();
         let chi2 = published.graph.chi_squared(&values).unwrap();
         println!("{name}: {chi2} at the chordal start, {chordal_chi2} published");
         let options = Options { method: Method::GaussNewton, ..Options::default() };

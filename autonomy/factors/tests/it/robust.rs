@@ -3,8 +3,8 @@
 use crate::jacobians::random_pose;
 use crate::support::{Published, load};
 use factors::{
-    Between, FactorId, Graph, Kernel, Key, Method, Options, Planar, PlanarBetween, RelativePose,
-    RobustConfig, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
+    Between, ChordalConfig, FactorId, Graph, Kernel, Key, Method, Options, Planar, PlanarBetween,
+    RelativePose, RobustConfig, Value, Values, VectorPrior, chordal, optimise, optimise_robustly,
 };
 use geometry::{Isometry, Matrix3, RngTree, Vector3};
 use nalgebra::Vector2;
@@ -96,7 +96,7 @@ fn chained(published: &Published) -> Values {
         }
         .unwrap();
     }
-    chordal(&graph, &published.values).unwrap()
+    chordal(&graph, &published.values, &ChordalConfig::default()).unwrap()
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_fifth_of_wrong_loops_changes_the_trajectory_by_less_than_a_percent() {
         let clean_start = if published.has_start {
             start.clone()
         } else {
-            chordal(&published.graph, &published.values).unwrap()
+            chordal(&published.graph, &published.values, &ChordalConfig::default()).unwrap()
         };
         let clean = optimise(&published.graph, &clean_start, &Options::default()).unwrap().values;
         let (_, extent) = rmse(&clean, &clean);

@@ -1,9 +1,8 @@
 //! Incremental optimisation, pose by pose, as on a robot.
 
-use super::Solved;
 use super::problem::Problem;
 use crate::process;
-use factors::{FactorId, Incremental, IncrementalOptions, Key, RelativePose, SolveError, Value};
+use factors::{FactorId, Incremental, IncrementalOptions, Key, RelativePose, SolveError, Value, Values};
 use serde::Serialize;
 
 /// CPU time of a step, milliseconds.
@@ -14,8 +13,17 @@ pub struct StepTimes {
     pub max: f64,
 }
 
+/// Result of [`solve_incrementally`].
+pub struct IncrementalSolution {
+    pub values: Values,
+    /// Number of updates, one for each pose.
+    pub updates: usize,
+    /// None without poses.
+    pub step_ms: Option<StepTimes>,
+}
+
 /// Adds the poses one by one, each with its edges to earlier ones.
-pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
+pub fn solve_incrementally(problem: &Problem) -> Result<IncrementalSolution, SolveError> {
     let mut factors_of: Vec<Vec<FactorId>> = vec![Vec::new(); problem.values.len()];
     for (id, entry) in problem.graph.iter() {
         let newest = entry.factor.keys().iter().map(|key| key.index()).max().unwrap_or(0);
@@ -36,7 +44,7 @@ pub fn solve_incrementally(problem: &Problem) -> Result<Solved, SolveError> {
     }
     let values = solver.estimates();
     let step_ms = step_times(&mut times);
-    Ok(Solved { values, iterations: factors_of.len(), rejected: Vec::new(), step_ms })
+    Ok(IncrementalSolution { values, updates: factors_of.len(), step_ms })
 }
 
 /// Initial value of a new pose: from its predecessor or another earlier pose and their edge, else the file's value.

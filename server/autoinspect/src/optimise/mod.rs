@@ -6,9 +6,11 @@ mod problem;
 use crate::failure::Failure;
 use crate::{output, process, texts};
 use clap::{Args, ValueEnum};
-use factors::{Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly};
+use factors::{
+    ChordalConfig, Method, Options, RobustConfig, SolveError, Values, chordal, optimise, optimise_robustly,
+};
 use formats::g2o;
-use incremental::StepTimes;
+use incremental::{IncrementalSolution, StepTimes, solve_incrementally};
 use problem::Problem;
 use serde::Serialize;
 use std::fs::{self, File};
@@ -142,12 +144,13 @@ pub fn run(args: &OptimiseArgs) -> Result<(), Failure> {
 
 fn solve(args: &OptimiseArgs, problem: &Problem) -> Result<Solved, SolveError> {
     if args.incremental {
-        return incremental::solve_incrementally(problem);
+        let IncrementalSolution { values, updates, step_ms } = solve_incrementally(problem)?;
+        return Ok(Solved { values, iterations: updates, rejected: Vec::new(), step_ms });
     }
     let start = match args.start {
         Start::File if problem.has_start => problem.values.clone(),
-        _ if args.robust => chordal(&problem.without_loops(), &problem.values)?,
-        _ => chordal(&problem.graph, &problem.values)?,
+        _ if args.robust => chordal(&problem.without_loops(), &problem.values, &ChordalConfig::default())?,
+        _ => chordal(&problem.graph, &problem.values, &ChordalConfig::default())?,
     };
     if args.robust {
         let suspect = |id, _: &dyn factors::Factor| problem.is_loop(id);
