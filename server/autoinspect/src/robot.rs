@@ -1,6 +1,7 @@
 //! The robot of the platform: `sim:SITE` or `replay:FILE`.
 
 use crate::failure::Failure;
+use crate::texts;
 use links::{ReplayConfig, ReplayLink, ReplaySource, SimLink, SimLinkConfig};
 use messages::{BootRecord, RobotProfile, Sources};
 use ports::RobotLink;
@@ -36,7 +37,7 @@ impl FromStr for RobotName {
         match text.split_once(':') {
             Some(("sim", site)) => site.parse().map(Self::Sim).map_err(|error| format!("{error}")),
             Some(("replay", file)) if !file.is_empty() => Ok(Self::Replay(file.into())),
-            _ => Err("a robot is sim:SITE or replay:FILE".to_owned()),
+            _ => Err(texts::ROBOT_EXPECTED.to_owned()),
         }
     }
 }
@@ -119,6 +120,6 @@ pub fn boot_record(recording: &Recording, sources: Sources) -> BootRecord {
 }
 
 fn positive(text: &str) -> Result<f64, String> {
-    let speed: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if speed.is_finite() && speed > 0.0 { Ok(speed) } else { Err("it must be greater than 0".to_owned()) }
+    let speed: f64 = text.parse().map_err(|_| texts::not_a_number(text))?;
+    if speed.is_finite() && speed > 0.0 { Ok(speed) } else { Err(texts::POSITIVE_EXPECTED.to_owned()) }
 }

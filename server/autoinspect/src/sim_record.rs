@@ -14,8 +14,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use vocab::Span;
 
-/// Time between commands to the robot.
-const COMMAND_EVERY: Span = Span::from_millis(100);
+/// Fixed parameters of a simulated recording.
+#[derive(Clone, Copy, Debug)]
+struct SimRecordConfig {
+    /// Time between commands to the robot: 10 Hz, as of a person who drives it.
+    command_period: Span,
+}
+
+const CONFIG: SimRecordConfig = SimRecordConfig { command_period: Span::from_millis(100) };
 
 /// Let the simulated robot walk a route, and record its sensors.
 #[derive(Args, Debug)]
@@ -119,8 +125,8 @@ pub fn run(args: &RecordArgs) -> Result<(), Failure> {
 }
 
 fn share(text: &str) -> Result<f64, String> {
-    let share: f64 = text.parse().map_err(|_| "a number is expected".to_owned())?;
-    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err("a number from 0 to 1 is expected".to_owned()) }
+    let share: f64 = text.parse().map_err(|_| texts::NUMBER_EXPECTED.to_owned())?;
+    if (0.0..=1.0).contains(&share) { Ok(share) } else { Err(texts::SHARE_EXPECTED.to_owned()) }
 }
 
 /// Walks to the end of the route, or for `minutes`.
@@ -148,7 +154,7 @@ fn walk(
             }
         };
         simulator.command(drive);
-        simulator.advance(simulator.now() + COMMAND_EVERY, &mut events);
+        simulator.advance(simulator.now() + CONFIG.command_period, &mut events);
         for event in events.drain(..) {
             record(event, writer, &mut tally)?;
         }

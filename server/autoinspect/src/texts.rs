@@ -1,8 +1,9 @@
-//! Error messages of the commands, by key. English; each names the error, the file and the remedy.
+//! Error messages and notes of the commands, by key. English; an error names what is wrong, the file and the remedy.
 
 use mapping::AlignmentError;
 use std::fmt::Display;
 use std::path::Path;
+use std::time::Duration;
 
 /// A file or folder that cannot be written.
 pub fn cannot_write(path: &Path, error: &dyn Display) -> String {
@@ -199,3 +200,145 @@ pub fn cannot_run_as_asked(role: &str) -> String {
 
 /// The core stopped without a request.
 pub const CONTROL_LOOP_ENDED: &str = "the control loop ended unexpectedly";
+
+// Arguments.
+
+/// A word that is not a number.
+pub fn not_a_number(text: &str) -> String {
+    format!("'{text}' is not a number")
+}
+pub const NUMBER_EXPECTED: &str = "a number is expected";
+pub const SHARE_EXPECTED: &str = "a number from 0 to 1 is expected";
+pub const POSITIVE_EXPECTED: &str = "it must be greater than 0";
+pub const METRES_EXPECTED: &str = "a number of metres is expected";
+pub const POSITIVE_METRES_EXPECTED: &str = "give 0 or more metres";
+pub const PIXEL_SIZE_EXPECTED: &str = "give 0.001 to 100 metres";
+pub const HEIGHTS_EXPECTED: &str = "give two heights in metres, the lower first, such as 0.2,2.5";
+pub const SPACING_EXPECTED: &str = "0.5 to 20 m are possible";
+pub const FIELD_OF_VIEW_EXPECTED: &str = "two angles are expected, the lower first, like -16,15";
+pub const POSE_EXPECTED: &str = "X,Y,Z,YAW is expected: metres and degrees";
+pub const FINITE_EXPECTED: &str = "finite numbers are expected";
+pub const ROBOT_EXPECTED: &str = "a robot is sim:SITE or replay:FILE";
+
+// Pose graphs: reasons for `cannot_optimise` and the like.
+
+/// A graph without vertices and edges.
+pub const GRAPH_EMPTY: &str = "it holds no poses";
+/// An edge of a map whose measured pose is invalid.
+pub const MAP_EDGE_NO_POSE: &str = "an edge of its graph is no pose";
+/// The measured pose of an edge is invalid: a reason for [`edge_refused`].
+pub const EDGE_NO_POSE: &str = "its pose is none";
+
+/// A vertex whose pose is no rotation and translation.
+pub fn vertex_no_pose(vertex: u64) -> String {
+    format!("the pose of vertex {vertex} is none")
+}
+
+/// A vertex with numbers that are not finite.
+pub fn vertex_not_finite(vertex: u64) -> String {
+    format!("the pose of vertex {vertex} is not finite")
+}
+
+/// Two vertices of one number.
+pub fn vertex_twice(vertex: u64) -> String {
+    format!("vertex {vertex} is there twice")
+}
+
+/// An edge to a vertex that is not in the file.
+pub fn vertex_missing(vertex: u64) -> String {
+    format!("an edge names vertex {vertex}, which is missing")
+}
+
+/// A vertex that cannot be held fixed.
+pub fn vertex_refused(vertex: u64, reason: &dyn Display) -> String {
+    format!("vertex {vertex}: {reason}")
+}
+
+/// An edge that is no measurement.
+pub fn edge_refused(from: u64, to: u64, reason: &dyn Display) -> String {
+    format!("edge {from} to {to}: {reason}")
+}
+
+/// A vertex with too few edges.
+pub fn vertex_undetermined(vertex: u64) -> String {
+    format!("its edges do not determine vertex {vertex}; connect it to the others")
+}
+
+/// A vertex in a part of the graph without a fixed pose.
+pub fn vertex_disconnected(vertex: u64) -> String {
+    format!("no chain of edges connects vertex {vertex} to the first or a fixed one")
+}
+
+/// A vertex whose edges give no finite residual.
+pub fn vertex_edge_not_finite(vertex: u64) -> String {
+    format!("an edge of vertex {vertex} is not finite")
+}
+
+// Versions of a map: reasons for `version_is_worse`.
+
+/// Tracking is lost more often.
+pub fn loses_more(after: u64, before: u64) -> String {
+    format!("in it the robot loses its place {after} time(s), {before} before")
+}
+
+/// Fewer scans are localised, percent.
+pub fn localises_less(after: f64, before: f64) -> String {
+    format!("in it the robot is localised after {after:.1} % of the scans, {before:.1} % before")
+}
+
+/// Scans fit less, 0 to 1.
+pub fn fits_less(after: f64, before: f64) -> String {
+    format!("scans fit it by {after:.3}, {before:.3} before")
+}
+
+/// More points of scans lie in free space, 0 to 1.
+pub fn contradicts_more(after: f64, before: f64) -> String {
+    format!("scans contradict it by {after:.3}, {before:.3} before")
+}
+
+// The platform.
+
+/// It runs and can be opened at this address.
+pub fn platform_running(address: &dyn Display) -> String {
+    format!("AutoInspect is running: http://{address}")
+}
+
+/// How it is stopped.
+pub fn platform_data(data: &Path) -> String {
+    format!("data in {}; stop with Ctrl-C", data.display())
+}
+
+/// A process ended and is started again after this pause.
+pub fn process_restarts(role: &str, status: &dyn Display, pause: Duration) -> String {
+    let pause = match pause.is_zero() {
+        true => String::new(),
+        false => format!(" in {:.1} s", pause.as_secs_f64()),
+    };
+    format!("the {role} ended ({status}) and is started again{pause}")
+}
+
+/// A process that does not end in time.
+pub fn process_killed(role: &str) -> String {
+    format!("the {role} does not stop and is killed")
+}
+
+// Imports in another process: sentences for clients.
+
+/// A client cancelled it.
+pub const IMPORT_CANCELLED: &str = "It was cancelled.";
+/// It ended without an error message.
+pub const IMPORT_ENDED_EARLY: &str =
+    "The import ended before it was done: the file may be too large for this computer.";
+/// Names of the two maps of an alignment in its errors.
+pub const ALIGNED_MAP: &str = "the map";
+pub const OTHER_MAP: &str = "the other map";
+
+/// The process did not start.
+pub fn import_not_started(error: &dyn Display) -> String {
+    format!("The import cannot be started: {error}.")
+}
+
+/// The system does not say how the process ended.
+pub fn import_outcome_unknown(error: &dyn Display) -> String {
+    format!("What became of the import is not known: {error}.")
+}

@@ -188,20 +188,24 @@ fn format_of(path: &Path) -> Option<Format> {
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {
-    let value: f32 = text.parse().map_err(|_| "give a number of metres".to_owned())?;
-    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err("give 0 or more metres".to_owned()) }
+    let value: f32 = text.parse().map_err(|_| texts::METRES_EXPECTED.to_owned())?;
+    if value >= 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(texts::POSITIVE_METRES_EXPECTED.to_owned())
+    }
 }
 
 fn pixel_size(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "give a number of metres".to_owned())?;
+    let value: f64 = text.parse().map_err(|_| texts::METRES_EXPECTED.to_owned())?;
     let sizes = 0.001..=100.0;
-    if sizes.contains(&value) { Ok(value) } else { Err("give 0.001 to 100 metres".to_owned()) }
+    if sizes.contains(&value) { Ok(value) } else { Err(texts::PIXEL_SIZE_EXPECTED.to_owned()) }
 }
 
 fn heights(text: &str) -> Result<Heights, String> {
     let numbers: Vec<f64> = text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
     match numbers[..] {
         [from, to] if from < to => Ok(Heights { from, to }),
-        _ => Err("give two heights in metres, the lower first, such as 0.2,2.5".to_owned()),
+        _ => Err(texts::HEIGHTS_EXPECTED.to_owned()),
     }
 }

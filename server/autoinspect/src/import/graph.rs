@@ -1,6 +1,5 @@
 //! Makes the graph of an imported map: virtual viewpoints as keyframes, and edges between neighbours.
 
-use super::ImportConfig;
 use geometry::pose_from_isometry;
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoints};
 use messages::{EdgeKind, FinishedMap, GraphEdge, GraphNode, PoseGraph, RevisitCounts};
@@ -29,6 +28,24 @@ impl EdgeNoise {
     }
 }
 
+/// Parameters of the graph of an imported map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImportedGraphConfig {
+    /// Noise of edges between viewpoints on connected floor. Chosen: a survey is known to millimetres, so that its own poses are kept.
+    pub neighbour_noise: EdgeNoise,
+    /// Noise of edges between separate pieces of floor. Chosen: far looser than that of neighbours, because no floor joins them.
+    pub bridge_noise: EdgeNoise,
+}
+
+impl Default for ImportedGraphConfig {
+    fn default() -> Self {
+        Self {
+            neighbour_noise: EdgeNoise { rotation_std_rad: 1e-3, translation_std_m: 5e-3 },
+            bridge_noise: EdgeNoise { rotation_std_rad: 1e-2, translation_std_m: 0.1 },
+        }
+    }
+}
+
 /// The map in the form of the store: viewpoints as keyframes, edges between neighbours on connected floor, and bridges between separate
 /// pieces of floor.
 pub fn imported_map(
@@ -36,7 +53,7 @@ pub fn imported_map(
     name: &str,
     created: Stamp,
     found: &VirtualViewpoints,
-    config: &ImportConfig,
+    config: &ImportedGraphConfig,
 ) -> FinishedMap {
     let nodes = (0..).zip(&found.viewpoints).map(|(number, place)| GraphNode {
         id: KeyframeId(number),
@@ -122,7 +139,7 @@ mod tests {
         let places = (0..5).map(|number| place(f64::from(number))).collect();
         let found = VirtualViewpoints { viewpoints: places, connections: vec![[0, 1], [2, 3]] };
         let id = map_id(&MapPoints::default(), &ViewpointConfig::default());
-        let map = imported_map(id, "two rooms", Stamp::EPOCH, &found, &ImportConfig::default());
+        let map = imported_map(id, "two rooms", Stamp::EPOCH, &found, &ImportedGraphConfig::default());
         let pairs: Vec<[u32; 2]> = map.graph.edges.iter().map(|edge| [edge.from.0, edge.to.0]).collect();
         assert_eq!(pairs, [[0, 1], [2, 3], [0, 2], [0, 4]]);
         let translation_information = |edge: usize| map.graph.edges[edge].information[3][3];

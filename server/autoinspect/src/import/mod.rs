@@ -12,7 +12,7 @@ use api::ImportStage;
 use clap::Args;
 use cloud::{bounds, describe_viewpoints, gather_points, stored_viewpoints, thin};
 use formats::survey::{self, Survey};
-use graph::{EdgeNoise, imported_map, map_id};
+use graph::{ImportedGraphConfig, imported_map, map_id};
 use mapping::virtual_viewpoint::{ViewpointConfig, VirtualViewpoints, find_viewpoints};
 use messages::FinishedMap;
 use serde::Serialize;
@@ -31,19 +31,13 @@ const IMPORTED: MapFileOptions = MapFileOptions { ply: false, has_pose_graph: fa
 pub struct ImportConfig {
     /// Edge of the voxels that keep one point each for the clouds of viewpoints, metres. Tiles keep all points.
     pub cloud_spacing_m: f32,
-    /// Noise of edges between viewpoints on connected floor.
-    pub neighbour_noise: EdgeNoise,
-    /// Noise of edges between separate pieces of floor.
-    pub bridge_noise: EdgeNoise,
+    /// Edges of the graph.
+    pub graph: ImportedGraphConfig,
 }
 
 impl Default for ImportConfig {
     fn default() -> Self {
-        Self {
-            cloud_spacing_m: 0.1,
-            neighbour_noise: EdgeNoise { rotation_std_rad: 1e-3, translation_std_m: 5e-3 },
-            bridge_noise: EdgeNoise { rotation_std_rad: 1e-2, translation_std_m: 0.1 },
-        }
+        Self { cloud_spacing_m: 0.1, graph: ImportedGraphConfig::default() }
     }
 }
 
@@ -198,7 +192,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     let started = Instant::now();
     Progress::new(args.background, ImportStage::Writing).set_share(0.0);
     let id = map_id(&cloud.thinned, &viewpoint_config);
-    let finished = imported_map(id, &origin.name, modified(&args.file), &found, &config);
+    let finished = imported_map(id, &origin.name, modified(&args.file), &found, &config.graph);
     let out = write(args, &origin, &finished, &found, cloud, &viewpoint_config)?;
     seconds.write = started.elapsed().as_secs_f64();
     let places = found.viewpoints.len() as u64;
@@ -337,15 +331,15 @@ fn describe(report: &Report) -> String {
 }
 
 fn parse_spacing(text: &str) -> Result<f32, String> {
-    let metres: f32 = text.parse().map_err(|_| "a number of metres is expected".to_owned())?;
-    if (0.5..=20.0).contains(&metres) { Ok(metres) } else { Err("0.5 to 20 m are possible".into()) }
+    let metres: f32 = text.parse().map_err(|_| texts::METRES_EXPECTED.to_owned())?;
+    if (0.5..=20.0).contains(&metres) { Ok(metres) } else { Err(texts::SPACING_EXPECTED.to_owned()) }
 }
 
 fn parse_field_of_view(text: &str) -> Result<FieldOfView, String> {
     let numbers: Result<Vec<f32>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     match numbers.as_deref() {
         Ok(&[down, up]) if (-90.0..up).contains(&down) && up <= 90.0 => Ok(FieldOfView([down, up])),
-        _ => Err("two angles are expected, the lower first, like -16,15".into()),
+        _ => Err(texts::FIELD_OF_VIEW_EXPECTED.to_owned()),
     }
 }
 

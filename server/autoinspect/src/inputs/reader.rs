@@ -9,8 +9,14 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use vocab::Stamp;
 
-/// Largest number of messages that are read ahead: about 1 s, with a few scans.
-const AHEAD_MAX: usize = 256;
+/// Parameters of a [`Reader`].
+#[derive(Clone, Copy, Debug)]
+struct ReaderConfig {
+    /// Largest number of messages that are read ahead: about 1 s, with a few scans. While the queue is full, reading waits.
+    max_messages_ahead: usize,
+}
+
+const CONFIG: ReaderConfig = ReaderConfig { max_messages_ahead: 256 };
 
 /// A message of a recording, or the error of reading it.
 pub type Message = Result<(Stamp, Sensor), ReadError>;
@@ -33,7 +39,7 @@ pub struct ReadStatistics {
 impl Reader {
     /// Starts reading.
     pub fn start(recordings: Vec<Recording>) -> Result<Self, Failure> {
-        let (sender, messages) = crossbeam_channel::bounded(AHEAD_MAX);
+        let (sender, messages) = crossbeam_channel::bounded(CONFIG.max_messages_ahead);
         let thread = thread::Builder::new()
             .name("reader".to_owned())
             .spawn(move || read(&recordings, &sender))

@@ -129,10 +129,10 @@ fn describe(report: &Report) -> String {
 fn initial(text: &str) -> Result<Initial, String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     let Ok(&[x, y, z, yaw]) = numbers.as_deref() else {
-        return Err("X,Y,Z,YAW is expected: metres and degrees".to_owned());
+        return Err(texts::POSE_EXPECTED.to_owned());
     };
     if ![x, y, z, yaw].iter().all(|number| number.is_finite()) {
-        return Err("finite numbers are expected".to_owned());
+        return Err(texts::FINITE_EXPECTED.to_owned());
     }
     let half = 0.5 * yaw.to_radians();
     let orientation = Quat { w: half.cos(), x: 0.0, y: 0.0, z: half.sin() };

@@ -129,6 +129,11 @@ impl<'a> OfflineLocaliser<'a> {
                 self.stack.take_compute_job(job).map_or_else(|| job.not_done(), ComputeJob::run)
             };
             self.run.search_time += thread_cpu_time() - start;
+            // The map is converted before the step that gets it, as on the robot's compute lane.
+            let preparation = self.stack.map_preparation(job);
+            if let Some(prepared) = preparation.and_then(|preparation| preparation.run(&done)) {
+                self.stack.supply_prepared_map(prepared);
+            }
             self.step(at, Input::JobDone(done));
         }
     }

@@ -10,7 +10,7 @@ use crate::process;
 use crate::{output, texts};
 use clap::Args;
 use messages::BootRecord;
-use offline_mapper::{MappingRun, OfflineMapper};
+use offline_mapper::{MappingRun, OfflineMapper, SESSION};
 use ports::Journal;
 use recorder::{RecordingMeta, RecordingWriter};
 use std::fs;
@@ -18,11 +18,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use store::{MapFileOptions, MapFilesReport, TileFiles, write_map_files};
 use summary::{Stage, Summary};
-use uuid::Uuid;
-use vocab::SessionId;
-
-/// The one session of an offline run.
-const SESSION: SessionId = SessionId(Uuid::from_u128(1));
 
 /// Make a map from recordings or folders of scans.
 #[derive(Args, Debug)]
@@ -81,7 +76,7 @@ pub fn run(args: &MapArgs) -> Result<(), Failure> {
     )
     .map_err(Failure::failed)?;
     let stages = stages(&mapped, &files, mapping_memory, process::peak_memory());
-    let summary = Summary::new(args, &mapped, &files, stages, start.elapsed());
+    let summary = Summary::new(&args.inputs.inputs, &mapped, &files, stages, start.elapsed());
     summary.write(&args.out.join("summary.json"))?;
     output::print_human(args.json, &summary.describe(&args.out));
     output::print_json(args.json, &summary)

@@ -1,6 +1,5 @@
 //! Runs the stack without a robot: feeds a boot record, sensor messages, ticks on the recording's clock, and at the end the command to save.
 
-use super::SESSION;
 use crate::failure::Failure;
 use crate::inputs::{Message, Reader, Ticks};
 use crate::process::thread_cpu_time;
@@ -17,10 +16,23 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use uuid::Uuid;
-use vocab::{ClientId, CommandId, MapId, Stamp};
+use vocab::{ClientId, CommandId, MapId, SessionId, Stamp};
 
-/// Largest number of warnings that are printed while running; all are counted.
-const WARNINGS_SHOWN_MAX: usize = 5;
+/// The one session of an offline run.
+pub const SESSION: SessionId = SessionId(Uuid::from_u128(1));
+
+/// Parameters of an [`OfflineMapper`].
+#[derive(Clone, Copy, Debug)]
+struct OfflineMapperConfig {
+    /// Largest number of warnings that are printed while running; all are counted. Chosen: they leave the terminal readable.
+    max_warnings_shown: usize,
+}
+
+impl Default for OfflineMapperConfig {
+    fn default() -> Self {
+        Self { max_warnings_shown: 5 }
+    }
+}
 
 /// The result of a recording.
 pub struct MappingRun {
@@ -46,6 +58,7 @@ pub struct MappingRun {
 
 /// Feeds recordings to a stack that maps.
 pub struct OfflineMapper {
+    config: OfflineMapperConfig,
     stack: Stack,
     clouds: PathBuf,
     journal: Option<Box<dyn Journal>>,
@@ -81,6 +94,7 @@ impl OfflineMapper {
     /// Keyframe clouds go to the folder `clouds`, inputs to `journal` if there is one.
     pub fn new(clouds: PathBuf, journal: Option<Box<dyn Journal>>) -> Self {
         Self {
+            config: OfflineMapperConfig::default(),
             stack: Stack::new(),
             clouds,
             journal,
@@ -151,7 +165,7 @@ impl OfflineMapper {
         message
             .inspect_err(|error| {
                 self.mapped.unreadable += 1;
-                if self.mapped.unreadable <= WARNINGS_SHOWN_MAX as u64 {
+                if self.mapped.unreadable <= self.config.max_warnings_shown as u64 {
                     output::print_note(&error.to_string());
                 }
             })
@@ -236,7 +250,7 @@ impl OfflineMapper {
                 self.mapped.cloud_time += thread_cpu_time() - start;
             }
             StackEffect::Publish(Publication::Notice(notice)) if notice.severity >= Severity::Warning => {
-                if self.mapped.notices.len() < WARNINGS_SHOWN_MAX {
+                if self.mapped.notices.len() < self.config.max_warnings_shown {
                     output::print_note(&notice.text);
                 }
                 self.mapped.notices.push(notice.text);

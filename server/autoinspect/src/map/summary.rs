@@ -1,12 +1,11 @@
 //! The summary of a run: `summary.json`, and the same as text for people.
 
-use super::MapArgs;
 use super::offline_mapper::MappingRun;
 use crate::failure::Failure;
 use messages::{EdgeKind, FinishedMap, LoopVerdict};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use store::MapFilesReport;
 
@@ -88,7 +87,7 @@ pub struct Milliseconds {
 
 impl Summary {
     pub fn new(
-        args: &MapArgs,
+        inputs: &[PathBuf],
         mapped: &MappingRun,
         files: &MapFilesReport,
         stages: Vec<Stage>,
@@ -102,7 +101,7 @@ impl Summary {
             distance_m: stretch.distance,
         });
         Self {
-            inputs: args.inputs.inputs.iter().map(|path| path.display().to_string()).collect(),
+            inputs: inputs.iter().map(|path| path.display().to_string()).collect(),
             duration_s,
             scans: mapped.scans,
             points: mapped.points,

@@ -1,6 +1,7 @@
 //! Joins the graphs of several maps to one.
 
 use crate::failure::Failure;
+use crate::texts;
 use factors::{Between, Graph, Key, Options, Prior, Value, Values, optimise};
 use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{Edge, MapAlignment};
@@ -46,7 +47,7 @@ impl JoinedGraph {
     pub fn add(&mut self, index: usize, map: &SavedMap, joint: &MapAlignment) -> Result<(), Failure> {
         let first = self.append(index, map, &joint.first_from_second);
         self.edges.extend(joint.links.iter().map(|link| link_of(link, first)));
-        self.settle().map_err(|error| Failure::failed(crate::texts::unreadable_input(&map.path, &error)))
+        self.settle().map_err(|error| Failure::failed(texts::unreadable_input(&map.path, &error)))
     }
 
     /// Poses of the keyframes.
@@ -86,7 +87,7 @@ impl JoinedGraph {
         graph.add(prior, &values).map_err(|e| text(&e))?;
         for edge in &self.edges {
             let (from, to) = (keys[edge.from.0 as usize], keys[edge.to.0 as usize]);
-            let measured = isometry_from_pose(&edge.from_from_to).ok_or("an edge of its graph is no pose")?;
+            let measured = isometry_from_pose(&edge.from_from_to).ok_or(texts::MAP_EDGE_NO_POSE)?;
             let information = Matrix6::from_fn(|row, column| edge.information[row][column])
                 + Matrix6::identity() * self.config.information_min;
             let factor = Between::new(from, to, &measured, &information).map_err(|e| text(&e))?;

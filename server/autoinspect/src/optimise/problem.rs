@@ -1,5 +1,6 @@
 //! Converts a g2o file to a factor graph, and back.
 
+use crate::texts;
 use factors::{
     Between, FactorError, FactorId, Graph, Key, Planar, PlanarBetween, PlanarPrior, Prior, SolveError, Value,
     Values,
@@ -10,8 +11,14 @@ use nalgebra::Vector2;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-/// Information of the prior that holds a fixed pose: 1 µm and 1 µrad.
-const FIXED_POSE_INFORMATION: f64 = 1e12;
+/// Fixed parameters of a [`Problem`].
+#[derive(Clone, Copy, Debug)]
+struct ProblemConfig {
+    /// Information of the prior that holds a fixed pose, 1/m² and 1/rad²: 1 µm and 1 µrad, far less than any measurement's deviation.
+    fixed_pose_information: f64,
+}
+
+const CONFIG: ProblemConfig = ProblemConfig { fixed_pose_information: 1e12 };
 
 /// A graph to optimise. Factors come in the file's order of edges (SE(3) first), then the priors.
 pub struct Problem {
@@ -32,8 +39,7 @@ impl Problem {
         let has_start = !(file.vertices.is_empty() && file.planar_vertices.is_empty());
         let mut poses: BTreeMap<u64, Value> = BTreeMap::new();
         for vertex in &file.vertices {
-            let pose = isometry_from_pose(&vertex.pose)
-                .ok_or_else(|| format!("the pose of vertex {} is none", vertex.id))?;
+            let pose = isometry_from_pose(&vertex.pose).ok_or_else(|| texts::vertex_no_pose(vertex.id))?;
             insert(&mut poses, vertex.id, Value::Pose(pose))?;
         }
         for vertex in &file.planar_vertices {
@@ -48,7 +54,7 @@ impl Problem {
             }
         }
         if poses.is_empty() {
-            return Err("it holds no poses".to_owned());
+            return Err(texts::GRAPH_EMPTY.to_owned());
         }
         let mut values = Values::default();
         let mut keys: BTreeMap<u64, Key> = BTreeMap::new();
@@ -63,14 +69,12 @@ impl Problem {
     }
 
     fn add_edges(&mut self, keys: &BTreeMap<u64, Key>) -> Result<(), String> {
-        let key = |id: u64| {
-            keys.get(&id).copied().ok_or_else(|| format!("an edge names vertex {id}, which is missing"))
-        };
+        let key = |id: u64| keys.get(&id).copied().ok_or_else(|| texts::vertex_missing(id));
         for edge in &self.file.edges {
             let (from, to) = (key(edge.from)?, key(edge.to)?);
             let refused = refused(edge.from, edge.to);
             let measured =
-                isometry_from_pose(&edge.from_from_to).ok_or_else(|| refused(&"its pose is none"))?;
+                isometry_from_pose(&edge.from_from_to).ok_or_else(|| refused(&texts::EDGE_NO_POSE))?;
             let information = Matrix6::from_fn(|row, column| edge.information[row][column]);
             let factor = Between::new(from, to, &measured, &information).map_err(|error| refused(&error))?;
             self.graph.add(factor, &self.values).map_err(|error| refused(&error))?;
@@ -95,7 +99,7 @@ impl Problem {
             held.push(Key(0));
         }
         for key in held {
-            self.prior(key).map_err(|error| format!("vertex {}: {error}", self.ids[key.index()]))?;
+            self.prior(key).map_err(|error| texts::vertex_refused(self.ids[key.index()], &error))?;
         }
         Ok(())
     }
@@ -104,13 +108,13 @@ impl Problem {
         match self.values.get(key).copied() {
             Some(Value::Pose(pose)) => {
                 self.graph.add(
-                    Prior::new(key, &pose, &(Matrix6::identity() * FIXED_POSE_INFORMATION))?,
+                    Prior::new(key, &pose, &(Matrix6::identity() * CONFIG.fixed_pose_information))?,
                     &self.values,
                 )?;
             }
             Some(Value::Planar(pose)) => {
                 self.graph.add(
-                    PlanarPrior::new(key, &pose, &(Matrix3::identity() * FIXED_POSE_INFORMATION))?,
+                    PlanarPrior::new(key, &pose, &(Matrix3::identity() * CONFIG.fixed_pose_information))?,
                     &self.values,
                 )?;
             }
@@ -176,13 +180,9 @@ impl Problem {
     pub fn explain(&self, error: &SolveError) -> String {
         let vertex = |key: &Key| self.ids.get(key.index()).copied().unwrap_or_default();
         match error {
-            SolveError::Undetermined { key } => {
-                format!("its edges do not determine vertex {}; connect it to the others", vertex(key))
-            }
-            SolveError::Disconnected { key } => {
-                format!("no chain of edges connects vertex {} to the first or a fixed one", vertex(key))
-            }
-            SolveError::NotFinite { key, .. } => format!("an edge of vertex {} is not finite", vertex(key)),
+            SolveError::Undetermined { key } => texts::vertex_undetermined(vertex(key)),
+            SolveError::Disconnected { key } => texts::vertex_disconnected(vertex(key)),
+            SolveError::NotFinite { key, .. } => texts::vertex_edge_not_finite(vertex(key)),
             other => other.to_string(),
         }
     }
@@ -194,11 +194,11 @@ fn planar(pose: g2o::PlanarPose) -> Planar {
 
 fn insert(poses: &mut BTreeMap<u64, Value>, id: u64, value: Value) -> Result<(), String> {
     if !value.is_finite() {
-        return Err(format!("the pose of vertex {id} is not finite"));
+        return Err(texts::vertex_not_finite(id));
     }
-    poses.insert(id, value).map_or(Ok(()), |_| Err(format!("vertex {id} is there twice")))
+    poses.insert(id, value).map_or(Ok(()), |_| Err(texts::vertex_twice(id)))
 }
 
 fn refused(from: u64, to: u64) -> impl Fn(&dyn Display) -> String {
-    move |reason| format!("edge {from} to {to}: {reason}")
+    move |reason| texts::edge_refused(from, to, reason)
 }

@@ -1,10 +1,11 @@
 //! Compares two versions of a map by the localisation of robots in them.
 
-use super::DistanceTrigger;
+use super::distance_trigger::DistanceTrigger;
 use crate::failure::Failure;
 use crate::inputs::{self, InputArgs, Reader};
 use crate::keyframe_descriptors::read_keyframe_descriptors;
 use crate::localise::offline_localiser::OfflineLocaliser;
+use crate::texts;
 use geometry::isometry_from_pose;
 use localisation::{AdaptiveVoxelFilter, GlobalLocaliser, LocalisationMap};
 use messages::CorrectedScan;
@@ -56,12 +57,12 @@ pub fn measure_fitness(map: &Path, inputs: &InputArgs, recordings: &[PathBuf]) -
     for path in recordings {
         let opened = inputs.open_these(std::slice::from_ref(path))?;
         let (boot, duration) = (inputs.boot(&opened)?, inputs::duration(&opened));
-        let (mut look_trigger, mut voxel_filter) =
+        let (mut distance_trigger, mut voxel_filter) =
             (DistanceTrigger::default(), AdaptiveVoxelFilter::default());
         let mut on_scan = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
             let points = voxel_filter.filter(&scan.cloud.xyz);
-            if look_trigger.is_due(&pose) {
+            if distance_trigger.is_due(&pose) {
                 let found = localiser.refine_pose(&points, &pose);
                 fitness.fit += found.fit;
                 fitness.contradicted += found.violation_share;
@@ -85,25 +86,17 @@ pub fn find_regression(before: &Fitness, after: &Fitness, config: &RegressionCon
     let confident =
         |fitness: &Fitness| (fitness.localised - fitness.low_confidence) as f64 / fitness.scans.max(1) as f64;
     if after.lost > before.lost {
-        return Some(format!(
-            "in it the robot loses its place {} time(s), {} before",
-            after.lost, before.lost
-        ));
+        return Some(texts::loses_more(after.lost, before.lost));
     }
     if confident(after) < confident(before) - config.localised_share {
         let [after, before] = [after, before].map(|fitness| 100.0 * confident(fitness));
-        return Some(format!(
-            "in it the robot is localised after {after:.1} % of the scans, {before:.1} % before"
-        ));
+        return Some(texts::localises_less(after, before));
     }
     if after.fit < before.fit - config.fit {
-        let (after, before) = (after.fit, before.fit);
-        return Some(format!("what is seen fits it by {after:.3}, {before:.3} before"));
+        return Some(texts::fits_less(after.fit, before.fit));
     }
-    (after.contradicted > before.contradicted + config.fit).then(|| {
-        let (after, before) = (after.contradicted, before.contradicted);
-        format!("what is seen contradicts it by {after:.3}, {before:.3} before")
-    })
+    (after.contradicted > before.contradicted + config.fit)
+        .then(|| texts::contradicts_more(after.contradicted, before.contradicted))
 }
 
 #[cfg(test)]
@@ -128,7 +121,7 @@ mod tests {
         assert!(reason(Fitness { lost: 2, ..before }).contains("loses its place 2 time(s)"));
         assert!(reason(Fitness { localised: 970, ..before }).contains("96.0 % of the scans, 97.0 %"));
         assert!(reason(Fitness { low_confidence: 20, ..before }).contains("96.0 %"));
-        assert!(reason(Fitness { fit: 0.84, ..before }).contains("fits it by 0.840, 0.850"));
-        assert!(reason(Fitness { contradicted: 0.02, ..before }).contains("contradicts it by 0.020"));
+        assert!(reason(Fitness { fit: 0.84, ..before }).contains("fit it by 0.840, 0.850"));
+        assert!(reason(Fitness { contradicted: 0.02, ..before }).contains("contradict it by 0.020"));
     }
 }

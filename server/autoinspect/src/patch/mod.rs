@@ -1,6 +1,7 @@
 //! `autoinspect patch`: makes a new version of a map with the changes in later recordings. It is kept if localisation in it is not worse.
 
 mod check;
+mod distance_trigger;
 mod version;
 
 use crate::failure::Failure;
@@ -9,6 +10,7 @@ use crate::localise::offline_localiser::OfflineLocaliser;
 use crate::{map, output, texts};
 use check::{Fitness, RegressionConfig, find_regression, measure_fitness};
 use clap::Args;
+use distance_trigger::DistanceTrigger;
 use geometry::{Isometry, isometry_from_pose};
 use mapping::map_changes::{MapChangesConfig, RevisitScan};
 use messages::CorrectedScan;
@@ -20,9 +22,6 @@ use std::sync::Arc;
 use store::SavedMap;
 use version::{Changes, write_version};
 use vocab::MapId;
-
-/// Distance walked between scans that are compared with the map, metres. Closer scans see the same surfaces.
-const SCAN_DISTANCE_M: f64 = 1.0;
 
 /// Make a new version of a map with the changes that later recordings show: racks removed or moved, new walls, open doors.
 #[derive(Args, Debug)]
@@ -75,23 +74,6 @@ struct Report {
     after: Fitness,
 }
 
-/// Chooses scans that are [`SCAN_DISTANCE_M`] apart.
-#[derive(Debug, Default)]
-struct DistanceTrigger {
-    last: Option<Isometry>,
-}
-
-impl DistanceTrigger {
-    fn is_due(&mut self, pose: &Isometry) -> bool {
-        let step = |last: &Isometry| (last.translation.vector - pose.translation.vector).norm();
-        let due = self.last.as_ref().is_none_or(|last| step(last) >= SCAN_DISTANCE_M);
-        if due {
-            self.last = Some(*pose);
-        }
-        due
-    }
-}
-
 /// Runs `autoinspect patch`.
 pub fn run(args: &PatchArgs) -> Result<(), Failure> {
     let saved = SavedMap::read(&args.map).map_err(Failure::usage)?;
@@ -140,7 +122,7 @@ fn compare_versions(args: &PatchArgs) -> Result<(Fitness, Fitness), Failure> {
     }
 }
 
-/// Scans of all recordings that were localised, [`SCAN_DISTANCE_M`] apart.
+/// Scans of all recordings that were localised, chosen by a [`DistanceTrigger`].
 fn localised_scans(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
     let known = Arc::new(runtime::known_map(&args.map).map_err(Failure::usage)?);
     let config = MapChangesConfig::default();
@@ -150,10 +132,10 @@ fn localised_scans(args: &PatchArgs) -> Result<Vec<RevisitScan>, Failure> {
         let (boot, duration) = (args.inputs.boot(&recordings)?, inputs::duration(&recordings));
         let lidar = boot.mounting.base_from_lidar.as_ref().and_then(isometry_from_pose);
         let sensor = lidar.unwrap_or_else(Isometry::identity).translation.vector.map(|c| c as f32).into();
-        let mut look_trigger = DistanceTrigger::default();
+        let mut distance_trigger = DistanceTrigger::default();
         let mut on_scan = |scan: &CorrectedScan| {
             let Some(pose) = isometry_from_pose(&scan.map_from_base) else { return };
-            if look_trigger.is_due(&pose) {
+            if distance_trigger.is_due(&pose) {
                 let (xyz, intensity) = (&scan.cloud.xyz, &scan.cloud.intensity);
                 scans.push(RevisitScan::new(pose, xyz, intensity, sensor, &mut downsampler, &config));
             }

@@ -4,7 +4,14 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-const PATIENCE: Duration = Duration::from_millis(500);
+/// Parameters of [`is_healthy`].
+#[derive(Clone, Copy, Debug)]
+struct HealthCheckConfig {
+    /// Longest time to connect, and to wait for the answer. Chosen: the gateway is on the same computer and answers from memory.
+    timeout: Duration,
+}
+
+const CONFIG: HealthCheckConfig = HealthCheckConfig { timeout: Duration::from_millis(500) };
 
 /// Whether the gateway at this address reports that core and gateway are connected.
 pub fn is_healthy(address: SocketAddr) -> bool {
@@ -13,8 +20,8 @@ pub fn is_healthy(address: SocketAddr) -> bool {
 
 /// First bytes of the response.
 fn status(address: SocketAddr) -> std::io::Result<String> {
-    let mut stream = TcpStream::connect_timeout(&address, PATIENCE)?;
-    stream.set_read_timeout(Some(PATIENCE))?;
+    let mut stream = TcpStream::connect_timeout(&address, CONFIG.timeout)?;
+    stream.set_read_timeout(Some(CONFIG.timeout))?;
     write!(
         stream,
         "GET {} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n",

@@ -1,5 +1,6 @@
 //! Runs imports in a separate process, so that broken or very large files cannot harm the core.
 
+use crate::texts;
 use api::ImportStage;
 use ports::MapImporter;
 use serde::Deserialize;
@@ -58,7 +59,7 @@ impl MapImporter for ImportProcess {
             format!("--pair={from}={to}").into()
         }));
         arguments.extend(["--background".into(), "--".into(), map.into()]);
-        run(&arguments, &[(map, "the map"), (onto, "the other map")], progress)
+        run(&arguments, &[(map, texts::ALIGNED_MAP), (onto, texts::OTHER_MAP)], progress)
     }
 }
 
@@ -72,7 +73,7 @@ fn run(
         let mut import = Command::new(program);
         import.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()
     });
-    let mut child = started.map_err(|error| format!("The import cannot be started: {error}."))?;
+    let mut child = started.map_err(|error| texts::import_not_started(&error))?;
     let (lines, errors) = (child.stdout.take(), child.stderr.take());
     let (cancelled, complaint) = thread::scope(|scope| {
         // On another thread than progress, because a child would block if its standard error were full.
@@ -85,12 +86,12 @@ fn run(
         (cancelled, complaint.join().unwrap_or_default())
     });
     match child.wait() {
-        _ if cancelled => Err("It was cancelled.".to_owned()),
+        _ if cancelled => Err(texts::IMPORT_CANCELLED.to_owned()),
         Ok(status) if status.success() => Ok(()),
         Ok(_) => Err(named
             .iter()
             .fold(complaint, |text, (path, name)| text.replace(&path.display().to_string(), name))),
-        Err(error) => Err(format!("What became of the import is not known: {error}.")),
+        Err(error) => Err(texts::import_outcome_unknown(&error)),
     }
 }
 
@@ -112,7 +113,7 @@ fn complaint(errors: Option<ChildStderr>) -> String {
     let lines = errors.into_iter().flat_map(|errors| BufReader::new(errors).lines().map_while(Result::ok));
     let last = lines.filter_map(|line| line.strip_prefix("error: ").map(str::to_owned)).last();
     last.map_or_else(
-        || "The import ended before it was done: the file may be too large for this computer.".to_owned(),
+        || texts::IMPORT_ENDED_EARLY.to_owned(),
         |sentence| format!("{}.", sentence.trim_end_matches('.')),
     )
 }

@@ -15,8 +15,8 @@ pub use core_process::{CoreArgs, run_core};
 pub use gateway_process::{GatewayArgs, run_gateway};
 
 use crate::failure::Failure;
-use crate::output;
 use crate::robot::RobotArgs;
+use crate::{output, texts};
 use clap::Args;
 use ports::DataDir;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -51,8 +51,7 @@ pub struct UpArgs {
 /// Runs `autoinspect up` until a signal stops it.
 pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let data = args.data.clone().unwrap_or_else(paths::default_data_dir);
-    std::fs::create_dir_all(&data)
-        .map_err(|error| Failure::failed(crate::texts::cannot_create(&data, &error)))?;
+    std::fs::create_dir_all(&data).map_err(|error| Failure::failed(texts::cannot_create(&data, &error)))?;
     let data = data.canonicalize().map_err(|error| Failure::unreadable(&data, error))?;
     let static_dir = paths::static_dir(args.static_dir.as_deref())?;
     let socket = DataDir::new(&data).core_socket();
@@ -71,8 +70,8 @@ pub fn run(args: &UpArgs) -> Result<(), Failure> {
     let stop = Stop::on_signals()?;
     let mut supervisor = Supervisor::new(core, gateway, args.listen, socket);
     supervisor.run(&stop, |address| {
-        output::print_line(&format!("AutoInspect is running: http://{}", reachable(address)));
-        output::print_note(&format!("data in {}; stop with Ctrl-C", data.display()));
+        output::print_line(&texts::platform_running(&reachable(address)));
+        output::print_note(&texts::platform_data(&data));
     })
 }
 

@@ -187,15 +187,7 @@ impl Process {
             self.pause = Duration::ZERO;
         }
         self.start_at = Instant::now() + self.pause;
-        output::print_note(&format!(
-            "the {} ended ({status}) and is started again{}",
-            self.role.name(),
-            if self.pause.is_zero() {
-                String::new()
-            } else {
-                format!(" in {:.1} s", self.pause.as_secs_f64())
-            }
-        ));
+        output::print_note(&texts::process_restarts(self.role.name(), &status, self.pause));
         self.pause = (self.pause * 2).clamp(CONFIG.first_pause, CONFIG.pause_max);
         Ok(())
     }
@@ -218,7 +210,7 @@ impl Process {
                 Ok(Some(_)) | Err(_) => return,
             }
         }
-        output::print_note(&format!("the {} does not stop and is killed", self.role.name()));
+        output::print_note(&texts::process_killed(self.role.name()));
         let _ = child.kill();
         let _ = child.wait();
     }
