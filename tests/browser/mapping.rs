@@ -175,7 +175,7 @@ fn cover_the_lidar(page: &mut Page) {
         (page.status("Localisation")? == "Uncertain: the LiDAR sees nothing").then_some(())
     });
     page.screenshot().save("lidar-covered-1440x900");
-    wait_for("the robot to know its place again", WALK_LIMIT, || {
+    wait_for("the robot to be localised again", WALK_LIMIT, || {
         (page.status("Localisation")? == "Localised").then_some(())
     });
 }

@@ -227,7 +227,7 @@ impl Executive {
         if self.state == ExecutiveState::Recovering && situation.is_localised {
             // Localisation reports a found pose only once. The pose may have been in doubt then, and after a restart of odometry there may be no
             // report.
-            self.fire(at, ExecutiveEvent::PlaceFound, None, situation, effects);
+            self.fire(at, ExecutiveEvent::PoseFound, None, situation, effects);
         }
         let Some(behaviour) = &mut self.behaviour else { return };
         let mut context = BehaviourContext {
@@ -448,7 +448,7 @@ impl Executive {
                     self.end(goal, GoalStatus::Succeeded(result), effects);
                 }
             }
-            Action::FailGoal => self.fail(trigger.failure.unwrap_or(GoalFailure::PlaceNotFound), effects),
+            Action::FailGoal => self.fail(trigger.failure.unwrap_or(GoalFailure::PoseNotFound), effects),
             Action::FailGoalBecause(reason) => self.fail(reason, effects),
             Action::SuspendGoal => {
                 self.keep_attempts();
@@ -502,7 +502,7 @@ impl Executive {
         let (Some(goal), Some(behaviour)) = (&mut self.goal, &self.behaviour) else { return };
         let progress = match self.state {
             ExecutiveState::Recovering => {
-                GoalProgress { remaining_m: None, waits_for: Some(WaitReason::Place) }
+                GoalProgress { remaining_m: None, waits_for: Some(WaitReason::Relocalisation) }
             }
             _ => behaviour.progress(&situation.frames.odom_from_base),
         };
@@ -533,7 +533,7 @@ fn add(total: &mut GoalAttempt, attempt: &GoalAttempt) -> Option<()> {
         (GoalAttempt::PlannedPaths(a), GoalAttempt::PlannedPaths(b))
         | (GoalAttempt::ExploredPaths(a), GoalAttempt::ExploredPaths(b)) => *a += b,
         (GoalAttempt::WaitedForPath(a), GoalAttempt::WaitedForPath(b))
-        | (GoalAttempt::SearchedForPlace(a), GoalAttempt::SearchedForPlace(b)) => sum(a, b),
+        | (GoalAttempt::SearchedForPose(a), GoalAttempt::SearchedForPose(b)) => sum(a, b),
         _ => return None,
     }
     Some(())

@@ -250,7 +250,7 @@ impl Behaviour for RelocalisationBehaviour {
         let here = context.frames.odom_from_base.translation.vector;
         self.record_visit(at, &here);
         if self.searched > self.config.search_timeout {
-            return Poll::Ready(Err(GoalFailure::PlaceNotFound));
+            return Poll::Ready(Err(GoalFailure::PoseNotFound));
         }
         if let Phase::Standing { since, tried } = &mut self.phase {
             let stood = at - *since;
@@ -290,7 +290,7 @@ impl Behaviour for RelocalisationBehaviour {
     }
 
     fn attempts(&self) -> Vec<GoalAttempt> {
-        vec![GoalAttempt::SearchedForPlace(self.searched), GoalAttempt::ExploredPaths(self.walks)]
+        vec![GoalAttempt::SearchedForPose(self.searched), GoalAttempt::ExploredPaths(self.walks)]
     }
 }
 

@@ -95,7 +95,7 @@ impl Rig {
         self.situation.is_in_saved_map = true;
         self.situation.is_pose_unconfirmed = true;
         self.situation.is_localised = false;
-        self.fire(ExecutiveEvent::PlaceLost);
+        self.fire(ExecutiveEvent::PoseLost);
     }
 
     /// The pose is found.
@@ -103,7 +103,7 @@ impl Rig {
         self.situation.is_in_saved_map = true;
         self.situation.is_pose_unconfirmed = false;
         self.situation.is_localised = true;
-        self.fire(ExecutiveEvent::PlaceFound);
+        self.fire(ExecutiveEvent::PoseFound);
     }
 
     pub fn fire(&mut self, event: ExecutiveEvent) {

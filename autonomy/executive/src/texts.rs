@@ -14,7 +14,7 @@ pub(crate) const POINT_NOT_FINITE: &str = "That point is not on the map. Choose 
 pub(crate) fn failure(reason: GoalFailure) -> &'static str {
     match reason {
         GoalFailure::PathBlocked => "The path stayed blocked. Choose another point or drive round by hand.",
-        GoalFailure::PlaceNotFound => {
+        GoalFailure::PoseNotFound => {
             "The robot searched for its pose in the map and did not find it. Set the pose on the map, or drive the robot to a part where the map is right."
         }
         GoalFailure::MapReplaced => "The map was replaced. Choose a point of the new one.",

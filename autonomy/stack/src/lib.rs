@@ -322,7 +322,7 @@ impl Running {
             }
             Some(LocalisationTransition::PoseFound) => {
                 let has_waited = self.executive.is_recovering();
-                self.notify_executive(at, ExecutiveEvent::PlaceFound, effects);
+                self.notify_executive(at, ExecutiveEvent::PoseFound, effects);
                 let text = match has_waited {
                     true => texts::LOCALISED_GOAL_GOES_ON,
                     false => texts::LOCALISED,
@@ -330,7 +330,7 @@ impl Running {
                 (Severity::Info, text)
             }
             Some(LocalisationTransition::PoseLost) => {
-                self.notify_executive(at, ExecutiveEvent::PlaceLost, effects);
+                self.notify_executive(at, ExecutiveEvent::PoseLost, effects);
                 let text = match self.executive.is_recovering() {
                     true => texts::LOCALISATION_LOST_UNDER_GOAL,
                     false => texts::LOCALISATION_LOST,

@@ -279,7 +279,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
             waits_for: progress.waits_for.map(|reason| match reason {
                 WaitReason::Sight => api::WaitReason::Sight,
                 WaitReason::FreePath => api::WaitReason::FreePath,
-                WaitReason::Place => api::WaitReason::Place,
+                WaitReason::Relocalisation => api::WaitReason::Relocalisation,
             }),
         }),
         GoalStatus::Succeeded(result) => {
@@ -288,7 +288,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
         GoalStatus::Failed { reason, tried } => api::GoalStatus::Failed {
             reason: match reason {
                 GoalFailure::PathBlocked => api::GoalFailure::PathBlocked,
-                GoalFailure::PlaceNotFound => api::GoalFailure::PlaceNotFound,
+                GoalFailure::PoseNotFound => api::GoalFailure::PoseNotFound,
                 GoalFailure::MapReplaced => api::GoalFailure::MapReplaced,
             },
             tried: tried
@@ -296,7 +296,7 @@ fn goal_status(status: messages::GoalStatus) -> api::GoalStatus {
                 .map(|attempt| match attempt {
                     GoalAttempt::PlannedPaths(count) => api::GoalAttempt::PlannedPaths(count),
                     GoalAttempt::WaitedForPath(span) => api::GoalAttempt::WaitedForPath(span),
-                    GoalAttempt::SearchedForPlace(span) => api::GoalAttempt::SearchedForPlace(span),
+                    GoalAttempt::SearchedForPose(span) => api::GoalAttempt::SearchedForPose(span),
                     GoalAttempt::ExploredPaths(count) => api::GoalAttempt::ExploredPaths(count),
                 })
                 .collect(),
@@ -335,8 +335,8 @@ fn executive(status: messages::ExecutiveStatus) -> api::Executive {
             ExecutiveEvent::CancelRequested => api::ExecutiveEvent::CancelRequested,
             ExecutiveEvent::BehaviourSucceeded => api::ExecutiveEvent::BehaviourSucceeded,
             ExecutiveEvent::BehaviourFailed => api::ExecutiveEvent::BehaviourFailed,
-            ExecutiveEvent::PlaceLost => api::ExecutiveEvent::PlaceLost,
-            ExecutiveEvent::PlaceFound => api::ExecutiveEvent::PlaceFound,
+            ExecutiveEvent::PoseLost => api::ExecutiveEvent::PoseLost,
+            ExecutiveEvent::PoseFound => api::ExecutiveEvent::PoseFound,
             ExecutiveEvent::OdometryRestarted => api::ExecutiveEvent::OdometryRestarted,
             ExecutiveEvent::MapReplaced => api::ExecutiveEvent::MapReplaced,
         },

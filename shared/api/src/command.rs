@@ -16,7 +16,7 @@ pub enum Command {
     ReleaseControl,
     /// Begin a mapping session with this id.
     StartMapping(SessionId),
-    /// Begin a mapping session with this id that goes on from a saved map: the robot finds itself in it, and what is new is added.
+    /// Begin a mapping session with this id that goes on from a saved map: the robot is localised in it, and what is new is added.
     ExtendMap {
         /// Id of the session.
         session: SessionId,
@@ -34,7 +34,7 @@ pub enum Command {
     DiscardMapping,
     /// Move with this velocity of the base; repeat at 10 Hz, the robot stops 0.5 s after the last.
     Teleoperate(Twist),
-    /// Begin a goal. It takes the place of the one that runs. Repeating the id of a known goal does nothing.
+    /// Begin a goal. It replaces the one that runs. Repeating the id of a known goal does nothing.
     StartGoal {
         /// Made by the client.
         goal: GoalId,
@@ -70,7 +70,7 @@ pub enum Command {
         /// Guess of `to` in `from`, right to a metre or two.
         guess: Pose,
     },
-    /// Be localised in a saved map from now on: the robot finds itself in it, and walks by it.
+    /// Be localised in a saved map from now on: the robot relocalises in it, and walks by it.
     Localise {
         /// The saved map.
         map: MapId,

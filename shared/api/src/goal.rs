@@ -11,7 +11,7 @@ pub const MAX_GOALS: usize = 8;
 pub enum GoalKind {
     /// Walk to this point of the map (map frame, metres), round obstacles.
     WalkTo(Vec3),
-    /// Find the place in the saved map in use, walking a little where nothing else helps.
+    /// Find the robot's pose in the saved map in use, walking a little where nothing else helps.
     Relocalise,
 }
 
@@ -83,8 +83,8 @@ pub enum WaitReason {
     Sight,
     /// The path is blocked; people may walk on.
     FreePath,
-    /// The place in the map was lost; the goal goes on once it is found.
-    Place,
+    /// The pose in the map was lost; the goal goes on once the robot is relocalised.
+    Relocalisation,
 }
 
 /// Why a goal was not reached.
@@ -92,8 +92,8 @@ pub enum WaitReason {
 pub enum GoalFailure {
     /// No path was free for too long.
     PathBlocked,
-    /// The place in the map was not found in time.
-    PlaceNotFound,
+    /// The robot's pose in the map was not found in time.
+    PoseNotFound,
     /// The map or its frame was replaced, so that a point in it means nothing any more.
     MapReplaced,
 }
@@ -105,8 +105,8 @@ pub enum GoalAttempt {
     PlannedPaths(u32),
     /// The robot stood for this time before a blocked path.
     WaitedForPath(Span),
-    /// The robot looked for its place for this time.
-    SearchedForPlace(Span),
+    /// The robot searched for its pose in the map for this time.
+    SearchedForPose(Span),
     /// Number of paths that the robot walked to see more.
     ExploredPaths(u32),
 }
@@ -120,7 +120,7 @@ pub enum CancelCause {
     MotionStopped,
     /// The robot was driven by hand.
     DrivenByHand,
-    /// This goal took its place.
+    /// This goal replaced it.
     Replaced(GoalId),
 }
 
@@ -144,7 +144,7 @@ pub enum ExecutiveState {
     Stopped,
     /// A person drives.
     ManualDriving,
-    /// A goal waits while the robot looks for its place in the map.
+    /// A goal waits while the robot relocalises in the map.
     Recovering,
     /// A goal is executed.
     Executing,
@@ -177,12 +177,46 @@ pub enum ExecutiveEvent {
     BehaviourSucceeded,
     /// The goal was given up.
     BehaviourFailed,
-    /// The place in the saved map was lost.
-    PlaceLost,
-    /// The place in the saved map was found.
-    PlaceFound,
+    /// The robot's pose in the saved map was lost.
+    PoseLost,
+    /// The robot's pose in the saved map was found.
+    PoseFound,
     /// Odometry began anew.
     OdometryRestarted,
     /// The map or its frame was replaced.
     MapReplaced,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The number of a variant on the wire: the first byte.
+    fn number<T: Serialize>(variant: T) -> u8 {
+        crate::encode(&variant)[0]
+    }
+
+    /// Variants may be renamed and added at the end. If this test fails, one has moved: then [`crate::VERSION`] has to rise.
+    #[test]
+    fn variants_keep_their_numbers_on_the_wire() {
+        use {ExecutiveEvent as Event, ExecutiveState as State};
+        assert_eq!(
+            [WaitReason::Sight, WaitReason::FreePath, WaitReason::Relocalisation].map(number),
+            [0, 1, 2]
+        );
+        let failures = [GoalFailure::PathBlocked, GoalFailure::PoseNotFound, GoalFailure::MapReplaced];
+        assert_eq!(failures.map(number), [0, 1, 2]);
+        let attempts = [
+            GoalAttempt::PlannedPaths(9),
+            GoalAttempt::WaitedForPath(Span::ZERO),
+            GoalAttempt::SearchedForPose(Span::ZERO),
+            GoalAttempt::ExploredPaths(9),
+        ];
+        assert_eq!(attempts.map(number), [0, 1, 2, 3]);
+        let states = [State::Stopped, State::ManualDriving, State::Recovering, State::Executing, State::Idle];
+        assert_eq!(states.map(number), [0, 1, 2, 3, 4]);
+        let events =
+            [Event::Started, Event::PoseLost, Event::PoseFound, Event::OdometryRestarted, Event::MapReplaced];
+        assert_eq!(events.map(number), [0, 10, 11, 12, 13]);
+    }
 }

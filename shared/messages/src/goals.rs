@@ -11,7 +11,7 @@ use vocab::{GoalId, Pose, Span, Stamp, Vec3};
 pub enum GoalKind {
     /// Walk to this point of the map (map frame, metres), round obstacles that are seen on the way.
     WalkTo(Vec3),
-    /// Find the place in the saved map in use: stand and look, then walk a little where nothing else helps.
+    /// Find the robot's pose in the saved map in use: stand and look, then walk a little where nothing else helps.
     Relocalise,
 }
 
@@ -78,8 +78,8 @@ pub enum WaitReason {
     Sight,
     /// The path is blocked; people may walk on.
     FreePath,
-    /// The place in the map was lost; the goal goes on once it is found.
-    Place,
+    /// The pose in the map was lost; the goal goes on once the robot is relocalised.
+    Relocalisation,
 }
 
 /// Result of a goal that was reached.
@@ -96,8 +96,8 @@ pub struct GoalResult {
 pub enum GoalFailure {
     /// No path was free for too long.
     PathBlocked,
-    /// The place in the map was not found in time.
-    PlaceNotFound,
+    /// The robot's pose in the map was not found in time.
+    PoseNotFound,
     /// The map or its frame was replaced, so that a point in it means nothing any more.
     MapReplaced,
 }
@@ -109,8 +109,8 @@ pub enum GoalAttempt {
     PlannedPaths(u32),
     /// The robot stood for this time before a blocked path.
     WaitedForPath(Span),
-    /// The robot looked for its place for this time.
-    SearchedForPlace(Span),
+    /// The robot searched for its pose in the map for this time.
+    SearchedForPose(Span),
     /// Number of paths that the robot walked to see more.
     ExploredPaths(u32),
 }
@@ -124,7 +124,7 @@ pub enum CancelCause {
     MotionStopped,
     /// The robot was driven by hand.
     DrivenByHand,
-    /// This goal took its place.
+    /// This goal replaced it.
     Replaced(GoalId),
 }
 
@@ -135,7 +135,7 @@ pub enum ExecutiveState {
     Stopped,
     /// A person drives.
     ManualDriving,
-    /// A goal waits while the robot looks for its place in the map.
+    /// A goal waits while the robot relocalises in the map.
     Recovering,
     /// A goal is executed.
     Executing,
@@ -167,10 +167,10 @@ pub enum ExecutiveEvent {
     BehaviourSucceeded,
     /// The behaviour has given up.
     BehaviourFailed,
-    /// The place in the saved map is not known any more.
-    PlaceLost,
-    /// The place in the saved map is known.
-    PlaceFound,
+    /// The robot's pose in the saved map is not known any more.
+    PoseLost,
+    /// The robot's pose in the saved map is known.
+    PoseFound,
     /// Odometry has begun anew: its frame has nothing to do with the one before.
     OdometryRestarted,
     /// The map or its frame was replaced.

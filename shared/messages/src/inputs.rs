@@ -196,7 +196,7 @@ pub enum CommandKind {
     DiscardMapping,
     /// Move with this velocity of the base; stops by itself 0.5 s after the last one.
     Teleoperate(Twist),
-    /// Begin a goal. It takes the place of the one that runs. Repeating the id of a known goal does nothing.
+    /// Begin a goal. It replaces the one that runs. Repeating the id of a known goal does nothing.
     StartGoal {
         /// Made by the client.
         goal: GoalId,
@@ -232,7 +232,7 @@ pub enum CommandKind {
         /// Guess of `to` in `from`.
         guess: Pose,
     },
-    /// Begin a mapping session that goes on from a saved map: the robot finds its place in it, and what is new is added.
+    /// Begin a mapping session that goes on from a saved map: the robot is localised in it, and what is new is added.
     ExtendMap {
         /// Id of the session.
         session: SessionId,

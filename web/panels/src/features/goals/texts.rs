@@ -39,7 +39,7 @@ pub(super) fn wait(reason: WaitReason) -> &'static str {
     match reason {
         WaitReason::Sight => "Waiting: the LiDAR sees nothing. The robot goes on when it sees again.",
         WaitReason::FreePath => "Waiting: the path is blocked. The robot goes on when it is free.",
-        WaitReason::Place => "Waiting: the robot has to relocalise first.",
+        WaitReason::Relocalisation => "Waiting: the robot has to relocalise first.",
     }
 }
 
@@ -64,7 +64,7 @@ pub(super) fn outcome(goal: &Goal) -> String {
         }
         GoalStatus::Failed { reason, .. } => match reason {
             GoalFailure::PathBlocked => "The path stayed blocked. Clear it or choose another goal.",
-            GoalFailure::PlaceNotFound => {
+            GoalFailure::PoseNotFound => {
                 "The robot was not localised in time. Drive it to a part that the map shows, or set its pose."
             }
             GoalFailure::MapReplaced => "The map changed meanwhile. Choose the goal again.",
@@ -74,7 +74,7 @@ pub(super) fn outcome(goal: &Goal) -> String {
             CancelCause::Requested => "An operator cancelled it.",
             CancelCause::MotionStopped => "Motion was stopped.",
             CancelCause::DrivenByHand => "The robot was driven by hand.",
-            CancelCause::Replaced(_) => "Another goal took its place.",
+            CancelCause::Replaced(_) => "Another goal replaced it.",
         }
         .to_owned(),
         GoalStatus::Accepted | GoalStatus::Running(_) => String::new(),
@@ -95,7 +95,7 @@ fn attempt(attempt: &GoalAttempt) -> String {
         GoalAttempt::WaitedForPath(span) => {
             format!("waited {} for a free path", format::duration(span.secs_f64()))
         }
-        GoalAttempt::SearchedForPlace(span) => {
+        GoalAttempt::SearchedForPose(span) => {
             format!("searched the map for {}", format::duration(span.secs_f64()))
         }
         GoalAttempt::ExploredPaths(1) => "1 path explored".to_owned(),
