@@ -298,7 +298,7 @@ impl Executive {
             (ExecutiveState::Executing, Some(goal), Some(behaviour)) => MotionState::Walking {
                 goal,
                 path: behaviour.path().iter().map(|point| vec_to_plain(&frames.to_map(point))).collect(),
-                remaining: behaviour.progress(&frames.odom_from_base).remaining_m.unwrap_or_default(),
+                remaining_m: behaviour.progress(&frames.odom_from_base).remaining_m.unwrap_or_default(),
             },
             (ExecutiveState::Idle | ExecutiveState::Executing, ..) => match &self.blocked {
                 Some((goal, reason)) => MotionState::Blocked {

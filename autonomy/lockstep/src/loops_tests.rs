@@ -263,7 +263,7 @@ fn a_log_with_loop_results_replays_bit_for_bit_without_running_jobs() {
         _ => None,
     });
     let Some(result) = result else { panic!("no loop was verified") };
-    result.evidence.residual += 1e-15;
+    result.evidence.residual_m += 1e-15;
     assert_ne!(replay(changed, &mut Stack::new()).hex(), run.digest.hex());
 }
 

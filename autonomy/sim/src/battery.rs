@@ -56,8 +56,8 @@ impl Battery {
         BatteryState {
             stamp,
             charge: self.charge as f32,
-            voltage: (open + current * RESISTANCE_OHM) as f32,
-            current: current as f32,
+            voltage_v: (open + current * RESISTANCE_OHM) as f32,
+            current_a: current as f32,
             charging: self.charging,
         }
     }

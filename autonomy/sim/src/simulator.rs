@@ -216,7 +216,7 @@ impl Simulator {
                 base_from_lidar: Some(geometry::pose_from_isometry(&base_from_lidar())),
                 base_from_imu: Some(geometry::pose_from_isometry(&base_from_imu())),
                 base_from_external: None,
-                standing_height: Some(STANDING_HEIGHT),
+                standing_height_m: Some(STANDING_HEIGHT),
             },
             sources: Sources::default(),
             start_mapping: None,

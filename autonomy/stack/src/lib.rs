@@ -354,7 +354,7 @@ impl Running {
             velocity: located.velocity,
             covariance: Covariance6(rows(&self.localisation.covariance().unwrap_or(located.covariance))),
             degenerate: located.degenerate.map(|direction| direction.map(|d| vec_to_plain(&d))),
-            distance: self.odometer.distance(),
+            distance_m: self.odometer.distance(),
         }
     }
 
@@ -613,7 +613,7 @@ fn latch_change(command: &Command) -> Option<LedgerEvent> {
 /// The robot's profile, with the standing height of the recording if it has one.
 fn profile(record: &BootRecord) -> RobotProfile {
     let mut profile = record.profile.clone();
-    profile.standing_height_m = record.mounting.standing_height.unwrap_or(profile.standing_height_m);
+    profile.standing_height_m = record.mounting.standing_height_m.unwrap_or(profile.standing_height_m);
     profile
 }
 

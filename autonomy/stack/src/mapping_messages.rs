@@ -12,7 +12,7 @@ use mapping::{
 use messages::{
     ComparedRevisit, EdgeKind, GraphDelta, GraphEdge, GraphNode, Job, LoopDecision, LoopEvidence,
     LoopRejection, LoopSource, LoopTask, LoopVerdict, MapQuality, MapSearchOutcome, PlaceComparison,
-    PoseGraph, RevisitTask, SurveyReason, SurveyTarget, VerifiedLoop,
+    PoseCorrection, PoseGraph, RevisitTask, SurveyReason, SurveyTarget, VerifiedLoop,
 };
 use vocab::{Pose, SessionId};
 
@@ -218,8 +218,8 @@ pub(crate) fn quality_to_plain(revision: u64, quality: &mapping::MapQuality) -> 
     let target = |target: &mapping::SurveyTarget| SurveyTarget {
         at: vec_to_plain(&target.position),
         why: match target.reason {
-            mapping::SurveyReason::FromAfar(area_m2) => SurveyReason::FromAfar(area_m2),
-            mapping::SurveyReason::Uncertain(std_m) => SurveyReason::Uncertain(std_m),
+            mapping::SurveyReason::FromAfar(area_m2) => SurveyReason::FromAfar { area_m2 },
+            mapping::SurveyReason::Uncertain(deviation_m) => SurveyReason::Uncertain { deviation_m },
         },
     };
     MapQuality {
@@ -246,12 +246,15 @@ fn evidence_to_plain(evidence: &Evidence) -> LoopEvidence {
     LoopEvidence {
         score: evidence.score,
         overlap: evidence.overlap,
-        residual: evidence.residual_m,
+        residual_m: evidence.residual_m,
         free_space_violation: evidence.free_space_violation,
         runner_up_ratio: evidence.runner_up_ratio,
         degenerate_directions: evidence.degenerate_directions as u32,
         conditioning: evidence.conditioning,
-        correction: (evidence.correction_m, evidence.correction_rad),
+        correction: PoseCorrection {
+            distance_m: evidence.correction_m,
+            rotation_rad: evidence.correction_rad,
+        },
         mahalanobis_squared: evidence.mahalanobis_squared,
     }
 }
@@ -261,13 +264,13 @@ fn evidence_from_plain(evidence: &LoopEvidence, source: LoopSource) -> Evidence 
         source: source_from_plain(source),
         score: evidence.score,
         overlap: evidence.overlap,
-        residual_m: evidence.residual,
+        residual_m: evidence.residual_m,
         free_space_violation: evidence.free_space_violation,
         runner_up_ratio: evidence.runner_up_ratio,
         degenerate_directions: evidence.degenerate_directions as usize,
         conditioning: evidence.conditioning,
-        correction_m: evidence.correction.0,
-        correction_rad: evidence.correction.1,
+        correction_m: evidence.correction.distance_m,
+        correction_rad: evidence.correction.rotation_rad,
         mahalanobis_squared: evidence.mahalanobis_squared,
     }
 }

@@ -15,7 +15,7 @@ use mapping::{
     MapSearch, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig,
 };
 use messages::{
-    Cloud, CommandKind, DegenerateStretch, FinishedMap, Job, JobFailure, Keyframe, MapSearchOutcome,
+    Cloud, CommandKind, DegenerateSegment, FinishedMap, Job, JobFailure, Keyframe, MapSearchOutcome,
     MapSearchResult, MapSearchTask, MappingState, PlaceComparison, Publication, Reanchored, RevisitCounts,
     StackEffect,
 };
@@ -340,13 +340,13 @@ impl RunningSession {
             session: *id,
             extends: *extends,
             at,
-            distance: session.distance_m(),
+            distance_m: session.distance_m(),
             graph: Arc::new(plain::graph_to_plain(session)),
             trajectory: session.trajectory().iter().map(|(s, p)| (*s, pose_from_isometry(p))).collect(),
             degenerate: session
                 .degenerate_segments()
                 .iter()
-                .map(|s| DegenerateStretch { from: s.from, until: s.until, distance: s.distance_m })
+                .map(|s| DegenerateSegment { from: s.from, until: s.until, distance_m: s.distance_m })
                 .collect(),
             decisions: loops.as_ref().map_or_else(Vec::new, |loops| decisions_to_plain(*id, loops)),
             unverified: loops.as_ref().map_or(0, |loops| loops.skipped()),
@@ -379,14 +379,14 @@ impl RunningSession {
             Some((map, search)) => MappingState::Finding {
                 session: self.id,
                 map: *map,
-                distance: search.distance_m().round(),
+                distance_m: search.distance_m().round(),
                 ambiguous: search.is_ambiguous(),
             },
             None => MappingState::Mapping {
                 session: self.id,
                 extends: self.extends,
                 since: self.since,
-                distance: (self.session.distance_m() * 10.0).round() / 10.0,
+                distance_m: (self.session.distance_m() * 10.0).round() / 10.0,
                 keyframes: self.session.graph().nodes().len() as u32,
                 on_known_ground: self.session.is_revisiting(),
             },

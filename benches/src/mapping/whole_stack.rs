@@ -69,7 +69,7 @@ pub fn walk(site: &Arc<Site>, plan: &WalkPlan, duration: Span) -> Result<WholeSt
         .context("a loop's pose is none")?;
     let mut whole = WholeStackRun {
         score: score(site, &true_poses, &judged),
-        distance: map.distance,
+        distance: map.distance_m,
         error: rmse(found.iter().copied().zip(true_poses.iter().copied())),
         trajectory_error: trajectory_error(&map, &truth)?,
         reanchorings: reanchored.len(),

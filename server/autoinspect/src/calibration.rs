@@ -55,7 +55,7 @@ impl Calibration {
                 *known = Some(geometry::pose_from_isometry(&transform.isometry()?));
             }
         }
-        mounting.standing_height = self.standing_height_m.or(mounting.standing_height);
+        mounting.standing_height_m = self.standing_height_m.or(mounting.standing_height_m);
         Ok(())
     }
 }

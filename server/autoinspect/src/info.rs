@@ -42,7 +42,7 @@ fn describe_map(args: &InfoArgs, path: &Path) -> Result<(), Failure> {
         args.file.display(),
         map.name,
         map.id,
-        map.distance,
+        map.distance_m,
         map.keyframes,
         map.points,
         map.bytes as f64 * 1e-6

@@ -38,8 +38,8 @@ pub(crate) struct MapSummaryDocument {
     name: String,
     /// When it was finished, nanoseconds since the Unix epoch.
     created: i64,
-    /// Metres walked to make it.
-    distance: f64,
+    /// Distance walked to make it, metres.
+    distance_m: f64,
     /// Keyframes in it.
     keyframes: u32,
     /// Points in its tiles.

@@ -14,7 +14,7 @@ fn tile(number: u32) -> TileEntry {
         hash: TileHash(hash),
         anchor: api::Anchor::Map,
         level: 0,
-        spacing: 1.0,
+        spacing_m: 1.0,
         bounds: vocab::Aabb::EMPTY,
         points: number,
         bytes: 0,
@@ -34,7 +34,7 @@ fn loops(reset: bool, numbers: std::ops::Range<u32>) -> Event {
         by_hand: false,
         reason: String::new(),
         overlap: [0.5; 2],
-        residual: 0.01,
+        residual_m: 0.01,
         free_space_violation: [0.0; 2],
         runner_up_ratio: 0.0,
         guess: vocab::Pose::IDENTITY,
@@ -110,7 +110,7 @@ fn a_big_map_comes_in_pieces_between_which_other_state_passes() {
     let mut received = 0;
     for turn in 0..2 * pieces {
         // The pose changes without pause, so both are always owed.
-        let pose = Event::Estimate(Estimate { distance: f64::from(turn), ..Estimate::default() });
+        let pose = Event::Estimate(Estimate { distance_m: f64::from(turn), ..Estimate::default() });
         snapshot.apply(pose.clone());
         match snapshot.next(&mut cursor).as_deref() {
             Some(Event::Tiles(change)) => received += change.added.len(),

@@ -31,7 +31,7 @@ pub(crate) fn mounting(transforms: &[TransformStamped], sensors: &SensorFrames) 
         base_from_lidar: find(&sensors.lidar),
         base_from_imu: find(&sensors.imu),
         base_from_external: find(&sensors.external),
-        standing_height: None,
+        standing_height_m: None,
     }
 }
 

@@ -265,8 +265,9 @@ impl Recording {
             imu,
             external,
         };
-        let standing_height = self.container.metadata("standing_height_m").and_then(|text| text.parse().ok());
-        Mounting { standing_height, ..frames::mounting(&self.static_transforms(), &names) }
+        let standing_height_m =
+            self.container.metadata("standing_height_m").and_then(|text| text.parse().ok());
+        Mounting { standing_height_m, ..frames::mounting(&self.static_transforms(), &names) }
     }
 
     fn first_ros<M: RosMessage>(&self, role: TopicRole) -> Option<M> {

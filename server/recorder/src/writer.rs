@@ -307,7 +307,7 @@ fn metadata(meta: &RecordingMeta, mounting: &Mounting) -> mcap::records::Metadat
     ]);
     // `Debug` of an f64 is the shortest text that reads back to the same bits.
     entries.extend(
-        mounting.standing_height.map(|height| ("standing_height_m".to_owned(), format!("{height:?}"))),
+        mounting.standing_height_m.map(|height| ("standing_height_m".to_owned(), format!("{height:?}"))),
     );
     mcap::records::Metadata { name: "autoinspect".into(), metadata: entries }
 }

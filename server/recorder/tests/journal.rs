@@ -112,8 +112,8 @@ fn any_sensor() -> impl Strategy<Value = Sensor> {
         (any_stamp(), any_pose()).prop_map(|(stamp, odom_from_external)| {
             Sensor::Odometry(ExternalOdometry { stamp, odom_from_external })
         }),
-        battery.prop_map(|(stamp, charge, voltage, current, charging)| {
-            Sensor::Battery(BatteryState { stamp, charge, voltage, current, charging })
+        battery.prop_map(|(stamp, charge, voltage_v, current_a, charging)| {
+            Sensor::Battery(BatteryState { stamp, charge, voltage_v, current_a, charging })
         }),
     ]
 }

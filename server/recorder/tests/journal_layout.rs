@@ -6,7 +6,8 @@
 use expect_test::expect_file;
 use messages::{
     ActionOutcome, BootRecord, Command, CommandKind, GoalKind, Input, JobDone, JobId, JobOwner, JobResult,
-    MapQuality, PoseInMap, Principal, RobotProfile, StopLatch,
+    LoopEvidence, LoopRejection, LoopSource, LoopTask, MapQuality, PlaceComparison, PoseCorrection,
+    PoseInMap, Principal, RobotProfile, StopLatch, VerifiedLoop,
 };
 use std::fmt::Write;
 use uuid::Uuid;
@@ -18,7 +19,7 @@ fn id(number: u128) -> Uuid {
     Uuid::from_u128(number)
 }
 
-/// Every kind of journal entry. Left out are sensor messages, which have topics of their own, and results that jobs compute.
+/// Every kind of journal entry. Left out are sensor messages, which have topics of their own, and most results that jobs compute.
 fn inputs() -> Vec<Input> {
     let map = MapId(id(1));
     let profile = RobotProfile {
@@ -54,6 +55,23 @@ fn inputs() -> Vec<Input> {
     let command = |kind| Input::Command(Command { id: CommandId(id(6)), by: by.clone(), kind });
     let call = ActionCallId(id(8));
     let quality = MapQuality { revision: 7, covered_m2: 1.0, ..MapQuality::default() };
+    let source = LoopSource::Appearance(0.25);
+    let task = LoopTask { session: SessionId(id(2)), from, to, source, guess: Pose::IDENTITY };
+    let evidence = LoopEvidence {
+        residual_m: 0.5,
+        degenerate_directions: 2,
+        correction: PoseCorrection { distance_m: 0.75, rotation_rad: 0.125 },
+        mahalanobis_squared: Some(4.0),
+        ..LoopEvidence::default()
+    };
+    let verified = VerifiedLoop {
+        task,
+        from_from_to: Pose::IDENTITY,
+        information: [[0.0; 6]; 6],
+        evidence,
+        rejection: Some(LoopRejection::Residual),
+    };
+    let compared = PlaceComparison::Loop(Box::new(verified));
     let failed = ActionOutcome::Failed { reason: "no".to_owned() };
     let others = [
         Input::JobDone(JobDone { number: 300, result: JobResult::MapSaving(Ok(map)) }),
@@ -68,6 +86,7 @@ fn inputs() -> Vec<Input> {
         Input::ActionDone { call, outcome: failed },
         Input::ActionDone { call, outcome: ActionOutcome::Cancelled },
         Input::GraphRequested,
+        Input::JobDone(JobDone { number: 6, result: JobResult::LoopClosing(Ok(compared)) }),
     ];
     [Input::Boot(Box::new(boot)), Input::Tick].into_iter().chain(kinds.map(command)).chain(others).collect()
 }

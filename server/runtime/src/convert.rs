@@ -85,7 +85,7 @@ pub fn estimate(estimate: &messages::Estimate) -> api::Estimate {
         velocity: estimate.velocity,
         covariance: estimate.covariance,
         degenerate: estimate.degenerate.iter().flatten().count() as u8,
-        distance: estimate.distance,
+        distance_m: estimate.distance_m,
     }
 }
 
@@ -95,15 +95,18 @@ pub fn mapping(state: &MappingState) -> api::Mapping {
         MappingState::Idle => api::Mapping::Idle,
         MappingState::Starting { session } => api::Mapping::Starting { session: *session },
         MappingState::Loading { session, map } => api::Mapping::Loading { session: *session, map: *map },
-        MappingState::Finding { session, map, distance, ambiguous } => {
-            api::Mapping::Finding { session: *session, map: *map, distance: *distance, ambiguous: *ambiguous }
-        }
-        MappingState::Mapping { session, extends, since, distance, keyframes, on_known_ground } => {
+        MappingState::Finding { session, map, distance_m, ambiguous } => api::Mapping::Finding {
+            session: *session,
+            map: *map,
+            distance_m: *distance_m,
+            ambiguous: *ambiguous,
+        },
+        MappingState::Mapping { session, extends, since, distance_m, keyframes, on_known_ground } => {
             api::Mapping::Running {
                 session: *session,
                 extends: *extends,
                 since: *since,
-                distance: *distance,
+                distance_m: *distance_m,
                 keyframes: *keyframes,
                 on_known_ground: *on_known_ground,
             }
@@ -190,7 +193,7 @@ pub fn loop_decision(decision: messages::LoopDecision) -> api::LoopDecision {
         by_hand: decision.by_hand,
         reason: decision.reason,
         overlap: pair(evidence.overlap),
-        residual: evidence.residual as f32,
+        residual_m: evidence.residual_m as f32,
         free_space_violation: pair(evidence.free_space_violation),
         runner_up_ratio: evidence.runner_up_ratio as f32,
         guess: decision.task.guess,
@@ -237,8 +240,8 @@ fn quality(quality: messages::MapQuality) -> api::Quality {
     let target = |target: messages::SurveyTarget| api::SurveyTarget {
         at: target.at,
         why: match target.why {
-            messages::SurveyReason::FromAfar(area) => api::SurveyReason::FromAfar(area),
-            messages::SurveyReason::Uncertain(deviation) => api::SurveyReason::Uncertain(deviation),
+            messages::SurveyReason::FromAfar { area_m2 } => api::SurveyReason::FromAfar { area_m2 },
+            messages::SurveyReason::Uncertain { deviation_m } => api::SurveyReason::Uncertain { deviation_m },
         },
     };
     api::Quality {
@@ -349,7 +352,7 @@ fn motion(state: MotionState) -> api::Motion {
         MotionState::Idle => api::Motion::Idle,
         MotionState::Stopped { by } => api::Motion::Stopped { by },
         MotionState::Teleoperated => api::Motion::Teleoperated,
-        MotionState::Walking { goal, path, remaining } => api::Motion::Walking { goal, path, remaining },
+        MotionState::Walking { goal, path, remaining_m } => api::Motion::Walking { goal, path, remaining_m },
         MotionState::Waiting { goal } => api::Motion::Waiting { goal },
         MotionState::Looking { goal } => api::Motion::Looking { goal },
         MotionState::Blocked { goal, reason } => api::Motion::Blocked { goal, reason },

@@ -147,7 +147,7 @@ impl LiveMap {
             hash: self.store.tiles().put(&bytes)?,
             anchor: Anchor::Keyframe(keyframe),
             level: level.level,
-            spacing: level.spacing,
+            spacing_m: level.spacing,
             bounds,
             points: level.xyz.len() as u32,
             bytes: bytes.len() as u32,

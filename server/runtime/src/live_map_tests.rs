@@ -13,7 +13,7 @@ fn live_map() -> (LiveMap, Arc<Store>, tempfile::TempDir) {
 
 fn mapping(session: SessionId, extends: Option<MapId>) -> MappingState {
     let since = Stamp::EPOCH;
-    MappingState::Mapping { session, extends, since, distance: 0.0, keyframes: 0, on_known_ground: false }
+    MappingState::Mapping { session, extends, since, distance_m: 0.0, keyframes: 0, on_known_ground: false }
 }
 
 fn tiles(event: &Event) -> &TilesChanged {
@@ -46,7 +46,7 @@ fn a_keyframe_becomes_tiles_in_its_own_frame_that_a_new_session_forgets() {
 fn the_extended_map_is_shown_once_when_the_robot_is_localised_in_it() {
     let (mut live_map, store, _dir) = live_map();
     save_map(&store);
-    let finding = MappingState::Finding { session: SESSION, map: MAP, distance: 0.0, ambiguous: false };
+    let finding = MappingState::Finding { session: SESSION, map: MAP, distance_m: 0.0, ambiguous: false };
     live_map.set_mapping(&finding);
     assert_eq!(live_map.show_extended(&finding).expect("readable"), []);
     let extending = mapping(SESSION, Some(MAP));

@@ -16,7 +16,7 @@ fn tiles(reset: bool, first_byte: u8) -> Event {
         hash: TileHash([first_byte; 32]),
         anchor: api::Anchor::Map,
         level: 0,
-        spacing: 1.0,
+        spacing_m: 1.0,
         bounds: vocab::Aabb::EMPTY,
         points: 1,
         bytes: 1,
@@ -68,7 +68,7 @@ fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
         let decision = messages::LoopDecision {
             task,
             from_from_to: vocab::Pose::IDENTITY,
-            evidence: messages::LoopEvidence { residual: 0.25, ..messages::LoopEvidence::default() },
+            evidence: messages::LoopEvidence { residual_m: 0.25, ..messages::LoopEvidence::default() },
             verdict: messages::LoopVerdict::Held,
             by_hand: false,
             reason: "Why not.".to_owned(),
@@ -87,7 +87,7 @@ fn a_gateway_that_connects_gets_the_last_decisions_on_loops_of_the_session() {
     };
     assert_eq!((changed.reset, changed.added.len()), (true, MAX_LOOP_DECISIONS));
     let first = &changed.added[0];
-    assert_eq!((first.to.0, first.residual, first.source), (20, 0.25, api::LoopSource::Person));
+    assert_eq!((first.to.0, first.residual_m, first.source), (20, 0.25, api::LoopSource::Person));
     // Decisions add up while they wait.
     state_publisher.publish(decided(1));
     state_publisher.publish(decided(2));

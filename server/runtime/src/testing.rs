@@ -43,7 +43,7 @@ pub(crate) fn save_map(store: &Store) {
         session,
         extends: None,
         at: Stamp::from_parts(100, 0),
-        distance: 2.0,
+        distance_m: 2.0,
         trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
         graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
         degenerate: Vec::new(),

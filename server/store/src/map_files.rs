@@ -44,7 +44,8 @@ impl Default for MapFileOptions {
 }
 
 /// Version of the files in a map's folder that this program writes. Greater ones were written by a later program, and are not read.
-const MAP_FORMAT_VERSION: u32 = 1;
+/// Version 2 has units in the names of `map.json` and `loops.json`; version 1 is read too.
+const MAP_FORMAT_VERSION: u32 = 2;
 
 /// `map.json`: the entry in the list of maps, with the version of all files of the map.
 #[derive(Debug, Serialize, Deserialize)]
@@ -154,7 +155,7 @@ pub fn write_map_files_of(
         id: finished.map,
         name: finished.name.clone(),
         created: finished.at,
-        distance: finished.distance,
+        distance_m: finished.distance_m,
         keyframes: finished.graph.nodes.len() as u32,
         points: list.tiles.iter().map(|tile| u64::from(tile.points)).sum(),
         bytes: other_bytes + tile_bytes,
@@ -181,7 +182,7 @@ fn write_tiles(tiles: &TileFiles, points: &MapPoints, options: &BakeConfig) -> R
             hash: tiles.put_with_durability(&tile.bytes, Durability::Map)?,
             anchor: Anchor::Map,
             level: tile.node.level,
-            spacing: tile.spacing,
+            spacing_m: tile.spacing,
             bounds: tile.bounds,
             points: tile.points,
             bytes: tile.bytes.len() as u32,

@@ -231,7 +231,7 @@ impl Store {
         let poses: Vec<Isometry> = poses.collect();
         whole.trajectory = base_map.moved_trajectory(&poses).chain(whole.trajectory).collect();
         whole.decisions.splice(0..0, base_map.decisions);
-        whole.distance += base_map.summary.distance;
+        whole.distance_m += base_map.summary.distance_m;
         Ok(Cow::Owned(whole))
     }
 

@@ -2,7 +2,8 @@ use super::*;
 use crate::keyframe_descriptors;
 use api::Graph;
 use messages::{
-    Cloud, DegenerateStretch, EdgeKind, GraphEdge, GraphNode, Keyframe, PoseGraph, RevisitCounts,
+    Cloud, DegenerateSegment, EdgeKind, GraphEdge, GraphNode, Keyframe, LoopDecision, LoopEvidence,
+    PoseCorrection, PoseGraph, RevisitCounts,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -42,10 +43,10 @@ fn session(store: &Store, map: u128, created: i64) -> FinishedMap {
         session: SESSION,
         extends: None,
         at: Stamp::from_parts(created, 0),
-        distance: 9.0,
+        distance_m: 9.0,
         trajectory: nodes.iter().map(|node| (node.stamp, node.map_from_keyframe)).collect(),
         graph: Arc::new(PoseGraph { revision: 1, nodes, edges: Vec::new() }),
-        degenerate: vec![DegenerateStretch { from: Stamp::EPOCH, until: Stamp::EPOCH, distance: 1.0 }],
+        degenerate: vec![DegenerateSegment { from: Stamp::EPOCH, until: Stamp::EPOCH, distance_m: 1.0 }],
         decisions: Vec::new(),
         unverified: 0,
         revisits: RevisitCounts::default(),
@@ -171,14 +172,14 @@ fn an_extended_map_holds_the_clouds_trajectories_and_distances_of_both() {
     let larger = FinishedMap {
         map: MapId(Uuid::from_u128(2)),
         extends: Some(first.map),
-        distance: 2.5,
+        distance_m: 2.5,
         trajectory: vec![(stamp, map_from_keyframe)],
         graph: Arc::new(PoseGraph { revision: 2, nodes, edges: Vec::new() }),
         ..first.clone()
     };
     store.save_map(&larger).expect("saved");
     let saved = store.map(larger.map).expect("read back");
-    assert_eq!((saved.poses.len(), saved.trajectory.len(), saved.summary.distance), (11, 11, 11.5));
+    assert_eq!((saved.poses.len(), saved.trajectory.len(), saved.summary.distance_m), (11, 11, 11.5));
     assert!(saved.trajectory.iter().all(|(_, pose)| (pose.position.y - 1.0).abs() < 1e-6));
     assert_eq!(saved.graph().nodes, larger.graph.nodes);
     assert!(store.dir().map(larger.map).join("clouds/000003.pcd").exists());
@@ -204,7 +205,7 @@ fn an_imported_map_can_be_extended_with_its_viewpoints_in_one_file() {
         session: SessionId(Uuid::nil()),
         graph: graph(vec![node(0), node(1)]),
         trajectory: Vec::new(),
-        distance: 0.0,
+        distance_m: 0.0,
         degenerate: Vec::new(),
         ..session(&store, 1, 100)
     };
@@ -359,6 +360,38 @@ fn a_map_with_a_damaged_file_is_named_and_nothing_is_removed() {
     assert_eq!((store.maps().expect("listed").len(), store.damaged_maps().expect("listed").len()), (2, 0));
 }
 
+/// A loop decision and the entry of the list of maps, as programs before format version 2 wrote them.
+#[test]
+fn names_without_units_are_read_as_maps_of_version_1_have_them() {
+    let decisions = r#"[{"task": {"session": "00000000-0000-0000-0000-000000000009", "from": 2, "to": 7, "source": "Person",
+        "guess": {"position": {"x": 1, "y": 2, "z": 3}, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0}}},
+        "from_from_to": {"position": {"x": 1, "y": 2, "z": 3}, "orientation": {"w": 1, "x": 0, "y": 0, "z": 0}},
+        "evidence": {"score": 0.9, "overlap": [0.8, 0.7], "residual": 0.02, "through": [0.01, 0.03], "rival": 0.4, "blind": 1,
+        "grip": 0.2, "moved": [0.5, 0.1], "surprise": null},
+        "verdict": "Accepted", "by_hand": true, "reason": "It fits."}]"#;
+    let decisions: Vec<LoopDecision> = serde_json::from_str(decisions).expect("decisions of version 1");
+    let evidence = LoopEvidence {
+        score: 0.9,
+        overlap: [0.8, 0.7],
+        residual_m: 0.02,
+        free_space_violation: [0.01, 0.03],
+        runner_up_ratio: 0.4,
+        degenerate_directions: 1,
+        conditioning: 0.2,
+        correction: PoseCorrection { distance_m: 0.5, rotation_rad: 0.1 },
+        mahalanobis_squared: None,
+    };
+    assert_eq!(decisions[0].evidence, evidence);
+    let written = serde_json::to_string(&decisions).expect("written");
+    assert!(written.contains(r#""correction":{"distance_m":0.5,"rotation_rad":0.1}"#), "{written}");
+    assert_eq!(serde_json::from_str::<Vec<LoopDecision>>(&written).expect("read again"), decisions);
+
+    let entry = r#"{"id": "00000000-0000-0000-0000-000000000001", "name": "Hall", "created": 5, "distance": 9.5, "keyframes": 1,
+        "points": 2, "bytes": 3}"#;
+    let entry: MapSummary = serde_json::from_str(entry).expect("entry of version 1");
+    assert_eq!((entry.distance_m, entry.has_pose_graph), (9.5, true));
+}
+
 #[test]
 fn a_map_of_a_later_program_is_left_alone() {
     let dir = tempfile::tempdir().expect("temporary directory");
@@ -367,11 +400,11 @@ fn a_map_of_a_later_program_is_left_alone() {
     store.save_map(&finished).expect("saved");
     let path = store.dir().map_summary(finished.map);
     let text = fs::read_to_string(&path).expect("read");
-    fs::write(&path, text.replace("\"format_version\": 1", "\"format_version\": 2")).expect("written");
+    fs::write(&path, text.replace("\"format_version\": 2", "\"format_version\": 3")).expect("written");
     assert_eq!(store.maps().expect("listed"), []);
     let damaged = store.damaged_maps().expect("listed");
-    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 2, newest: 1, .. }));
-    fs::write(&path, text.replace("\"format_version\": 1,", "")).expect("written");
+    assert!(matches!(damaged[0].error, StoreError::LaterVersion { version: 3, newest: 2, .. }));
+    fs::write(&path, text.replace("\"format_version\": 2,", "")).expect("written");
     assert_eq!(store.maps().expect("listed").len(), 1, "without a version it is of the first");
 }
 

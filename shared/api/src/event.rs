@@ -126,8 +126,8 @@ pub struct Estimate {
     pub covariance: Covariance6,
     /// Number of degenerate directions of the last registration.
     pub degenerate: u8,
-    /// Metres walked.
-    pub distance: f64,
+    /// Distance walked since the stack started, metres.
+    pub distance_m: f64,
 }
 
 /// Poses and edges of a pose graph.
@@ -190,10 +190,16 @@ pub struct SurveyTarget {
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SurveyReason {
-    /// Area of the floor around it that was seen from afar only, square metres.
-    FromAfar(f64),
-    /// Standard deviation of the map there, metres.
-    Uncertain(f64),
+    /// The floor around it was seen from afar only.
+    FromAfar {
+        /// Area of that floor, square metres.
+        area_m2: f64,
+    },
+    /// The map is uncertain there.
+    Uncertain {
+        /// Standard deviation of positions there, metres.
+        deviation_m: f64,
+    },
 }
 
 /// New tiles.
@@ -230,7 +236,7 @@ pub enum Mapping {
         /// Which map.
         map: MapId,
         /// Distance walked in this state, metres.
-        distance: f64,
+        distance_m: f64,
         /// Whether the walk so far fits the map at two poses.
         ambiguous: bool,
     },
@@ -242,8 +248,8 @@ pub enum Mapping {
         extends: Option<MapId>,
         /// Since when.
         since: Stamp,
-        /// Metres walked.
-        distance: f64,
+        /// Distance walked in it, metres.
+        distance_m: f64,
         /// Keyframes so far.
         keyframes: u32,
         /// Whether the map already shows what the robot sees, so that it does not grow.
@@ -329,8 +335,8 @@ pub enum Motion {
         goal: Vec3,
         /// The path to it, map frame.
         path: Vec<Vec3>,
-        /// Metres to go.
-        remaining: f64,
+        /// Distance along the path to the goal, metres.
+        remaining_m: f64,
     },
     /// Standing on the path to a point, because the LiDAR sees nothing. It continues by itself.
     Waiting {

@@ -34,7 +34,7 @@ pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 
 /// Version of everything in this crate. Server and client refuse each other when it differs, and say so.
-pub const VERSION: u16 = 11;
+pub const VERSION: u16 = 12;
 
 /// Space on the disk that neither a new map of the core nor an upload to the gateway takes, bytes. It is kept free for recordings.
 pub const DISK_RESERVE_BYTES: u64 = 2 << 30;

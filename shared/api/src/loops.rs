@@ -33,7 +33,7 @@ pub struct LoopDecision {
     /// Share of the newer cloud on surfaces of the older place, and the reverse.
     pub overlap: [f32; 2],
     /// Root mean square distance from those surfaces, metres.
-    pub residual: f32,
+    pub residual_m: f32,
     /// Share of the newer cloud that stands in free space of the older place, and the reverse.
     pub free_space_violation: [f32; 2],
     /// Score of the best different pose, as a share of this one's.

@@ -14,8 +14,9 @@ pub struct MapSummary {
     pub name: String,
     /// When it was finished.
     pub created: Stamp,
-    /// Metres walked to make it.
-    pub distance: f64,
+    /// Distance walked to make it, metres. `distance` in maps of format version 1.
+    #[serde(alias = "distance")]
+    pub distance_m: f64,
     /// Keyframes in it.
     pub keyframes: u32,
     /// Points in its tiles.
@@ -114,8 +115,10 @@ pub struct TileEntry {
     pub anchor: Anchor,
     /// 0 is coarsest.
     pub level: u8,
-    /// Distance between neighbouring points of this level, metres.
-    pub spacing: f32,
+    /// Distance between neighbouring points of this level, metres. It is `spacing` in JSON, because clients get the tile lists of saved maps as
+    /// they were written.
+    #[serde(rename = "spacing")]
+    pub spacing_m: f32,
     /// Box round its points, in the anchor's frame, metres.
     pub bounds: Aabb,
     /// Points in it.

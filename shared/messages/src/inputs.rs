@@ -143,7 +143,7 @@ pub struct Mounting {
     /// Frame of the external odometry in the base.
     pub base_from_external: Option<Pose>,
     /// Height of the base over the ground when standing, metres, where the recording says it. Then it replaces the profile's.
-    pub standing_height: Option<f64>,
+    pub standing_height_m: Option<f64>,
 }
 
 /// Which sources odometry may use.

@@ -29,7 +29,7 @@ pub struct LoopTask {
     pub guess: Pose,
 }
 
-/// The figures on which a pair is decided. The JSON names are those of saved maps.
+/// The figures on which a pair is decided. Saved maps hold them as JSON; the other names are those of maps of format version 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LoopEvidence {
     /// Registration score of the whole cloud, 0 to 1.
@@ -37,25 +37,35 @@ pub struct LoopEvidence {
     /// Share of the newer cloud on surfaces of the older place, and the reverse.
     pub overlap: [f64; 2],
     /// Root mean square distance of those points from the surfaces, metres.
-    pub residual: f64,
+    #[serde(alias = "residual")]
+    pub residual_m: f64,
     /// Share of the newer cloud that stands in free space of the older place, and the reverse.
-    #[serde(rename = "through")]
+    #[serde(alias = "through")]
     pub free_space_violation: [f64; 2],
     /// Score of the best different pose, as a share of this one's.
-    #[serde(rename = "rival")]
+    #[serde(alias = "rival")]
     pub runner_up_ratio: f64,
     /// Number of directions of translation that are not observed, 0 to 3.
-    #[serde(rename = "blind")]
+    #[serde(alias = "blind")]
     pub degenerate_directions: u32,
     /// Information of the weakest direction of translation as a share of the strongest.
-    #[serde(rename = "grip")]
+    #[serde(alias = "grip")]
     pub conditioning: f64,
-    /// Distance of the result from the guess (metres), and rotation between them (radians).
-    #[serde(rename = "moved")]
-    pub correction: (f64, f64),
+    /// From the guess to the result.
+    #[serde(alias = "moved")]
+    pub correction: PoseCorrection,
     /// Squared Mahalanobis distance from the pose that the graph expected, if it expected one.
-    #[serde(rename = "surprise")]
+    #[serde(alias = "surprise")]
     pub mahalanobis_squared: Option<f64>,
+}
+
+/// How far two poses of a keyframe are apart. In maps of format version 1 it is a pair of numbers, in this order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseCorrection {
+    /// Distance between them, metres.
+    pub distance_m: f64,
+    /// Angle of the rotation between them, radians.
+    pub rotation_rad: f64,
 }
 
 /// Why a pair is not a loop.

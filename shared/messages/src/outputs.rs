@@ -139,8 +139,8 @@ pub struct Estimate {
     pub covariance: Covariance6,
     /// Degenerate directions of the last registration, as unit vectors in the base frame. Other sensors determine the pose along them.
     pub degenerate: [Option<Vec3>; 3],
-    /// Metres walked since boot.
-    pub distance: f64,
+    /// Distance walked since boot, metres.
+    pub distance_m: f64,
 }
 
 /// A motion-corrected scan.
@@ -284,7 +284,7 @@ pub enum MappingState {
         /// Which map.
         map: MapId,
         /// Distance walked in this state, metres.
-        distance: f64,
+        distance_m: f64,
         /// Whether the walk so far fits the map at two poses.
         ambiguous: bool,
     },
@@ -297,7 +297,7 @@ pub enum MappingState {
         /// Since when.
         since: Stamp,
         /// Distance walked in it, metres.
-        distance: f64,
+        distance_m: f64,
         /// Keyframes so far.
         keyframes: u32,
         /// Whether the map already shows what the robot sees, so that it does not grow.
@@ -339,10 +339,16 @@ pub struct SurveyTarget {
 /// Why a place is worth walking to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SurveyReason {
-    /// Area of the floor around it that was seen from afar only, square metres.
-    FromAfar(f64),
-    /// Standard deviation of the map there, metres.
-    Uncertain(f64),
+    /// The floor around it was seen from afar only.
+    FromAfar {
+        /// Area of that floor, square metres.
+        area_m2: f64,
+    },
+    /// The map is uncertain there.
+    Uncertain {
+        /// Standard deviation of positions there, metres.
+        deviation_m: f64,
+    },
 }
 
 /// State of motion.
@@ -364,8 +370,8 @@ pub enum MotionState {
         goal: Vec3,
         /// The path to it, map frame.
         path: Vec<Vec3>,
-        /// Metres to go.
-        remaining: f64,
+        /// Distance along the path to the goal, metres.
+        remaining_m: f64,
     },
     /// Standing on the path to a point, because the LiDAR sees nothing. It continues by itself.
     Waiting {
@@ -462,14 +468,14 @@ pub struct FinishedMap {
     pub extends: Option<MapId>,
     /// When it was finished.
     pub at: Stamp,
-    /// Metres walked.
-    pub distance: f64,
+    /// Distance walked, metres.
+    pub distance_m: f64,
     /// Final graph, with the final pose of every keyframe.
     pub graph: Arc<PoseGraph>,
     /// Pose of the base in the map after every scan, with final corrections. In sessions of hours, old parts have a pose after some scans only.
     pub trajectory: Vec<(Stamp, Pose)>,
     /// Segments in which the registration of scans was degenerate in some direction.
-    pub degenerate: Vec<DegenerateStretch>,
+    pub degenerate: Vec<DegenerateSegment>,
     /// All loop decisions in their order.
     pub decisions: Vec<LoopDecision>,
     /// Number of proposed pairs that were not compared for lack of time.
@@ -489,11 +495,11 @@ pub struct RevisitCounts {
 
 /// A segment of the walk in which the registration of scans was degenerate in some direction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DegenerateStretch {
+pub struct DegenerateSegment {
     /// First scan of it.
     pub from: Stamp,
     /// Last scan of it.
     pub until: Stamp,
-    /// Metres walked in it.
-    pub distance: f64,
+    /// Distance walked in it, metres.
+    pub distance_m: f64,
 }

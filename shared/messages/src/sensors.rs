@@ -86,9 +86,9 @@ pub struct BatteryState {
     /// Charge, 0 to 1.
     pub charge: f32,
     /// Terminal voltage, V.
-    pub voltage: f32,
+    pub voltage_v: f32,
     /// Current, A; negative while discharging.
-    pub current: f32,
+    pub current_a: f32,
     /// Whether the dock charges it now.
     pub charging: bool,
 }

@@ -46,10 +46,10 @@ fn robot_labels(
         let is_selected = model.selection() == Some(Selection::Robot);
         labels.push(SceneLabel::robot(at, v.x.hypot(v.y), is_selected));
     }
-    if let api::Motion::Walking { goal, remaining, .. } = model.motion()
+    if let api::Motion::Walking { goal, remaining_m, .. } = model.motion()
         && let Some((at, _)) = project(vector(*goal))
     {
-        labels.push(SceneLabel::goal(at, *remaining));
+        labels.push(SceneLabel::goal(at, *remaining_m));
     }
 }
 

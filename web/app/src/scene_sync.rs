@@ -114,7 +114,7 @@ impl SceneSync {
                 (AnchorId(u64::from(id.0)), node.map_or(0.0, |node| node.stamp.secs_f64()))
             }
         };
-        self.renderer.borrow_mut().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing, stamp));
+        self.renderer.borrow_mut().upload_tile(tile_id(hash), anchor, &block(chunk, entry.spacing_m, stamp));
     }
 
     /// Adds the scan of a keyframe; it is kept as long as it is compared.

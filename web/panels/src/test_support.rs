@@ -109,7 +109,7 @@ pub(crate) fn running() -> Mapping {
         session,
         extends: None,
         since: Stamp::EPOCH,
-        distance: 12.3,
+        distance_m: 12.3,
         keyframes: 41,
         on_known_ground: false,
     }
@@ -121,7 +121,7 @@ pub(crate) fn map(number: u128, name: &str) -> MapSummary {
         id: MapId(Uuid::from_u128(number)),
         name: name.into(),
         created: Stamp::from_secs_f64(1_795_257_600.0),
-        distance: 120.0,
+        distance_m: 120.0,
         keyframes: 60,
         points: 2_345_678,
         bytes: 7_000_000,

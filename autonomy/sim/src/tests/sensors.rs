@@ -162,11 +162,11 @@ fn the_battery_charges_at_the_dock_and_drains_elsewhere() {
     };
     let mut simulator = Simulator::new(ideal_blind(SiteName::B1));
     let docked = battery(&run(&mut simulator, drive(0.0, 0.0, 0.0), 30));
-    assert!(docked.charging && docked.current > 0.0);
+    assert!(docked.charging && docked.current_a > 0.0);
     let walking = battery(&run(&mut simulator, drive(1.0, 0.0, 0.0), 50));
     let later = battery(&run(&mut simulator, drive(1.0, 0.0, 0.0), 100));
-    assert!(!later.charging && later.current < 0.0 && later.charge < walking.charge);
-    assert!((40.0..60.0).contains(&later.voltage));
+    assert!(!later.charging && later.current_a < 0.0 && later.charge < walking.charge);
+    assert!((40.0..60.0).contains(&later.voltage_v));
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn moved(saved: &SavedMap, onto_from_map: &Isometry, name: &str) -> FinishedMap 
         session: SessionId(Uuid::nil()),
         extends: None,
         at: saved.summary.created,
-        distance: saved.summary.distance,
+        distance_m: saved.summary.distance_m,
         trajectory: trajectory.collect(),
         graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges: saved.edges.clone() }),
         degenerate: Vec::new(),

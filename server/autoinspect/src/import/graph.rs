@@ -79,7 +79,7 @@ pub fn imported_map(
         session: SessionId(Uuid::nil()),
         extends: None,
         at: created,
-        distance: 0.0,
+        distance_m: 0.0,
         graph: Arc::new(PoseGraph { revision: 1, nodes: nodes.collect(), edges }),
         trajectory: Vec::new(),
         degenerate: Vec::new(),

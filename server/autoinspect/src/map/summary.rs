@@ -98,7 +98,7 @@ impl Summary {
         let degenerate = mapped.finished.degenerate.iter().map(|stretch| Degenerate {
             from_s: (stretch.from - first).secs_f64(),
             until_s: (stretch.until - first).secs_f64(),
-            distance_m: stretch.distance,
+            distance_m: stretch.distance_m,
         });
         Self {
             inputs: inputs.iter().map(|path| path.display().to_string()).collect(),
@@ -107,7 +107,7 @@ impl Summary {
             points: mapped.points,
             dropped_points: mapped.dropped_points,
             unreadable_messages: mapped.unreadable,
-            distance_m: mapped.finished.distance,
+            distance_m: mapped.finished.distance_m,
             keyframes: mapped.finished.graph.nodes.len(),
             map_points: files.summary.points,
             loops: loops(&mapped.finished),

@@ -125,7 +125,7 @@ impl JoinedGraph {
             session: SessionId(Uuid::nil()),
             extends: None,
             at: newest,
-            distance: maps.iter().map(|map| map.summary.distance).sum(),
+            distance_m: maps.iter().map(|map| map.summary.distance_m).sum(),
             graph: Arc::new(PoseGraph { revision: 1, nodes, edges: self.edges }),
             trajectory,
             degenerate: Vec::new(),

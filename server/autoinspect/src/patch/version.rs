@@ -158,7 +158,7 @@ fn new_version(saved: &SavedMap, scans: &[RevisitScan], name: &str) -> FinishedM
         session: SessionId(Uuid::nil()),
         extends: None,
         at: summary.created,
-        distance: summary.distance,
+        distance_m: summary.distance_m,
         graph: Arc::new(saved.graph()),
         trajectory: trajectory.clone(),
         degenerate: Vec::new(),

@@ -67,7 +67,7 @@ fn all_data_of_november_2026_is_opened() {
 
     let (map, docks) = (map.expect("listed"), docks.expect("known"));
     assert_eq!((map.name.as_str(), map.keyframes), ("Hall, first walk", 17));
-    assert!(map.points > 1_000 && map.distance > 10.0, "{map:?}");
+    assert!(map.points > 1_000 && map.distance_m > 10.0, "{map:?}");
     assert_eq!((docks.len(), docks[0].map), (1, map.id));
 
     let store = store::Store::open(&data).expect("opens");

@@ -69,8 +69,8 @@ impl From<&BatteryState> for messages::BatteryState {
         Self {
             stamp: battery.header.stamp,
             charge: battery.percentage,
-            voltage: battery.voltage,
-            current: battery.current,
+            voltage_v: battery.voltage,
+            current_a: battery.current,
             charging: match battery.power_supply_status {
                 CHARGING => true,
                 FULL => battery.current >= 0.0,
@@ -84,8 +84,8 @@ impl From<&messages::BatteryState> for BatteryState {
     fn from(battery: &messages::BatteryState) -> Self {
         Self {
             header: Header { stamp: battery.stamp, frame_id: String::new() },
-            voltage: battery.voltage,
-            current: battery.current,
+            voltage: battery.voltage_v,
+            current: battery.current_a,
             percentage: battery.charge,
             power_supply_status: if battery.charging { CHARGING } else { DISCHARGING },
         }

@@ -72,7 +72,7 @@ async fn a_slow_client_gets_the_newest_and_misses_no_tile() {
                 hash: api::TileHash([0; 32]),
                 anchor: api::Anchor::Map,
                 level: 0,
-                spacing: 1.0,
+                spacing_m: 1.0,
                 bounds: vocab::Aabb { min: [0.0; 3], max: [1.0; 3] },
                 points: round,
                 bytes: 1,

@@ -12,7 +12,7 @@ fn tiles(reset: bool, numbers: std::ops::Range<u8>) -> Event {
         hash: TileHash([number; 32]),
         anchor: api::Anchor::Map,
         level: 0,
-        spacing: 1.0,
+        spacing_m: 1.0,
         bounds: Aabb { min: [0.0; 3], max: [1.0; 3] },
         points: number.into(),
         bytes: 1,

@@ -20,7 +20,7 @@ async fn maps_are_those_of_the_last_event() {
         id: MapId(uuid::Uuid::from_u128(10)),
         name: "hall".into(),
         created: Stamp::from_nanos(1),
-        distance: 2.0,
+        distance_m: 2.0,
         keyframes: 3,
         points: 4,
         bytes: 5,

@@ -63,8 +63,8 @@ pub fn one_of_each(start: Stamp) -> Vec<Sensor> {
         Sensor::Battery(BatteryState {
             stamp: at(4),
             charge: 0.75,
-            voltage: 48.5,
-            current: -3.0,
+            voltage_v: 48.5,
+            current_a: -3.0,
             charging: false,
         }),
     ]
@@ -76,7 +76,7 @@ pub fn mounting() -> Mounting {
         base_from_lidar: Some(pose()),
         base_from_imu: Some(Pose { position: Vec3::new(0.0, 0.05, 0.0), ..Pose::IDENTITY }),
         base_from_external: Some(pose()),
-        standing_height: Some(0.312_345_678_9),
+        standing_height_m: Some(0.312_345_678_9),
     }
 }
 

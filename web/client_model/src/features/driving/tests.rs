@@ -29,7 +29,7 @@ fn a_walk_ends_the_picking_of_its_goal() {
     client.command(ClientCommand::WalkTo(Vec3::new(1.0, 2.0, 0.0)));
     assert!(!client.model.is_picking_goal());
     client.command(ClientCommand::PickGoal(true));
-    let walking = Motion::Walking { goal: Vec3::default(), path: Vec::new(), remaining: 3.0 };
+    let walking = Motion::Walking { goal: Vec3::default(), path: Vec::new(), remaining_m: 3.0 };
     client.event(api::Event::Motion(walking));
     assert!(!client.model.is_picking_goal(), "somebody else sent it");
 }

@@ -210,7 +210,7 @@ fn summary(has_pose_graph: bool) -> MapSummary {
         id: SURVEY,
         name: "Survey".into(),
         created: Stamp::from_secs_f64(1.0),
-        distance: 0.0,
+        distance_m: 0.0,
         keyframes: 438,
         points: 2_000_000,
         bytes: 40_000_000,

@@ -333,7 +333,7 @@ fn compute_priority(
     let to_centre = (transform_point(map_from_anchor, centre) - DVec3::from(viewpoint.position)).as_vec3();
     let radius = half.length() as f32;
     let distance = (to_centre.length() - radius).max(config.distance_min_m);
-    let gap_px = 2.0 * entry.spacing * viewpoint.focal_px / distance;
+    let gap_px = 2.0 * entry.spacing_m * viewpoint.focal_px / distance;
     if entry.level > 0 && gap_px < config.gap_min_px {
         return None;
     }

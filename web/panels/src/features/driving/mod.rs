@@ -108,7 +108,7 @@ fn show_state(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let heading = egui::RichText::new(goals::heading(model)).font(font(theme::HEAD, Weight::SemiBold));
     ui.label(heading.color(tokens.text));
     let remaining_m = match model.motion() {
-        Motion::Walking { remaining, .. } => Some(*remaining),
+        Motion::Walking { remaining_m, .. } => Some(*remaining_m),
         _ => None,
     };
     widgets::remark(ui, tokens, &texts::speed_and_distance(robot::speed_mps(model), remaining_m));

@@ -184,7 +184,7 @@ fn show_quantities(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
     let (distance_m, angle_rad) = client_model::correction_of(decision);
     let measured: [(Quantity, String); 5] = [
         (texts::OVERLAP, texts::two_shares(decision.overlap)),
-        (texts::RESIDUAL, format::accuracy(f64::from(decision.residual))),
+        (texts::RESIDUAL, format::accuracy(f64::from(decision.residual_m))),
         (texts::FREE_SPACE_VIOLATION, texts::two_shares(decision.free_space_violation)),
         (texts::RUNNER_UP, texts::runner_up(decision.runner_up_ratio)),
         (texts::CORRECTION, texts::correction(distance_m, angle_rad)),

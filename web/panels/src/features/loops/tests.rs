@@ -26,7 +26,7 @@ fn decided(from: u32, to: u32, verdict: LoopVerdict) -> LoopDecision {
         by_hand: false,
         reason: "It fits, and lies where the graph expects it.".into(),
         overlap: [0.766, 0.635],
-        residual: 0.0302,
+        residual_m: 0.0302,
         free_space_violation: [0.004, 0.0],
         runner_up_ratio: 0.42,
         guess: Pose::IDENTITY,

@@ -65,17 +65,17 @@ fn show_session(
         Mapping::Idle => show_idle(ui, model, tokens, commands),
         Mapping::Starting { .. } => show_starting(ui, tokens, commands),
         Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, commands),
-        Mapping::Finding { map, distance, ambiguous, .. } => {
+        Mapping::Finding { map, distance_m, ambiguous, .. } => {
             let map = map_name(model, map);
             let hint = if ambiguous {
                 texts::ambiguous_hint(map)
             } else {
                 texts::localising_hint(map, LOCALISING_DISTANCE_M)
             };
-            show_localising(ui, tokens, &hint, distance, commands);
+            show_localising(ui, tokens, &hint, distance_m, commands);
         }
-        Mapping::Running { extends, since, distance, keyframes, on_known_ground, .. } => {
-            let progress = Progress { since, distance_m: distance, keyframes, on_known_ground };
+        Mapping::Running { extends, since, distance_m, keyframes, on_known_ground, .. } => {
+            let progress = Progress { since, distance_m, keyframes, on_known_ground };
             show_progress(ui, model, tokens, &progress);
             if let Some(map) = extends {
                 fact(ui, tokens, texts::EXTENDS, map_name(model, map));

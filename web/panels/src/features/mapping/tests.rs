@@ -59,9 +59,9 @@ fn a_client_without_control_cannot_map_but_can_take_control() {
 #[test]
 fn an_extension_first_localises_in_the_map_and_can_be_cancelled() {
     let Mapping::Running { session, .. } = running() else { panic!("`running` is a running session") };
-    let finding = |distance, ambiguous| {
+    let finding = |distance_m, ambiguous| {
         let map = map(8, "Cellar").id;
-        with_cellar(Mapping::Finding { session, map, distance, ambiguous }).shown(1440.0, 900.0)
+        with_cellar(Mapping::Finding { session, map, distance_m, ambiguous }).shown(1440.0, 900.0)
     };
     let mut harness = finding(6.0, false);
     harness.get_by_label_contains("through a part that Cellar shows");

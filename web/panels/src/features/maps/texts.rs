@@ -30,11 +30,11 @@ pub(super) fn entry(map: &str) -> String {
 
 /// Value of an entry in the accessible tree.
 pub(super) fn entry_value(map: &MapSummary, utc_offset_s: i64) -> String {
-    format!("{}, {}", format::date(map.created, utc_offset_s), format::distance(map.distance))
+    format!("{}, {}", format::date(map.created, utc_offset_s), format::distance(map.distance_m))
 }
 
 /// Travelled distance, points and bytes of a map. An imported map has no travelled distance.
 pub(super) fn size(map: &MapSummary) -> String {
     let size = format!("{} points · {}", format::points(map.points), format::bytes(map.bytes));
-    if map.distance > 0.0 { format!("{} · {size}", format::distance(map.distance)) } else { size }
+    if map.distance_m > 0.0 { format!("{} · {size}", format::distance(map.distance_m)) } else { size }
 }

@@ -9,8 +9,8 @@ use vocab::Vec3;
 fn survey_targets_are_listed_and_can_be_walked_to() {
     let at = Vec3::new(4.0, 2.0, 0.0);
     let places = vec![
-        SurveyTarget { at, why: SurveyReason::FromAfar(34.0) },
-        SurveyTarget { at: Vec3::default(), why: SurveyReason::Uncertain(0.42) },
+        SurveyTarget { at, why: SurveyReason::FromAfar { area_m2: 34.0 } },
+        SurveyTarget { at: Vec3::default(), why: SurveyReason::Uncertain { deviation_m: 0.42 } },
     ];
     let quality = Quality {
         covered_m2: 412.3,

@@ -24,9 +24,9 @@ pub(super) fn more_targets(number: usize) -> String {
 /// Why a walk is suggested, and what to do there.
 pub(super) fn reason(reason: SurveyReason) -> String {
     match reason {
-        SurveyReason::FromAfar(area_m2) => format!("{} seen from afar only", format::area(area_m2)),
-        SurveyReason::Uncertain(sigma_m) => {
-            format!("Known to {} only: drive back to where you began", format::accuracy(sigma_m))
+        SurveyReason::FromAfar { area_m2 } => format!("{} seen from afar only", format::area(area_m2)),
+        SurveyReason::Uncertain { deviation_m } => {
+            format!("Known to {} only: drive back to where you began", format::accuracy(deviation_m))
         }
     }
 }

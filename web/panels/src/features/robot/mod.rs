@@ -67,7 +67,7 @@ fn show_estimate(ui: &mut Ui, model: &Model, tokens: &Tokens) {
     fact_with_note(ui, tokens, texts::SPEED, &format::speed(speed_mps(model)), note);
     fact_with_note(ui, tokens, texts::POSITION, &format::position(position), note);
     fact(ui, tokens, texts::ACCURACY, &format::accuracy(position_sigma_m(&estimate.value)));
-    fact(ui, tokens, texts::DISTANCE, &format::distance(estimate.value.distance));
+    fact(ui, tokens, texts::DISTANCE, &format::distance(estimate.value.distance_m));
 }
 
 /// Shows the battery in the top bar.

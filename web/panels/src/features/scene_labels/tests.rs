@@ -52,8 +52,14 @@ fn tags_carry_units() {
     for (tag, expected) in [
         (SceneLabel::robot(at, 0.84, false).tag, "Robot · 0.8 m/s"),
         (SceneLabel::goal(at, 12.34).tag, "Goal · 12.3 m"),
-        (SceneLabel::survey_target(at, 1, SurveyReason::FromAfar(34.0)).tag, "Seen from afar only · 34 m²"),
-        (SceneLabel::survey_target(at, 2, SurveyReason::Uncertain(0.42)).tag, "Known to 0.42 m only"),
+        (
+            SceneLabel::survey_target(at, 1, SurveyReason::FromAfar { area_m2: 34.0 }).tag,
+            "Seen from afar only · 34 m²",
+        ),
+        (
+            SceneLabel::survey_target(at, 2, SurveyReason::Uncertain { deviation_m: 0.42 }).tag,
+            "Known to 0.42 m only",
+        ),
         (keyframe(Some(0.0), true), "Keyframe 41 · known to 1 mm"),
         (keyframe(None, true), "Keyframe 41"),
         (keyframe(Some(0.0), false), ""),

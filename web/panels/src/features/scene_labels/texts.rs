@@ -23,8 +23,8 @@ pub(super) fn survey_target(number: usize) -> String {
 /// Why a walk is suggested.
 pub(super) fn survey_target_tag(reason: SurveyReason) -> String {
     match reason {
-        SurveyReason::FromAfar(area_m2) => format!("Seen from afar only · {}", format::area(area_m2)),
-        SurveyReason::Uncertain(sigma_m) => format!("Known to {} only", format::accuracy(sigma_m)),
+        SurveyReason::FromAfar { area_m2 } => format!("Seen from afar only · {}", format::area(area_m2)),
+        SurveyReason::Uncertain { deviation_m } => format!("Known to {} only", format::accuracy(deviation_m)),
     }
 }
 
