@@ -290,7 +290,7 @@ impl Executive {
             (ExecutiveState::Stopped, ..) => MotionState::Stopped { by: self.stopped_by },
             (ExecutiveState::ManualDriving, ..) => MotionState::Teleoperated,
             (ExecutiveState::Recovering, ..) | (ExecutiveState::Executing, None, _) => {
-                MotionState::Looking { goal: point }
+                MotionState::Relocalising { goal: point }
             }
             (ExecutiveState::Executing, Some(goal), _) if !self.surroundings.sees_ground(at) => {
                 MotionState::Waiting { goal }

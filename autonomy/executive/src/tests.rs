@@ -233,7 +233,7 @@ fn a_robot_that_loses_its_pose_searches_on_seen_ground_and_resumes_its_goal() {
         "the robot must stand first, so that its surroundings can be recognised"
     );
     let track = rig.run(20.0, &|_| true);
-    assert!(matches!(rig.motion, MotionState::Looking { goal: Some(_) }));
+    assert!(matches!(rig.motion, MotionState::Relocalising { goal: Some(_) }));
     let far = track.iter().map(|at| at.norm()).fold(0.0, f64::max);
     assert!(far > 2.0 && track.iter().all(|at| at.x.abs().max(at.y.abs()) < 3.6), "{far}");
     // The found pose moves the map by 1 m.

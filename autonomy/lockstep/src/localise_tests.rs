@@ -234,7 +234,7 @@ fn a_robot_that_is_carried_away_during_a_walk_relocalises_and_reaches_its_goal_b
     day.lockstep.simulator().carry(at([18.6, 23.3], 1.0), Span::from_millis(10_000));
     day.run(10.0);
     assert!(
-        matches!(day.motion, MotionState::Looking { goal: Some(_) }),
+        matches!(day.motion, MotionState::Relocalising { goal: Some(_) }),
         "the robot must notice that it was carried: {:?}",
         day.motion
     );

@@ -28,7 +28,7 @@ impl Progress {
         }
         Self::Bar(output::share_bar(match stage {
             ImportStage::Reading => "reading",
-            ImportStage::Looking => "finding viewpoints",
+            ImportStage::ComputingViewpoints => "finding viewpoints",
             ImportStage::Writing => "writing",
         }))
     }

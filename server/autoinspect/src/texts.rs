@@ -106,8 +106,8 @@ pub fn alignment_error(error: &AlignmentError, map: &Path, first: &Path) -> Stri
         AlignmentError::TooFew(count) => format!(
             "only {count} places of {map} were recognised in {first}, or all in one spot; walk some 15 m of the known part on the next round"
         ),
-        AlignmentError::Ambiguous(count, rival) => format!(
-            "{map} fits into {first} in two ways, with {count} and {rival} places recognised; walk a part on which they differ"
+        AlignmentError::Ambiguous(count, runner_up) => format!(
+            "{map} fits into {first} in two ways, with {count} and {runner_up} places recognised; walk a part on which they differ"
         ),
     }
 }

@@ -100,9 +100,9 @@ impl Snapshot {
             Event::Tiles(change) => self.change_tiles(change),
             Event::Loops(change) => self.change_loops(change),
             Event::Notice(notice) => self.add_notice(notice),
-            Event::Platform(said) => self.change_platform(|platform| {
+            Event::Platform(report) => self.change_platform(|platform| {
                 // These two the gateway knows better than the core.
-                *platform = Platform { core_connected: true, clients: platform.clients, ..said };
+                *platform = Platform { core_connected: true, clients: platform.clients, ..report };
             }),
             event => {
                 if let Some(kind) = latest_kind(&event) {
@@ -113,7 +113,7 @@ impl Snapshot {
         }
     }
 
-    /// Changes what is said of the server itself.
+    /// Changes the report on the server itself.
     pub(crate) fn change_platform(&mut self, change: impl FnOnce(&mut Platform)) {
         change(&mut self.platform);
         let event = Event::Platform(self.platform.clone());
@@ -123,7 +123,7 @@ impl Snapshot {
         }
     }
 
-    /// Forgets tiles, because a core that (re)connects will tell all of its own.
+    /// Forgets tiles, because a core that (re)connects sends all of its own.
     pub(crate) fn forget_tiles(&mut self) {
         if self.tiles.epoch > 0 {
             self.change_tiles(TilesChanged { reset: true, added: Vec::new() });
@@ -140,7 +140,7 @@ impl Snapshot {
         self.latest[MAPS].as_ref().map(|(_, event)| event.clone())
     }
 
-    /// The next thing that a client is owed, now counted as told; `None` when it knows everything.
+    /// The next thing that a client is owed, now counted as sent; `None` when nothing is owed.
     pub(crate) fn next(&self, cursor: &mut Cursor) -> Option<Arc<Event>> {
         let source = (0..SOURCES)
             .filter_map(|source| Some((cursor.served[source], self.owed(source, cursor)?, source)))
@@ -174,9 +174,9 @@ impl Snapshot {
                 (!complete).then_some(self.tiles.revision)
             }
             LOOPS => {
-                let told = cursor.loops_epoch == self.loops.epoch
+                let complete = cursor.loops_epoch == self.loops.epoch
                     && cursor.loops_sent == self.loops.gone + self.loops.kept.len();
-                (!told).then_some(self.loops.revision)
+                (!complete).then_some(self.loops.revision)
             }
             NOTICES => self.notices.iter().map(|(revision, _)| *revision).find(|r| *r > cursor.seen[NOTICES]),
             kind => {
@@ -280,7 +280,7 @@ impl Snapshot {
     }
 
     fn add_notice(&mut self, notice: Notice) {
-        // A core that reconnects repeats its notices; the instant in each tells a repetition from news.
+        // A core that reconnects repeats its notices; the instant in each distinguishes a repetition from a new one.
         if self.notices.iter().any(|(_, known)| *known == notice) {
             return;
         }
@@ -294,7 +294,6 @@ impl Snapshot {
 
 const GRAPH: usize = 1;
 const MAPS: usize = 7;
-/// The last of them.
 /// The last of them.
 const GOALS: usize = 14;
 

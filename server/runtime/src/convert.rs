@@ -354,7 +354,7 @@ fn motion(state: MotionState) -> api::Motion {
         MotionState::Teleoperated => api::Motion::Teleoperated,
         MotionState::Walking { goal, path, remaining_m } => api::Motion::Walking { goal, path, remaining_m },
         MotionState::Waiting { goal } => api::Motion::Waiting { goal },
-        MotionState::Looking { goal } => api::Motion::Looking { goal },
+        MotionState::Relocalising { goal } => api::Motion::Relocalising { goal },
         MotionState::Blocked { goal, reason } => api::Motion::Blocked { goal, reason },
     }
 }

@@ -363,7 +363,7 @@ fn a_simulated_fault_reaches_the_robot_and_all_clients_and_never_the_stack() {
         gateway.event(|_, event| {
             match event {
                 Event::CommandDone { outcome, .. } => answered = Some(outcome.clone()),
-                Event::Notice(news) => notice = Some(news.text.clone()),
+                Event::Notice(published) => notice = Some(published.text.clone()),
                 _ => {}
             }
             Some(())
@@ -409,7 +409,7 @@ impl MapImporter for FakeImporter {
     ) -> Result<(), String> {
         assert!(file.exists() && frame.is_none_or(Path::exists));
         if name == "Endless" {
-            while progress(ImportStage::Looking, 0.5).is_continue() {
+            while progress(ImportStage::ComputingViewpoints, 0.5).is_continue() {
                 thread::yield_now();
             }
             return Err("It was cancelled.".to_owned());
@@ -449,8 +449,9 @@ fn imports_run_one_at_a_time_can_be_cancelled_and_report_why_they_fail() {
     };
     gateway.command(1, import(first, "Endless"));
     gateway.event(|_, event| {
-        let looks = matches!(event, Event::Import(Import::Running { stage: ImportStage::Looking, .. }));
-        looks.then_some(())
+        let computes =
+            matches!(event, Event::Import(Import::Running { stage: ImportStage::ComputingViewpoints, .. }));
+        computes.then_some(())
     });
     gateway.command(2, api::Command::CancelImport(first));
     assert_eq!(failed(&mut gateway), (first, "It was cancelled.".to_owned()));

@@ -108,7 +108,7 @@ pub enum ImportStage {
     #[default]
     Reading,
     /// Virtual viewpoints are computed: poses at which a robot could stand, and the points visible from them.
-    Looking,
+    ComputingViewpoints,
     /// The map is written.
     Writing,
 }
@@ -344,7 +344,7 @@ pub enum Motion {
         goal: Vec3,
     },
     /// Relocalising in the map. It continues by itself when its pose is known.
-    Looking {
+    Relocalising {
         /// The point to which it walks then, map frame, if any.
         goal: Option<Vec3>,
     },

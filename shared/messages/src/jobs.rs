@@ -71,7 +71,7 @@ pub enum Job {
     ReadMap(MapId),
     /// Find the poses in that map at which a scan may have been taken; as for [`Self::VerifyLoop`].
     Relocalise(RelocalisationTask),
-    /// Plan a path on which those poses can be told apart; as for [`Self::VerifyLoop`].
+    /// Plan a path on which those poses can be distinguished; as for [`Self::VerifyLoop`].
     PlanDisambiguation(DisambiguationTask),
 }
 

@@ -379,7 +379,7 @@ pub enum MotionState {
         goal: Vec3,
     },
     /// Relocalising in the map. It continues by itself when its pose is known.
-    Looking {
+    Relocalising {
         /// The point to which it walks then, map frame, if any.
         goal: Option<Vec3>,
     },

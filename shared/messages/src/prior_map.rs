@@ -60,7 +60,7 @@ pub struct PoseHypothesis {
     pub violation_share: f64,
 }
 
-/// A job: on which path can the robot tell apart the poses at which it may be?
+/// A job: on which path can the robot find out which of the possible poses is right?
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct DisambiguationTask {
     /// The map.
@@ -116,7 +116,7 @@ pub enum MapSearchOutcome {
         /// Number of recognised places that agree on the best other alignment.
         runner_up_support: u32,
     },
-    /// Too few recognised places agree, or all of them lie in one spot; their number.
+    /// Too few recognised places agree, or all of them lie close together; their number.
     NotFound(u32),
     /// Two alignments fit; the number of recognised places that agree on each.
     Ambiguous(u32, u32),

@@ -212,7 +212,7 @@ impl SceneSync {
             }
             api::Motion::Blocked { goal, .. }
             | api::Motion::Waiting { goal }
-            | api::Motion::Looking { goal: Some(goal) }
+            | api::Motion::Relocalising { goal: Some(goal) }
                 if live =>
             {
                 renderer.set_goal(Some(vector(*goal)), &[]);

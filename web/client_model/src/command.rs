@@ -86,7 +86,7 @@ pub enum ClientCommand {
     DismissGoal(GoalId),
     /// Let the next click on the ground set the goal of a walk, or no longer.
     PickGoal(bool),
-    /// Look at a saved map; `None`: at the live one.
+    /// View a saved map; `None`: the live one.
     ViewMap(Option<MapId>),
     /// Change how things look. Edits in quick succession become one step of undo.
     EditView(ViewSettings),

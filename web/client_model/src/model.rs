@@ -180,17 +180,17 @@ impl Model {
         self.shared.map_views.live()
     }
 
-    /// The saved map that is looked at.
+    /// The saved map that is viewed.
     pub fn saved_map(&self) -> Option<(MapId, &MapView)> {
         self.shared.map_views.saved()
     }
 
-    /// The map on the screen: the saved one that is looked at, else the one under construction.
+    /// The map on the screen: the saved one that is viewed, else the one under construction.
     pub fn displayed_map(&self) -> &MapView {
         self.shared.map_views.displayed()
     }
 
-    /// The id of the saved map that is looked at.
+    /// The id of the saved map that is viewed.
     pub fn viewed_map(&self) -> Option<MapId> {
         self.shared.map_views.viewed()
     }
@@ -282,7 +282,7 @@ impl Model {
     }
 
     /// The two scans to lay over each other now: those of the selected loop, or of the two keyframes chosen for a new one. `None`
-    /// without such a pair, if the overlay is off, or while a saved map is looked at.
+    /// without such a pair, if the overlay is off, or while a saved map is viewed.
     pub fn scan_comparison(&self) -> Option<ScanComparison> {
         self.loops.comparison(&self.shared)
     }

@@ -64,11 +64,11 @@ impl Shared {
 pub(crate) enum Change {
     /// The graph belongs to another mapping session than before; keyframe ids start anew.
     SessionChanged,
-    /// This map is looked at from now on, or still: a saved one, or the live map.
+    /// This map is viewed from now on, or still: a saved one, or the live map.
     MapViewed {
         /// The map; `None` for the live one.
         map: Option<MapId>,
-        /// Whether another one was looked at before.
+        /// Whether another one was viewed before.
         changed: bool,
     },
     /// Poses from before are not in the frame of poses from now on.
@@ -90,7 +90,7 @@ pub(crate) struct Context<'a> {
     pub(crate) shared: &'a mut Shared,
     /// What the shell shall do, in this order.
     pub(crate) effects: &'a mut Vec<ClientEffect>,
-    /// What other features are told after this reducer.
+    /// Changes that other features get after this reducer.
     pub(crate) changes: &'a mut Vec<Change>,
 }
 
@@ -149,7 +149,7 @@ impl Context<'_> {
         }
     }
 
-    /// Looks at a saved map, or at the live one.
+    /// Views a saved map, or the live one.
     pub(crate) fn view_map(&mut self, map: Option<MapId>) {
         let changed = self.shared.map_views.view(map, self.effects);
         if changed {

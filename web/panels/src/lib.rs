@@ -27,11 +27,11 @@
 //! | button (toggled) | `From the graph`, `Same position` | Loops, once two keyframes are chosen |
 //! | button | `Undo the decision` | Loops |
 //! | button (toggled) | `Loop FROM → TO: VERDICT. REASON` | Loops: one for each row in sight |
-//! | status | `Verdict`, `Overlap`, `Surfaces apart`, `Seen through`, `Best rival`, `Moved from the guess`, `Found by` | a loop's evidence |
+//! | status | `Verdict`, `Overlap`, `Residual`, `Free-space violation`, `Runner-up`, `Correction`, `Found by` | a loop's evidence |
 //! | button | `Accept loop`, `Reject loop`, `Show where it is`, `Close the loop's evidence` | a loop's evidence |
 //! | button (toggled) | `As found`, `In the graph`, `Map only` | a loop's evidence |
-//! | button | `View NAME` | Map: looks at the saved map NAME |
-//! | button | `Back to live` | while looking at a saved map |
+//! | button | `View NAME` | Map: shows the saved map NAME |
+//! | button | `Back to live` | while a saved map is viewed |
 //! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
 //! | button | `Cancel walk` | drive card, while walking |
 //! | group | `Joystick` | drive card |

@@ -26,7 +26,7 @@ pub enum TextInputKind {
 /// An input that the page shall show in this frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextInputRequest {
-    /// Tells it from all others.
+    /// Distinguishes it from all others.
     pub id: Id,
     /// Accessible name.
     pub name: String,
@@ -127,7 +127,7 @@ pub struct TextInput<'a> {
 }
 
 impl<'a> TextInput<'a> {
-    /// A field of one line. `id` tells it from all other fields; `name` is its accessible name.
+    /// A field of one line. `id` distinguishes it from all other fields; `name` is its accessible name.
     pub fn new(id: impl std::hash::Hash + std::fmt::Debug, name: &'a str) -> Self {
         Self {
             id: Id::unique(("text input", id)),

@@ -78,7 +78,7 @@ pub fn run(args: &AlignArgs) -> Result<(), Failure> {
     }
     let saved = SavedMap::read(&args.map).map_err(Failure::usage)?;
     let onto = SavedMap::read(&args.onto).map_err(Failure::usage)?;
-    let mut progress = Progress::new(args.background, ImportStage::Looking);
+    let mut progress = Progress::new(args.background, ImportStage::ComputingViewpoints);
     progress.set_share(0.0);
     let config = AlignmentConfig::default();
     let alignment = match args.pair.as_slice() {

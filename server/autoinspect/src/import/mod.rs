@@ -175,7 +175,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
         elevations_rad: args.field_of_view.0.map(f32::to_radians),
         ..ViewpointConfig::default()
     };
-    let mut progress = Progress::new(args.background, ImportStage::Looking);
+    let mut progress = Progress::new(args.background, ImportStage::ComputingViewpoints);
     let mut found =
         find_viewpoints(&cloud.thinned.xyz, &viewpoint_config, &mut |share| progress.set_share(share));
     progress.finish();
@@ -324,7 +324,7 @@ fn describe(report: &Report) -> String {
     }
     lines.extend(alignment.as_ref().map(FrameAlignment::describe));
     lines.push(match report.places {
-        0 => "no floor was found: the map can be looked at, but no robot can localise in it".to_owned(),
+        0 => "no floor was found: the map can be viewed, but no robot can localise in it".to_owned(),
         viewpoints => format!("{viewpoints} virtual viewpoints"),
     });
     lines.join("\n")

@@ -95,10 +95,10 @@ impl Summary {
     ) -> Self {
         let (first, last) = (mapped.first.unwrap_or_default(), mapped.last.unwrap_or_default());
         let (duration_s, seconds) = ((last - first).secs_f64(), took.as_secs_f64());
-        let degenerate = mapped.finished.degenerate.iter().map(|stretch| Degenerate {
-            from_s: (stretch.from - first).secs_f64(),
-            until_s: (stretch.until - first).secs_f64(),
-            distance_m: stretch.distance_m,
+        let degenerate = mapped.finished.degenerate.iter().map(|segment| Degenerate {
+            from_s: (segment.from - first).secs_f64(),
+            until_s: (segment.until - first).secs_f64(),
+            distance_m: segment.distance_m,
         });
         Self {
             inputs: inputs.iter().map(|path| path.display().to_string()).collect(),
@@ -151,11 +151,11 @@ impl Summary {
             ),
         ];
         if self.loops.proposed > 0 {
-            lines.push(format!("{} loops closed of {} looked at", self.loops.accepted, self.loops.proposed));
+            lines.push(format!("{} loops closed of {} compared", self.loops.accepted, self.loops.proposed));
         }
         if !self.degenerate.is_empty() {
-            let metres: f64 = self.degenerate.iter().map(|stretch| stretch.distance_m).sum();
-            lines.push(format!("{} degenerate stretches, {metres:.1} m in all", self.degenerate.len()));
+            let metres: f64 = self.degenerate.iter().map(|segment| segment.distance_m).sum();
+            lines.push(format!("{} degenerate segments, {metres:.1} m in all", self.degenerate.len()));
         }
         if self.unreadable_messages > 0 {
             lines.push(format!("{} messages could not be read", self.unreadable_messages));

@@ -63,7 +63,6 @@ struct Report {
     /// The version that was patched.
     patched: MapId,
     /// Number of scans that were compared with the map, one for each metre walked.
-    #[serde(rename = "looks")]
     compared_scans: u64,
     #[serde(flatten)]
     changes: Changes,

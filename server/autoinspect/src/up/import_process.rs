@@ -125,14 +125,14 @@ mod tests {
     #[test]
     fn progress_is_read_line_by_line_until_it_is_cancelled() {
         let lines =
-            b"{\"stage\":\"reading\",\"share\":0.5}\nnonsense\n{\"stage\":\"looking\",\"share\":0.25}\n"
+            b"{\"stage\":\"reading\",\"share\":0.5}\nnonsense\n{\"stage\":\"computing_viewpoints\",\"share\":0.25}\n"
                 .as_slice();
         let mut heard = Vec::new();
         let all = follow(lines, &mut |stage, share| {
             heard.push((stage, share));
             ControlFlow::Continue(())
         });
-        assert_eq!(heard, [(ImportStage::Reading, 0.5), (ImportStage::Looking, 0.25)]);
+        assert_eq!(heard, [(ImportStage::Reading, 0.5), (ImportStage::ComputingViewpoints, 0.25)]);
         assert!(all.is_continue() && follow(lines, &mut |_, _| ControlFlow::Break(())).is_break());
     }
 }

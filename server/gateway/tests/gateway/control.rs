@@ -159,8 +159,8 @@ async fn pings_come_back_with_the_robots_clock() {
     let gateway = Gateway::start().await;
     let mut core = gateway.core().await;
     let now = Stamp::from_parts(1000, 0);
-    let said = api::Platform { robot: "r".into(), now, ..api::Platform::default() };
-    core.publish(Event::Platform(said)).await;
+    let report = api::Platform { robot: "r".into(), now, ..api::Platform::default() };
+    core.publish(Event::Platform(report)).await;
     let mut socket = gateway.client(client_id(1)).await;
     socket.find(|event| matches!(event, Event::Platform(p) if p.robot == "r").then_some(())).await;
     for token in [u64::MAX, 3, 3] {

@@ -78,7 +78,7 @@ impl MapAlignment {
         (spread_m2 > SPREAD_MIN_M2).then(|| (squares.sum::<f64>() / count).sqrt())
     }
 
-    /// Takes a point of the map that is looked at. Returns whether it was expected there.
+    /// Takes a point of the map that is viewed. Returns whether it was expected there.
     fn add_point(&mut self, viewed: Option<MapId>, point: Vec3) -> bool {
         if self.next_map() != viewed || viewed.is_none() {
             return false;
@@ -127,7 +127,7 @@ impl AlignmentFeature {
         cx.view_map(Some(map));
     }
 
-    /// Looks at the map in which the next point is to be picked.
+    /// Views the map in which the next point is to be picked.
     fn view_next(&self, cx: &mut Context<'_>) {
         if let Some(map) = self.current.as_ref().and_then(MapAlignment::next_map) {
             cx.view_map(Some(map));
@@ -193,7 +193,7 @@ impl Feature for AlignmentFeature {
 
     fn on_change(&mut self, change: &Change, _cx: &mut Context<'_>) {
         match change {
-            // Whoever looks at a third map does not want to align these two any more.
+            // Whoever views a third map does not want to align these two any more.
             Change::MapViewed { map, .. } => {
                 self.current.take_if(|it| *map != Some(it.map) && (map.is_none() || *map != it.reference));
             }

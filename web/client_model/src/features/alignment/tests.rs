@@ -57,7 +57,7 @@ fn points_are_picked_in_one_map_and_the_other_in_turn_and_may_be_taken_back() {
 
     client.command(ClientCommand::AlignMap { map, reference: Some(onto) });
     client.command(ClientCommand::ViewMap(Some(third)));
-    assert_eq!(client.model.alignment(), None, "something else is looked at");
+    assert_eq!(client.model.alignment(), None, "something else is viewed");
     client.command(ClientCommand::AlignMap { map, reference: Some(onto) });
     client.command(ClientCommand::CancelAlignment);
     assert_eq!((client.model.alignment(), client.model.viewed_map()), (None, Some(map)));

@@ -120,7 +120,7 @@ fn on_tick(cx: &mut Context<'_>) {
             link.on_opening(now);
             cx.effects.push(ClientEffect::OpenSocket(socket));
         }
-        // Only the control socket is pinged: no scans come while a saved map is looked at.
+        // Only the control socket is pinged: no scans come while a saved map is viewed.
         let idle_stream = socket == Socket::Stream && link.is_connected();
         if link.is_dead(now) && !idle_stream {
             cx.effects.push(ClientEffect::CloseSocket(socket));

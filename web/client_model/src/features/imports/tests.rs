@@ -22,7 +22,7 @@ fn a_file_that_was_chosen_is_sent_and_becomes_a_map_unless_it_is_given_up() {
     );
     assert_eq!(client.model.imports.upload(), None);
 
-    let (name, stage) = ("north.wing".to_owned(), api::ImportStage::Looking);
+    let (name, stage) = ("north.wing".to_owned(), api::ImportStage::ComputingViewpoints);
     client.event(api::Event::Import(api::Import::Running { upload, name, stage, share: 0.5 }));
     client.command(ClientCommand::CancelImport);
     assert_eq!(client.take_commands(), [Command::CancelImport(upload)]);

@@ -137,7 +137,7 @@ impl Loops {
         }
     }
 
-    /// The scans to lay over each other; `None` if there is no pair, the overlay is off, or a saved map is looked at.
+    /// The scans to lay over each other; `None` if there is no pair, the overlay is off, or a saved map is viewed.
     pub(crate) fn comparison(&self, shared: &Shared) -> Option<ScanComparison> {
         if shared.map_views.saved().is_some() {
             return None;

@@ -1,4 +1,4 @@
-//! The maps on the screen: the live one under construction and a saved one that is looked at; which tiles of them are fetched. What
+//! The maps on the screen: the live one under construction and a saved one that is viewed; which tiles of them are fetched. What
 //! changes them is in `reducer`.
 
 pub(crate) mod reducer;
@@ -15,7 +15,7 @@ use vocab::MapId;
 /// Least time between two tile plans, seconds: planning visits all tiles, and four plans a second feel immediate.
 const PLAN_PERIOD_S: f64 = 0.25;
 
-/// The live map, the saved map that is looked at, and the viewpoint for which tiles are planned.
+/// The live map, the saved map that is viewed, and the viewpoint for which tiles are planned.
 #[derive(Debug)]
 pub(crate) struct MapViews {
     live: MapView,
@@ -55,7 +55,7 @@ impl MapViews {
         self.saved.as_mut().filter(|(id, _)| *id == map).map(|(_, view)| view)
     }
 
-    /// Looks at a saved map, or at the live one. Returns whether another one was looked at before.
+    /// Views a saved map, or the live one. Returns whether another one was viewed before.
     pub(crate) fn view(&mut self, map: Option<MapId>, effects: &mut Vec<ClientEffect>) -> bool {
         if self.viewed() == map {
             return false;

@@ -48,7 +48,7 @@ impl Default for TilePlanConfig {
 /// Added to the priority of level 0, pixels: the coarsest level is small and shows everything, so it comes first.
 const COARSEST_LEVEL_PX: f32 = 1e6;
 
-/// From where and how a map is looked at.
+/// From where and how a map is viewed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Viewpoint {
     /// Position of the camera, map frame, metres.

@@ -1,4 +1,4 @@
-//! Which map is looked at when mapping begins and ends.
+//! Which map is viewed when mapping begins and ends.
 
 use crate::testing::*;
 use api::Mapping;

@@ -60,7 +60,7 @@ pub(crate) fn heading(model: &Model) -> &'static str {
 /// Shows the button that cancels the walk, or the one with which the operator picks where to walk.
 pub(crate) fn show_walk_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let (model, tokens) = (cx.model, cx.tokens);
-    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Looking { .. }) {
+    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Relocalising { .. }) {
         if Button::new(texts::CANCEL_WALK).icon(icon::X).wide(ui).show(ui, tokens).clicked() {
             cx.commands.extend(model.goals.active().map(|goal| ClientCommand::CancelGoal(goal.id)));
         }

@@ -28,7 +28,7 @@ fn an_import_can_be_started_and_cancelled() {
     let running = Import::Running {
         upload: UploadId(Uuid::from_u128(1)),
         name: "North wing".into(),
-        stage: ImportStage::Looking,
+        stage: ImportStage::ComputingViewpoints,
         share: 0.42,
     };
     let mut harness = client().event(Event::Import(running)).shown(1440.0, 900.0);

@@ -20,7 +20,7 @@ pub(super) fn sending(file: &str) -> String {
 pub(super) fn stage(stage: ImportStage, map: &str) -> String {
     let doing = match stage {
         ImportStage::Reading => "Reading",
-        ImportStage::Looking => "Computing viewpoints of",
+        ImportStage::ComputingViewpoints => "Computing viewpoints of",
         ImportStage::Writing => "Writing",
     };
     format!("{doing} {map}")

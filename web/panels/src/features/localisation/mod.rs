@@ -198,7 +198,7 @@ fn show_relocalise(
     commands: &mut Vec<ClientCommand>,
 ) {
     let is_lost = matches!(model.localisation(), Localisation::Relocalising { .. });
-    let is_moving_for_it = matches!(model.motion(), Motion::Looking { .. });
+    let is_moving_for_it = matches!(model.motion(), Motion::Relocalising { .. });
     if !is_lost || is_moving_for_it {
         return;
     }

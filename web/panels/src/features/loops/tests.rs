@@ -90,10 +90,10 @@ fn the_evidence_has_a_unit_for_every_number() {
         let harness = loops(vec![decided(5, 150, Held)]).command(selected.clone()).shown(width, height);
         for (name, expected) in [
             ("Overlap", "77 % and 64 %"),
-            ("Surfaces apart", "3.0 cm"),
-            ("Seen through", "0.4 % and 0 %"),
-            ("Best rival", "42 % as good"),
-            ("Moved from the guess", "0.12 m, 0.0°"),
+            ("Residual", "3.0 cm"),
+            ("Free-space violation", "0.4 % and 0 %"),
+            ("Runner-up", "42 % as good"),
+            ("Correction", "0.12 m, 0.0°"),
             ("Found by", "likeness 80 %"),
         ] {
             assert_eq!(value(&harness, name), expected, "{name}");

@@ -64,15 +64,15 @@ pub(super) type Quantity = (&'static str, &'static str);
 pub(super) const OVERLAP: Quantity =
     ("Overlap", "Share of each scan that lies on the other's surfaces: newer on older, older on newer.");
 pub(super) const RESIDUAL: Quantity =
-    ("Surfaces apart", "Root mean square distance of the points from those surfaces.");
+    ("Residual", "Root mean square distance of the points from those surfaces.");
 pub(super) const FREE_SPACE_VIOLATION: Quantity = (
-    "Seen through",
+    "Free-space violation",
     "Share of each scan that lies where the other scan saw free space. A wall makes that impossible.",
 );
 pub(super) const RUNNER_UP: Quantity =
-    ("Best rival", "How well the best other pose fits, as a share of this one.");
+    ("Runner-up", "How well the best other pose fits, as a share of this one.");
 pub(super) const CORRECTION: Quantity =
-    ("Moved from the guess", "From where the comparison started to where it ended.");
+    ("Correction", "From where the comparison started to where it ended.");
 pub(super) const SOURCE: Quantity = ("Found by", "Why the two keyframes were compared.");
 
 pub(super) fn head(pair: LoopPair) -> String {

@@ -23,7 +23,7 @@ pub(super) fn motion(motion: Option<&Motion>) -> &'static str {
         Motion::Teleoperated => "Driven by hand",
         Motion::Walking { .. } => "Walking",
         Motion::Waiting { .. } => "Waiting to see",
-        Motion::Looking { .. } => "Relocalising",
+        Motion::Relocalising { .. } => "Relocalising",
         Motion::Blocked { .. } => "Path blocked",
     }
 }
