@@ -9,7 +9,6 @@ use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::{imports, tabs};
 use crate::map_name::map_name;
 use crate::message::show_message;
-use crate::theme::Tokens;
 use crate::{format, icon, widgets};
 use api::{Import, MAX_PAIR_RMS_M, Mapping};
 use client_model::{ClientCommand, MapAlignment, Model};
@@ -48,86 +47,66 @@ impl FeaturePanel for AlignmentPanel {
             ui.add_space(4.0);
             widgets::rule(ui, cx.tokens);
         }
-        show(ui, cx.model, cx.tokens, alignment, cx.commands);
+        show(ui, cx, alignment);
     }
 }
 
 /// The button of the map that is viewed, if there is another map to align it to.
-pub(crate) fn show_offer(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    map: MapId,
-    commands: &mut Vec<ClientCommand>,
-) {
+pub(crate) fn show_offer(ui: &mut Ui, cx: &mut PanelContext<'_>, map: MapId) {
+    let (model, tokens) = (cx.model, cx.tokens);
     if model.maps().len() < 2 {
         return;
     }
     let name = texts::align(map_name(model, map));
     let button = Button::new(&name).text(texts::OFFER_SHORT).icon(icon::ARROWS_DOWN_UP);
     if button.enabled(model.is_connected()).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::AlignMap { map, reference: None });
+        cx.commands.push(ClientCommand::AlignMap { map, reference: None });
     }
     widgets::remark(ui, tokens, texts::OFFER_HINT);
 }
 
 /// The card while an alignment is prepared.
-fn show(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    commands: &mut Vec<ClientCommand>,
-) {
-    widgets::head(ui, tokens, &texts::align(map_name(model, alignment.map)));
+fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment) {
+    let tokens = cx.tokens;
+    widgets::head(ui, tokens, &texts::align(map_name(cx.model, alignment.map)));
     match alignment.reference {
-        None => show_references(ui, model, tokens, alignment.map, commands),
+        None => show_references(ui, cx, alignment.map),
         Some(reference) => {
-            let contradictory = show_agreement(ui, model, tokens, alignment, reference);
+            let contradictory = show_agreement(ui, cx, alignment, reference);
             if alignment.job.is_some() {
-                show_job(ui, model, tokens, commands);
+                show_job(ui, cx);
             } else {
-                show_view_button(ui, model, tokens, alignment, reference, commands);
-                show_remove_button(ui, tokens, alignment, commands);
-                show_start(ui, model, tokens, alignment, contradictory, commands);
+                show_view_button(ui, cx, alignment, reference);
+                show_remove_button(ui, cx, alignment);
+                show_start(ui, cx, alignment, contradictory);
             }
         }
     }
     if alignment.job.is_none() {
         let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
         if cancel.wide(ui).show(ui, tokens).clicked() {
-            commands.push(ClientCommand::CancelAlignment);
+            cx.commands.push(ClientCommand::CancelAlignment);
         }
     }
 }
 
 /// A button for each map that can be the reference.
-fn show_references(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    map: MapId,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_references(ui: &mut Ui, cx: &mut PanelContext<'_>, map: MapId) {
+    let tokens = cx.tokens;
     widgets::remark(ui, tokens, texts::CHOOSE_REFERENCE);
-    for other in model.maps().list().into_iter().flatten().filter(|other| other.id != map) {
+    for other in cx.model.maps().list().into_iter().flatten().filter(|other| other.id != map) {
         let name = texts::reference(&other.name);
         let button = Button::new(&name).text(&other.name).icon(icon::MAP_TRIFOLD);
         if button.wide(ui).show(ui, tokens).clicked() {
-            commands.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
+            cx.commands.push(ClientCommand::AlignMap { map, reference: Some(other.id) });
         }
     }
 }
 
 /// The reference, the number of pairs, and how well they agree. Returns whether they contradict each other.
-fn show_agreement(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    reference: MapId,
-) -> bool {
-    widgets::fact(ui, tokens, texts::REFERENCE, map_name(model, reference));
+fn show_agreement(ui: &mut Ui, cx: &PanelContext<'_>, alignment: &MapAlignment, reference: MapId) -> bool {
+    let tokens = cx.tokens;
+    widgets::fact(ui, tokens, texts::REFERENCE, map_name(cx.model, reference));
     widgets::fact(ui, tokens, texts::PAIRS, &format::count(alignment.pairs.len() as u64));
     let Some(residual_m) = alignment.rms_residual_m() else { return false };
     widgets::fact(ui, tokens, texts::RESIDUAL, &format::accuracy(residual_m.max(LEAST_RESIDUAL_M)));
@@ -141,52 +120,35 @@ fn show_agreement(
 }
 
 /// The job that makes the aligned map; it runs as an import.
-fn show_job(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
-    match model.imports.import() {
-        Import::Running { .. } => imports::show(ui, model, tokens, commands),
-        _ => widgets::remark(ui, tokens, texts::JOB_REQUESTED),
+fn show_job(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    match cx.model.imports.import() {
+        Import::Running { .. } => imports::show(ui, cx),
+        _ => widgets::remark(ui, cx.tokens, texts::JOB_REQUESTED),
     }
 }
 
 /// Views the other one of the two maps.
-fn show_view_button(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    reference: MapId,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_view_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment, reference: MapId) {
+    let model = cx.model;
     let other = if model.viewed_map() == Some(reference) { alignment.map } else { reference };
     let name = texts::view(map_name(model, other));
-    if Button::new(&name).icon(icon::EYE).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::ViewMap(Some(other)));
+    if Button::new(&name).icon(icon::EYE).wide(ui).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::ViewMap(Some(other)));
     }
 }
 
-fn show_remove_button(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_remove_button(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment) {
     let button = Button::new(texts::REMOVE_POINT).text(texts::REMOVE_POINT_SHORT);
     let button = button.icon(icon::ARROW_COUNTER_CLOCKWISE).hint(texts::REMOVE_POINT_KEYS);
-    if button.enabled(has_points(alignment)).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::RemoveAlignmentPoint);
+    if button.enabled(has_points(alignment)).wide(ui).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::RemoveAlignmentPoint);
     }
 }
 
 /// Starts the job: by the picked points, or by appearance if there are none.
-fn show_start(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    alignment: &MapAlignment,
-    contradictory: bool,
-    commands: &mut Vec<ClientCommand>,
-) {
-    let connected = model.is_connected();
+fn show_start(ui: &mut Ui, cx: &mut PanelContext<'_>, alignment: &MapAlignment, contradictory: bool) {
+    let tokens = cx.tokens;
+    let connected = cx.model.is_connected();
     let clicked = if has_points(alignment) {
         let text = texts::start_by_points_short(alignment.pairs.len());
         let determined = alignment.pairs.len() >= MIN_PAIRS && alignment.rms_residual_m().is_some();
@@ -200,7 +162,7 @@ fn show_start(
         clicked
     };
     if clicked {
-        commands.push(ClientCommand::StartAlignment);
+        cx.commands.push(ClientCommand::StartAlignment);
     }
 }
 

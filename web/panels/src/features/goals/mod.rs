@@ -39,10 +39,10 @@ impl FeaturePanel for GoalsPanel {
         widgets::section_head(ui, tokens, texts::HEAD);
         show_state_chip(ui, tokens, executive.state);
         if let Some(goal) = model.goals.active() {
-            show_active(ui, model, tokens, goal, cx.commands);
+            show_active(ui, cx, goal);
         }
         if let Some(outcome) = model.goals.outcome() {
-            show_outcome(ui, model, tokens, outcome, cx.commands);
+            show_outcome(ui, cx, outcome);
         }
     }
 }
@@ -60,7 +60,8 @@ pub(crate) fn heading(model: &Model) -> &'static str {
 /// Shows the button that cancels the walk, or the one with which the operator picks where to walk.
 pub(crate) fn show_walk_button(ui: &mut Ui, cx: &mut PanelContext<'_>) {
     let (model, tokens) = (cx.model, cx.tokens);
-    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Relocalising { .. }) {
+    if matches!(model.motion(), Motion::Walking { .. } | Motion::Waiting { .. } | Motion::Relocalising { .. })
+    {
         if Button::new(texts::CANCEL_WALK).icon(icon::X).wide(ui).show(ui, tokens).clicked() {
             cx.commands.extend(model.goals.active().map(|goal| ClientCommand::CancelGoal(goal.id)));
         }
@@ -89,7 +90,8 @@ fn show_state_chip(ui: &mut Ui, tokens: &Tokens, state: ExecutiveState) {
     widgets::status_line(ui, texts::STATE, word, &parts);
 }
 
-fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, commands: &mut Vec<ClientCommand>) {
+fn show_active(ui: &mut Ui, cx: &mut PanelContext<'_>, goal: &Goal) {
+    let (model, tokens) = (cx.model, cx.tokens);
     fact(ui, tokens, texts::GOAL, &texts::goal(goal.kind));
     if let GoalStatus::Running(progress) = &goal.status {
         if let Some(remaining_m) = progress.remaining_m {
@@ -110,7 +112,7 @@ fn show_active(ui: &mut Ui, model: &Model, tokens: &Tokens, goal: &Goal, command
     let cancel = Button::new(texts::CANCEL).text(texts::CANCEL_SHORT).icon(icon::X);
     let enabled = model.is_connected() && !model.is_controlled_by_other();
     if cancel.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::CancelGoal(goal.id));
+        cx.commands.push(ClientCommand::CancelGoal(goal.id));
     }
 }
 
@@ -124,18 +126,13 @@ fn show_progress(ui: &mut Ui, tokens: &Tokens, share: f32) {
     });
 }
 
-fn show_outcome(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    outcome: GoalOutcome<'_>,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_outcome(ui: &mut Ui, cx: &mut PanelContext<'_>, outcome: GoalOutcome<'_>) {
+    let tokens = cx.tokens;
     let goal = outcome.goal;
     let (sign, colour) = sign_of(&goal.status, tokens);
     let sentence = texts::outcome(goal);
     let tried = texts::tried(&goal.status);
-    let age_s = model.now().since(outcome.ended);
+    let age_s = cx.model.now().since(outcome.ended);
     let age = (age_s > SHOWN_AGE_S).then(|| texts::ago(&format::duration(age_s)));
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         ui.spacing_mut().item_spacing.y = 2.0;
@@ -146,7 +143,7 @@ fn show_outcome(
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
                 if dismiss.size(36.0, 36.0).show(ui, tokens).clicked() {
-                    commands.push(ClientCommand::DismissGoal(goal.id));
+                    cx.commands.push(ClientCommand::DismissGoal(goal.id));
                 }
             });
         });

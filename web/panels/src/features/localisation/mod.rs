@@ -5,7 +5,7 @@ mod texts;
 use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::message::show_message;
-use crate::theme::{self, Tokens, Weight};
+use crate::theme::{self, Weight};
 use crate::{Width, format, icon, widgets};
 use api::{Command, Localisation, MapSummary, Motion};
 use client_model::{ClientCommand, Model, position_sigma_m};
@@ -43,8 +43,9 @@ impl FeaturePanel for LocalisationPanel {
 }
 
 /// The state of localisation: on the line of its name if it is short, else a sentence below.
-pub(crate) fn show_state(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let state = texts::state(&model.localisation());
+pub(crate) fn show_state(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let tokens = cx.tokens;
+    let state = texts::state(&cx.model.localisation());
     if state.chars().count() <= MAX_LINE_CHARS {
         widgets::fact(ui, tokens, texts::LOCALISATION, &state);
         return;
@@ -123,80 +124,53 @@ fn position_figure(model: &Model, quality: PositionQuality) -> String {
 }
 
 /// The section of the map that is viewed.
-pub(crate) fn show(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    map: &MapSummary,
-    commands: &mut Vec<ClientCommand>,
-) {
+pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {
+    let model = cx.model;
     let is_pending =
         model.is_pending(|command| matches!(command, Command::Localise { .. } | Command::LeaveMap));
     let enabled = model.can_command() && !is_pending;
     if model.localisation().map() == Some(map.id) {
-        show_leave(ui, model, tokens, map, enabled, commands);
-        show_relocalise(ui, model, tokens, enabled, commands);
+        show_leave(ui, cx, map, enabled);
+        show_relocalise(ui, cx, enabled);
     } else {
-        show_use(ui, tokens, map, enabled, commands);
+        show_use(ui, cx, map, enabled);
     }
-    show_set_pose(ui, model, tokens, enabled, commands);
+    show_set_pose(ui, cx, enabled);
 }
 
-fn show_leave(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    map: &MapSummary,
-    enabled: bool,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_leave(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary, enabled: bool) {
+    let tokens = cx.tokens;
     let name = texts::leave_map(&map.name);
     let button = Button::new(&name).text(texts::LEAVE_SHORT).icon(icon::X).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
-        commands.push(ClientCommand::LeaveMap);
+        cx.commands.push(ClientCommand::LeaveMap);
     }
-    widgets::remark(ui, tokens, &texts::state(&model.localisation()));
+    widgets::remark(ui, tokens, &texts::state(&cx.model.localisation()));
 }
 
-fn show_use(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    map: &MapSummary,
-    enabled: bool,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_use(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary, enabled: bool) {
+    let tokens = cx.tokens;
     let name = texts::use_map(&map.name);
     let button = Button::new(&name).text(texts::USE_SHORT).icon(icon::GPS_FIX).enabled(enabled).wide(ui);
     if button.show(ui, tokens).clicked() {
-        commands.push(ClientCommand::UseMap(map.id));
-        commands.push(ClientCommand::ViewMap(None));
+        cx.commands.push(ClientCommand::UseMap(map.id));
+        cx.commands.push(ClientCommand::ViewMap(None));
     }
     widgets::remark(ui, tokens, texts::USE_HINT);
 }
 
 /// Starts picking the robot's pose on the map that is viewed, or ends it.
-fn show_set_pose(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    enabled: bool,
-    commands: &mut Vec<ClientCommand>,
-) {
-    let is_picking = model.is_picking_pose();
+fn show_set_pose(ui: &mut Ui, cx: &mut PanelContext<'_>, enabled: bool) {
+    let is_picking = cx.model.is_picking_pose();
     let button = Button::new(texts::SET_POSE).icon(icon::NAVIGATION_ARROW).on(is_picking);
-    if button.enabled(enabled).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::PickPose(!is_picking));
+    if button.enabled(enabled).wide(ui).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::PickPose(!is_picking));
     }
 }
 
 /// Offers that a robot which cannot relocalise where it stands moves.
-fn show_relocalise(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    enabled: bool,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_relocalise(ui: &mut Ui, cx: &mut PanelContext<'_>, enabled: bool) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let is_lost = matches!(model.localisation(), Localisation::Relocalising { .. });
     let is_moving_for_it = matches!(model.motion(), Motion::Relocalising { .. });
     if !is_lost || is_moving_for_it {
@@ -204,7 +178,7 @@ fn show_relocalise(
     }
     let button = Button::new(texts::RELOCALISE).icon(icon::ARROWS_OUT);
     if button.enabled(enabled && !model.is_stopped()).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::Relocalise);
+        cx.commands.push(ClientCommand::Relocalise);
     }
     widgets::remark(ui, tokens, texts::RELOCALISE_HINT);
 }

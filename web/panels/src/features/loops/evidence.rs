@@ -3,6 +3,7 @@
 use super::texts::{self, Quantity};
 use super::{obstacle, sign_of};
 use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{format, icon, widgets};
 use api::{Command, LoopDecision, LoopVerdict};
@@ -10,31 +11,27 @@ use client_model::{CameraMove, ClientCommand, CloudState, LoopPair, Model, ScanO
 use egui::{Align, Layout, ScrollArea, Ui, vec2};
 
 /// The section below the list, or in its place.
-pub(super) fn show(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    pair: LoopPair,
-    commands: &mut Vec<ClientCommand>,
-) {
+pub(super) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>, pair: LoopPair) {
+    let tokens = cx.tokens;
     ui.push_id("evidence", |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 6.0;
-            show_head(ui, tokens, pair, commands);
-            if let Some(decision) = model.loops.decisions().get(pair) {
+            show_head(ui, cx, pair);
+            if let Some(decision) = cx.model.loops.decisions().get(pair) {
                 show_verdict(ui, tokens, decision);
-                show_choices(ui, model, tokens, decision, commands);
-                show_scans(ui, model, tokens, pair, commands);
+                show_choices(ui, cx, decision);
+                show_scans(ui, cx, pair);
                 show_quantities(ui, tokens, decision);
             } else {
                 widgets::remark(ui, tokens, texts::UNKNOWN_DECISION);
-                show_scans(ui, model, tokens, pair, commands);
+                show_scans(ui, cx, pair);
             }
         });
     });
 }
 
-fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, commands: &mut Vec<ClientCommand>) {
+fn show_head(ui: &mut Ui, cx: &mut PanelContext<'_>, pair: LoopPair) {
+    let tokens = cx.tokens;
     ui.horizontal(|ui| {
         ui.set_min_height(32.0);
         widgets::head(ui, tokens, &texts::head(pair));
@@ -42,11 +39,11 @@ fn show_head(ui: &mut Ui, tokens: &Tokens, pair: LoopPair, commands: &mut Vec<Cl
             ui.spacing_mut().item_spacing.x = 4.0;
             let close = Button::icon_only(texts::CLOSE, icon::X).kind(Kind::Quiet).size(36.0, 36.0);
             if close.show(ui, tokens).clicked() {
-                commands.push(ClientCommand::Select(None));
+                cx.commands.push(ClientCommand::Select(None));
             }
             let find = Button::icon_only(texts::SHOW_IN_SCENE, icon::GPS_FIX).kind(Kind::Quiet);
             if find.size(36.0, 36.0).show(ui, tokens).clicked() {
-                commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
+                cx.commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
             }
         });
     });
@@ -70,13 +67,8 @@ fn show_verdict(ui: &mut Ui, tokens: &Tokens, decision: &LoopDecision) {
 }
 
 /// The buttons that accept and reject a loop, and what they do.
-fn show_choices(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    decision: &LoopDecision,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_choices(ui: &mut Ui, cx: &mut PanelContext<'_>, decision: &LoopDecision) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let pair = LoopPair::of_decision(decision);
     let choices = Choices::of(decision);
     let obstacle = obstacle(model);
@@ -87,12 +79,12 @@ fn show_choices(
         let accept = Button::new(texts::ACCEPT).text(texts::ACCEPT_SHORT).icon(icon::CHECK_CIRCLE);
         let accept = accept.size(width, theme::TOUCH).enabled(can_decide && choices.accept);
         if accept.show(ui, tokens).clicked() {
-            commands.push(ClientCommand::AcceptLoop(pair));
+            cx.commands.push(ClientCommand::AcceptLoop(pair));
         }
         let reject = Button::new(texts::REJECT).text(texts::REJECT_SHORT).icon(icon::X_CIRCLE);
         let reject = reject.size(width, theme::TOUCH).enabled(can_decide && choices.reject);
         if reject.show(ui, tokens).clicked() {
-            commands.push(ClientCommand::RejectLoop(pair));
+            cx.commands.push(ClientCommand::RejectLoop(pair));
         }
     });
     widgets::remark(ui, tokens, obstacle.as_deref().unwrap_or(choices.effect));
@@ -132,13 +124,8 @@ impl Choices {
 }
 
 /// How the two scans are laid over each other, and their colours.
-fn show_scans(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    pair: LoopPair,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_scans(ui: &mut Ui, cx: &mut PanelContext<'_>, pair: LoopPair) {
+    let (model, tokens) = (cx.model, cx.tokens);
     ui.add_space(2.0);
     widgets::head(ui, tokens, texts::SCANS);
     let choices = [
@@ -147,15 +134,16 @@ fn show_scans(
         (texts::OVERLAY_OFF, ScanOverlay::Off),
     ];
     widgets::choice(ui, tokens, &choices, model.loops.overlay(), |overlay| {
-        commands.push(ClientCommand::SetScanOverlay(overlay));
+        cx.commands.push(ClientCommand::SetScanOverlay(overlay));
     });
     if model.loops.overlay() != ScanOverlay::Off {
-        show_legend(ui, model, tokens, pair);
+        show_legend(ui, cx, pair);
     }
 }
 
 /// The colours of the two scans, and whether their points have arrived.
-pub(super) fn show_legend(ui: &mut Ui, model: &Model, tokens: &Tokens, pair: LoopPair) {
+pub(super) fn show_legend(ui: &mut Ui, cx: &PanelContext<'_>, pair: LoopPair) {
+    let (model, tokens) = (cx.model, cx.tokens);
     ui.horizontal(|ui| {
         let scans = [(pair.from, texts::OLDER, tokens.older), (pair.to, texts::NEWER, tokens.newer)];
         for (keyframe, age, colour) in scans {

@@ -1,6 +1,7 @@
 //! The list of loops, the newest first. Only the rows in sight are laid out, because a map can have thousands of loops.
 
 use super::{LoopsPanel, sign_of, texts};
+use crate::feature_panel::PanelContext;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{paint, widgets};
 use api::LoopDecision;
@@ -20,11 +21,9 @@ const MIN_HEIGHT_FOR_BOTH: f32 = 560.0;
 /// A few rows above the evidence of the selected loop, if there is room for both.
 pub(super) fn show_above_evidence(
     ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
+    cx: &mut PanelContext<'_>,
     panel: &mut LoopsPanel,
     selected: LoopPair,
-    commands: &mut Vec<ClientCommand>,
 ) {
     if ui.available_height() < MIN_HEIGHT_FOR_BOTH {
         return;
@@ -32,23 +31,22 @@ pub(super) fn show_above_evidence(
     let height = ROW_HEIGHT * ROWS_ABOVE_EVIDENCE + ROW_GAP;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
         ui.set_height(height);
-        show(ui, model, tokens, panel, Some(selected), commands);
+        show(ui, cx, panel, Some(selected));
     });
-    widgets::rule(ui, tokens);
+    widgets::rule(ui, cx.tokens);
 }
 
 /// The list, as high as there is room.
 pub(super) fn show(
     ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
+    cx: &mut PanelContext<'_>,
     panel: &mut LoopsPanel,
     selected: Option<LoopPair>,
-    commands: &mut Vec<ClientCommand>,
 ) {
+    let model = cx.model;
     let decisions = model.loops.decisions();
     if decisions.is_empty() {
-        widgets::remark(ui, tokens, texts::NONE);
+        widgets::remark(ui, cx.tokens, texts::NONE);
         return;
     }
     ui.spacing_mut().item_spacing.y = ROW_GAP;
@@ -58,7 +56,7 @@ pub(super) fn show(
     }
     area.show_rows(ui, ROW_HEIGHT, decisions.len(), |ui, rows| {
         for decision in rows.filter_map(|row| decisions.nth_latest(row)) {
-            show_row(ui, tokens, decision, selected, commands);
+            show_row(ui, cx, decision, selected);
         }
     });
 }
@@ -77,22 +75,17 @@ fn offset_of_newly_selected(
     Some((row as f32 - 0.5).max(0.0) * (ROW_HEIGHT + ROW_GAP))
 }
 
-fn show_row(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    decision: &LoopDecision,
-    selected: Option<LoopPair>,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_row(ui: &mut Ui, cx: &mut PanelContext<'_>, decision: &LoopDecision, selected: Option<LoopPair>) {
+    let tokens = cx.tokens;
     let pair = LoopPair::of_decision(decision);
     let is_selected = selected == Some(pair);
     let (rect, response) = allocate_row(ui, pair);
     let name = texts::row(pair, decision.verdict, &decision.reason);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_selected, &name));
     if response.clicked() {
-        commands.push(ClientCommand::Select((!is_selected).then_some(Selection::Loop(pair))));
+        cx.commands.push(ClientCommand::Select((!is_selected).then_some(Selection::Loop(pair))));
         if !is_selected {
-            commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Loop(pair)));
         }
     }
     let fill = if is_selected { tokens.selected() } else { tokens.raised };

@@ -68,28 +68,23 @@ impl FeaturePanel for LoopsPanel {
     }
 
     fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
-        show_tab(ui, cx.model, cx.tokens, self, cx.commands);
+        show_tab(ui, cx, self);
     }
 }
 
 /// The numbers, the list, and the evidence of the selected loop or the steps of adding one.
-fn show_tab(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    panel: &mut LoopsPanel,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_tab(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut LoopsPanel) {
+    let (model, tokens) = (cx.model, cx.tokens);
     if model.viewed_map().is_some() {
-        show_saved_map(ui, model, tokens);
+        show_saved_map(ui, cx);
         return;
     }
-    show_counts(ui, model, tokens);
+    show_counts(ui, cx);
     if let Some(pick) = model.loop_pick() {
-        proposal::show(ui, model, tokens, pick, commands);
+        proposal::show(ui, cx, pick);
         return;
     }
-    show_actions(ui, model, tokens, commands);
+    show_actions(ui, cx);
     if let Some(proposed) = model.loops.proposal() {
         let text = texts::comparing(proposed.pair);
         widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, &text));
@@ -97,10 +92,10 @@ fn show_tab(
     widgets::rule(ui, tokens);
     match selected_loop(model) {
         Some(pair) => {
-            list::show_above_evidence(ui, model, tokens, panel, pair, commands);
-            evidence::show(ui, model, tokens, pair, commands);
+            list::show_above_evidence(ui, cx, panel, pair);
+            evidence::show(ui, cx, pair);
         }
-        None => list::show(ui, model, tokens, panel, None, commands),
+        None => list::show(ui, cx, panel, None),
     }
 }
 
@@ -112,15 +107,16 @@ fn selected_loop(model: &Model) -> Option<LoopPair> {
 }
 
 /// A saved map has edges but no evidence.
-fn show_saved_map(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let closed = format::count(model.displayed_map().graph.loops.len() as u64);
+fn show_saved_map(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let tokens = cx.tokens;
+    let closed = format::count(cx.model.displayed_map().graph.loops.len() as u64);
     widgets::fact(ui, tokens, texts::SAVED_LOOPS, &closed);
     widgets::remark(ui, tokens, texts::SAVED_HINT);
 }
 
 /// The numbers of accepted, held and rejected loops, side by side.
-fn show_counts(ui: &mut Ui, model: &Model, tokens: &Tokens) {
-    let counts = model.loops.decisions().counts();
+fn show_counts(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let counts = cx.model.loops.decisions().counts();
     let width = (ui.available_width() - 16.0) / 3.0;
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -129,7 +125,7 @@ fn show_counts(ui: &mut Ui, model: &Model, tokens: &Tokens) {
             (LoopVerdict::Held, counts.held),
             (LoopVerdict::Rejected, counts.rejected),
         ] {
-            show_count(ui, tokens, width, verdict, number);
+            show_count(ui, cx.tokens, width, verdict, number);
         }
     });
 }
@@ -150,7 +146,8 @@ fn show_count(ui: &mut Ui, tokens: &Tokens, width: f32, verdict: LoopVerdict, nu
 }
 
 /// The buttons that add a loop and undo the last decision.
-fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
+fn show_actions(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let obstacle = obstacle(model);
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
@@ -158,7 +155,7 @@ fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<
         let has_keyframes = model.live_map().graph.nodes.len() >= MIN_KEYFRAMES;
         let add = Button::new(texts::ADD).icon(icon::PLUS).size(width, theme::TOUCH);
         if add.enabled(obstacle.is_none() && has_keyframes).show(ui, tokens).clicked() {
-            commands.push(ClientCommand::PickLoopKeyframes(true));
+            cx.commands.push(ClientCommand::PickLoopKeyframes(true));
         }
         let last = model.last_loop_edit();
         let hint = last.map_or_else(
@@ -168,7 +165,7 @@ fn show_actions(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<
         let undo = Button::new(texts::UNDO).text(texts::UNDO_SHORT).icon(icon::ARROW_COUNTER_CLOCKWISE);
         let undo = undo.hint(&hint).enabled(last.is_some() && obstacle.is_none());
         if undo.size(width, theme::TOUCH).show(ui, tokens).clicked() {
-            commands.push(ClientCommand::UndoLoop);
+            cx.commands.push(ClientCommand::UndoLoop);
         }
     });
     if let Some(sentence) = obstacle {

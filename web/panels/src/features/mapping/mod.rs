@@ -10,9 +10,9 @@ use crate::features::{quality, tabs};
 use crate::map_name::map_name;
 use crate::theme::{self, Tokens, Weight, font};
 use crate::widgets::{self, fact};
-use crate::{TextInput, TextInputs, format, icon};
+use crate::{TextInput, format, icon};
 use api::{Command, Mapping};
-use client_model::{ClientCommand, Model};
+use client_model::ClientCommand;
 use egui::{Ui, vec2};
 use vocab::{MapId, Stamp};
 
@@ -44,27 +44,21 @@ impl FeaturePanel for MappingPanel {
     /// Shown unless an alignment takes the whole tab while nothing is mapped.
     fn show_section(&mut self, _tab: Tab, ui: &mut Ui, cx: &mut PanelContext<'_>) {
         if *cx.model.mapping() != Mapping::Idle || cx.model.alignment().is_none() {
-            show_session(ui, cx.model, cx.tokens, self, cx.text_inputs, cx.commands);
+            show_session(ui, cx, self);
         }
     }
 }
 
 /// The session in its state.
-fn show_session(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    panel: &mut MappingPanel,
-    text_inputs: &mut TextInputs,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_session(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel) {
+    let (model, tokens) = (cx.model, cx.tokens);
     if !matches!(model.mapping(), Mapping::Running { .. }) {
         panel.confirm_discard = false;
     }
     match *model.mapping() {
-        Mapping::Idle => show_idle(ui, model, tokens, commands),
-        Mapping::Starting { .. } => show_starting(ui, tokens, commands),
-        Mapping::Loading { map, .. } => show_loading(ui, model, tokens, map, commands),
+        Mapping::Idle => show_idle(ui, cx),
+        Mapping::Starting { .. } => show_starting(ui, cx),
+        Mapping::Loading { map, .. } => show_loading(ui, cx, map),
         Mapping::Finding { map, distance_m, ambiguous, .. } => {
             let map = map_name(model, map);
             let hint = if ambiguous {
@@ -72,28 +66,29 @@ fn show_session(
             } else {
                 texts::localising_hint(map, LOCALISING_DISTANCE_M)
             };
-            show_localising(ui, tokens, &hint, distance_m, commands);
+            show_localising(ui, cx, &hint, distance_m);
         }
         Mapping::Running { extends, since, distance_m, keyframes, on_known_ground, .. } => {
             let progress = Progress { since, distance_m, keyframes, on_known_ground };
-            show_progress(ui, model, tokens, &progress);
+            show_progress(ui, cx, &progress);
             if let Some(map) = extends {
                 fact(ui, tokens, texts::EXTENDS, map_name(model, map));
             }
-            quality::show(ui, model, tokens, commands);
+            quality::show(ui, cx);
             ui.spacing_mut().item_spacing.y = 8.0;
             ui.add_space(4.0);
             if panel.confirm_discard {
-                show_discard_confirmation(ui, model, tokens, panel, commands);
+                show_discard_confirmation(ui, cx, panel);
             } else {
-                show_finish(ui, model, tokens, panel, text_inputs, commands);
+                show_finish(ui, cx, panel);
             }
         }
         Mapping::Saving { .. } => show_saving(ui, tokens),
     }
 }
 
-fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
+fn show_idle(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
     widgets::head(ui, tokens, texts::HEAD);
     let is_first = model.maps().list().is_some_and(<[_]>::is_empty);
     widgets::remark(ui, tokens, if is_first { texts::FIRST_MAP_HINT } else { texts::MAP_HINT });
@@ -102,7 +97,7 @@ fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<Cli
     let enabled = model.can_command() && !is_pending;
     let start = Button::new(name).icon(icon::PLAY).kind(Kind::Primary).enabled(enabled).wide(ui);
     if start.show(ui, tokens).clicked() {
-        commands.push(ClientCommand::StartMapping);
+        cx.commands.push(ClientCommand::StartMapping);
     }
     if model.is_controlled_by_other() {
         let sentence = texts::control_needed_to_map(model.control().holder_name());
@@ -110,35 +105,32 @@ fn show_idle(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<Cli
     }
 }
 
-fn show_starting(ui: &mut Ui, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
+fn show_starting(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let tokens = cx.tokens;
     show_state(ui, tokens, texts::STARTING);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| {
         widgets::sentence(ui, tokens, texts::STARTING_HINT);
     });
-    show_cancel(ui, tokens, commands);
+    show_cancel(ui, cx);
 }
 
-fn show_loading(ui: &mut Ui, model: &Model, tokens: &Tokens, map: MapId, commands: &mut Vec<ClientCommand>) {
+fn show_loading(ui: &mut Ui, cx: &mut PanelContext<'_>, map: MapId) {
+    let tokens = cx.tokens;
     show_state(ui, tokens, texts::LOADING);
     show_endless_bar(ui);
-    widgets::remark(ui, tokens, &texts::loading_hint(map_name(model, map)));
-    show_cancel(ui, tokens, commands);
+    widgets::remark(ui, tokens, &texts::loading_hint(map_name(cx.model, map)));
+    show_cancel(ui, cx);
 }
 
 /// The robot is localised in the map that it is going to extend.
-fn show_localising(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    hint: &str,
-    distance_m: f64,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_localising(ui: &mut Ui, cx: &mut PanelContext<'_>, hint: &str, distance_m: f64) {
+    let tokens = cx.tokens;
     show_state(ui, tokens, texts::LOCALISING);
     widgets::tinted_box(ui, tokens, tokens.accent, |ui| widgets::sentence(ui, tokens, hint));
     let share = (distance_m / LOCALISING_DISTANCE_M).min(1.0) as f32;
     ui.add(egui::ProgressBar::new(share).desired_height(6.0).corner_radius(3));
     fact(ui, tokens, texts::LOCALISING_DISTANCE, &format::distance(distance_m));
-    show_cancel(ui, tokens, commands);
+    show_cancel(ui, cx);
 }
 
 fn show_saving(ui: &mut Ui, tokens: &Tokens) {
@@ -158,13 +150,14 @@ fn show_endless_bar(ui: &mut Ui) {
     ui.add(egui::ProgressBar::new(1.0).animate(true).desired_height(6.0).corner_radius(3));
 }
 
-fn show_cancel(ui: &mut Ui, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
-    if Button::new(texts::CANCEL).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::DiscardMapping);
+fn show_cancel(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    if Button::new(texts::CANCEL).wide(ui).show(ui, cx.tokens).clicked() {
+        cx.commands.push(ClientCommand::DiscardMapping);
     }
 }
 
-fn show_progress(ui: &mut Ui, model: &Model, tokens: &Tokens, progress: &Progress) {
+fn show_progress(ui: &mut Ui, cx: &PanelContext<'_>, progress: &Progress) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let elapsed_s = model.connection().clock().age_of(progress.since, model.now()).unwrap_or(0.0);
     ui.horizontal(|ui| {
         let (dot, _) = ui.allocate_exact_size(vec2(10.0, 20.0), egui::Sense::hover());
@@ -180,27 +173,21 @@ fn show_progress(ui: &mut Ui, model: &Model, tokens: &Tokens, progress: &Progres
 }
 
 /// The name of the map, saving it, and discarding it.
-fn show_finish(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    panel: &mut MappingPanel,
-    text_inputs: &mut TextInputs,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_finish(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let default_name = match *model.mapping() {
         Mapping::Running { extends: Some(map), .. } => map_name(model, map).to_owned(),
         _ => texts::default_map_name(model.maps().len() + 1),
     };
     ui.label(egui::RichText::new(texts::MAP_NAME).size(theme::SMALL).color(tokens.dim));
     let input = TextInput::new(texts::MAP_NAME, texts::MAP_NAME).hint(&default_name);
-    input.show(ui, tokens, text_inputs, &mut panel.map_name);
+    input.show(ui, tokens, cx.text_inputs, &mut panel.map_name);
     let is_pending = model.is_pending(|command| matches!(command, Command::FinishMapping { .. }));
     let save = Button::new(texts::FINISH).icon(icon::FLOPPY_DISK).kind(Kind::Primary);
     if save.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
         let typed = std::mem::take(&mut panel.map_name);
         let name = if typed.trim().is_empty() { default_name } else { typed.trim().to_owned() };
-        commands.push(ClientCommand::FinishMapping { name });
+        cx.commands.push(ClientCommand::FinishMapping { name });
     }
     let discard = Button::new(texts::DISCARD).text(texts::DISCARD_SHORT).icon(icon::TRASH).wide(ui);
     if discard.enabled(model.can_command()).show(ui, tokens).clicked() {
@@ -212,18 +199,13 @@ fn show_finish(
     }
 }
 
-fn show_discard_confirmation(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    panel: &mut MappingPanel,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_discard_confirmation(ui: &mut Ui, cx: &mut PanelContext<'_>, panel: &mut MappingPanel) {
+    let tokens = cx.tokens;
     widgets::tinted_box(ui, tokens, tokens.bad, |ui| widgets::sentence(ui, tokens, texts::DISCARD_WARNING));
     let discard = Button::new(texts::CONFIRM_DISCARD).icon(icon::TRASH).kind(Kind::Danger);
-    if discard.enabled(model.can_command()).wide(ui).show(ui, tokens).clicked() {
+    if discard.enabled(cx.model.can_command()).wide(ui).show(ui, tokens).clicked() {
         panel.confirm_discard = false;
-        commands.push(ClientCommand::DiscardMapping);
+        cx.commands.push(ClientCommand::DiscardMapping);
     }
     if Button::new(texts::KEEP_MAPPING).wide(ui).show(ui, tokens).clicked() {
         panel.confirm_discard = false;

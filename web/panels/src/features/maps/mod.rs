@@ -10,7 +10,7 @@ use crate::features::{alignment, imports, localisation, tabs};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{format, icon, widgets};
 use api::{Command, MapSummary, Mapping};
-use client_model::{ClientCommand, Model};
+use client_model::ClientCommand;
 use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
 
 /// Width of the button that views a map, points.
@@ -30,58 +30,47 @@ impl FeaturePanel for MapsPanel {
         if cx.model.alignment().is_none() {
             ui.add_space(4.0);
             widgets::rule(ui, cx.tokens);
-            show_list(ui, cx.model, cx.tokens, cx.utc_offset_s, cx.commands);
+            show_list(ui, cx);
         }
     }
 }
 
 /// The list, and importing a map. Dates are shown at this offset from UTC, seconds.
-fn show_list(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    utc_offset_s: i64,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_list(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let tokens = cx.tokens;
     widgets::head(ui, tokens, texts::HEAD);
-    match model.maps().list() {
+    match cx.model.maps().list() {
         None => widgets::remark(ui, tokens, texts::LOADING),
         Some([]) => widgets::remark(ui, tokens, texts::NONE),
         Some(maps) => {
             for map in maps {
-                ui.push_id(map.id.0, |ui| show_entry(ui, model, tokens, utc_offset_s, map, commands));
+                ui.push_id(map.id.0, |ui| show_entry(ui, cx, map));
             }
         }
     }
-    imports::show(ui, model, tokens, commands);
+    imports::show(ui, cx);
 }
 
-fn show_entry(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    utc_offset_s: i64,
-    map: &MapSummary,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let is_viewed = model.viewed_map() == Some(map.id);
     let fill = if is_viewed { tokens.selected() } else { tokens.raised };
     let frame = egui::Frame::new().fill(fill).corner_radius(CornerRadius::same(theme::BUTTON_RADIUS));
     let shown = frame.inner_margin(12).show(ui, |ui| {
         ui.horizontal(|ui| {
-            show_summary(ui, tokens, utc_offset_s, map);
+            show_summary(ui, tokens, cx.utc_offset_s, map);
             let toggled = show_view_button(ui, tokens, map, is_viewed).clicked();
             if toggled {
-                commands.push(ClientCommand::ViewMap((!is_viewed).then_some(map.id)));
+                cx.commands.push(ClientCommand::ViewMap((!is_viewed).then_some(map.id)));
             }
         });
     });
     if is_viewed && *model.mapping() == Mapping::Idle {
-        localisation::show(ui, model, tokens, map, commands);
-        show_extend(ui, model, tokens, map, commands);
-        alignment::show_offer(ui, model, tokens, map.id, commands);
+        localisation::show(ui, cx, map);
+        show_extend(ui, cx, map);
+        alignment::show_offer(ui, cx, map.id);
     }
-    let value = texts::entry_value(map, utc_offset_s);
+    let value = texts::entry_value(map, cx.utc_offset_s);
     widgets::status_node(&shown.response, &texts::entry(&map.name), &value);
 }
 
@@ -112,18 +101,13 @@ fn show_view_button(ui: &mut Ui, tokens: &Tokens, map: &MapSummary, is_viewed: b
 }
 
 /// Goes on mapping in the map that is viewed.
-fn show_extend(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    map: &MapSummary,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_extend(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let is_pending = model.is_pending(|command| matches!(command, Command::ExtendMap { .. }));
     let name = texts::extend(&map.name);
     let button = Button::new(&name).text(texts::EXTEND_SHORT).icon(icon::PLUS);
     if button.enabled(model.can_command() && !is_pending).wide(ui).show(ui, tokens).clicked() {
-        commands.push(ClientCommand::ExtendMap(map.id));
+        cx.commands.push(ClientCommand::ExtendMap(map.id));
     }
     widgets::remark(ui, tokens, texts::EXTEND_HINT);
 }

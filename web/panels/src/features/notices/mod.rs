@@ -7,9 +7,8 @@ mod texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::features::sensors::{severity_colour, severity_icon};
-use crate::theme::Tokens;
 use crate::{format, icon, widgets};
-use client_model::{ClientCommand, Model, ShownNotice};
+use client_model::{ClientCommand, ShownNotice};
 use egui::{Align, Layout, Response, Ui};
 
 /// Age from which a notice shows its age, seconds.
@@ -22,20 +21,14 @@ pub(crate) struct NoticesPanel;
 impl FeaturePanel for NoticesPanel {
     /// All notices that are visible, one below the other.
     fn show_messages(&mut self, ui: &mut Ui, cx: &mut PanelContext<'_>) {
-        let (model, tokens) = (cx.model, cx.tokens);
-        for notice in model.notices().visible() {
-            ui.push_id(notice.id, |ui| show_notice(ui, model, tokens, notice, cx.commands));
+        for notice in cx.model.notices().visible() {
+            ui.push_id(notice.id, |ui| show_notice(ui, cx, notice));
         }
     }
 }
 
-fn show_notice(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    notice: &ShownNotice,
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_notice(ui: &mut Ui, cx: &mut PanelContext<'_>, notice: &ShownNotice) {
+    let tokens = cx.tokens;
     let colour = severity_colour(notice.severity, tokens);
     let response = widgets::tinted_box(ui, tokens, colour, |ui| {
         let row = ui.horizontal(|ui| {
@@ -43,10 +36,10 @@ fn show_notice(
             let right = ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let dismiss = Button::icon_only(texts::DISMISS, icon::X).kind(Kind::Quiet);
                 if dismiss.show(ui, tokens).clicked() {
-                    commands.push(ClientCommand::DismissNotice(notice.id));
+                    cx.commands.push(ClientCommand::DismissNotice(notice.id));
                 }
                 let column = Layout::top_down(Align::Min);
-                ui.with_layout(column, |ui| show_text(ui, model, tokens, notice)).inner
+                ui.with_layout(column, |ui| show_text(ui, cx, notice)).inner
             });
             right.inner
         });
@@ -59,10 +52,11 @@ fn show_notice(
 }
 
 /// The sentence, and below it how often it was raised and how old it is. Returns the response of the sentence.
-fn show_text(ui: &mut Ui, model: &Model, tokens: &Tokens, notice: &ShownNotice) -> Response {
+fn show_text(ui: &mut Ui, cx: &PanelContext<'_>, notice: &ShownNotice) -> Response {
+    let tokens = cx.tokens;
     ui.spacing_mut().item_spacing.y = 2.0;
     let response = ui.add(egui::Label::new(egui::RichText::new(&notice.text).color(tokens.text)).wrap());
-    let age_s = model.now().since(notice.since);
+    let age_s = cx.model.now().since(notice.since);
     let repetitions = (notice.times > 1).then(|| texts::repetitions(notice.times));
     let age = (age_s > SHOWN_AGE_S).then(|| format::age(age_s));
     let remarks: Vec<String> = repetitions.into_iter().chain(age).collect();

@@ -5,11 +5,12 @@ mod tests;
 mod texts;
 
 use crate::button::Button;
+use crate::feature_panel::PanelContext;
 use crate::theme::{self, Tokens};
 use crate::widgets::{self, fact};
 use crate::{format, icon};
 use api::SurveyTarget;
-use client_model::{ClientCommand, Model};
+use client_model::ClientCommand;
 use egui::{Align, Layout, Ui, vec2};
 
 /// Survey targets in the list. The others are marked on the map only.
@@ -20,8 +21,9 @@ const BUTTON_WIDTH: f32 = 76.0;
 const LEAST_SIGMA_M: f64 = 1e-3;
 
 /// The section of a running mapping session.
-pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut Vec<ClientCommand>) {
-    let quality = model.quality();
+pub(crate) fn show(ui: &mut Ui, cx: &mut PanelContext<'_>) {
+    let tokens = cx.tokens;
+    let quality = cx.model.quality();
     fact(ui, tokens, texts::FLOOR_COVERED, &format::area(quality.covered_m2));
     let worst_sigma_m = quality.deviations_m.iter().copied().fold(0.0, f32::max);
     if worst_sigma_m.is_finite() && !quality.deviations_m.is_empty() {
@@ -29,24 +31,19 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, tokens: &Tokens, commands: &mut V
         fact(ui, tokens, texts::ACCURACY, &value).on_hover_text(texts::ACCURACY_HINT);
     }
     if !quality.targets.is_empty() {
-        show_targets(ui, model, tokens, &quality.targets, commands);
+        show_targets(ui, cx, &quality.targets);
     }
 }
 
-fn show_targets(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    targets: &[SurveyTarget],
-    commands: &mut Vec<ClientCommand>,
-) {
+fn show_targets(ui: &mut Ui, cx: &mut PanelContext<'_>, targets: &[SurveyTarget]) {
+    let (model, tokens) = (cx.model, cx.tokens);
     ui.add_space(4.0);
     widgets::rule(ui, tokens);
     widgets::head(ui, tokens, texts::SURVEY_TARGETS);
     let can_walk = model.can_command() && !model.is_stopped();
     for (number, target) in (1..).zip(targets.iter().take(LISTED_TARGETS)) {
         if show_target(ui, tokens, number, target, can_walk) {
-            commands.push(ClientCommand::WalkTo(target.at));
+            cx.commands.push(ClientCommand::WalkTo(target.at));
         }
     }
     if let Some(more) = targets.len().checked_sub(LISTED_TARGETS).filter(|more| *more > 0) {

@@ -36,9 +36,9 @@ impl FeaturePanel for RobotPanel {
         if let Some(map) = model.localisation().map() {
             let map = model.maps().get(map).map_or(texts::DELETED_MAP, |map| map.name.as_str());
             fact(ui, tokens, texts::MAP, map);
-            localisation::show_state(ui, model, tokens);
+            localisation::show_state(ui, cx);
         }
-        show_estimate(ui, model, tokens);
+        show_estimate(ui, cx);
     }
 }
 
@@ -56,7 +56,8 @@ pub(crate) fn speed_mps(model: &Model) -> f64 {
 }
 
 /// Speed, position, accuracy and distance. Those that change fast carry their age when it is not live.
-fn show_estimate(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+fn show_estimate(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let Some(estimate) = &model.robot.estimate else {
         widgets::remark(ui, tokens, texts::NO_ESTIMATE);
         return;

@@ -8,7 +8,6 @@ use crate::theme::Tokens;
 use crate::widgets::{self, fact_with_note};
 use crate::{format, icon};
 use api::{Finding, Health, Mapping, Severity};
-use client_model::Model;
 use egui::{Color32, Ui};
 
 /// Rate below which a sensor counts as silent, Hz.
@@ -35,12 +34,13 @@ impl FeaturePanel for SensorsPanel {
             show_findings(ui, &health.value, tokens);
         }
         widgets::section_head(ui, tokens, texts::HEAD);
-        show_list(ui, model, tokens);
+        show_list(ui, cx);
     }
 }
 
 /// Rates and ages of all sensors.
-fn show_list(ui: &mut Ui, model: &Model, tokens: &Tokens) {
+fn show_list(ui: &mut Ui, cx: &PanelContext<'_>) {
+    let (model, tokens) = (cx.model, cx.tokens);
     let Some(health) = &model.robot.health else {
         widgets::remark(ui, tokens, texts::NO_REPORT);
         return;

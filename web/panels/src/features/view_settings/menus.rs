@@ -2,8 +2,9 @@
 
 use super::{ViewTools, texts, tool};
 use crate::button::{Button, Kind};
+use crate::feature_panel::PanelContext;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{TextInput, TextInputs, icon, widgets};
+use crate::{TextInput, icon, widgets};
 use client_model::{Bookmark, CameraMove, ClientCommand, ColourBy, Theme, ViewSettings};
 use egui::{Popup, PopupCloseBehavior, RectAlign, Response, Ui};
 use std::ops::RangeInclusive;
@@ -96,40 +97,35 @@ fn slider(
 /// Views that the operator saved, and saving the present one.
 pub(super) fn show_bookmarks(
     ui: &mut Ui,
-    tokens: &Tokens,
+    cx: &mut PanelContext<'_>,
     tools: &mut ViewTools,
-    text_inputs: &mut TextInputs,
     edited: &mut ViewSettings,
-    commands: &mut Vec<ClientCommand>,
 ) {
+    let tokens = cx.tokens;
     let button = tool(ui, tokens, texts::BOOKMARKS, icon::BOOKMARK_SIMPLE);
     menu(&button, texts::BOOKMARKS_MENU, |ui| {
         widgets::head(ui, tokens, texts::BOOKMARKS);
-        edited.bookmarks.retain(|bookmark| !show_bookmark(ui, tokens, bookmark, commands));
+        edited.bookmarks.retain(|bookmark| !show_bookmark(ui, cx, bookmark));
         let default_name = texts::default_bookmark_name(edited.bookmarks.len() + 1);
         let input = TextInput::new(texts::BOOKMARK_NAME, texts::BOOKMARK_NAME).hint(&default_name);
-        input.show(ui, tokens, text_inputs, &mut tools.bookmark_name);
+        input.show(ui, tokens, cx.text_inputs, &mut tools.bookmark_name);
         if Button::new(texts::ADD_BOOKMARK).icon(icon::PLUS).wide(ui).show(ui, tokens).clicked() {
             let typed = std::mem::take(&mut tools.bookmark_name);
             let name = if typed.trim().is_empty() { default_name } else { typed.trim().to_owned() };
-            commands.push(ClientCommand::MoveCamera(CameraMove::SaveBookmark(name)));
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::SaveBookmark(name)));
         }
     });
 }
 
 /// A row of the list. Returns whether the bookmark shall be removed.
-fn show_bookmark(
-    ui: &mut Ui,
-    tokens: &Tokens,
-    bookmark: &Bookmark,
-    commands: &mut Vec<ClientCommand>,
-) -> bool {
+fn show_bookmark(ui: &mut Ui, cx: &mut PanelContext<'_>, bookmark: &Bookmark) -> bool {
+    let tokens = cx.tokens;
     let row = |ui: &mut Ui| {
         let width = ui.available_width() - theme::TOUCH - 8.0;
         let name = texts::go_to_bookmark(&bookmark.name);
         let go = Button::new(&name).text(&bookmark.name).size(width, theme::TOUCH);
         if go.show(ui, tokens).clicked() {
-            commands.push(ClientCommand::MoveCamera(CameraMove::Bookmark(bookmark.clone())));
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Bookmark(bookmark.clone())));
         }
         let name = texts::remove_bookmark(&bookmark.name);
         Button::icon_only(&name, icon::TRASH).kind(Kind::Quiet).show(ui, tokens).clicked()

@@ -9,7 +9,7 @@ use crate::button::{Button, Kind};
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use crate::theme::Tokens;
 use crate::{Width, icon, layout};
-use client_model::{CameraMove, ClientCommand, Model, ViewSettings};
+use client_model::{CameraMove, ClientCommand, ViewSettings};
 use egui::{Align2, Context, Response, Ui};
 
 /// What the panel keeps between frames.
@@ -56,7 +56,7 @@ impl ViewTools {
         menus::show_colour(ui, tokens, edited);
         menus::show_ceiling(ui, tokens, edited);
         menus::show_point_size(ui, tokens, edited);
-        show_switches(ui, cx.model, tokens, edited, cx.commands);
+        show_switches(ui, cx, edited);
         for (name, icon, camera_move) in [
             (texts::TOP_VIEW, icon::SQUARE_HALF, CameraMove::Top),
             (texts::FIT_VIEW, icon::CORNERS_OUT, CameraMove::Fit),
@@ -65,20 +65,15 @@ impl ViewTools {
                 cx.commands.push(ClientCommand::MoveCamera(camera_move));
             }
         }
-        menus::show_bookmarks(ui, tokens, self, cx.text_inputs, edited, cx.commands);
+        menus::show_bookmarks(ui, cx, self, edited);
         menus::show_theme(ui, tokens, edited);
     }
 }
 
 /// The switches of the pose graph and of following the robot.
-fn show_switches(
-    ui: &mut Ui,
-    model: &Model,
-    tokens: &Tokens,
-    edited: &mut ViewSettings,
-    commands: &mut Vec<ClientCommand>,
-) {
-    let has_graph = model.has_pose_graph();
+fn show_switches(ui: &mut Ui, cx: &mut PanelContext<'_>, edited: &mut ViewSettings) {
+    let tokens = cx.tokens;
+    let has_graph = cx.model.has_pose_graph();
     let graph = Button::icon_only(texts::POSE_GRAPH, icon::GRAPH).on(edited.graph && has_graph);
     if graph.enabled(has_graph).show(ui, tokens).clicked() {
         edited.graph = !edited.graph;
@@ -87,7 +82,7 @@ fn show_switches(
     if follow.show(ui, tokens).clicked() {
         edited.follow = !edited.follow;
         if edited.follow {
-            commands.push(ClientCommand::MoveCamera(CameraMove::Robot));
+            cx.commands.push(ClientCommand::MoveCamera(CameraMove::Robot));
         }
     }
 }
