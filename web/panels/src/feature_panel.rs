@@ -1,6 +1,7 @@
 //! The interface between the frame and the panels of features: what a panel may show, and what it reads and writes meanwhile.
 
 use crate::layout::{Layout, Width};
+use crate::screens;
 use crate::text_input::TextInputs;
 use crate::theme::Tokens;
 use client_model::{ClientCommand, Model, Screen};
@@ -25,6 +26,11 @@ pub(crate) struct PanelContext<'a> {
 }
 
 impl PanelContext<'_> {
+    /// The screen that is shown.
+    pub(crate) fn screen(&self) -> Screen {
+        self.model.view.screen().unwrap_or(screens::FIRST)
+    }
+
     /// Whether the side card covers the cards at the left: on narrow windows it is a sheet over the whole width.
     pub(crate) fn is_covered_by_sheet(&self) -> bool {
         self.layout.width == Width::Narrow && self.frame.drawer_open

@@ -3,7 +3,7 @@
 //! submitted yet.
 //!
 //! `frame` draws the page and calls the panels of `features`, which says how to add one. `feature_panel` is the interface between the
-//! two.
+//! two. `screens` says which screens there are, and how to add one.
 //!
 //! # Names of the controls
 //!
@@ -62,6 +62,7 @@ mod layout;
 mod map_name;
 mod message;
 mod paint;
+mod screens;
 mod text_input;
 mod widgets;
 

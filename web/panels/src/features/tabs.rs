@@ -1,10 +1,11 @@
 //! The tabs of the side card in which several features have sections. A tab of one feature only is defined in its folder.
 
 use crate::feature_panel::Tab;
-use client_model::Screen;
+use crate::screens;
 
 /// What the robot reports of itself.
-pub(crate) const ROBOT: Tab = Tab { screen: Screen::Live, name: "Robot", scrolls: true, row_spacing: 6.0 };
+pub(crate) const ROBOT: Tab = Tab { screen: screens::LIVE, name: "Robot", scrolls: true, row_spacing: 6.0 };
 
 /// The mapping session and the saved maps.
-pub(crate) const SESSION: Tab = Tab { screen: Screen::Map, name: "Session", scrolls: true, row_spacing: 8.0 };
+pub(crate) const SESSION: Tab =
+    Tab { screen: screens::MAP, name: "Session", scrolls: true, row_spacing: 8.0 };

@@ -4,16 +4,13 @@ use super::texts;
 use crate::button::{Button, Kind};
 use crate::feature_panel::PanelContext;
 use crate::layout::{self, Width};
-use crate::{icon, theme};
+use crate::screens::{SCREENS, ScreenDescription};
+use crate::theme;
 use client_model::{ClientCommand, Screen};
 use egui::{Align, Context, Direction, Order, Ui, Vec2, vec2};
 
 /// Distance between buttons, points.
 const BUTTON_SPACING: f32 = 4.0;
-
-/// The screens, with name and icon.
-const SCREENS: [(Screen, &str, &str); 2] =
-    [(Screen::Live, texts::LIVE, icon::BROADCAST), (Screen::Map, texts::MAP, icon::MAP_TRIFOLD)];
 
 /// Shows the rail; on narrow windows a bar at the bottom.
 pub(super) fn show(ctx: &Context, cx: &mut PanelContext<'_>) {
@@ -32,17 +29,24 @@ pub(super) fn show(ctx: &Context, cx: &mut PanelContext<'_>) {
                 } else {
                     vec2(inside.x, 56.0)
                 };
-                for (screen, name, icon) in SCREENS {
-                    show_entry(ui, cx, screen, name, icon, size);
+                for (screen, description) in SCREENS {
+                    show_entry(ui, cx, *screen, description, size);
                 }
             });
         });
     });
 }
 
-fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, screen: Screen, name: &str, icon: &str, size: Vec2) {
-    let is_shown = cx.model.view.screen() == screen;
-    let button = Button::new(name).icon(icon).kind(Kind::Quiet).on(is_shown).stacked();
+fn show_entry(
+    ui: &mut Ui,
+    cx: &mut PanelContext<'_>,
+    screen: Screen,
+    description: &ScreenDescription,
+    size: Vec2,
+) {
+    let is_shown = cx.screen() == screen;
+    let button =
+        Button::new(description.name).icon(description.icon).kind(Kind::Quiet).on(is_shown).stacked();
     if button.size(size.x, size.y).show(ui, cx.tokens).clicked() {
         // On a narrow window a second click on the same entry closes its sheet.
         cx.frame.drawer_open = !(is_shown && cx.is_covered_by_sheet());

@@ -1,19 +1,18 @@
 //! The side card: the tabs of the screen, and the sections of features in the open tab.
 
-use super::texts;
 use crate::feature_panel::{PanelContext, Tab};
 use crate::features::FeaturePanels;
-use crate::{layout, widgets};
+use crate::{layout, screens, widgets};
 use client_model::Screen;
 use egui::{Context, ScrollArea, Ui};
 
 /// Shows the card of the screen.
 pub(super) fn show(ctx: &Context, panels: &mut FeaturePanels, cx: &mut PanelContext<'_>) {
-    let screen = cx.model.view.screen();
+    let screen = cx.screen();
     let tabs = tabs_of(panels, screen);
     let Some(first) = tabs.first() else { return };
     let (tokens, rect) = (cx.tokens, cx.layout.card);
-    layout::card(ctx, tokens, texts::side_card(screen), rect, |ui| {
+    layout::card(ctx, tokens, screens::description_of(screen).side_card, rect, |ui| {
         let mut open = cx.frame.tab_of(screen).filter(|tab| tabs.contains(tab)).unwrap_or(*first);
         if tabs.len() > 1 {
             let choices: Vec<(&str, Tab)> = tabs.iter().map(|tab| (tab.name, *tab)).collect();

@@ -1,13 +1,9 @@
 //! Texts of the frame, by key.
 
-use client_model::Screen;
-
 pub(super) const PRODUCT: &str = "Product";
 pub(super) const PRODUCT_NAME: &str = "AutoInspect";
 pub(super) const TOP_BAR: &str = "Top bar";
 pub(super) const SCREENS: &str = "Screens";
-pub(super) const LIVE: &str = "Live";
-pub(super) const MAP: &str = "Map";
 pub(super) const OPEN_PANEL: &str = "Open panel";
 pub(super) const CLOSE_PANEL: &str = "Close panel";
 pub(super) const MESSAGES: &str = "Messages";
@@ -31,11 +27,3 @@ pub(super) const SHORTCUTS: [(&str, &str); 12] = [
     ("Redo", "Ctrl Shift Z"),
     ("These shortcuts", "?"),
 ];
-
-/// Name of the side card on a screen.
-pub(super) fn side_card(screen: Screen) -> &'static str {
-    match screen {
-        Screen::Live => "Robot panel",
-        Screen::Map => "Map panel",
-    }
-}

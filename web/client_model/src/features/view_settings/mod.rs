@@ -13,7 +13,7 @@ use crate::{CameraMove, ClientCommand, ClientEffect};
 #[derive(Clone, Debug)]
 pub struct ViewFeature {
     settings: UndoHistory<ViewSettings>,
-    screen: Screen,
+    screen: Option<Screen>,
 }
 
 impl Default for ViewFeature {
@@ -24,7 +24,7 @@ impl Default for ViewFeature {
 
 impl ViewFeature {
     pub(crate) fn new(settings: ViewSettings) -> Self {
-        Self { settings: UndoHistory::new(settings), screen: Screen::default() }
+        Self { settings: UndoHistory::new(settings), screen: None }
     }
 
     /// How things look.
@@ -32,8 +32,8 @@ impl ViewFeature {
         self.settings.get()
     }
 
-    /// Which screen is on.
-    pub fn screen(&self) -> Screen {
+    /// The screen that the operator chose last; `None` before the first choice.
+    pub fn screen(&self) -> Option<Screen> {
         self.screen
     }
 
@@ -64,7 +64,7 @@ impl ViewFeature {
 impl Feature for ViewFeature {
     fn on_command(&mut self, command: &ClientCommand, cx: &mut Context<'_>) {
         match command {
-            ClientCommand::ShowScreen(screen) => self.screen = *screen,
+            ClientCommand::ShowScreen(screen) => self.screen = Some(*screen),
             ClientCommand::EditView(settings) => self.edit(settings.clone(), cx),
             ClientCommand::MoveCamera(to) => self.move_camera(to, cx),
             _ => {}

@@ -2,15 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Screens that exist.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Screen {
-    /// The robot now.
-    #[default]
-    Live,
-    /// Making and looking at maps.
-    Map,
-}
+/// A screen of the page, named by its folder in `web/panels/src/screens`. Which screens there are is a matter of the panels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Screen(pub &'static str);
 
 /// What gives points their colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

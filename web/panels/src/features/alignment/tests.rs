@@ -1,8 +1,9 @@
 //! Aligning one saved map to another: by picked points and without any.
 
+use crate::screens;
 use crate::test_support::{TestClient, click, map, value};
 use api::Event;
-use client_model::{ClientCommand, Screen};
+use client_model::ClientCommand;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use uuid::Uuid;
@@ -16,7 +17,7 @@ const HALL_TO_CELLAR: ClientCommand = ClientCommand::AlignMap { map: HALL, refer
 fn after<'a>(commands: &[ClientCommand]) -> Harness<'a, TestClient> {
     let client = TestClient::connected().event(Event::Maps(vec![map(9, "Hall"), map(8, "Cellar")]));
     let client = commands.iter().cloned().fold(client, TestClient::command);
-    client.on(Screen::Map).shown(1440.0, 1200.0)
+    client.on(screens::MAP).shown(1440.0, 1200.0)
 }
 
 fn pick(x: f64, y: f64) -> ClientCommand {

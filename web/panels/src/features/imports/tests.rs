@@ -1,8 +1,9 @@
 //! Importing maps, with and without alignment to a saved map.
 
+use crate::screens;
 use crate::test_support::{TestClient, click, map, value};
 use api::{Event, Import, ImportStage};
-use client_model::{ClientCommand, Screen};
+use client_model::ClientCommand;
 use egui_kittest::kittest::Queryable;
 use uuid::Uuid;
 use vocab::UploadId;
@@ -11,7 +12,7 @@ use vocab::UploadId;
 fn an_imported_cloud_can_be_aligned_to_the_viewed_map() {
     let hall = map(1, "Hall");
     let id = hall.id;
-    let client = || TestClient::connected().on(Screen::Map).event(Event::Maps(vec![hall.clone()]));
+    let client = || TestClient::connected().on(screens::MAP).event(Event::Maps(vec![hall.clone()]));
     assert!(client().shown(1440.0, 900.0).query_by_label("Import and align").is_none());
     let mut harness = client().command(ClientCommand::ViewMap(Some(id))).shown(1440.0, 900.0);
     click(&mut harness, "Import and align");
@@ -20,7 +21,7 @@ fn an_imported_cloud_can_be_aligned_to_the_viewed_map() {
 
 #[test]
 fn an_import_can_be_started_and_cancelled() {
-    let client = || TestClient::connected().on(Screen::Map);
+    let client = || TestClient::connected().on(screens::MAP);
     let mut harness = client().event(Event::Maps(Vec::new())).shown(1440.0, 900.0);
     click(&mut harness, "Import a map");
     assert!(harness.state().emitted(&ClientCommand::ImportMap { frame: None }));

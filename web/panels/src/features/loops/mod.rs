@@ -11,9 +11,9 @@ use crate::button::Button;
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::message::show_message;
 use crate::theme::{self, Tokens, Weight, font};
-use crate::{format, icon, paint, widgets};
+use crate::{format, icon, paint, screens, widgets};
 use api::LoopVerdict;
-use client_model::{ClientCommand, LoopPair, Model, Screen, Selection};
+use client_model::{ClientCommand, LoopPair, Model, Selection};
 use egui::{Align2, Color32, Context, CornerRadius, Sense, Ui, pos2, vec2};
 
 /// Keyframes that the graph needs before a loop can be added by hand.
@@ -29,7 +29,7 @@ pub(crate) struct LoopsPanel {
 }
 
 /// The tab of loops.
-pub(crate) const TAB: Tab = Tab { screen: Screen::Map, name: texts::TAB, scrolls: false, row_spacing: 8.0 };
+pub(crate) const TAB: Tab = Tab { screen: screens::MAP, name: texts::TAB, scrolls: false, row_spacing: 8.0 };
 
 impl FeaturePanel for LoopsPanel {
     /// Opens the evidence of a loop that was selected since the last frame.
@@ -39,7 +39,7 @@ impl FeaturePanel for LoopsPanel {
         if selection != last && matches!(selection, Some(Selection::Loop(_))) {
             cx.frame.open_tab(TAB);
             cx.frame.drawer_open = true;
-            if cx.model.view.screen() != TAB.screen {
+            if cx.screen() != TAB.screen {
                 cx.commands.push(ClientCommand::ShowScreen(TAB.screen));
             }
         }

@@ -1,13 +1,13 @@
 //! The loops of a map: list, evidence, deciding, adding by hand.
 
 use crate::features::tabs;
+use crate::screens;
 use crate::test_support::{OTHER, TestClient, click, contrast, running, value};
 use crate::theme::Tokens;
 use api::LoopVerdict::{Accepted, Held, Rejected};
 use api::{Control, Event, Graph, GraphNode, LoopDecision, LoopSource, LoopVerdict, LoopsChanged};
 use client_model::{
-    CameraMove, ClientCommand, ClientEvent, ClientTime, LoopPair, LoopPick, ScanOverlay, Screen, Selection,
-    Theme,
+    CameraMove, ClientCommand, ClientEvent, ClientTime, LoopPair, LoopPick, ScanOverlay, Selection, Theme,
 };
 use egui_kittest::kittest::Queryable;
 use uuid::Uuid;
@@ -49,7 +49,7 @@ fn loops(decisions: Vec<LoopDecision>) -> TestClient {
         .event(Event::Mapping(running()))
         .event(Event::Graph(graph))
         .event(Event::Loops(LoopsChanged { reset: true, added: decisions }))
-        .on(Screen::Map);
+        .on(screens::MAP);
     client.panels.frame.open_tab(super::TAB);
     client
 }
@@ -105,18 +105,18 @@ fn the_evidence_has_a_unit_for_every_number() {
 
 #[test]
 fn a_loop_selected_in_the_scene_brings_its_evidence_forth() {
-    let mut client = loops(vec![decided(5, 150, Held)]).on(Screen::Live);
+    let mut client = loops(vec![decided(5, 150, Held)]).on(screens::LIVE);
     client.panels.frame.open_tab(tabs::SESSION);
     let mut harness = client.shown(1024.0, 768.0);
     assert!(harness.query_by_label("Verdict").is_none());
     let selected = ClientEvent::Command(ClientCommand::Select(Some(Selection::Loop(pair(5, 150)))));
     harness.state_mut().model.handle_event(ClientTime(1.0), selected, &mut Vec::new());
     harness.run_steps(2);
-    assert!(harness.state().emitted(&ClientCommand::ShowScreen(Screen::Map)));
+    assert!(harness.state().emitted(&ClientCommand::ShowScreen(screens::MAP)));
     let client = harness.state_mut();
     client.model.handle_event(
         ClientTime(1.0),
-        ClientEvent::Command(ClientCommand::ShowScreen(Screen::Map)),
+        ClientEvent::Command(ClientCommand::ShowScreen(screens::MAP)),
         &mut Vec::new(),
     );
     harness.run_steps(2);

@@ -1,20 +1,21 @@
 //! Starting, finishing and discarding a mapping session, and extending a saved map.
 
+use crate::screens;
 use crate::test_support::{OTHER, TestClient, click, map, running, value};
 use api::{Control, Event, Mapping};
-use client_model::{ClientCommand, Screen};
+use client_model::ClientCommand;
 use egui_kittest::kittest::Queryable;
 
 /// A client on the Map screen with one saved map, `Cellar`, in this state of mapping.
 fn with_cellar(mapping: Mapping) -> TestClient {
     let maps = Event::Maps(vec![map(8, "Cellar")]);
-    TestClient::connected().event(maps).event(Event::Mapping(mapping)).on(Screen::Map)
+    TestClient::connected().event(maps).event(Event::Mapping(mapping)).on(screens::MAP)
 }
 
 #[test]
 fn without_any_map_mapping_can_be_started() {
     let mut harness =
-        TestClient::connected().event(Event::Maps(Vec::new())).on(Screen::Map).shown(1440.0, 900.0);
+        TestClient::connected().event(Event::Maps(Vec::new())).on(screens::MAP).shown(1440.0, 900.0);
     click(&mut harness, "Start mapping");
     assert!(harness.state().emitted(&ClientCommand::StartMapping));
 }
@@ -22,7 +23,7 @@ fn without_any_map_mapping_can_be_started() {
 #[test]
 fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
     let client = TestClient::connected().event(Event::Maps(Vec::new())).event(Event::Mapping(running()));
-    let mut harness = client.on(Screen::Map).shown(1440.0, 900.0);
+    let mut harness = client.on(screens::MAP).shown(1440.0, 900.0);
     assert_eq!(value(&harness, "Keyframes"), "41");
     assert_eq!(value(&harness, "Ground"), "New");
     assert_eq!(value(&harness, "Distance"), "12.3 m");
@@ -34,7 +35,7 @@ fn mapping_shows_its_figures_and_saves_under_the_name_typed() {
 #[test]
 fn discarding_must_be_confirmed() {
     let mut harness =
-        TestClient::connected().event(Event::Mapping(running())).on(Screen::Map).shown(1440.0, 900.0);
+        TestClient::connected().event(Event::Mapping(running())).on(screens::MAP).shown(1440.0, 900.0);
     click(&mut harness, "Discard");
     assert!(!harness.state().emitted(&ClientCommand::DiscardMapping));
     click(&mut harness, "Discard map");
@@ -45,7 +46,7 @@ fn discarding_must_be_confirmed() {
 fn a_client_without_control_cannot_map_but_can_take_control() {
     let control = Control { owner: Some(OTHER), name: "Anna".into() };
     let mut harness =
-        TestClient::connected().event(Event::Control(control)).on(Screen::Map).shown(1440.0, 900.0);
+        TestClient::connected().event(Event::Control(control)).on(screens::MAP).shown(1440.0, 900.0);
     click(&mut harness, "Start mapping");
     click(&mut harness, "Take control");
     let client = harness.state();

@@ -1,8 +1,9 @@
 //! Saved maps: viewing, using and extending one, localising in it.
 
+use crate::screens;
 use crate::test_support::{TestClient, click, map};
 use api::{Event, Localisation};
-use client_model::{ClientCommand, Screen};
+use client_model::ClientCommand;
 use egui_kittest::kittest::Queryable;
 use vocab::MapId;
 
@@ -10,7 +11,7 @@ use vocab::MapId;
 fn hall_and_cellar() -> (TestClient, MapId) {
     let (hall, cellar) = (map(9, "Hall"), map(8, "Cellar"));
     let id = cellar.id;
-    (TestClient::connected().event(Event::Maps(vec![hall, cellar])).on(Screen::Map), id)
+    (TestClient::connected().event(Event::Maps(vec![hall, cellar])).on(screens::MAP), id)
 }
 
 #[test]

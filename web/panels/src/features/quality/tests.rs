@@ -1,8 +1,9 @@
 //! Quality of the map under construction: figures, and places to survey.
 
+use crate::screens;
 use crate::test_support::{TestClient, click, running, value};
 use api::{Event, Quality, SurveyReason, SurveyTarget};
-use client_model::{ClientCommand, Screen};
+use client_model::ClientCommand;
 use vocab::Vec3;
 
 #[test]
@@ -19,7 +20,7 @@ fn survey_targets_are_listed_and_can_be_walked_to() {
         targets: places,
     };
     let client = TestClient::connected().event(Event::Mapping(running())).event(Event::Quality(quality));
-    let mut harness = client.on(Screen::Map).shown(1440.0, 1200.0);
+    let mut harness = client.on(screens::MAP).shown(1440.0, 1200.0);
     assert_eq!(value(&harness, "Floor covered"), "412 m²");
     assert_eq!(value(&harness, "Known to"), "0.42 m");
     assert_eq!(value(&harness, "Suggested walk 1"), "34 m² seen from afar only");
