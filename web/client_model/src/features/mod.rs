@@ -6,8 +6,14 @@
 //! 2. One line in the list at the end of this file. The field of [`Model`](crate::Model) and all dispatch follow from it.
 //! 3. Its panel: a folder of the same name in `web/panels/src/features`, and one line in the list there.
 //!
-//! Folders that the list does not name are slices of [`Shared`](crate::shared::Shared): the features depend on them (connection,
-//! control lease, commands, notices, map views, saved maps, selection, undo history).
+//! # Where the reducers are
+//!
+//! - The reducer of a feature in the list is its `impl Feature`, in the `mod.rs` of its folder.
+//! - Folders that the list does not name are slices of [`Shared`](crate::shared::Shared), because the features depend on them. An event
+//!   reaches them before the features. `shared_reducers` says which slice reacts to which event:
+//!   - `connection` and `map_view` have a `reducer.rs`;
+//!   - `control`, `commands`, `history`, `maps`, `notices` and `selection` hold state with methods that change it. `shared_reducers`, the
+//!     methods of [`Context`] and features call them.
 
 pub(crate) mod alignment;
 pub(crate) mod commands;
