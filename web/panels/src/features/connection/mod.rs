@@ -1,5 +1,7 @@
 //! The connection to the robot: data rate and age, and a message while it is lost.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::Button;

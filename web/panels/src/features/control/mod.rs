@@ -1,5 +1,7 @@
 //! The control lease: who controls the robot, taking control and releasing it.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::{Button, Kind};

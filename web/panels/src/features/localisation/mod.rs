@@ -1,5 +1,7 @@
 //! Localisation: how far the position can be trusted; using and leaving a saved map, setting the pose, relocalising.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::Button;

@@ -1,5 +1,7 @@
 //! Viewing a saved map: a message that says which one, how much of it is loaded, and leads back.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::button::Button;

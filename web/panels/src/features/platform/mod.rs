@@ -1,5 +1,7 @@
 //! The robot's computer: its load, and whether the control program answers.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};

@@ -1,5 +1,7 @@
 //! The robot's state: motion, map, position, speed and battery.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};

@@ -1,5 +1,8 @@
 //! What is selected in the scene: Escape deselects it.
 
+#[cfg(test)]
+mod tests;
+
 use crate::feature_panel::{FeaturePanel, PanelContext};
 use client_model::ClientCommand;
 

@@ -1,5 +1,7 @@
 //! Sensors: their rates and ages, and what the monitoring of their data found.
 
+#[cfg(test)]
+mod tests;
 mod texts;
 
 use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
