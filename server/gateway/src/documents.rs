@@ -3,7 +3,9 @@
 use crate::app::App;
 use crate::files::{IMMUTABLE, REVALIDATE, Serving, respond};
 use crate::problem::ProblemResponse;
-use crate::schemas::{GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument};
+use crate::schemas::{
+    DamagedMapDocument, GraphDocument, HealthDocument, MapSummaryDocument, ProblemDocument, TileListDocument,
+};
 use crate::texts;
 use api::TileHash;
 use axum::Json;
@@ -25,6 +27,18 @@ type Answer = Result<Response, ProblemResponse>;
 ))]
 pub(crate) async fn maps(State(app): State<Arc<App>>) -> Answer {
     let listed = app.hub.with_maps(|maps| Json(maps).into_response());
+    let mut response = listed.ok_or_else(|| ProblemResponse::unavailable(texts::MAPS_NOT_LISTED))?;
+    response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
+    Ok(response)
+}
+
+/// Saved maps that cannot be read, with what to do.
+#[utoipa::path(get, path = api::paths::DAMAGED_MAPS_PATH, tag = "maps", operation_id = "listDamagedMaps", responses(
+    (status = 200, body = [DamagedMapDocument], description = "Every saved map that cannot be read; nothing of it is removed"),
+    (status = 503, body = ProblemDocument, content_type = "application/problem+json", description = "The core has not sent its maps yet"),
+))]
+pub(crate) async fn damaged_maps(State(app): State<Arc<App>>) -> Answer {
+    let listed = app.hub.with_damaged_maps(|maps| Json(maps).into_response());
     let mut response = listed.ok_or_else(|| ProblemResponse::unavailable(texts::MAPS_NOT_LISTED))?;
     response.headers_mut().insert(header::CACHE_CONTROL, header::HeaderValue::from_static("no-store"));
     Ok(response)

@@ -8,7 +8,7 @@ use crate::outbox::Outbox;
 use crate::robot_clock::RobotClock;
 use crate::snapshot::{Cursor, Snapshot};
 use crate::texts;
-use api::{Command, CommandOutcome, CoreMessage, Event, GatewayMessage, MapSummary, ScanFrame};
+use api::{Command, CommandOutcome, CoreMessage, DamagedMap, Event, GatewayMessage, MapSummary, ScanFrame};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -191,6 +191,15 @@ impl Hub {
         let event = self.lock().snapshot.maps()?;
         match &*event {
             Event::Maps(maps) => Some(read(maps)),
+            _ => None,
+        }
+    }
+
+    /// Saved maps that cannot be read; `None` before the core has sent them.
+    pub(crate) fn with_damaged_maps<T>(&self, read: impl FnOnce(&[DamagedMap]) -> T) -> Option<T> {
+        let event = self.lock().snapshot.damaged_maps()?;
+        match &*event {
+            Event::DamagedMaps(maps) => Some(read(maps)),
             _ => None,
         }
     }

@@ -17,6 +17,7 @@ pub(crate) const PATH: &str = "/api/v1/openapi.json";
     ),
     paths(
         documents::maps,
+        documents::damaged_maps,
         documents::map_tiles,
         documents::map_graph,
         documents::tile,

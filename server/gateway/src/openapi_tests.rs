@@ -1,6 +1,6 @@
 use super::*;
 use crate::schemas::HealthDocument;
-use api::{Anchor, Graph, GraphNode, MapSummary, Problem, TileEntry, TileHash, TileList};
+use api::{Anchor, DamagedMap, Graph, GraphNode, MapSummary, Problem, TileEntry, TileHash, TileList};
 use serde_json::{Value, json};
 use std::path::Path;
 use vocab::{Aabb, KeyframeId, MapId, Pose, SessionId, Stamp};
@@ -26,8 +26,11 @@ fn the_committed_description_is_the_served_one() {
 #[test]
 fn every_document_of_the_contract_is_described() {
     let paths = parsed()["paths"].clone();
-    use api::paths::{CLOUD_PATH, HEALTH_PATH, MAP_GRAPH_PATH, MAP_TILES_PATH, MAPS_PATH, TILE_PATH};
-    for path in [MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH, TILE_PATH, CLOUD_PATH, HEALTH_PATH] {
+    use api::paths::{
+        CLOUD_PATH, DAMAGED_MAPS_PATH, HEALTH_PATH, MAP_GRAPH_PATH, MAP_TILES_PATH, MAPS_PATH, TILE_PATH,
+    };
+    let maps = [MAPS_PATH, DAMAGED_MAPS_PATH, MAP_TILES_PATH, MAP_GRAPH_PATH];
+    for path in maps.into_iter().chain([TILE_PATH, CLOUD_PATH, HEALTH_PATH]) {
         assert!(paths[path]["get"].is_object(), "{path}");
     }
 }
@@ -62,12 +65,14 @@ fn schemas_say_what_the_types_become() {
         bytes: 3,
         has_pose_graph: true,
     };
+    let damaged = DamagedMap { folder: "f".into(), problem: "p".into(), remedy: "r".into() };
     let problem = Problem { status: 404, title: "t".into(), detail: "d".into() };
     let samples = [
         ("TileList", json!(TileList { bounds, tiles: vec![tile, in_map], robust_bounds: Some(bounds) })),
         ("Graph", json!(graph)),
         ("Graph", json!(Graph { session: None, ..graph.clone() })),
         ("MapSummary", json!(summary)),
+        ("DamagedMap", json!(damaged)),
         ("Problem", json!(problem)),
         ("Health", json!(HealthDocument { core_connected: true, clients: 1 })),
     ];

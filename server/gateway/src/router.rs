@@ -26,6 +26,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
     Router::new()
         .merge(guarded)
         .route(api::paths::MAPS_PATH, get(documents::maps))
+        .route(api::paths::DAMAGED_MAPS_PATH, get(documents::damaged_maps))
         .route(api::paths::MAP_TILES_PATH, get(documents::map_tiles))
         .route(api::paths::MAP_GRAPH_PATH, get(documents::map_graph))
         .route(api::paths::TILE_PATH, get(documents::tile))

@@ -50,6 +50,18 @@ pub(crate) struct MapSummaryDocument {
     has_pose_graph: bool,
 }
 
+/// A saved map that cannot be read.
+#[derive(ToSchema)]
+#[schema(as = DamagedMap)]
+pub(crate) struct DamagedMapDocument {
+    /// Name of its folder in `maps/` of the data directory: the map's id.
+    folder: String,
+    /// Which file is damaged, and how.
+    problem: String,
+    /// What to do.
+    remedy: String,
+}
+
 /// Every tile of a saved map.
 #[derive(ToSchema)]
 #[schema(as = TileList)]

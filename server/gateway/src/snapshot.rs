@@ -11,7 +11,7 @@ use api::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = GOALS + 1;
+const LATEST_KINDS: usize = DAMAGED_MAPS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -138,6 +138,11 @@ impl Snapshot {
     /// Last list of saved maps.
     pub(crate) fn maps(&self) -> Option<Arc<Event>> {
         self.latest[MAPS].as_ref().map(|(_, event)| event.clone())
+    }
+
+    /// Last list of saved maps that cannot be read.
+    pub(crate) fn damaged_maps(&self) -> Option<Arc<Event>> {
+        self.latest[DAMAGED_MAPS].as_ref().map(|(_, event)| event.clone())
     }
 
     /// The next thing that a client is owed, now counted as sent; `None` when nothing is owed.
@@ -294,8 +299,9 @@ impl Snapshot {
 
 const GRAPH: usize = 1;
 const MAPS: usize = 7;
-/// The last of them.
 const GOALS: usize = 14;
+/// The last of them.
+const DAMAGED_MAPS: usize = 15;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -315,6 +321,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Docks(_) => Some(12),
         Event::Executive(_) => Some(13),
         Event::Goals(_) => Some(GOALS),
+        Event::DamagedMaps(_) => Some(DAMAGED_MAPS),
         Event::GraphChanged(_)
         | Event::Tiles(_)
         | Event::Loops(_)

@@ -8,6 +8,7 @@ use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
 use crate::live_map::{LiveMap, LiveMapConfig};
 use crate::mailbox::Mailbox;
+use crate::map_list::publish_map_list;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
@@ -92,7 +93,7 @@ impl Core {
         let (mailbox, state_publisher, clock) =
             (Arc::<Mailbox>::default(), Arc::<StatePublisher>::default(), Arc::default());
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
-        state_publisher.publish(api::Event::Maps(store.maps().map_err(StartError::Maps)?));
+        publish_map_list(&store, &state_publisher).map_err(StartError::Maps)?;
 
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = crossbeam_channel::unbounded();

@@ -258,6 +258,7 @@ fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
     }
     let has = |wanted: fn(&Event) -> bool| seen.iter().any(wanted);
     assert!(has(|event| matches!(event, Event::Maps(maps) if maps.is_empty())), "{seen:?}");
+    assert!(has(|event| matches!(event, Event::DamagedMaps(maps) if maps.is_empty())), "{seen:?}");
     assert!(has(|event| matches!(event, Event::Graph(graph) if graph.nodes.is_empty())), "{seen:?}");
     assert!(
         has(|event| matches!(event, Event::Control(control) if control.owner == Some(CLIENT))),
@@ -267,6 +268,35 @@ fn each_gateway_gets_a_greeting_and_a_snapshot_and_the_newest_one_is_served() {
     while first.next().is_some() {}
     second.command(2, api::Command::ReleaseControl);
     second.event(|_, event| matches!(event, Event::CommandDone { .. }).then_some(()));
+}
+
+#[test]
+fn clients_get_damaged_maps_with_the_file_and_what_to_do() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let store = Store::open(dir.path()).expect("store");
+    let publisher = StatePublisher::default();
+    let folder = store.dir().map(MapId(Uuid::from_u128(9)));
+    std::fs::create_dir_all(&folder).expect("made");
+    let publish = |content: &str| {
+        std::fs::write(folder.join("map.json"), content).expect("written");
+        publish_map_list(&store, &publisher).expect("listed");
+        let connection = publisher.connect();
+        loop {
+            if let Some(CoreMessage::Event { event: Event::DamagedMaps(maps), .. }) =
+                publisher.next(connection)
+            {
+                return maps;
+            }
+        }
+    };
+    let [damaged] = publish("{ cut").try_into().expect("one map");
+    assert_eq!(damaged.folder, folder.file_name().expect("a name").to_string_lossy());
+    assert!(damaged.problem.contains("map.json"), "{damaged:?}");
+    assert!(damaged.remedy.contains(&folder.display().to_string()), "{damaged:?}");
+    let later = r#"{"format_version": 1000, "id": "00000000-0000-0000-0000-000000000009", "name": "Hall", "created": 1,
+        "distance_m": 1.0, "keyframes": 1, "points": 1, "bytes": 1}"#;
+    let [later] = publish(later).try_into().expect("one map");
+    assert!(later.problem.contains("version 1000") && later.remedy.starts_with("Update"), "{later:?}");
 }
 
 #[test]

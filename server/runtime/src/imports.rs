@@ -4,6 +4,7 @@
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
+use crate::map_list::publish_map_list;
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts::{self, ImportVerb};
@@ -204,11 +205,10 @@ impl ImportWorker {
             Ok(_) => (Severity::Info, texts::import_done(name, verb)),
             Err(reason) => (Severity::Warning, texts::import_failed(name, verb, reason)),
         };
-        if result.is_ok() {
-            match self.store.maps() {
-                Ok(maps) => self.state_publisher.publish(Event::Maps(maps)),
-                Err(error) => tracing::error!("the saved maps cannot be listed: {error}"),
-            }
+        if result.is_ok()
+            && let Err(error) = publish_map_list(&self.store, &self.state_publisher)
+        {
+            tracing::error!("the saved maps cannot be listed: {error}");
         }
         self.state_publisher.publish(Event::Import(match result {
             Ok(map) => Import::Done { upload, map },

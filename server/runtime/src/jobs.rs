@@ -5,6 +5,7 @@
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
+use crate::map_list::publish_map_list;
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use api::TileHash;
@@ -267,9 +268,8 @@ impl DiskWorker {
     }
 
     fn list_maps(&self) {
-        match self.store.maps() {
-            Ok(maps) => self.state_publisher.publish(api::Event::Maps(maps)),
-            Err(error) => tracing::error!("{}", sentence(&error)),
+        if let Err(error) = publish_map_list(&self.store, &self.state_publisher) {
+            tracing::error!("{}", sentence(&error));
         }
     }
 

@@ -24,6 +24,7 @@ mod jobs;
 mod ledger;
 mod live_map;
 mod mailbox;
+mod map_list;
 mod platform;
 mod pose_persistence;
 mod publisher;

@@ -1,6 +1,7 @@
 //! Sentences for people, by key: notices, refusals and reasons of failed imports. English.
 
 use ports::SimulatedFault;
+use std::path::Path;
 use vocab::Span;
 
 /// The core was started without an importer.
@@ -25,6 +26,23 @@ pub const NO_SPACE_FOR_COPY: &str = "There is too little room on the robot's dis
 pub const MAP_EXISTS: &str = "The same map is here already.";
 /// Name of a map whose name holds nothing to show.
 pub const UNNAMED_MAP: &str = "Map";
+
+/// What to do about a saved map that a later program wrote.
+pub const MAP_OF_LATER_PROGRAM_REMEDY: &str =
+    "Update AutoInspect on the robot's computer. Nothing of the map was removed.";
+
+/// What is wrong with a saved map for `reason`, a clause.
+pub fn damaged_map_problem(reason: &str) -> String {
+    format!("It cannot be read: {reason}.")
+}
+
+/// What to do about a damaged map in this folder.
+pub fn damaged_map_remedy(folder: &Path) -> String {
+    format!(
+        "Copy the file back from a backup and restart, or move the folder {} to another place. Nothing of the map was removed.",
+        folder.display()
+    )
+}
 
 /// Recordings may not take more of the disk, see [`store::RecordingSpace`].
 pub const RECORDINGS_FILL_THEIR_SHARE: &str = "it holds all of the disk that recordings may take";

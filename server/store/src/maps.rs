@@ -25,6 +25,15 @@ pub struct DamagedMap {
     pub error: StoreError,
 }
 
+/// The saved maps, and the folders that cannot be listed.
+#[derive(Debug, Default)]
+pub struct MapList {
+    /// Every map that can be read, newest first.
+    pub maps: Vec<MapSummary>,
+    /// The others, in the order of their folders' names.
+    pub damaged: Vec<DamagedMap>,
+}
+
 /// All folders of maps.
 #[derive(Debug, Default)]
 pub(crate) struct MapFolders {
@@ -57,9 +66,19 @@ impl Store {
     /// # Errors
     /// When the directory of maps cannot be read.
     pub fn maps(&self) -> Result<Vec<MapSummary>, StoreError> {
-        let mut maps: Vec<_> = self.map_folders()?.readable.into_iter().map(|map| map.summary).collect();
+        Ok(self.list_maps()?.maps)
+    }
+
+    /// [`Self::maps`] and [`Self::damaged_maps`], with each file read once.
+    ///
+    /// # Errors
+    /// When the directory of maps cannot be read.
+    pub fn list_maps(&self) -> Result<MapList, StoreError> {
+        let MapFolders { readable, mut damaged } = self.map_folders()?;
+        let mut maps: Vec<_> = readable.into_iter().map(|map| map.summary).collect();
         maps.sort_by_key(|map| (std::cmp::Reverse(map.created), map.id));
-        Ok(maps)
+        damaged.sort_by(|a, b| a.folder.cmp(&b.folder));
+        Ok(MapList { maps, damaged })
     }
 
     /// Folders of maps whose list entry or tile list cannot be read, with what is wrong. Nothing of them is removed.

@@ -1,6 +1,6 @@
 //! Events for clients. Every event replaces the last of its kind unless its documentation says otherwise.
 
-use crate::{CommandOutcome, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry};
+use crate::{CommandOutcome, DamagedMap, Executive, Goal, GraphChanged, LoopsChanged, MapSummary, TileEntry};
 use serde::{Deserialize, Serialize};
 use vocab::{
     ClientId, CommandId, Covariance6, KeyframeId, MapId, Pose, SessionId, Span, Stamp, Twist, UploadId, Vec3,
@@ -54,6 +54,8 @@ pub enum Event {
     Docks(Vec<Dock>),
     /// Changes of the graph of the current mapping session; adds to [`Self::Graph`]. See [`GraphChanged`] for what to do if they do not apply.
     GraphChanged(GraphChanged),
+    /// Saved maps that cannot be read, in the order of their folders' names. They are not in [`Self::Maps`].
+    DamagedMaps(Vec<DamagedMap>),
 }
 
 /// A dock of a saved map.

@@ -29,7 +29,7 @@ pub use event::*;
 pub use goal::*;
 pub use graph::GraphChanged;
 pub use loops::{LoopDecision, LoopSource, LoopVerdict, LoopsChanged, MAX_LOOP_DECISIONS};
-pub use map::{Anchor, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
+pub use map::{Anchor, DamagedMap, MapSummary, Problem, TileEntry, TileHash, TileHashError, TileList};
 pub use paths::{CONTROL_PATH, STREAM_PATH};
 pub use socket::{ClientMessage, MAX_UNACKNOWLEDGED, ScanFrame, ServerMessage, StreamRequest};
 

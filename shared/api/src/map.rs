@@ -29,6 +29,17 @@ pub struct MapSummary {
     pub has_pose_graph: bool,
 }
 
+/// A saved map that cannot be read. Nothing of it is removed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DamagedMap {
+    /// Name of its folder in `maps/` of the data directory: the map's id.
+    pub folder: String,
+    /// Which file is damaged, and how: one sentence.
+    pub problem: String,
+    /// What to do: one or two sentences.
+    pub remedy: String,
+}
+
 fn walked() -> bool {
     true
 }

@@ -6,6 +6,8 @@ pub const CONTROL_PATH: &str = "/api/v1/control";
 pub const STREAM_PATH: &str = "/api/v1/stream";
 /// GET: [`crate::MapSummary`] of every saved map, newest first.
 pub const MAPS_PATH: &str = "/api/v1/maps";
+/// GET: [`crate::DamagedMap`] of every saved map that cannot be read.
+pub const DAMAGED_MAPS_PATH: &str = "/api/v1/damaged-maps";
 /// GET with the map's id in place of `{id}`: its [`crate::TileList`].
 pub const MAP_TILES_PATH: &str = "/api/v1/maps/{id}/tiles";
 /// GET with the map's id in place of `{id}`: its pose graph, a [`crate::Graph`].

@@ -20,6 +20,7 @@ impl Context<'_> {
         match event {
             api::Event::Control(control) => self.shared.control.set(control.clone()),
             api::Event::Maps(maps) => self.shared.maps.set_maps(maps.clone()),
+            api::Event::DamagedMaps(maps) => self.shared.maps.set_damaged(maps.clone()),
             api::Event::Docks(docks) => self.shared.maps.set_docks(docks.clone()),
             api::Event::Notice(notice) => {
                 self.shared.notices.receive(notice.clone());

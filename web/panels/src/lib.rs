@@ -31,6 +31,7 @@
 //! | button | `Accept loop`, `Reject loop`, `Show where it is`, `Close the loop's evidence` | a loop's evidence |
 //! | button (toggled) | `As found`, `In the graph`, `Map only` | a loop's evidence |
 //! | button | `View NAME` | Map: shows the saved map NAME |
+//! | status | `Damaged map FOLDER` | Map: a saved map that cannot be read, with what to do |
 //! | button | `Back to live` | while a saved map is viewed |
 //! | button (toggled) | `Walk to a point` | drive card; then the next click on the floor says where |
 //! | button | `Cancel walk` | drive card, while walking |

@@ -1,8 +1,8 @@
 //! Documents, tiles, problems.
 
 use crate::support::{Gateway, client_id};
-use api::paths::{HEALTH_PATH, MAPS_PATH};
-use api::{Event, MapSummary};
+use api::paths::{DAMAGED_MAPS_PATH, HEALTH_PATH, MAPS_PATH};
+use api::{DamagedMap, Event, MapSummary};
 use vocab::{MapId, Stamp};
 
 const MAP: &str = "00000000-0000-0000-0000-00000000000a";
@@ -32,6 +32,28 @@ async fn maps_are_those_of_the_last_event() {
     let reply = gateway.get(MAPS_PATH, &[]).await;
     assert_eq!((reply.status, reply.header("content-type")), (200, "application/json"));
     assert_eq!(serde_json::from_slice::<Vec<MapSummary>>(&reply.body).expect("maps"), [map]);
+}
+
+#[tokio::test]
+async fn damaged_maps_are_those_of_the_last_event_for_clients_and_over_http() {
+    let gateway = Gateway::start().await;
+    gateway.get(DAMAGED_MAPS_PATH, &[]).await.expect_problem(503);
+    let mut core = gateway.core().await;
+    let damaged = vec![DamagedMap {
+        folder: MAP.into(),
+        problem: "It cannot be read: map.json is empty.".into(),
+        remedy: "Copy it back from a backup.".into(),
+    }];
+    core.publish(Event::DamagedMaps(damaged.clone())).await;
+    let mut client = gateway.client(client_id(1)).await;
+    let sent = client.find(|event| match event {
+        Event::DamagedMaps(maps) => Some(maps.clone()),
+        _ => None,
+    });
+    assert_eq!(sent.await, damaged);
+    let reply = gateway.get(DAMAGED_MAPS_PATH, &[]).await;
+    assert_eq!((reply.status, reply.header("content-type")), (200, "application/json"));
+    assert_eq!(serde_json::from_slice::<Vec<DamagedMap>>(&reply.body).expect("maps"), damaged);
 }
 
 #[tokio::test]

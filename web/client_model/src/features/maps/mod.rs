@@ -1,12 +1,16 @@
-//! The saved maps of the robot, and their docks.
+//! The saved maps of the robot, those that cannot be read, and their docks.
 
-use api::{Dock, MapSummary};
+#[cfg(test)]
+mod tests;
+
+use api::{DamagedMap, Dock, MapSummary};
 use vocab::{MapId, Pose};
 
 /// Saved maps and docks as the server last listed them.
 #[derive(Clone, Debug, Default)]
 pub struct SavedMaps {
     maps: Option<Vec<MapSummary>>,
+    damaged: Vec<DamagedMap>,
     docks: Vec<Dock>,
 }
 
@@ -14,6 +18,11 @@ impl SavedMaps {
     /// Saved maps, newest first; `None` before the server listed them.
     pub fn list(&self) -> Option<&[MapSummary]> {
         self.maps.as_deref()
+    }
+
+    /// Saved maps that the server cannot read.
+    pub fn damaged(&self) -> &[DamagedMap] {
+        &self.damaged
     }
 
     /// Number of saved maps that are known.
@@ -38,6 +47,10 @@ impl SavedMaps {
 
     pub(crate) fn set_maps(&mut self, maps: Vec<MapSummary>) {
         self.maps = Some(maps);
+    }
+
+    pub(crate) fn set_damaged(&mut self, damaged: Vec<DamagedMap>) {
+        self.damaged = damaged;
     }
 
     pub(crate) fn set_docks(&mut self, docks: Vec<Dock>) {

@@ -9,7 +9,7 @@ use crate::feature_panel::{FeaturePanel, PanelContext, Tab};
 use crate::features::{alignment, imports, localisation, tabs};
 use crate::theme::{self, Tokens, Weight, font};
 use crate::{format, icon, widgets};
-use api::{Command, MapSummary, Mapping};
+use api::{Command, DamagedMap, MapSummary, Mapping};
 use client_model::ClientCommand;
 use egui::{Align, CornerRadius, Layout, Response, Ui, vec2};
 
@@ -48,7 +48,22 @@ fn show_list(ui: &mut Ui, cx: &mut PanelContext<'_>) {
             }
         }
     }
+    for map in cx.model.maps().damaged() {
+        show_damaged(ui, cx.tokens, map);
+    }
     imports::show(ui, cx);
+}
+
+/// A map that cannot be read: which, what is wrong, and what to do.
+fn show_damaged(ui: &mut Ui, tokens: &Tokens, map: &DamagedMap) {
+    let response = widgets::tinted_box(ui, tokens, tokens.bad, |ui| {
+        let name = egui::RichText::new(texts::damaged(map)).font(font(theme::BODY, Weight::Medium));
+        let response = ui.add(egui::Label::new(name.color(tokens.text)).wrap());
+        widgets::remark(ui, tokens, &map.problem);
+        widgets::remark(ui, tokens, &map.remedy);
+        response
+    });
+    widgets::status_node(&response, &texts::damaged(map), &texts::damaged_value(map));
 }
 
 fn show_entry(ui: &mut Ui, cx: &mut PanelContext<'_>, map: &MapSummary) {

@@ -1,8 +1,8 @@
 //! Saved maps: viewing, using and extending one, localising in it.
 
 use crate::screens;
-use crate::test_support::{TestClient, click, map};
-use api::{Event, Localisation};
+use crate::test_support::{TestClient, click, map, value};
+use api::{DamagedMap, Event, Localisation};
 use client_model::ClientCommand;
 use egui_kittest::kittest::Queryable;
 use vocab::MapId;
@@ -65,4 +65,19 @@ fn a_robot_without_pose_can_be_told_to_relocalise_or_be_given_its_pose() {
         "{:?}",
         client.commands
     );
+}
+
+#[test]
+fn a_damaged_map_is_listed_with_its_file_and_what_to_do() {
+    let (client, _) = hall_and_cellar();
+    let damaged = DamagedMap {
+        folder: "0a0b".into(),
+        problem: "It cannot be read: map.json is empty.".into(),
+        remedy: "Copy it back from a backup.".into(),
+    };
+    let harness = client.event(Event::DamagedMaps(vec![damaged])).shown(1440.0, 1200.0);
+    let shown = value(&harness, "Damaged map 0a0b");
+    assert_eq!(shown, "It cannot be read: map.json is empty. Copy it back from a backup.");
+    assert!(harness.query_by_label("View Cellar").is_some(), "the others are still listed");
+    assert!(harness.query_by_label("View 0a0b").is_none());
 }

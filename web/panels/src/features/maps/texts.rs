@@ -1,7 +1,7 @@
 //! Texts of saved maps, by key.
 
 use crate::format;
-use api::MapSummary;
+use api::{DamagedMap, MapSummary};
 
 pub(super) const HEAD: &str = "Saved maps";
 pub(super) const LOADING: &str = "Waiting for the robot to list them.";
@@ -26,6 +26,16 @@ pub(super) fn extend(map: &str) -> String {
 
 pub(super) fn entry(map: &str) -> String {
     format!("Saved map {map}")
+}
+
+/// Name of a map that cannot be read.
+pub(super) fn damaged(map: &DamagedMap) -> String {
+    format!("Damaged map {}", map.folder)
+}
+
+/// What is wrong with it and what to do, for screen readers.
+pub(super) fn damaged_value(map: &DamagedMap) -> String {
+    format!("{} {}", map.problem, map.remedy)
 }
 
 /// Value of an entry in the accessible tree.
