@@ -24,6 +24,7 @@ impl CellKey {
     /// The cell that holds a point, in a grid whose cells have an edge of one divided by `cells_per_metre`, metres. A coordinate
     /// that is not a number counts as the lowest.
     #[inline]
+    #[expect(clippy::manual_clamp, reason = "clamp would keep what is not a number")]
     pub fn of_point(point: &[f32; 3], cells_per_metre: f32) -> Self {
         const LIMIT: f32 = (BIAS - 1) as f32;
         // Adding it rounds to integers, which are the lowest bits of the sum: 1.5 times 2 to the 23rd.
