@@ -11,7 +11,7 @@ use api::{
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-const LATEST_KINDS: usize = DAMAGED_MAPS + 1;
+const LATEST_KINDS: usize = INTERRUPTED_SESSIONS + 1;
 const TILES: usize = LATEST_KINDS;
 const NOTICES: usize = LATEST_KINDS + 1;
 const LOOPS: usize = LATEST_KINDS + 2;
@@ -300,8 +300,9 @@ impl Snapshot {
 const GRAPH: usize = 1;
 const MAPS: usize = 7;
 const GOALS: usize = 14;
-/// The last of them.
 const DAMAGED_MAPS: usize = 15;
+/// The last of them.
+const INTERRUPTED_SESSIONS: usize = 16;
 
 /// Place of events of which only the last counts.
 fn latest_kind(event: &Event) -> Option<usize> {
@@ -322,6 +323,7 @@ fn latest_kind(event: &Event) -> Option<usize> {
         Event::Executive(_) => Some(13),
         Event::Goals(_) => Some(GOALS),
         Event::DamagedMaps(_) => Some(DAMAGED_MAPS),
+        Event::InterruptedSessions(_) => Some(INTERRUPTED_SESSIONS),
         Event::GraphChanged(_)
         | Event::Tiles(_)
         | Event::Loops(_)

@@ -4,7 +4,7 @@
 //! tiles/ab/<hash>          encoded tiles, named by the BLAKE3 of their bytes, immutable
 //! maps/<map id>/           one immutable directory per map version; see the store
 //! maps/.<anything>         incomplete maps, to be deleted
-//! sessions/<session>/      clouds of the running mapping session; removed at the next start
+//! sessions/<session>/      clouds and journal of a mapping session, until it is saved or discarded; see the store
 //! uploads/<id>             uploaded files that wait to be imported; removed at the next start
 //! place.json               last pose of the robot in the map in use
 //! docks.json               docks of the saved maps
@@ -72,6 +72,11 @@ impl DataDir {
     /// A map version's tiles, an [`api::TileList`] as JSON.
     pub fn map_tiles(&self, map: MapId) -> PathBuf {
         self.map(map).join("tiles.json")
+    }
+
+    /// Directory of mapping sessions that run or were interrupted.
+    pub fn sessions(&self) -> PathBuf {
+        self.root.join("sessions")
     }
 
     /// Directory of files that clients have sent.

@@ -9,6 +9,7 @@ use crate::jobs::{DiskJob, FinishedJob, Jobs};
 use crate::ledger::LedgerQueue;
 use crate::mailbox::Mailbox;
 use crate::recording::RecorderQueue;
+use crate::session_journal::SessionJournalQueue;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use crossbeam_channel::{Receiver, select};
@@ -88,6 +89,9 @@ pub struct ControlLoop {
     /// What the disk says of a stop of motion.
     pub stop_latch: StoredStopLatch,
     pub ledger: LedgerQueue,
+    pub session_journal: SessionJournalQueue,
+    /// Sentences for people about what the start found on the disk.
+    pub problems: Vec<String>,
 }
 
 impl ControlLoop {
@@ -111,7 +115,7 @@ impl ControlLoop {
         };
         let docks = std::mem::take(&mut running.parts.docks).into();
         let StoredStopLatch { latch: stop_latch, problem } = running.parts.stop_latch.clone();
-        if let Some(text) = problem {
+        for text in problem.into_iter().chain(std::mem::take(&mut running.parts.problems)) {
             running.parts.mailbox.notice(running.now, Severity::Error, text);
         }
         let last_pose = running.parts.last_pose;
@@ -238,6 +242,7 @@ impl ControlLoop {
                 if let Publication::Keyframe(keyframe) = &publication {
                     self.jobs.start(DiskJob::WriteCloud(keyframe.clone()));
                 }
+                self.session_journal.record(&publication);
                 self.mailbox.post(publication);
             }
             StackEffect::Answer { id, to, refused } => self.state_publisher.answer(id, to, refused),

@@ -1,6 +1,7 @@
 //! Conversion between the log schema (`messages`) and the contract with clients (`api`). Each can change without the other.
 
 use crate::imports::{ImportRequest, ImportSource};
+use crate::interrupted_sessions::SessionDecision;
 use api::{Command, Event, LoopsChanged};
 use messages::{
     CommandKind, DegradationReason, EdgeKind, LocalisationState, MappingState, MotionState, PoseInMap,
@@ -17,6 +18,8 @@ pub enum RoutedCommand {
     SimulatedFault(SimulatedFault),
     /// The import thread: makes a map of an uploaded file, or aligns a saved map.
     Import(ImportRequest),
+    /// The disk lane: a decision on a session that was interrupted.
+    InterruptedSession(SessionDecision),
     /// The import thread: cancels the import of this upload.
     CancelImport(UploadId),
 }
@@ -36,6 +39,13 @@ pub fn route(command: Command) -> RoutedCommand {
             pairs.truncate(api::MAX_PAIRS);
             let source = ImportSource::Map { map, onto, pairs };
             return RoutedCommand::Import(ImportRequest { upload, name, source });
+        }
+        Command::SaveInterruptedSession { session, map, name, resume_as } => {
+            let decision = SessionDecision::Save { session, map, name, resume_as };
+            return RoutedCommand::InterruptedSession(decision);
+        }
+        Command::DiscardInterruptedSession(session) => {
+            return RoutedCommand::InterruptedSession(SessionDecision::Discard(session));
         }
         Command::CancelImport(upload) => return RoutedCommand::CancelImport(upload),
         Command::TakeControl { name } => CommandKind::TakeControl { name },

@@ -1,9 +1,10 @@
 //! Starts the core's threads with the queues between them, and ends them in order.
 
 use crate::clock::RobotClock;
-use crate::control_loop::{ControlLoop, Sources};
+use crate::control_loop::{ControlLoop, LoopRequest, Sources};
 use crate::gateway_link::{GatewayLink, GatewayLinkConfig};
 use crate::imports::{ImportWorker, Imports};
+use crate::interrupted_sessions::InterruptedSessionWorker;
 use crate::jobs::{ComputeWorker, DiskWorker, Jobs};
 use crate::ledger::{LedgerConfig, LedgerQueue, LedgerWorker};
 use crate::live_map::{LiveMap, LiveMapConfig};
@@ -13,6 +14,7 @@ use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::{PosePersistence, PosePersistenceConfig};
 use crate::publisher::{PublisherConfig, PublisherWorker};
 use crate::recording::{Recorder, RecorderConfig, RecorderQueue, RecordingTarget};
+use crate::session_journal::{SessionJournalConfig, SessionJournalQueue, SessionJournalWorker};
 use crate::state_publisher::StatePublisher;
 use crossbeam_channel::{Receiver, Sender};
 use ports::{MapImporter, RobotLink};
@@ -21,7 +23,7 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use store::{Store, StoreError};
+use store::{InterruptedSessions, Store, StoreError};
 
 /// Limits of the core's queues.
 #[derive(Clone, Copy, Debug)]
@@ -61,12 +63,15 @@ pub enum StartError {
     /// A thread cannot be started.
     #[error("could not start a thread")]
     Thread(#[source] io::Error),
+    /// The interrupted mapping sessions cannot be listed.
+    #[error("could not list the interrupted mapping sessions")]
+    Sessions(#[source] StoreError),
     /// The saved maps cannot be listed.
     #[error("could not list the saved maps")]
     Maps(#[source] StoreError),
 }
 
-/// A running core. Dropping it ends its threads in order: the robot stops, queued work is done and queued inputs are recorded, the socket closes.
+/// A running core. Dropping it ends its threads in order: the robot stops, the socket closes, queued work is done and queued inputs are recorded.
 pub struct Core {
     /// Dropping it tells the control loop to stop.
     stop: Option<Sender<()>>,
@@ -75,6 +80,7 @@ pub struct Core {
     // The threads, in the order in which they end.
     control: Option<JoinHandle<()>>,
     ledger: Option<JoinHandle<()>>,
+    session_journal: Option<JoinHandle<()>>,
     publisher: Option<JoinHandle<()>>,
     disk: Option<JoinHandle<()>>,
     compute: Option<JoinHandle<()>>,
@@ -95,6 +101,13 @@ impl Core {
         let (last_pose, docks, stop_latch) = (store.last_pose(), store.docks(), store.stop_latch());
         publish_map_list(&store, &state_publisher).map_err(StartError::Maps)?;
 
+        let InterruptedSessions { sessions: interrupted, problems } =
+            store.interrupted_sessions().map_err(StartError::Sessions)?;
+        for problem in &problems {
+            tracing::error!("{problem}");
+        }
+        state_publisher.publish(api::Event::InterruptedSessions(interrupted.clone()));
+
         let (command_sender, commands) = crossbeam_channel::bounded(QUEUE_LIMITS.max_commands);
         let (finished_sender, finished) = crossbeam_channel::unbounded();
         let (stop, stopped) = crossbeam_channel::bounded(0);
@@ -102,9 +115,22 @@ impl Core {
             Jobs::new(finished_sender.clone(), Arc::clone(&mailbox), Arc::clone(&clock));
         let (queue, recorder) = recorder_thread(recording, &mailbox, &clock)?;
         let compute = ComputeWorker { jobs: compute_jobs, finished: finished_sender.clone() };
+        let commands_of_disk = command_sender.clone();
+        let interrupted = InterruptedSessionWorker {
+            store: Arc::clone(&store),
+            state_publisher: Arc::clone(&state_publisher),
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+            command: Box::new(move |command| {
+                // The control loop may have ended; then nobody waits for an answer.
+                let _ = commands_of_disk.send(LoopRequest::Command(command));
+            }),
+            sessions: interrupted,
+        };
         let disk = DiskWorker {
             store: Arc::clone(&store),
             jobs: disk_jobs,
+            interrupted,
             compute: jobs.compute_lane(),
             finished: finished_sender,
             state_publisher: Arc::clone(&state_publisher),
@@ -112,6 +138,16 @@ impl Core {
             clock: Arc::clone(&clock),
         };
         let (ledger, commits) = LedgerQueue::new();
+        let graph_requests = command_sender.clone();
+        let (session_journal, session_records) = SessionJournalQueue::new();
+        let session_journal_worker = SessionJournalWorker {
+            config: SessionJournalConfig::default(),
+            store: Arc::clone(&store),
+            records: session_records,
+            request_graph: Box::new(move || graph_requests.try_send(LoopRequest::WholeGraph).is_ok()),
+            mailbox: Arc::clone(&mailbox),
+            clock: Arc::clone(&clock),
+        };
         let (committed_sender, committed) = crossbeam_channel::unbounded();
         let ledger_worker = LedgerWorker {
             config: LedgerConfig::default(),
@@ -145,6 +181,7 @@ impl Core {
             Arc::clone(&state_publisher),
             command_sender,
             imports,
+            jobs.clone(),
         )
         .map_err(|source| StartError::Socket { path: socket, source })?;
         let control = ControlLoop {
@@ -159,6 +196,8 @@ impl Core {
             docks,
             stop_latch,
             ledger,
+            session_journal,
+            problems,
         };
         let (alive, ended) = crossbeam_channel::bounded(0);
         Ok(Self {
@@ -170,6 +209,7 @@ impl Core {
             compute: Some(spawn("compute", move || compute.run())?),
             publisher: Some(spawn("publisher", move || publisher.run())?),
             ledger: Some(spawn("ledger", move || ledger_worker.run())?),
+            session_journal: Some(spawn("sessions", move || session_journal_worker.run())?),
             control: Some(spawn("core", move || {
                 let _alive: Sender<()> = alive;
                 control.run(&sources);
@@ -190,12 +230,14 @@ impl Drop for Core {
         drop(self.stop.take());
         join(self.control.take());
         join(self.ledger.take());
+        join(self.session_journal.take());
         self.mailbox.close();
         join(self.publisher.take());
+        // It sends requests to the lane of the disk, which ends when nobody can send to it any more.
+        drop(self.gateway.take());
         join(self.disk.take());
         join(self.compute.take());
         join(self.imports.take());
-        drop(self.gateway.take());
         join(self.recorder.take());
     }
 }

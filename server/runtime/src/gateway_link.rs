@@ -7,6 +7,8 @@
 use crate::control_loop::LoopRequest;
 use crate::convert::{self, RoutedCommand};
 use crate::imports::Imports;
+use crate::interrupted_sessions::SessionRequest;
+use crate::jobs::Jobs;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{CoreMessage, GatewayMessage, MAX_MESSAGE_BYTES};
@@ -49,6 +51,7 @@ struct Shared {
     state_publisher: Arc<StatePublisher>,
     commands: Sender<LoopRequest>,
     imports: Imports,
+    jobs: Jobs,
     is_ending: Arc<AtomicBool>,
 }
 
@@ -60,6 +63,7 @@ impl GatewayLink {
         state_publisher: Arc<StatePublisher>,
         commands: Sender<LoopRequest>,
         imports: Imports,
+        jobs: Jobs,
     ) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
@@ -70,7 +74,8 @@ impl GatewayLink {
         }
         let listener = UnixListener::bind(path)?;
         let is_ending = Arc::new(AtomicBool::new(false));
-        let shared = Shared { config, state_publisher, commands, imports, is_ending: Arc::clone(&is_ending) };
+        let shared =
+            Shared { config, state_publisher, commands, imports, jobs, is_ending: Arc::clone(&is_ending) };
         let accept_thread = thread::Builder::new()
             .name("gateway-accept".to_owned())
             .spawn(move || accept(&listener, &shared))?;
@@ -177,6 +182,13 @@ fn read_all(stream: &UnixStream, shared: &Shared) -> io::Result<()> {
                     RoutedCommand::SimulatedFault(fault) => LoopRequest::InjectFault { id, by, fault },
                     RoutedCommand::Import(import) => {
                         shared.state_publisher.answer(id, by, shared.imports.begin(import).err());
+                        continue;
+                    }
+                    RoutedCommand::InterruptedSession(decision) => {
+                        let request = SessionRequest { id, by, decision };
+                        if let Err(reason) = shared.jobs.start_for_person(request) {
+                            shared.state_publisher.answer(id, by, Some(reason.to_owned()));
+                        }
                         continue;
                     }
                     RoutedCommand::CancelImport(upload) => {

@@ -4,10 +4,12 @@
 //! keyframes are on disk, and tiles are removed when nothing is being saved. A job on the compute lane owns what it needs and reads no file.
 
 use crate::clock::RobotClock;
+use crate::interrupted_sessions::{InterruptedSessionWorker, SessionRequest};
 use crate::mailbox::Mailbox;
 use crate::map_list::publish_map_list;
 use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
+use crate::texts;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobId, JobResult, Keyframe, PriorMap, Severity};
@@ -55,6 +57,8 @@ pub enum DiskJob {
         /// Its tiles.
         tiles: Vec<TileHash>,
     },
+    /// A person has decided on a session that was interrupted.
+    Interrupted(SessionRequest),
 }
 
 /// A job of the compute lane.
@@ -109,6 +113,15 @@ impl Jobs {
             // The thread has ended, which it does only after the control loop.
             Err(TrySendError::Disconnected(_)) | Ok(()) => {}
         }
+    }
+
+    /// Hands in a person's decision on an interrupted session.
+    ///
+    /// # Errors
+    /// The reason for the refusal, one sentence for people.
+    pub fn start_for_person(&self, request: SessionRequest) -> Result<(), &'static str> {
+        let sent = self.disk.try_send(DiskJob::Interrupted(request));
+        sent.map_err(|_| texts::DISK_TOO_SLOW)
     }
 
     fn start_compute(&self, job: JobId, work: ComputeJob) {
@@ -169,6 +182,8 @@ impl Jobs {
             }
             // The files stay until the store is next opened.
             DiskJob::Forget { .. } => {}
+            // [`Self::start_for_person`] hands these in.
+            DiskJob::Interrupted(_) => {}
         }
     }
 }
@@ -177,6 +192,7 @@ impl Jobs {
 pub struct DiskWorker {
     pub store: Arc<Store>,
     pub jobs: Receiver<DiskJob>,
+    pub interrupted: InterruptedSessionWorker,
     pub compute: Sender<ComputeTask>,
     pub finished: Sender<FinishedJob>,
     pub state_publisher: Arc<StatePublisher>,
@@ -210,7 +226,7 @@ impl ComputeWorker {
 
 impl DiskWorker {
     /// Works until nobody can hand in more. Jobs handed in before that are done first.
-    pub fn run(self) {
+    pub fn run(mut self) {
         for job in &self.jobs {
             match job {
                 DiskJob::Save { job, map } => self.done(self.save(job, &map)),
@@ -219,6 +235,7 @@ impl DiskWorker {
                 }
                 DiskJob::WriteCloud(keyframe) => self.write_session_cloud(&keyframe),
                 DiskJob::Forget { session, tiles } => self.forget(session, &tiles),
+                DiskJob::Interrupted(request) => self.interrupted.handle(request),
             }
         }
     }

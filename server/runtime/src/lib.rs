@@ -5,6 +5,7 @@
 //! | the link's own | sensors in, drive commands out | the robot's clock |
 //! | `core` | the control loop: one input at a time through the stack | arrivals, commands, finished jobs |
 //! | `ledger` | writes what must be on disk before a command is answered: stops of motion | the loop |
+//! | `sessions` | writes the journal of the mapping session, from which it is recovered after a crash | the loop |
 //! | `recorder` | writes every input to the recording | the loop |
 //! | `disk` | saves and reads maps, writes keyframe clouds | the loop |
 //! | `compute` | jobs that compute: comparisons, searches, relocalisation, map quality; prepares maps that were read | the loop, `disk` |
@@ -20,6 +21,7 @@ mod convert;
 mod core;
 mod gateway_link;
 mod imports;
+mod interrupted_sessions;
 mod jobs;
 mod ledger;
 mod live_map;
@@ -29,6 +31,7 @@ mod platform;
 mod pose_persistence;
 mod publisher;
 mod recording;
+mod session_journal;
 mod state_publisher;
 #[cfg(test)]
 mod testing;

@@ -133,3 +133,33 @@ pub const NO_GREETING: &str = "its first message is not a greeting";
 pub fn message_too_long(bytes: usize, max_bytes: usize) -> String {
     format!("it announces a message of {bytes} bytes; the contract allows {max_bytes}")
 }
+
+/// The running session's journal cannot be written for `reason`, a clause.
+pub fn session_not_durable(reason: &str) -> String {
+    format!(
+        "The mapping session cannot be written to disk: {reason}. Mapping goes on, but a crash would lose what follows; free some disk."
+    )
+}
+
+/// The disk lane is full.
+pub const DISK_TOO_SLOW: &str = "The disk is too slow. Wait a minute and try again.";
+/// A session that is running, or was decided on before.
+pub const SESSION_NOT_INTERRUPTED: &str =
+    "No interrupted session waits under this id. It was saved or discarded already.";
+/// A map without a name.
+pub const MAP_NEEDS_NAME: &str = "The map needs a name.";
+
+/// An interrupted session was saved as the map of this name.
+pub fn session_saved(name: &str) -> String {
+    format!("The interrupted mapping session is saved as {name}.")
+}
+
+/// An interrupted session was not saved for `reason`, a clause.
+pub fn session_not_saved(reason: &str) -> String {
+    format!("The interrupted session was not saved: {reason}. It is kept.")
+}
+
+/// An interrupted session was not discarded for `reason`, a clause.
+pub fn session_not_discarded(reason: &str) -> String {
+    format!("The interrupted session was not discarded: {reason}.")
+}

@@ -11,7 +11,7 @@ use crate::viewpoint_clouds::{self, ViewpointClouds, VisibleCloud};
 use crate::{StoreError, files};
 use messages::Keyframe;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, Stamp};
 
@@ -21,17 +21,19 @@ pub(crate) fn cloud_name(keyframe: KeyframeId) -> String {
 }
 
 /// Writes a keyframe's cloud (keyframe frame, metres) into `directory`, as saved maps have it. The LiDAR's position becomes the
-/// viewpoint of the PCD file.
+/// viewpoint of the PCD file. The file is whole or absent; one that was there before stays as it was where it is linked elsewhere.
 ///
 /// # Errors
 /// When the disk fails.
 pub fn write_cloud(directory: &Path, keyframe: &Keyframe) -> Result<(), StoreError> {
     let path = directory.join(cloud_name(keyframe.id));
+    let temporary = path.with_extension("part");
     let cloud = &keyframe.cloud;
     let write = || {
-        let mut file = BufWriter::new(File::create(&path)?);
+        let mut file = BufWriter::new(File::create(&temporary)?);
         formats::pcd::write(&mut file, keyframe.lidar, &cloud.xyz, &cloud.intensity)?;
-        file.flush()
+        file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()?;
+        fs::rename(&temporary, &path)
     };
     write().map_err(|source| StoreError::io("write", &path, source))
 }

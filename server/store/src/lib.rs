@@ -16,8 +16,10 @@ mod map_points;
 mod maps;
 mod poses;
 mod recordings;
+mod recovered_sessions;
 mod robust_bounds;
 mod saved;
+mod session_journal;
 mod sessions;
 mod stop_latch;
 mod texts;
@@ -34,7 +36,9 @@ pub use map_files::{MapFileOptions, MapFilesReport, write_map_files, write_map_f
 pub use map_points::MapPoints;
 pub use maps::{DamagedMap, MapList};
 pub use recordings::{RecordingSpace, Recordings, RecordingsConfig};
+pub use recovered_sessions::InterruptedSessions;
 pub use saved::SavedMap;
+pub use session_journal::{SessionJournal, SessionRecord};
 pub use stop_latch::StoredStopLatch;
 pub use tiles::TileFiles;
 pub use viewpoint_clouds::{Viewpoint, visible_points, write_viewpoint_clouds};
@@ -57,15 +61,15 @@ pub struct Store {
 
 impl Store {
     /// Opens a data directory, creates it if necessary, and removes what a crash left: unlisted maps,
-    /// clouds of sessions that ended with their process, and tiles that no map refers to. While a map cannot be read, all tiles stay.
+    /// sessions whose map was saved, and tiles that no map refers to. While a map cannot be read, all tiles stay. Other sessions stay until a person
+    /// decides, see [`Store::interrupted_sessions`].
     ///
     /// # Errors
     /// When the directory is in use by another process or cannot be written.
     pub fn open(root: impl Into<PathBuf>) -> Result<Self, StoreError> {
         let dir = DataDir::new(root);
         let run = dir.root().join("run");
-        for directory in [dir.tiles(), dir.maps(), dir.recordings(), dir.root().join("sessions"), run.clone()]
-        {
+        for directory in [dir.tiles(), dir.maps(), dir.recordings(), dir.sessions(), run.clone()] {
             files::make_directory(&directory)?;
         }
         let lock = lock(run.join("lock"), &dir)?;
@@ -73,7 +77,7 @@ impl Store {
         files::remove_directory(&store.dir.uploads())?;
         files::make_directory(&store.dir.uploads())?;
         store.remove_half_written_maps()?;
-        store.remove_all_sessions()?;
+        store.remove_ended_sessions()?;
         if let Err(error) = store.remove_unused_tiles(SystemTime::now()) {
             // A damaged map must not keep the robot from starting. Tiles that stay only take space.
             tracing::error!("no unused tile was removed, because not every map could be read: {error}");

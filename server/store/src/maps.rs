@@ -2,7 +2,7 @@
 
 use crate::cloud_files::copy_cloud_files;
 use crate::map_files::MapDocument;
-use crate::sessions::remove_encoded;
+use crate::sessions::link_clouds;
 use crate::texts;
 use crate::{
     MapFileOptions, MapFilesReport, MapPoints, SavedMap, Store, StoreError, files, write_map_files,
@@ -119,11 +119,21 @@ impl Store {
     }
 
     /// Saves a finished session as an immutable map version, with the clouds kept by [`Store::write_session_cloud`]. The version
-    /// is listed once all of it is on the disk. If saving fails, the clouds stay in the session, so that saving can be repeated.
+    /// is listed once all of it is on the disk. The session's files stay until [`Store::discard_session`], so that nothing is lost if saving fails or is
+    /// interrupted.
     ///
     /// # Errors
     /// When the id is taken, the session has no keyframes, or the disk fails.
     pub fn save_map(&self, finished: &FinishedMap) -> Result<MapFilesReport, StoreError> {
+        self.save_session(finished, link_clouds)
+    }
+
+    /// As [`Self::save_map`]; `prepare` gets the session's folder and that of the map's clouds, and makes the clouds.
+    pub(crate) fn save_session(
+        &self,
+        finished: &FinishedMap,
+        prepare: impl FnOnce(&Path, &Path) -> Result<(), StoreError>,
+    ) -> Result<MapFilesReport, StoreError> {
         let session = self.session(finished.session);
         if finished.graph.nodes.is_empty() || !session.exists() {
             return Err(StoreError::EmptySession { session: finished.session });
@@ -131,11 +141,12 @@ impl Store {
         let _adding = self.lock_map_change();
         let temporary = self.create_staging_directory(finished.map)?;
         let clouds = temporary.join("clouds");
-        rename(&session, &clouds)?;
-        let written = remove_encoded(&clouds)
+        let written = self
+            .mark_as_saving(finished.session, finished.map)
+            .and_then(|()| prepare(&session, &clouds))
             .and_then(|()| self.include_extended_map(finished, &clouds))
             .and_then(|whole| write_map_files(&temporary, &self.tiles(), &whole, MapFileOptions::default()));
-        self.publish(finished.map, written, || rename(&clouds, &session))
+        self.publish(finished.map, written)
     }
 
     /// Adds a map that no session made. `prepare` gets the map's folder; it writes the keyframes' clouds into `clouds/`, and other files of the map. `points`
@@ -155,7 +166,7 @@ impl Store {
         let written = files::make_directory(&temporary.join("clouds")).and_then(|()| prepare(&temporary));
         let written =
             written.and_then(|()| write_map_files_of(&temporary, &self.tiles(), finished, options, points));
-        self.publish(finished.map, written, || Ok(()))
+        self.publish(finished.map, written)
     }
 
     /// Whether the disk has space for a second map as large as this one with its tiles, and for further recordings.
@@ -209,13 +220,11 @@ impl Store {
         self.dir().maps().join(format!(".{map}"))
     }
 
-    /// Lists a map that was written completely. If writing failed, `recover` moves what must not be lost out of the map's directory, and the rest is
-    /// removed.
+    /// Lists a map that was written completely. If writing failed, what was written is removed.
     fn publish(
         &self,
         map: MapId,
         written: Result<MapFilesReport, StoreError>,
-        recover: impl FnOnce() -> Result<(), StoreError>,
     ) -> Result<MapFilesReport, StoreError> {
         let temporary = self.staging_directory(map);
         match written.and_then(|report| rename(&temporary, &self.dir().map(map)).map(|()| report)) {
@@ -224,7 +233,6 @@ impl Store {
                 Ok(report)
             }
             Err(error) => {
-                recover()?;
                 files::remove_directory(&temporary)?;
                 Err(error)
             }

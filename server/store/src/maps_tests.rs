@@ -330,6 +330,8 @@ fn a_map_with_a_damaged_file_is_named_and_nothing_is_removed() {
     let (damaged, whole) = (session(&store, 1, 100), session(&store, 2, 200));
     store.save_map(&session(&store, 1, 100)).expect("saved");
     store.save_map(&session(&store, 2, 200)).expect("saved");
+    // As the program does once the map is on the disk.
+    store.discard_session(SESSION).expect("discarded");
     let data = store.dir().clone();
     drop(store);
     for name in ["map.json", "tiles.json"] {

@@ -1,14 +1,15 @@
 //! Keyframe clouds of the running mapping session, on disk so that memory does not grow with the walk.
 //!
-//! They are `sessions/<session>/NNNNNN.pcd` in their keyframe's own frame, as in a saved map: saving moves the directory. `NNNNNN.scan` holds the same cloud
-//! encoded for clients, a fifth of the size; it is removed when the map is saved. Sessions of a process that has ended are removed when the store is
-//! opened.
+//! They are `sessions/<session>/NNNNNN.pcd` in their keyframe's own frame, as in a saved map: saving links them into the map. `NNNNNN.scan` holds the same
+//! cloud encoded for clients, a fifth of the size. Beside them is the journal of the session. All stay until the map is on the disk, or a person discards
+//! the session.
 
 use crate::cloud_files::{cloud_name, write_cloud};
 use crate::map_cloud::{CloudSelection, MapCloud};
 use crate::map_clouds::{copy_clouds, map_clouds};
-use crate::{Store, StoreError, files};
+use crate::{Store, StoreError, files, viewpoint_clouds};
 use messages::Keyframe;
+use std::fs;
 use std::path::{Path, PathBuf};
 use vocab::{KeyframeId, MapId, SessionId};
 
@@ -25,10 +26,26 @@ fn write_encoded(
     files::replace(&directory.join(cloud_name(keyframe)).with_extension(ENCODED_SUFFIX), &bytes)
 }
 
-/// Removes the clouds that are encoded for clients from a session's directory.
-pub(crate) fn remove_encoded(session: &Path) -> Result<(), StoreError> {
-    let encoded = |path: &&PathBuf| path.extension().is_some_and(|extension| extension == ENCODED_SUFFIX);
-    files::entries(session)?.iter().filter(encoded).try_for_each(|path| files::remove_file(path))
+/// Whether a file of a session holds clouds as saved maps have them.
+pub(crate) fn is_cloud(path: &Path) -> bool {
+    keyframe_of(path).is_some() || viewpoint_clouds::is_viewpoint_file(path)
+}
+
+/// The keyframe whose cloud a file holds, by its name.
+pub(crate) fn keyframe_of(path: &Path) -> Option<KeyframeId> {
+    let name = path.file_name()?.to_str()?;
+    name.strip_suffix(".pcd")?.parse().ok().map(KeyframeId)
+}
+
+/// Makes the clouds of a session those of a map as well, without their bytes being written again where the file system can do that.
+pub(crate) fn link_clouds(session: &Path, clouds: &Path) -> Result<(), StoreError> {
+    files::make_directory(clouds)?;
+    for path in files::entries(session)?.iter().filter(|path| is_cloud(path)) {
+        let target = clouds.join(path.file_name().unwrap_or_default());
+        let linked = fs::hard_link(path, &target).or_else(|_| fs::copy(path, &target).map(drop));
+        linked.map_err(|source| StoreError::io("write", &target, source))?;
+    }
+    Ok(())
 }
 
 impl Store {
@@ -58,7 +75,7 @@ impl Store {
         Ok(())
     }
 
-    /// Removes the clouds of a session.
+    /// Removes the files of a session.
     ///
     /// # Errors
     /// When the disk fails.
@@ -67,11 +84,6 @@ impl Store {
     }
 
     pub(crate) fn session(&self, session: SessionId) -> PathBuf {
-        self.dir().root().join("sessions").join(session.to_string())
-    }
-
-    pub(crate) fn remove_all_sessions(&self) -> Result<(), StoreError> {
-        let sessions = files::entries(&self.dir().root().join("sessions"))?;
-        sessions.iter().try_for_each(|session| files::remove_directory(session))
+        self.dir().sessions().join(session.to_string())
     }
 }

@@ -55,3 +55,28 @@ fn clause(error: &StoreError) -> String {
     }
     text
 }
+
+/// A session's journal is damaged from some record on.
+pub(crate) fn journal_damaged(path: &Path, keyframes: usize) -> String {
+    format!(
+        "{} is damaged, so of this interrupted mapping session {keyframes} keyframes can be saved. The file is kept until the session is saved or discarded.",
+        path.display()
+    )
+}
+
+/// A session's journal cannot be read at all.
+pub(crate) fn journal_unreadable(error: &StoreError) -> String {
+    format!(
+        "{}, so this interrupted mapping session cannot be saved. Its files are kept until it is discarded.",
+        clause(error)
+    )
+}
+
+/// A cloud of an interrupted session cannot be read, and was put aside.
+pub(crate) fn cloud_damaged(error: &StoreError, aside: &Path) -> String {
+    let name = aside.file_name().unwrap_or_default().display();
+    format!(
+        "{}. The map was saved without this cloud; it is kept in the map's folder as clouds/{name}.",
+        clause(error)
+    )
+}

@@ -69,14 +69,21 @@ pub(crate) fn file_name(first: KeyframeId) -> String {
     format!("{NAME_PREFIX}{:06}{NAME_SUFFIX}", first.0)
 }
 
+/// Whether a file is one of viewpoints, by its name.
+pub(crate) fn is_viewpoint_file(path: &Path) -> bool {
+    first_keyframe(path).is_some()
+}
+
+/// The keyframe that the first viewpoint of a file stands for, by the file's name.
+fn first_keyframe(path: &Path) -> Option<KeyframeId> {
+    let number = path.file_name()?.to_str()?.strip_prefix(NAME_PREFIX)?.strip_suffix(NAME_SUFFIX)?;
+    number.parse().ok().map(KeyframeId)
+}
+
 /// Files of viewpoints in a folder of clouds, each with the keyframe that its first viewpoint stands for.
 pub(crate) fn list(directory: &Path) -> Result<Vec<(KeyframeId, PathBuf)>, StoreError> {
-    let first = |path: &PathBuf| {
-        let number = path.file_name()?.to_str()?.strip_prefix(NAME_PREFIX)?.strip_suffix(NAME_SUFFIX)?;
-        number.parse().ok().map(KeyframeId)
-    };
     let paths = files::entries(directory)?;
-    Ok(paths.into_iter().filter_map(|path| Some((first(&path)?, path))).collect())
+    Ok(paths.into_iter().filter_map(|path| Some((first_keyframe(&path)?, path))).collect())
 }
 
 /// The transform of a viewpoint's points into its base frame: linear in the visible points.

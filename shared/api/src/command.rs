@@ -105,6 +105,19 @@ pub enum Command {
     },
     /// End the import that is under way, if it is of this upload. Needs no lease.
     CancelImport(UploadId),
+    /// Save a mapping session that was interrupted as a map. Needs no lease.
+    SaveInterruptedSession {
+        /// The session, as [`crate::InterruptedSession`] lists it.
+        session: SessionId,
+        /// Id of the new map version.
+        map: MapId,
+        /// Its name.
+        name: String,
+        /// Whether to go on: a session with this id then extends the map, which needs the lease.
+        resume_as: Option<SessionId>,
+    },
+    /// Delete a mapping session that was interrupted. Needs no lease.
+    DiscardInterruptedSession(SessionId),
 }
 
 /// Pairs of points of [`Command::AlignMap`] at most.

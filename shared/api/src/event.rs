@@ -56,6 +56,23 @@ pub enum Event {
     GraphChanged(GraphChanged),
     /// Saved maps that cannot be read, in the order of their folders' names. They are not in [`Self::Maps`].
     DamagedMaps(Vec<DamagedMap>),
+    /// Mapping sessions that ended with their process, the newest first. Each waits until a person saves or discards it.
+    InterruptedSessions(Vec<InterruptedSession>),
+}
+
+/// A mapping session that its process did not end, because it was killed or the power went.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InterruptedSession {
+    /// The session.
+    pub session: SessionId,
+    /// Instant of its last scan, robot's clock.
+    pub at: Stamp,
+    /// Keyframes that can be saved, those of the map that it extends included. 0 where its files are damaged: it can only be discarded.
+    pub keyframes: u32,
+    /// Metres walked in it.
+    pub distance_m: f64,
+    /// The saved map that it extends, if any.
+    pub extends: Option<MapId>,
 }
 
 /// A dock of a saved map.

@@ -2,7 +2,7 @@
 
 use crate::{CameraMove, LoopInitialGuess, LoopPair, NoticeId, ScanOverlay, Screen, Selection, ViewSettings};
 use api::SimulatedFault;
-use vocab::{GoalId, MapId, Pose, Twist, Vec3};
+use vocab::{GoalId, MapId, Pose, SessionId, Twist, Vec3};
 
 /// A command of the operator at this client. Views emit these; only [`crate::Model::handle_event`] acts on them.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +62,17 @@ pub enum ClientCommand {
     },
     /// End mapping and save nothing.
     DiscardMapping,
+    /// Save a mapping session that was interrupted.
+    SaveInterruptedSession {
+        /// The session.
+        session: SessionId,
+        /// Name of the map.
+        name: String,
+        /// Whether to go on with it: a new session then extends the map.
+        resume: bool,
+    },
+    /// Delete a mapping session that was interrupted.
+    DiscardInterruptedSession(SessionId),
     /// Accept a loop that was held or rejected.
     AcceptLoop(LoopPair),
     /// Reject a loop that was accepted or held.

@@ -29,6 +29,7 @@ pub use features::driving::{Driving, TeleoperationConfig};
 pub use features::goals::{GoalOutcome, Goals};
 pub use features::history::{EditResult, LoopEdit, UndoHistory};
 pub use features::imports::{Imports, Upload};
+pub use features::interrupted_sessions::InterruptedSessions;
 pub use features::localisation::LocalisationFeature;
 pub use features::loops::{
     CloudState, LoopCounts, LoopDecisions, LoopInitialGuess, LoopPair, LoopPick, LoopProposal, Loops,

@@ -67,6 +67,8 @@ pub(crate) fn command_name(command: &Command) -> &'static str {
         Command::Localise { .. } => "Using the map",
         Command::ImportMap { .. } => "Importing the map",
         Command::AlignMap { .. } => "Aligning the map",
+        Command::SaveInterruptedSession { .. } => "Saving the interrupted map",
+        Command::DiscardInterruptedSession(_) => "Discarding the interrupted map",
         Command::CancelImport(_) => "Cancelling the import",
         Command::InjectFault(_) => "The simulated fault",
         Command::LeaveMap => "Leaving the map",

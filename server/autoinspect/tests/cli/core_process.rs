@@ -49,7 +49,7 @@ impl Drop for CoreProcess {
 }
 
 /// Maps during a slow walk until there are some keyframes.
-fn map_a_little(gateway: &mut FakeGateway, session: u128) {
+pub fn map_a_little(gateway: &mut FakeGateway, session: u128) {
     gateway.command(Command::TakeControl { name: "Test".to_owned() });
     gateway.command(Command::StartMapping(SessionId(Uuid::from_u128(session))));
     let velocity = Twist { linear: Vec3::new(0.6, 0.0, 0.0), angular: Vec3::new(0.0, 0.0, 0.3) };
@@ -64,11 +64,11 @@ fn map_a_little(gateway: &mut FakeGateway, session: u128) {
     }
 }
 
-fn finish(map: u128) -> Command {
+pub fn finish(map: u128) -> Command {
     Command::FinishMapping { map: MapId(Uuid::from_u128(map)), name: "Hall".to_owned() }
 }
 
-fn map_names(data: &Path) -> Vec<String> {
+pub fn map_names(data: &Path) -> Vec<String> {
     let entries = fs::read_dir(data.join("maps")).into_iter().flatten();
     entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect()
 }

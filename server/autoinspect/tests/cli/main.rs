@@ -3,6 +3,7 @@
 mod core_process;
 mod fake_gateway;
 mod import;
+mod interrupted_sessions;
 mod localise;
 mod merge;
 mod offline;

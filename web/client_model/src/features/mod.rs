@@ -23,6 +23,7 @@ pub(crate) mod driving;
 pub(crate) mod goals;
 pub(crate) mod history;
 pub(crate) mod imports;
+pub(crate) mod interrupted_sessions;
 pub(crate) mod localisation;
 pub(crate) mod loops;
 pub(crate) mod map_view;
@@ -109,6 +110,8 @@ model_of! {
     trajectory: trajectory::Trajectory,
     /// The mapping session.
     mapping: mapping::MappingFeature,
+    /// Mapping sessions that were interrupted.
+    interrupted_sessions: interrupted_sessions::InterruptedSessions,
     /// Localisation in a saved map.
     localisation: localisation::LocalisationFeature,
     /// Driving by hand and stopping.

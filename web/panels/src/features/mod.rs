@@ -18,6 +18,7 @@ pub(crate) mod control;
 pub(crate) mod driving;
 pub(crate) mod goals;
 pub(crate) mod imports;
+pub(crate) mod interrupted_sessions;
 pub(crate) mod localisation;
 pub(crate) mod loops;
 pub(crate) mod map_view;
@@ -64,6 +65,8 @@ panels_of! {
     connection: connection::ConnectionPanel,
     /// The saved map that is viewed.
     map_view: map_view::MapViewPanel,
+    /// Mapping sessions that were interrupted.
+    interrupted_sessions: interrupted_sessions::InterruptedSessionsPanel,
     /// The mapping session.
     mapping: mapping::MappingPanel,
     /// The robot's state.

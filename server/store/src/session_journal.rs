@@ -1,0 +1,280 @@
+//! The journal of a mapping session: `sessions/<session>/journal.bin`. A session that its process could not end is recovered from it and from the clouds
+//! beside it.
+//!
+//! ```text
+//! "AISJ"  format version: u32
+//! records, each: length: u32, its complement: u32, first 8 bytes of the BLAKE3 of the content, content: a [`SessionRecord`] in postcard's encoding
+//! ```
+//!
+//! Numbers are little-endian. Records are only appended. The last one may be torn by a crash, and is left out then. A record that does not match its
+//! checksum is damage: what comes after it is not used. Changes of the graph build on each other, so where the writer had to leave records out, they are not
+//! used up to the next whole graph.
+
+use crate::StoreError;
+use geometry::{isometry_from_pose, pose_from_isometry};
+use messages::{GraphDelta, LoopDecision, PoseGraph};
+use serde::{Deserialize, Serialize};
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use vocab::{KeyframeId, MapId, Pose, Stamp};
+
+const MAGIC: [u8; 4] = *b"AISJ";
+/// Version that this program writes.
+const JOURNAL_FORMAT_VERSION: u32 = 1;
+pub(crate) const HEADER_BYTES: u64 = 8;
+const FRAME_BYTES: usize = 16;
+const CHECKSUM_BYTES: usize = 8;
+
+/// One change of a session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SessionRecord {
+    /// State of the session; on every change of it.
+    State {
+        /// The saved map that it extends, if any.
+        extends: Option<MapId>,
+        /// Metres walked in it.
+        distance_m: f64,
+    },
+    /// The whole pose graph.
+    Graph(Arc<PoseGraph>),
+    /// The pose graph changed.
+    GraphDelta(Arc<GraphDelta>),
+    /// A pair of keyframes was decided on.
+    LoopDecided(LoopDecision),
+    /// Pose of the base in the map after a scan.
+    ScanPose {
+        /// The instant of the pose.
+        stamp: Stamp,
+        /// Base in the map.
+        map_from_base: Pose,
+    },
+}
+
+/// Appends to the journal of a running session. A record is handed to the system at once, so it survives the process; after [`Self::sync`] it also survives
+/// a power cut.
+#[derive(Debug)]
+pub struct SessionJournal {
+    path: PathBuf,
+    file: File,
+    /// Bytes of whole records.
+    length: u64,
+}
+
+impl SessionJournal {
+    /// Begins a journal, or goes on with one that this process has begun.
+    pub(crate) fn open(path: PathBuf) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::io("write", &path, source);
+        let options = OpenOptions::new().create(true).append(true).open(&path);
+        let mut file = options.map_err(failed)?;
+        let length = file.seek(SeekFrom::End(0)).map_err(failed)?;
+        if length > 0 {
+            return Ok(Self { path, file, length });
+        }
+        let mut header = MAGIC.to_vec();
+        header.extend(JOURNAL_FORMAT_VERSION.to_le_bytes());
+        file.write_all(&header).map_err(failed)?;
+        Ok(Self { file, length: HEADER_BYTES, path })
+    }
+
+    /// Appends a record. A record that could not be written whole is cut off again.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn append(&mut self, record: &SessionRecord) -> Result<(), StoreError> {
+        let bytes = encode(record).and_then(|bytes| self.file.write_all(&bytes).map(|()| bytes.len()));
+        match bytes {
+            Ok(bytes) => {
+                self.length += bytes as u64;
+                Ok(())
+            }
+            Err(source) => {
+                // If this fails too, the record counts as torn or damaged when it is read.
+                let _ = self.file.set_len(self.length);
+                Err(StoreError::io("write", &self.path, source))
+            }
+        }
+    }
+
+    /// Waits until all records are on the disk.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn sync(&self) -> Result<(), StoreError> {
+        self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
+    }
+}
+
+fn encode(record: &SessionRecord) -> io::Result<Vec<u8>> {
+    let content = postcard::to_stdvec(record).map_err(io::Error::other)?;
+    let length = u32::try_from(content.len()).map_err(io::Error::other)?;
+    let mut bytes = Vec::with_capacity(content.len() + FRAME_BYTES);
+    bytes.extend(length.to_le_bytes());
+    bytes.extend((!length).to_le_bytes());
+    bytes.extend(checksum(&content));
+    bytes.extend(content);
+    Ok(bytes)
+}
+
+fn checksum(content: &[u8]) -> [u8; CHECKSUM_BYTES] {
+    let mut first = [0; CHECKSUM_BYTES];
+    first.copy_from_slice(&blake3::hash(content).as_bytes()[..CHECKSUM_BYTES]);
+    first
+}
+
+/// What a journal says of its session.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct RecoveredJournal {
+    pub extends: Option<MapId>,
+    pub distance_m: f64,
+    pub graph: PoseGraph,
+    pub decisions: Vec<LoopDecision>,
+    /// Instant of the last scan.
+    pub last: Stamp,
+    /// Pose of the base after each scan: its keyframe, and the pose in the frame of that keyframe.
+    scan_poses: Vec<(Stamp, KeyframeId, Pose)>,
+    /// Offset of the first record that is damaged. Also of the first change that does not apply to the graph, unless a whole graph followed.
+    pub damaged_at: Option<u64>,
+}
+
+/// Whether the poses after scans are wanted. They cost a search among the keyframes each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ScanPoses {
+    Wanted,
+    Ignored,
+}
+
+impl RecoveredJournal {
+    /// Reads a journal up to its end or its first damage. Memory: what the session had, and one record.
+    ///
+    /// # Errors
+    /// When the disk fails.
+    pub fn read(path: &Path, scan_poses: ScanPoses) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::io("read", path, source);
+        let file = File::open(path).map_err(failed)?;
+        let end = file.metadata().map_err(failed)?.len();
+        let mut reader = BufReader::new(file);
+        let mut recovered = Self::default();
+        let mut header = [0; HEADER_BYTES as usize];
+        if end < HEADER_BYTES {
+            recovered.damaged_at = Some(0);
+            return Ok(recovered);
+        }
+        reader.read_exact(&mut header).map_err(failed)?;
+        let mut version = [0; 4];
+        version.copy_from_slice(&header[4..]);
+        let version = u32::from_le_bytes(version);
+        crate::files::check_version(path, version, JOURNAL_FORMAT_VERSION)?;
+        if header[..4] != MAGIC || version == 0 {
+            recovered.damaged_at = Some(0);
+            return Ok(recovered);
+        }
+        let mut offset = HEADER_BYTES;
+        loop {
+            match read_record(&mut reader, end - offset).map_err(failed)? {
+                Frame::End => return Ok(recovered),
+                Frame::Record(record, bytes) => {
+                    let is_whole_graph = matches!(record, SessionRecord::Graph(_));
+                    if !recovered.add(record, scan_poses) {
+                        // The writer left records out. It asks for the whole graph then.
+                        recovered.damaged_at.get_or_insert(offset);
+                    } else if is_whole_graph {
+                        recovered.damaged_at = None;
+                    }
+                    offset += bytes;
+                }
+                Frame::Damaged => {
+                    recovered.damaged_at.get_or_insert(offset);
+                    return Ok(recovered);
+                }
+            }
+        }
+    }
+
+    /// Adds a record. Returns false if it changes another graph than the one that was recorded.
+    fn add(&mut self, record: SessionRecord, scan_poses: ScanPoses) -> bool {
+        match record {
+            SessionRecord::State { extends, distance_m } => {
+                self.extends = extends;
+                self.distance_m = distance_m;
+            }
+            SessionRecord::Graph(graph) => self.graph = Arc::unwrap_or_clone(graph),
+            SessionRecord::GraphDelta(delta) => return self.graph.apply(&delta),
+            SessionRecord::LoopDecided(decision) => self.decisions.push(decision),
+            SessionRecord::ScanPose { stamp, map_from_base } => {
+                self.last = stamp;
+                if scan_poses == ScanPoses::Wanted {
+                    self.scan_poses.extend(self.relative_to_nearest(stamp, &map_from_base));
+                }
+            }
+        }
+        true
+    }
+
+    /// A pose relative to the nearest keyframe, so that it moves with that keyframe.
+    fn relative_to_nearest(&self, stamp: Stamp, map_from_base: &Pose) -> Option<(Stamp, KeyframeId, Pose)> {
+        let at = map_from_base.position;
+        let squared_distance = |pose: &Pose| {
+            let [x, y, z] = [pose.position.x - at.x, pose.position.y - at.y, pose.position.z - at.z];
+            x * x + y * y + z * z
+        };
+        let nearest = self.graph.nodes.iter().min_by(|a, b| {
+            squared_distance(&a.map_from_keyframe).total_cmp(&squared_distance(&b.map_from_keyframe))
+        })?;
+        let map_from_keyframe = isometry_from_pose(&nearest.map_from_keyframe)?;
+        let relative = map_from_keyframe.inverse() * isometry_from_pose(map_from_base)?;
+        Some((stamp, nearest.id, pose_from_isometry(&relative)))
+    }
+
+    /// Pose of the base in the map after every scan, with the last poses of the keyframes.
+    pub fn trajectory(&self) -> Vec<(Stamp, Pose)> {
+        let poses = self.scan_poses.iter().filter_map(|(stamp, keyframe, keyframe_from_base)| {
+            let node = self.graph.nodes.get(keyframe.0 as usize)?;
+            let map_from_keyframe = isometry_from_pose(&node.map_from_keyframe)?;
+            let map_from_base = map_from_keyframe * isometry_from_pose(keyframe_from_base)?;
+            Some((*stamp, pose_from_isometry(&map_from_base)))
+        });
+        poses.collect()
+    }
+}
+
+enum Frame {
+    /// With the bytes that it takes.
+    Record(SessionRecord, u64),
+    /// The end of the file, or a record that was not written whole.
+    End,
+    Damaged,
+}
+
+/// The next record of a file that has this number of bytes left.
+fn read_record(reader: &mut impl Read, left: u64) -> io::Result<Frame> {
+    if left < FRAME_BYTES as u64 {
+        return Ok(Frame::End);
+    }
+    let mut frame = [0; FRAME_BYTES];
+    reader.read_exact(&mut frame)?;
+    let number =
+        |from: usize| u32::from_le_bytes([frame[from], frame[from + 1], frame[from + 2], frame[from + 3]]);
+    let length = number(0);
+    if number(4) != !length {
+        return Ok(Frame::Damaged);
+    }
+    let bytes = FRAME_BYTES as u64 + u64::from(length);
+    if left < bytes {
+        return Ok(Frame::End);
+    }
+    let mut content = vec![0; length as usize];
+    reader.read_exact(&mut content)?;
+    if checksum(&content) != frame[FRAME_BYTES - CHECKSUM_BYTES..] {
+        return Ok(Frame::Damaged);
+    }
+    Ok(match postcard::take_from_bytes(&content) {
+        Ok((record, [])) => Frame::Record(record, bytes),
+        _ => Frame::Damaged,
+    })
+}
+
+#[cfg(test)]
+#[path = "session_journal_tests.rs"]
+mod tests;

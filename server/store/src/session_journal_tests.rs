@@ -1,0 +1,148 @@
+//! Journals: what is written comes back, and what happens to those that are cut or damaged.
+
+use super::*;
+use expect_test::expect;
+use messages::{EdgeKind, GraphEdge, GraphNode};
+use std::fs;
+use uuid::Uuid;
+use vocab::{SessionId, Vec3};
+
+fn pose(x: f64) -> Pose {
+    Pose { position: Vec3::new(x, 0.0, 0.0), ..Pose::IDENTITY }
+}
+
+fn node(id: u32, x: f64) -> GraphNode {
+    GraphNode { id: KeyframeId(id), stamp: Stamp::from_parts(i64::from(id), 0), map_from_keyframe: pose(x) }
+}
+
+fn edge(from: u32) -> GraphEdge {
+    GraphEdge {
+        from: KeyframeId(from),
+        to: KeyframeId(from + 1),
+        kind: EdgeKind::Odometry,
+        from_from_to: pose(1.0),
+        information: [[0.0; 6]; 6],
+    }
+}
+
+fn delta(base_revision: u64, nodes: Vec<GraphNode>, edges: Vec<GraphEdge>) -> SessionRecord {
+    SessionRecord::GraphDelta(Arc::new(GraphDelta {
+        session: SessionId(Uuid::from_u128(1)),
+        base_revision,
+        revision: base_revision + 1,
+        nodes,
+        removed_loops: Vec::new(),
+        edges,
+    }))
+}
+
+/// One keyframe, a second one, and a closed loop that moves the second by half a metre.
+fn records() -> Vec<SessionRecord> {
+    let graph = PoseGraph { revision: 1, nodes: vec![node(0, 0.0)], edges: Vec::new() };
+    let scan =
+        |seconds, x| SessionRecord::ScanPose { stamp: Stamp::from_parts(seconds, 0), map_from_base: pose(x) };
+    vec![
+        SessionRecord::State { extends: None, distance_m: 1.5 },
+        SessionRecord::Graph(Arc::new(graph)),
+        scan(1, 0.1),
+        delta(1, vec![node(1, 1.0)], vec![edge(0)]),
+        scan(2, 1.2),
+        delta(2, vec![node(1, 1.5)], Vec::new()),
+    ]
+}
+
+fn write(path: &Path) -> Vec<u8> {
+    let mut journal = SessionJournal::open(path.to_owned()).expect("opens");
+    for record in records() {
+        journal.append(&record).expect("written");
+    }
+    journal.sync().expect("synced");
+    fs::read(path).expect("written")
+}
+
+fn read(path: &Path) -> RecoveredJournal {
+    RecoveredJournal::read(path, ScanPoses::Wanted).expect("read")
+}
+
+#[test]
+fn a_journal_holds_the_graph_and_a_trajectory_that_moves_with_it() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    write(&path);
+    let read = read(&path);
+    assert_eq!((read.graph.revision, read.graph.edges.len(), read.damaged_at), (3, 1, None));
+    assert_eq!(read.graph.nodes[1].map_from_keyframe, pose(1.5));
+    assert_eq!((read.distance_m, read.last), (1.5, Stamp::from_parts(2, 0)));
+    let positions: Vec<f64> = read.trajectory().iter().map(|(_, pose)| pose.position.x).collect();
+    assert!((positions[0] - 0.1).abs() < 1e-9 && (positions[1] - 1.7).abs() < 1e-9, "{positions:?}");
+}
+
+#[test]
+fn a_journal_that_is_cut_anywhere_gives_what_was_whole() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    let whole = write(&path);
+    let mut last = 0;
+    for length in HEADER_BYTES as usize..=whole.len() {
+        fs::write(&path, &whole[..length]).expect("written");
+        let read = read(&path);
+        assert_eq!(read.damaged_at, None, "a torn record is no damage");
+        assert!(read.graph.revision >= last);
+        last = read.graph.revision;
+    }
+    assert_eq!(last, 3);
+}
+
+#[test]
+fn a_wrong_bit_is_found_and_what_came_before_it_is_kept() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    let whole = write(&path);
+    for byte in HEADER_BYTES as usize..whole.len() {
+        let mut damaged = whole.clone();
+        damaged[byte] ^= 0x10;
+        fs::write(&path, &damaged).expect("written");
+        let read = read(&path);
+        assert!(read.damaged_at.is_some_and(|offset| offset <= byte as u64), "byte {byte}");
+        assert!(read.graph.revision < 3 || byte > whole.len() / 2);
+    }
+}
+
+#[test]
+fn changes_after_a_gap_wait_for_the_whole_graph() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    write(&path);
+    let mut journal = SessionJournal::open(path.clone()).expect("opens");
+    journal.append(&delta(7, vec![node(2, 9.0)], Vec::new())).expect("written");
+    let gap = read(&path);
+    assert_eq!((gap.graph.revision, gap.damaged_at.is_some()), (3, true));
+    let whole = PoseGraph {
+        revision: 9,
+        nodes: (0..4).map(|id| node(id, f64::from(id))).collect(),
+        edges: Vec::new(),
+    };
+    journal.append(&SessionRecord::Graph(Arc::new(whole))).expect("written");
+    let healed = read(&path);
+    assert_eq!((healed.graph.nodes.len(), healed.damaged_at), (4, None));
+}
+
+#[test]
+fn a_journal_of_a_later_program_is_not_read() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let path = dir.path().join("journal.bin");
+    let mut bytes = write(&path);
+    bytes[4] = 2;
+    fs::write(&path, bytes).expect("written");
+    let error = RecoveredJournal::read(&path, ScanPoses::Ignored).expect_err("refused");
+    assert!(matches!(error, StoreError::LaterVersion { version: 2, newest: 1, .. }));
+}
+
+/// If this fails, the layout has changed: then raise the version of the format, and read the old one too.
+#[test]
+fn the_bytes_of_version_1_are_unchanged() {
+    let dir = tempfile::tempdir().expect("temporary directory");
+    let bytes = write(&dir.path().join("journal.bin"));
+    expect!["817 bytes, BLAKE3 343ed1640b27ebc0c9d1401e166f7e6e97bde925c6ebe8b0b935c8f6962045ab"]
+        .assert_eq(&format!("{} bytes, BLAKE3 {}", bytes.len(), blake3::hash(&bytes).to_hex()));
+}
