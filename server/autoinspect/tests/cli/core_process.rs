@@ -193,10 +193,7 @@ fn a_stop_of_motion_outlives_a_killed_core_and_is_lifted_by_command_only() {
     let core = CoreProcess::start(dir.path());
     let mut gateway = FakeGateway::connect(&core.socket);
     assert_eq!(gateway.event(motion), Motion::Stopped { by: None });
-    gateway.event(|event| match event {
-        Event::Notice(notice) if notice.text.contains("stop.json.damaged") => Some(()),
-        _ => None,
-    });
+    gateway.notice("stop.json.damaged");
     assert_eq!(fs::read(dir.path().join("stop.json.damaged")).expect("kept"), b"{");
     drop(core);
 }

@@ -15,6 +15,8 @@ pub const PATIENCE: Duration = Duration::from_secs(120);
 /// A connection to a core.
 pub struct FakeGateway {
     stream: UnixStream,
+    /// Texts of all notices read so far. A notice may arrive before or after the state that it belongs to.
+    notices: Vec<String>,
 }
 
 /// Number of the next command. Ids are unique over all connections, because a repeated command has no effect.
@@ -25,7 +27,7 @@ impl FakeGateway {
     pub fn connect(socket: &Path) -> Self {
         let stream = until("the core listens", || UnixStream::connect(socket).ok());
         stream.set_read_timeout(Some(PATIENCE)).expect("settable");
-        let mut gateway = Self { stream };
+        let mut gateway = Self { stream, notices: Vec::new() };
         gateway.send(&GatewayMessage::Hello { version: api::VERSION });
         gateway
     }
@@ -64,12 +66,26 @@ impl FakeGateway {
 
     /// Reads events until `wanted` accepts one.
     pub fn event<T>(&mut self, mut wanted: impl FnMut(&Event) -> Option<T>) -> T {
+        let start = Instant::now();
         loop {
-            if let CoreMessage::Event { event, .. } = self.message()
-                && let Some(found) = wanted(&event)
-            {
+            assert!(start.elapsed() < PATIENCE, "the event did not arrive within the limit");
+            let CoreMessage::Event { event, .. } = self.message() else { continue };
+            if let Event::Notice(notice) = &event {
+                self.notices.push(notice.text.clone());
+            }
+            if let Some(found) = wanted(&event) {
                 return found;
             }
+        }
+    }
+
+    /// Waits for a notice with this text in it, unless it was read already.
+    pub fn notice(&mut self, part: &str) {
+        if !self.notices.iter().any(|text| text.contains(part)) {
+            self.event(|event| match event {
+                Event::Notice(notice) if notice.text.contains(part) => Some(()),
+                _ => None,
+            });
         }
     }
 }
