@@ -18,10 +18,10 @@ use crate::periodic_global_check::{
 };
 use crate::pose_hypothesis::{PoseHypothesis, RelocalisationResult};
 use crate::pose_tracker::{DownsampledScan, PoseTracker};
-use crate::relocalisation_request::{RelocalisationRequest, RelocalisationRequestConfig, RelocalisationWork};
+use crate::relocalisation_request::{
+    QueryScan, RelocalisationRequest, RelocalisationRequestConfig, RelocalisationWork,
+};
 use geometry::{Isometry, Matrix6, Vector3};
-use mapping::KeyframeDescriptor;
-use points::Downsampler;
 use std::sync::Arc;
 use vocab::Stamp;
 
@@ -57,6 +57,13 @@ pub struct OdometryScan<'a> {
     pub points: &'a [[f32; 3]],
     /// Position of the LiDAR, base frame, metres.
     pub sensor: [f32; 3],
+}
+
+impl OdometryScan<'_> {
+    /// A copy of what a search for its pose needs.
+    fn query(&self) -> QueryScan {
+        QueryScan { points: self.points.into(), rotation: self.odom_from_base.rotation, sensor: self.sensor }
+    }
 }
 
 /// A pose that is known when localisation starts, with its source.
@@ -108,7 +115,6 @@ pub enum LocaliserState {
 pub struct Localiser {
     config: LocaliserConfig,
     filter: AdaptiveVoxelFilter,
-    downsampler: Downsampler,
     state: State,
     /// Number of requests made so far.
     requests: u64,
@@ -152,13 +158,7 @@ struct Localised {
 impl Localiser {
     /// A localiser without a map.
     pub fn new(config: LocaliserConfig) -> Self {
-        Self {
-            config,
-            filter: AdaptiveVoxelFilter::new(config.filter),
-            downsampler: Downsampler::default(),
-            state: State::Idle,
-            requests: 0,
-        }
+        Self { config, filter: AdaptiveVoxelFilter::new(config.filter), state: State::Idle, requests: 0 }
     }
 
     /// Starts to relocalise in a map.
@@ -230,16 +230,13 @@ impl Localiser {
             covariance: scan.covariance,
             points: &points,
         };
-        let downsampler = &mut self.downsampler;
-        let mut descriptor =
-            || KeyframeDescriptor::new(scan.points, &scan.odom_from_base.rotation, scan.sensor, downsampler);
         let transition = match &mut self.state {
             State::Localised(state) => {
                 let transition = state.track(&downsampled);
                 if transition.is_none() && !scan.is_dead_reckoned && state.is_request_due(&self.config, scan)
                 {
                     self.requests += 1;
-                    state.request(self.requests, scan, descriptor());
+                    state.request(self.requests, scan);
                 }
                 transition
             }
@@ -250,7 +247,7 @@ impl Localiser {
                 let found = state.hypotheses.converged().is_some() && state.hypotheses.is_search_recent();
                 if !found && state.is_request_due(&self.config, scan, docks) {
                     self.requests += 1;
-                    state.request(&self.config, self.requests, scan, descriptor(), docks);
+                    state.request(&self.config, self.requests, scan, docks);
                 }
                 self.requests += u64::from(state.update_disambiguation(self.requests + 1, scan));
                 found.then_some(LocalisationTransition::PoseFound)
@@ -413,14 +410,7 @@ impl Relocalising {
             || (is_last_unchecked && is_stale)
     }
 
-    fn request(
-        &mut self,
-        config: &LocaliserConfig,
-        id: u64,
-        scan: &OdometryScan,
-        descriptor: KeyframeDescriptor,
-        docks: &[Isometry],
-    ) {
+    fn request(&mut self, config: &LocaliserConfig, id: u64, scan: &OdometryScan, docks: &[Isometry]) {
         let prior = match self.initial_pose.take() {
             Some(InitialPose::MapFromBase(map_from_base)) => PosePrior::Given(map_from_base),
             Some(InitialPose::MapFromOdom(map_from_odom)) => {
@@ -439,7 +429,7 @@ impl Relocalising {
             self.hypotheses = MultiHypothesisTracker::empty(config.hypotheses);
         }
         let (stamp, odom_from_base) = (scan.stamp, scan.odom_from_base);
-        self.request = Some(RelocalisationRequest::new(id, stamp, odom_from_base, descriptor, prior));
+        self.request = Some(RelocalisationRequest::new(id, stamp, odom_from_base, scan.query(), prior));
     }
 
     /// Requests a path that distinguishes the hypotheses, if one is due. Returns whether it did.
@@ -511,11 +501,11 @@ impl Localised {
         is_check_due || (!self.is_confirmed && is_stale)
     }
 
-    fn request(&mut self, id: u64, scan: &OdometryScan, descriptor: KeyframeDescriptor) {
+    fn request(&mut self, id: u64, scan: &OdometryScan) {
         self.global_check.restart();
         let prior = PosePrior::Tracked(self.tracker.map_from_base().pose);
         let (stamp, odom_from_base) = (scan.stamp, scan.odom_from_base);
-        self.request = Some(RelocalisationRequest::new(id, stamp, odom_from_base, descriptor, prior));
+        self.request = Some(RelocalisationRequest::new(id, stamp, odom_from_base, scan.query(), prior));
     }
 
     /// The whole map has been searched, and no pose fits clearly better.

@@ -5,7 +5,7 @@
 use crate::global_localiser::{GlobalLocaliser, PosePrior};
 use crate::pose_hypothesis::PoseHypothesis;
 use crate::request_progress::RequestProgress;
-use geometry::{Isometry, so3};
+use geometry::{Isometry, Rotation, so3};
 use mapping::KeyframeDescriptor;
 use std::sync::Arc;
 use vocab::{Span, Stamp};
@@ -27,6 +27,17 @@ impl Default for RelocalisationRequestConfig {
     }
 }
 
+/// The scan whose pose is requested: what its descriptor is computed of. That takes as long as tracking a scan, so the job does it.
+#[derive(Clone, Debug)]
+pub(crate) struct QueryScan {
+    /// Motion-corrected points, base frame, metres.
+    pub points: Arc<[[f32; 3]]>,
+    /// Attitude of the base in odometry's frame.
+    pub rotation: Rotation,
+    /// Position of the LiDAR, base frame, metres.
+    pub sensor: [f32; 3],
+}
+
 /// A request, from its creation until the next one is created.
 #[derive(Debug)]
 pub(crate) struct RelocalisationRequest {
@@ -36,20 +47,14 @@ pub(crate) struct RelocalisationRequest {
     /// Pose by odometry at the scan.
     pub odom_from_base: Isometry,
     pub prior: PosePrior,
-    descriptor: KeyframeDescriptor,
+    scan: QueryScan,
     progress: RequestProgress,
 }
 
 impl RelocalisationRequest {
-    /// A request for the scan of this descriptor.
-    pub fn new(
-        id: u64,
-        stamp: Stamp,
-        odom_from_base: Isometry,
-        descriptor: KeyframeDescriptor,
-        prior: PosePrior,
-    ) -> Self {
-        Self { id, stamp, odom_from_base, prior, descriptor, progress: RequestProgress::default() }
+    /// A request for this scan.
+    pub fn new(id: u64, stamp: Stamp, odom_from_base: Isometry, scan: QueryScan, prior: PosePrior) -> Self {
+        Self { id, stamp, odom_from_base, prior, scan, progress: RequestProgress::default() }
     }
 
     /// Whether it has been answered and the next one is due.
@@ -90,8 +95,7 @@ impl RelocalisationRequest {
         RelocalisationWork {
             id: self.id,
             localiser: Arc::clone(localiser),
-            odom_from_base: self.odom_from_base,
-            descriptor: self.descriptor.clone(),
+            scan: self.scan.clone(),
             prior: self.prior.clone(),
         }
     }
@@ -102,8 +106,7 @@ impl RelocalisationRequest {
 pub struct RelocalisationWork {
     id: u64,
     localiser: Arc<GlobalLocaliser>,
-    odom_from_base: Isometry,
-    descriptor: KeyframeDescriptor,
+    scan: QueryScan,
     prior: PosePrior,
 }
 
@@ -116,21 +119,23 @@ impl RelocalisationWork {
     /// Poses at which the scan may have been taken, the best first, see [`GlobalLocaliser::find_poses_with_prior`]: a pure function of what it
     /// owns.
     pub fn run(&self) -> Vec<PoseHypothesis> {
-        self.localiser.find_poses_with_prior(&self.descriptor, &self.odom_from_base.rotation, &self.prior)
+        let QueryScan { points, rotation, sensor } = &self.scan;
+        let descriptor = KeyframeDescriptor::of_cloud(points, rotation, *sensor);
+        self.localiser.find_poses_with_prior(&descriptor, rotation, &self.prior)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{at, room_keyframe, rooms};
+    use crate::testing::at;
 
     #[test]
     fn a_request_is_repeated_only_after_its_answer_and_by_distance_rotation_or_time() {
         let config = RelocalisationRequestConfig::default();
-        let (pose, descriptor) = room_keyframe(&rooms(), 4.0, 6.0, 0.0);
-        let start = Stamp::from_parts(10, 0);
-        let mut request = RelocalisationRequest::new(1, start, pose, descriptor, PosePrior::None);
+        let (pose, start) = (at(4.0, 6.0, 0.0), Stamp::from_parts(10, 0));
+        let scan = QueryScan { points: [[0.0; 3]].into(), rotation: pose.rotation, sensor: [0.0; 3] };
+        let mut request = RelocalisationRequest::new(1, start, pose, scan, PosePrior::None);
         let soon = start + Span::from_millis(100);
         assert!(request.is_open() && !request.is_stale(&config, soon, &at(9.0, 6.0, 0.0)));
         assert!(request.start(4) && request.is_answered_by(4) && !request.start(5));

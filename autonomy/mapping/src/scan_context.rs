@@ -6,7 +6,7 @@
 //! measured from the base, levelled by gravity, so that slopes and a lying robot change nothing.
 
 use geometry::{Isometry, Rotation, Vector3, so3};
-use nalgebra::Translation3;
+use nalgebra::{Matrix3, Translation3};
 
 // These constants define the stored format: a change needs a new `KEYFRAME_DESCRIPTOR_VERSION`.
 
@@ -43,6 +43,78 @@ pub struct ScanContext {
     sector_key: [f32; SECTORS],
 }
 
+/// Number of points that are projected together.
+const PROJECTION_BLOCK: usize = 16;
+
+/// A levelled point in polar coordinates about the vertical.
+#[derive(Clone, Copy, Debug, Default)]
+struct PolarPoint {
+    squared_radius_m2: f32,
+    /// Angle from the heading, 0 to [`SECTORS`].
+    sectors: f32,
+    height_m: f32,
+}
+
+impl PolarPoint {
+    /// Of a point in the base frame, levelled by `turn`, as seen from `origin`.
+    #[inline]
+    fn of(point: &[f32; 3], turn: &Matrix3<f32>, origin: [f32; 2]) -> Self {
+        let [x, y, height_m] =
+            [0, 1, 2].map(|r| turn[(r, 0)] * point[0] + turn[(r, 1)] * point[1] + turn[(r, 2)] * point[2]);
+        let (x, y) = (x - origin[0], y - origin[1]);
+        let turns = points::angle::atan2(y, x) / std::f32::consts::TAU;
+        let turns = if turns < 0.0 { turns + 1.0 } else { turns };
+        Self { squared_radius_m2: x * x + y * y, sectors: turns * SECTORS as f32, height_m }
+    }
+}
+
+/// Finds the ring of a squared radius without a logarithm for each point.
+struct RingTable {
+    /// Squared inner radius of each ring, square metres; the last one is infinite.
+    squared_inner_radii_m2: [f32; RINGS + 1],
+    /// Ring of the least value of each interval of squared radii. An eighth of an octave is narrower than a ring, so the others are in this ring or in the
+    /// next one.
+    first: [u8; Self::INTERVALS],
+}
+
+impl RingTable {
+    /// Bits of a number below its exponent and the first three of its fraction: numbers that differ in these alone share an interval.
+    const INTERVAL_BITS: u32 = f32::MANTISSA_DIGITS - 1 - 3;
+    /// First interval: of the squared inner radius of the first ring.
+    const FIRST_INTERVAL: u32 = (MIN_RADIUS_M * MIN_RADIUS_M).to_bits() >> Self::INTERVAL_BITS;
+    const INTERVALS: usize = (((MAX_RADIUS_M * MAX_RADIUS_M).to_bits() >> Self::INTERVAL_BITS)
+        - Self::FIRST_INTERVAL) as usize
+        + 1;
+
+    fn new() -> Self {
+        let growth = (MAX_RADIUS_M / MIN_RADIUS_M).powf(2.0 / RINGS as f32);
+        let mut squared_inner_radii_m2 = [f32::INFINITY; RINGS + 1];
+        let mut radius_m2 = MIN_RADIUS_M * MIN_RADIUS_M;
+        for inner in &mut squared_inner_radii_m2[..RINGS] {
+            *inner = radius_m2;
+            radius_m2 *= growth;
+        }
+        let first = std::array::from_fn(|interval| {
+            let least = f32::from_bits((interval as u32 + Self::FIRST_INTERVAL) << Self::INTERVAL_BITS);
+            squared_inner_radii_m2[1..].partition_point(|inner| *inner <= least) as u8
+        });
+        Self { squared_inner_radii_m2, first }
+    }
+
+    /// The ring of a squared radius, square metres. `None` outside the rings and for NaN.
+    #[inline]
+    fn ring(&self, squared_radius_m2: f32) -> Option<usize> {
+        const INNER_M2: f32 = MIN_RADIUS_M * MIN_RADIUS_M;
+        const OUTER_M2: f32 = MAX_RADIUS_M * MAX_RADIUS_M;
+        if !(INNER_M2..OUTER_M2).contains(&squared_radius_m2) {
+            return None;
+        }
+        let interval = (squared_radius_m2.to_bits() >> Self::INTERVAL_BITS) - Self::FIRST_INTERVAL;
+        let ring = usize::from(self.first[interval as usize]);
+        Some(ring + usize::from(squared_radius_m2 >= self.squared_inner_radii_m2[ring + 1]))
+    }
+}
+
 /// Best alignment of two scan contexts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment {
@@ -64,25 +136,26 @@ impl ScanContext {
     /// ahead of the base and to its left. Linear in the points. Points that are not finite are skipped.
     pub fn new(xyz: &[[f32; 3]], level_from_base: &Rotation, origin: [f32; 2]) -> Self {
         let turn = level_from_base.to_rotation_matrix().into_inner().map(|value| value as f32);
-        let rings_per_log = RINGS as f32 / (MAX_RADIUS_M / MIN_RADIUS_M).ln();
+        let rings = RingTable::new();
         let (mut heights, mut slices) = (Box::new([[0; RINGS]; SECTORS]), Box::new([[0; RINGS]; SECTORS]));
-        for point in xyz {
-            let [x, y, z] = [0, 1, 2]
-                .map(|r| turn[(r, 0)] * point[0] + turn[(r, 1)] * point[1] + turn[(r, 2)] * point[2]);
-            let (x, y) = (x - origin[0], y - origin[1]);
-            let radius = (x * x + y * y).sqrt();
-            if !((MIN_RADIUS_M..MAX_RADIUS_M).contains(&radius) && z.is_finite()) {
-                continue;
+        for block in xyz.chunks(PROJECTION_BLOCK) {
+            // Blocks of points without a branch among them are computed several at a time.
+            let mut projected = [PolarPoint::default(); PROJECTION_BLOCK];
+            for (polar, point) in projected.iter_mut().zip(block) {
+                *polar = PolarPoint::of(point, &turn, origin);
             }
-            let ring = (((radius / MIN_RADIUS_M).ln() * rings_per_log) as usize).min(RINGS - 1);
-            let turns = points::angle::atan2(y, x) / std::f32::consts::TAU;
-            let turns = if turns < 0.0 { turns + 1.0 } else { turns };
-            let sector = ((turns * SECTORS as f32) as usize).min(SECTORS - 1);
-            let height = ((z + HEIGHT_DEPTH_M) / HEIGHT_STEP_M).clamp(1.0, 255.0) as u8;
-            heights[sector][ring] = height.max(heights[sector][ring]);
-            let slice = (z + SLICE_DEPTH_M) / SLICE_M;
-            if (0.0..8.0).contains(&slice) {
-                slices[sector][ring] |= 1 << slice as u8;
+            for polar in &projected[..block.len()] {
+                let Some(ring) = rings.ring(polar.squared_radius_m2).filter(|_| polar.height_m.is_finite())
+                else {
+                    continue;
+                };
+                let sector = (polar.sectors as usize).min(SECTORS - 1);
+                let height = ((polar.height_m + HEIGHT_DEPTH_M) / HEIGHT_STEP_M).clamp(1.0, 255.0) as u8;
+                heights[sector][ring] = height.max(heights[sector][ring]);
+                let slice = (polar.height_m + SLICE_DEPTH_M) / SLICE_M;
+                if (0.0..8.0).contains(&slice) {
+                    slices[sector][ring] |= 1 << slice as u8;
+                }
             }
         }
         Self { ring_key: ring_key(&heights, &slices), sector_key: sector_key(&slices), heights, slices }
@@ -268,6 +341,24 @@ mod tests {
         let found = first_from_second(&alignment, &level, &levelled, origin);
         let error = geometry::se3::local(&first_from_base, &found);
         assert!(error.fixed_rows::<3>(3).norm() < 0.2 && error.norm() < 0.25, "{error}");
+    }
+
+    #[test]
+    fn the_ring_table_gives_the_logarithmic_rings() {
+        let rings = RingTable::new();
+        let rings_per_log = RINGS as f32 / (MAX_RADIUS_M / MIN_RADIUS_M).ln();
+        for step in 0..200_000 {
+            let radius_m = MIN_RADIUS_M * 1e-3f32.mul_add(step as f32 * 0.25, 1.0);
+            let exact = (radius_m / MIN_RADIUS_M).ln() * rings_per_log;
+            let is_at_border = (exact - exact.round()).abs() < 1e-4;
+            let expected = (radius_m < MAX_RADIUS_M).then_some((exact as usize).min(RINGS - 1));
+            if !is_at_border {
+                assert_eq!(rings.ring(radius_m * radius_m), expected, "{radius_m} m");
+            }
+        }
+        for outside in [0.0, 2.2, 2025.0, f32::INFINITY, f32::NAN] {
+            assert_eq!(rings.ring(outside), None, "{outside}");
+        }
     }
 
     #[test]

@@ -94,6 +94,9 @@ impl Stack {
 
     /// Handles one input. `at` is the only clock and never decreases. Effects are appended in the order in which they must be executed.
     pub fn step(&mut self, at: Stamp, input: Input, effects: &mut Vec<StackEffect>) {
+        if let Some(running) = &mut self.running {
+            running.process_waypoint(at, effects);
+        }
         match (&mut self.running, input) {
             (running, Input::Boot(record)) => {
                 let started = running.insert(Box::new(Running::boot(&record)));
@@ -233,10 +236,12 @@ impl Running {
     }
 
     fn handle_scan(&mut self, at: Stamp, located: Box<LocatedScan>, effects: &mut Vec<StackEffect>) {
+        // That of the scan before, where one input has several scans.
+        self.process_waypoint(at, effects);
         if self.mapping.is_starting() {
             self.replace_map(at, effects);
         }
-        let map_update = self.mapping.add(&located);
+        self.mapping.add(&located);
         let transition = self.localisation.update(&located, self.mapping.sensor(), &self.docks);
         self.publish_transition(at, transition, effects);
         let map_from_base = self.map_from_odom() * located.odom_from_base;
@@ -262,25 +267,27 @@ impl Running {
                 cloud: Arc::clone(&located.cloud),
             }),
         );
-        match map_update {
+        self.start_jobs(effects);
+        self.mapping.start_quality(at, effects);
+        self.last = Some(located);
+        self.publish_changes(at, effects);
+        self.report(at, effects);
+    }
+
+    /// Adds the last scan to the map, if that scan is a waypoint. This takes as long as locating the scan. It is done with the next input, before that
+    /// is handled, so that no input waits for both. Nothing happens in between, so the map is the same as if it were done at once.
+    fn process_waypoint(&mut self, at: Stamp, effects: &mut Vec<StackEffect>) {
+        match self.mapping.process_waypoint() {
             Some(MapUpdate::Keyframe { keyframe, graph, events }) => {
                 publish(effects, Publication::Keyframe(keyframe));
                 effects.extend(graph.map(StackEffect::Publish));
                 let events = MappingEvents { is_graph_changed: false, ..events };
                 self.publish_mapping(at, events, effects);
             }
-            Some(MapUpdate::Localised) => {
-                let events =
-                    MappingEvents { is_localised: true, is_graph_changed: true, ..MappingEvents::default() };
-                self.publish_mapping(at, events, effects);
-            }
-            None => {}
+            Some(MapUpdate::NoKeyframe(events)) => self.publish_mapping(at, events, effects),
+            None => return,
         }
-        self.start_jobs(effects);
-        self.mapping.start_quality(at, effects);
-        self.last = Some(located);
         self.publish_changes(at, effects);
-        self.report(at, effects);
     }
 
     /// Publishes the changes of the map under construction, and starts the next comparisons.
@@ -513,6 +520,7 @@ impl Running {
                 let mut events = Vec::new();
                 self.odometry.flush(&mut events);
                 self.handle_odometry_events(at, events, effects);
+                self.process_waypoint(at, effects);
                 self.mapping.finish(at, *map, name)?;
                 self.mapping.close(at, &mut self.jobs, effects);
                 Ok(())

@@ -6,12 +6,12 @@ use mapping::{LoopClosing, LoopEvents};
 use messages::{Keyframe, LoopDecision, Publication, Reanchored};
 use vocab::SessionId;
 
-/// What a scan changed in the map.
+/// What a waypoint changed in the map.
 pub(crate) enum MapUpdate {
     /// It became a keyframe.
     Keyframe { keyframe: Keyframe, graph: Option<Publication>, events: MappingEvents },
-    /// The robot was localised in the map that the session extends.
-    Localised,
+    /// It is on known ground, or the robot is not localised yet in the map that the session extends. It may have been localised by this waypoint.
+    NoKeyframe(MappingEvents),
 }
 
 /// What to publish.

@@ -166,8 +166,8 @@ impl MappingPhase {
         Ok(())
     }
 
-    /// Adds a located scan.
-    pub fn add(&mut self, located: &LocatedScan) -> Option<MapUpdate> {
+    /// Adds a located scan. If it is a waypoint, [`Self::process_waypoint`] adds that to the map.
+    pub fn add(&mut self, located: &LocatedScan) {
         if let Some(last_saved) = &mut self.last_saved {
             last_saved.update(&located.odom_from_base, &located.covariance);
         }
@@ -177,8 +177,15 @@ impl MappingPhase {
             let config = &self.session_config;
             self.phase = Phase::Running(RunningSession::begin(id, base, located, config, self.sensor));
         }
+        if let Phase::Running(session) = &mut self.phase {
+            session.add(located);
+        }
+    }
+
+    /// Adds the last scan to the map, if that scan is a waypoint that was not added yet.
+    pub fn process_waypoint(&mut self) -> Option<MapUpdate> {
         let Phase::Running(session) = &mut self.phase else { return None };
-        session.add(located, self.last_saved.as_ref())
+        session.process_waypoint(self.last_saved.as_ref())
     }
 
     /// Throws the session away.

@@ -9,10 +9,10 @@ use crate::prior_map::BaseMap;
 use crate::quality_schedule::QualitySchedule;
 use crate::texts;
 use crate::work::{ComputeJob, Work};
-use geometry::{Isometry, isometry_from_pose, pose_from_isometry};
+use geometry::{Isometry, Matrix6, isometry_from_pose, pose_from_isometry};
 use mapping::{
     AddedWaypoint, GraphPublisher, KeyframePolicy, LastSavedMap, LoopClosing, LoopClosingConfig, LoopEvents,
-    MapSearch, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig,
+    MapSearch, MapSearchFix, OptimiserConfig, PoseGraph, ScanPose, Session, SessionConfig, Waypoint,
 };
 use messages::{
     Cloud, CommandKind, DegenerateSegment, FinishedMap, Job, JobFailure, Keyframe, MapSearchOutcome,
@@ -41,6 +41,17 @@ impl Default for RunningSessionConfig {
     }
 }
 
+/// A scan that is a waypoint.
+#[derive(Debug)]
+struct WaypointScan {
+    waypoint: Waypoint,
+    odom_from_base: Isometry,
+    /// Covariance of `odom_from_base`, `[rotation; translation]`.
+    covariance: Matrix6,
+    /// Motion-corrected points, base frame, metres.
+    cloud: Arc<Cloud>,
+}
+
 /// The session that scans are added to.
 #[derive(Debug)]
 pub(crate) struct RunningSession {
@@ -56,6 +67,8 @@ pub(crate) struct RunningSession {
     /// While the robot is not localised in the map that the session extends.
     search: Option<(MapId, Box<MapSearch>)>,
     downsampler: Downsampler,
+    /// The last scan, if it is a waypoint that is not in the map yet.
+    waypoint: Option<Box<WaypointScan>>,
     /// What was published of the graph.
     graph_publisher: GraphPublisher,
     quality: QualitySchedule,
@@ -91,6 +104,7 @@ impl RunningSession {
             loops,
             search,
             downsampler: Downsampler::default(),
+            waypoint: None,
             graph_publisher: GraphPublisher::default(),
             quality: QualitySchedule::default(),
         }
@@ -116,8 +130,9 @@ impl RunningSession {
         self.session.graph().nodes().is_empty()
     }
 
-    /// Adds a located scan. `last_saved` is the map that was saved last.
-    pub fn add(&mut self, located: &LocatedScan, last_saved: Option<&LastSavedMap>) -> Option<MapUpdate> {
+    /// Adds a located scan to the trajectory. If it is a waypoint, [`Self::process_waypoint`] adds it to the map. That must be called before anything else
+    /// of the session, because a waypoint is numbered and placed by those before it.
+    pub fn add(&mut self, located: &LocatedScan) {
         let waypoint = self.session.add_scan_pose(&ScanPose {
             stamp: located.stamp,
             odom_from_base: located.odom_from_base,
@@ -127,27 +142,53 @@ impl RunningSession {
             covariance_inflation: located.covariance_inflation,
             is_degenerate: located.degenerate.iter().any(Option::is_some),
             is_dead_reckoned: located.is_dead_reckoned,
-        })?;
-        let cloud = thinned(&mut self.downsampler, &located.cloud, self.keyframe_voxel_m);
+        });
+        self.waypoint = waypoint.map(|waypoint| {
+            Box::new(WaypointScan {
+                waypoint,
+                odom_from_base: located.odom_from_base,
+                covariance: located.covariance,
+                cloud: Arc::clone(&located.cloud),
+            })
+        });
+    }
+
+    /// Adds the last scan to the map, if it is a waypoint that was not added yet. `last_saved` is the map that was saved last.
+    pub fn process_waypoint(&mut self, last_saved: Option<&LastSavedMap>) -> Option<MapUpdate> {
+        let scan = self.waypoint.take()?;
+        let cloud = thinned(&mut self.downsampler, &scan.cloud, self.keyframe_voxel_m);
         let Some(loops) = &mut self.loops else {
-            let id = self.session.add_keyframe(&waypoint).id;
+            let id = self.session.add_keyframe(&scan.waypoint).id;
             return Some(self.keyframe(id, cloud, MappingEvents::default()));
         };
-        let (added, events) = loops.add_waypoint(&mut self.session, &waypoint, &cloud.xyz);
+        let (added, events) = loops.add_waypoint(&mut self.session, &scan.waypoint, &cloud.xyz);
+        let events = MappingEvents::new(self.id, &events, loops);
         match added {
-            AddedWaypoint::Keyframe(id) => {
-                let events = MappingEvents::new(self.id, &events, loops);
-                Some(self.keyframe(id, cloud, events))
-            }
-            AddedWaypoint::Revisit => None,
+            AddedWaypoint::Keyframe(id) => Some(self.keyframe(id, cloud, events)),
+            AddedWaypoint::Revisit => Some(MapUpdate::NoKeyframe(events)),
             AddedWaypoint::Unlocalised(number) => {
-                let (map, search) = self.search.as_mut()?;
-                search.add_waypoint(number, &located.odom_from_base, &cloud.xyz, self.sensor);
-                let (pose, covariance) = (&located.odom_from_base, &located.covariance);
-                let fix = last_saved?.locate(*map, number, pose, covariance, self.session.graph())?;
-                self.localise(&fix).then_some(MapUpdate::Localised)
+                let is_localised = self.search_on(number, &scan, &cloud, last_saved);
+                let events = MappingEvents { is_localised, is_graph_changed: is_localised, ..events };
+                Some(MapUpdate::NoKeyframe(events))
             }
         }
+    }
+
+    /// Adds a waypoint with its thinned cloud to the search in the map that the session extends. Returns whether the map that was saved last gives the
+    /// pose at once.
+    fn search_on(
+        &mut self,
+        number: u64,
+        scan: &WaypointScan,
+        cloud: &Cloud,
+        last_saved: Option<&LastSavedMap>,
+    ) -> bool {
+        let Some((map, search)) = &mut self.search else { return false };
+        let (pose, covariance) = (&scan.odom_from_base, &scan.covariance);
+        search.add_waypoint(number, pose, &cloud.xyz, self.sensor);
+        let fix =
+            last_saved.and_then(|last| last.locate(*map, number, pose, covariance, self.session.graph()));
+        fix.is_some_and(|fix| self.localise(&fix))
     }
 
     /// A new keyframe, as it is published.
@@ -290,9 +331,9 @@ impl RunningSession {
         Ok(MappingEvents::new(*id, &events, loops))
     }
 
-    /// The job that computes the quality of the map, if that is due; it gets this number.
+    /// The job that computes the quality of the map, if that is due; it gets this number. Not while a waypoint is about to change the map.
     pub fn start_quality(&mut self, at: Stamp, job: u64) -> Option<Job> {
-        if self.loops.is_none() || self.search.is_some() {
+        if self.loops.is_none() || self.search.is_some() || self.waypoint.is_some() {
             return None;
         }
         let graph = self.session.graph();

@@ -1,7 +1,8 @@
 //! A long walk that repeats its route. The robot first maps and then is localised in the map of that walk.
 //!
 //! For each minute it prints the CPU time of a scan, the memory of the process, the size of the graph and the position error, to show whether any
-//! of them grows. At the end it prints the CPU time of the steps that take a scan, which must meet the limits of a real-time control thread.
+//! of them grows. At the end it prints the CPU time of the steps that take a scan, which must meet the limits of a real-time control thread. So must the
+//! steps in between, because a waypoint is added to the map by the step after that of its scan.
 //!
 //! Simulator and stack run in one process, faster than real time. CPU time is that of the stack's thread in [`stack::Stack::step`] only. Steps that
 //! make a keyframe, and steps that take the result of a job, are also listed separately. The jobs themselves are not counted. Memory is that
@@ -34,12 +35,12 @@ fn main() -> Result<()> {
         let title = format!("{}, seed {}, {} columns", arguments.site, arguments.seed, arguments.columns);
         plot::draw(path, &title, &mapped.minutes)?;
     }
-    steps.push((Phase::Mapping, StepTimes::new(mapped.scan_ms)));
+    steps.push((Phase::Mapping, mapped.step_times));
     if let Some(map) = mapped.prior_map {
         print_header(Phase::Localised);
         let localised = walk::localise(&arguments, map, print_minute)?;
         print_growth(&localised.minutes);
-        steps.push((Phase::Localised, StepTimes::new(localised.scan_ms)));
+        steps.push((Phase::Localised, localised.step_times));
     }
 
     StepTimes::print_header();

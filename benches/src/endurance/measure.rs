@@ -1,5 +1,6 @@
 //! CPU times of a walk's steps, for each minute.
 
+use crate::step_times::StepTimes;
 use anyhow::{Context, Result};
 use benches::quantile;
 use benches::stack_walk::{StepKind, has_estimate, made_keyframe, reanchorings};
@@ -44,6 +45,10 @@ pub struct Minute {
 pub struct Measurement {
     /// CPU times of all steps of the walk that took a scan, milliseconds.
     all_scan_ms: Vec<f64>,
+    /// For each of them, the longest step from then until the next one, milliseconds.
+    longest_between_ms: Vec<f64>,
+    /// For each of them, the sum of its time and that of all steps until the next one, milliseconds.
+    sum_ms: Vec<f64>,
     /// Number of those before the present minute.
     scans_before: usize,
     /// CPU times of the steps of this minute that made a keyframe, milliseconds.
@@ -61,8 +66,15 @@ impl Measurement {
     pub fn update(&mut self, kind: StepKind, ms: f64, effects: &[StackEffect]) {
         if kind == StepKind::Sensor && has_estimate(effects) {
             self.all_scan_ms.push(ms);
+            self.longest_between_ms.push(0.0);
+            self.sum_ms.push(ms);
+        } else if let (Some(longest_ms), Some(sum_ms)) =
+            (self.longest_between_ms.last_mut(), self.sum_ms.last_mut())
+        {
+            *longest_ms = longest_ms.max(ms);
+            *sum_ms += ms;
         }
-        if kind == StepKind::Sensor && made_keyframe(effects) {
+        if made_keyframe(effects) {
             self.keyframes += 1;
             self.keyframe_ms.push(ms);
         }
@@ -129,9 +141,9 @@ impl Measurement {
         })
     }
 
-    /// CPU times of all steps of the walk that took a scan, milliseconds.
-    pub fn into_scan_ms(self) -> Vec<f64> {
-        self.all_scan_ms
+    /// CPU times of the steps of the walk.
+    pub fn into_step_times(self) -> StepTimes {
+        StepTimes::new(self.all_scan_ms, self.longest_between_ms, self.sum_ms)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::arguments::Arguments;
 use crate::measure::{Measurement, Minute};
+use crate::step_times::StepTimes;
 use anyhow::Result;
 use benches::prior_map::PriorMapBuilder;
 use benches::stack_walk::{StackWalk, StepKind, WalkPlan};
@@ -14,15 +15,15 @@ use vocab::Span;
 /// A finished walk.
 pub struct Walked {
     pub minutes: Vec<Minute>,
-    /// CPU time of every step that took a scan, milliseconds.
-    pub scan_ms: Vec<f64>,
+    /// CPU times of the steps.
+    pub step_times: StepTimes,
 }
 
 /// A finished mapping walk.
 pub struct Mapped {
     pub minutes: Vec<Minute>,
-    /// CPU time of every step that took a scan, milliseconds.
-    pub scan_ms: Vec<f64>,
+    /// CPU times of the steps.
+    pub step_times: StepTimes,
     /// The map with its pose in the site, if it is kept.
     pub prior_map: Option<PlacedMap>,
 }
@@ -68,7 +69,7 @@ pub fn map(arguments: &Arguments, keep_map: bool, print: impl Fn(&Minute)) -> Re
     } else {
         None
     };
-    Ok(Mapped { minutes, scan_ms: measurement.into_scan_ms(), prior_map })
+    Ok(Mapped { minutes, step_times: measurement.into_step_times(), prior_map })
 }
 
 /// Walks the same route localised in a map, with another seed. `print` is called at the end of every minute.
@@ -97,7 +98,7 @@ pub fn localise(arguments: &Arguments, map: PlacedMap, print: impl Fn(&Minute)) 
         print(&minute);
         minutes.push(minute);
     }
-    Ok(Walked { minutes, scan_ms: measurement.into_scan_ms() })
+    Ok(Walked { minutes, step_times: measurement.into_step_times() })
 }
 
 fn plan(arguments: &Arguments, seed: u64) -> WalkPlan {
