@@ -10,8 +10,8 @@ use geometry::{Vector3, pose_from_isometry, vec_from_plain, vec_to_plain};
 use localisation::ExplorationHint;
 use messages::{
     CancelCause, Drive, ExecutiveEvent, ExecutiveState, ExecutiveStatus, GoalAttempt, GoalFailure, GoalKind,
-    GoalProgress, GoalResult, GoalStatus, GoalUpdate, MotionState, Principal, Publication, RobotProfile,
-    StackEffect, WaitReason,
+    GoalResult, GoalStatus, GoalUpdate, MotionState, Principal, Publication, RobotProfile, StackEffect,
+    WaitReason,
 };
 use std::collections::VecDeque;
 use std::task::Poll;
@@ -500,12 +500,11 @@ impl Executive {
 
     fn publish_progress(&mut self, situation: &Situation, effects: &mut Vec<StackEffect>) {
         let (Some(goal), Some(behaviour)) = (&mut self.goal, &self.behaviour) else { return };
-        let progress = match self.state {
-            ExecutiveState::Recovering => {
-                GoalProgress { remaining_m: None, waits_for: Some(WaitReason::Relocalisation) }
-            }
-            _ => behaviour.progress(&situation.frames.odom_from_base),
-        };
+        let mut progress = behaviour.progress(&situation.frames.odom_from_base);
+        if self.state == ExecutiveState::Recovering {
+            // What holds up the search is more useful to people than that there is one.
+            progress.waits_for = progress.waits_for.or(Some(WaitReason::Relocalisation));
+        }
         let status = GoalStatus::Running(progress);
         if goal.status != status {
             goal.status = status;

@@ -2,7 +2,7 @@
 //!
 //! First the robot stands, so that its surroundings can be recognised. If they are not, it walks a short path over seen ground to an unvisited
 //! point, and stands again. If several poses fit, only walking distinguishes them. Then the robot walks without standing, along the path that
-//! localisation has planned for this, as far as it sees the ground.
+//! localisation has planned for this. It walks only to points of that path where it has seen the ground.
 
 use crate::walk::twist;
 use crate::{Behaviour, BehaviourContext, Outcome};
@@ -43,6 +43,10 @@ pub struct RelocalisationConfig {
     pub stuck_distance_m: f64,
     /// See `stuck_distance_m`.
     pub stuck_timeout: Span,
+    /// A hint's path on which the robot got stuck is not followed for this time. Then it is tried again, because people leave.
+    pub blocked_hint_timeout: Span,
+    /// A robot that has stood for this time has found no path, and reports that it waits for one. It has to exceed `first_stand`.
+    pub report_wait_after: Span,
     /// The search ends after this time, without the time in which the ground is not seen.
     pub search_timeout: Span,
     /// Parameters of the choice of points to walk to.
@@ -68,6 +72,8 @@ impl Default for RelocalisationConfig {
             visited_spacing_m: 1.0,
             stuck_distance_m: 0.1,
             stuck_timeout: Span::from_millis(6_000),
+            blocked_hint_timeout: Span::from_millis(10_000),
+            report_wait_after: Span::from_millis(5_500),
             search_timeout: Span::from_millis(150_000),
             exploration: ExplorationConfig::default(),
             planner: PlannerConfig::default(),
@@ -87,8 +93,8 @@ pub struct RelocalisationBehaviour {
     /// Time at which `searched` was last increased. `None` after time without sight.
     searched_at: Option<Stamp>,
     walks: u32,
-    /// The hint's path on which the robot got stuck.
-    blocked_hint: Option<Arc<[Vector3]>>,
+    /// The hint's path on which the robot got stuck, and when.
+    blocked_hint: Option<(Arc<[Vector3]>, Stamp)>,
     phase: Phase,
 }
 
@@ -149,7 +155,7 @@ impl RelocalisationBehaviour {
         if at - moved.0 > self.config.stuck_timeout {
             // The end of the path counts as visited, so that it is not chosen again.
             self.visited.extend(follower.path().last());
-            self.blocked_hint = hint.take().or(self.blocked_hint.take());
+            self.blocked_hint = hint.take().map(|hint| (hint, at)).or(self.blocked_hint.take());
             return self.stand(at);
         }
         if at - *planned_at < self.config.replan_period {
@@ -200,7 +206,7 @@ impl RelocalisationBehaviour {
     fn follow_hint(&self, terrain: &ElevationMap, here: &Vector3, hint: &ExplorationHint) -> Option<Piece> {
         let hint_path = hint.path.as_ref().filter(|path| {
             hint.hypotheses > 1
-                && !self.blocked_hint.as_ref().is_some_and(|blocked_hint| Arc::ptr_eq(blocked_hint, path))
+                && !self.blocked_hint.as_ref().is_some_and(|(blocked, _)| Arc::ptr_eq(blocked, path))
         })?;
         let distance = |to: &Vector3| (to - here).xy().norm();
         let nearest = (0..hint_path.len())
@@ -221,7 +227,10 @@ impl RelocalisationBehaviour {
         let is_seen = |end: &Vector3| terrain.cell(terrain.index(end.x, end.y)).ground().is_some();
         let path = ahead.into_iter().rev().filter(|(_, end)| is_seen(end)).find_map(|(along_m, end)| {
             let path = plan(&self.config.planner, terrain, here, end).ok()?;
-            (length(&path) <= along_m + self.config.hint_detour_max_m).then_some(path)
+            // The path to a blocked point ends at the nearest free cell. If the robot stands there already, following it would move the robot
+            // nowhere, and would keep it from exploring.
+            let leads_on = distance(path.last()?) >= self.config.hint_piece_min_m;
+            (leads_on && length(&path) <= along_m + self.config.hint_detour_max_m).then_some(path)
         })?;
         Some((Some(Arc::clone(hint_path)), path))
     }
@@ -252,6 +261,8 @@ impl Behaviour for RelocalisationBehaviour {
         if self.searched > self.config.search_timeout {
             return Poll::Ready(Err(GoalFailure::PoseNotFound));
         }
+        let timeout = self.config.blocked_hint_timeout;
+        self.blocked_hint = self.blocked_hint.take().filter(|(_, since)| at - *since < timeout);
         if let Phase::Standing { since, tried } = &mut self.phase {
             let stood = at - *since;
             if tried.is_some_and(|tried| at - tried < self.config.retry_period) {
@@ -278,7 +289,13 @@ impl Behaviour for RelocalisationBehaviour {
     }
 
     fn progress(&self, _odom_from_base: &Isometry) -> GoalProgress {
-        let waits_for = self.searched_at.is_none().then_some(WaitReason::Sight);
+        let waits_for = match (self.searched_at, &self.phase) {
+            (None, _) => Some(WaitReason::Sight),
+            (Some(now), Phase::Standing { since, .. }) if now - *since >= self.config.report_wait_after => {
+                Some(WaitReason::FreePath)
+            }
+            _ => None,
+        };
         GoalProgress { remaining_m: None, waits_for }
     }
 

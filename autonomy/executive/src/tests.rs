@@ -3,7 +3,9 @@
 use crate::*;
 use geometry::{Isometry, Vector3, so3, vec_to_plain};
 use localisation::ExplorationHint;
-use messages::{ExecutiveEvent, GoalKind, MotionState, Principal, Publication, RobotProfile, StackEffect};
+use messages::{
+    ExecutiveEvent, GoalKind, MotionState, Principal, Publication, RobotProfile, StackEffect, WaitReason,
+};
 use std::sync::Arc;
 use uuid::Uuid;
 use vocab::{ClientId, GoalId, Span, Stamp, Twist};
@@ -359,4 +361,48 @@ fn a_search_leaves_a_path_that_an_unseen_obstacle_blocks() {
     rig.run(1.0, &|_| true);
     let track = rig.run(25.0, &|at: &Vector3| at.y < 1.0);
     assert!(track.iter().any(|at| at.xy().norm() > 2.0), "the robot must leave the blocked path");
+}
+
+/// A solid block of posts, odometry frame.
+fn block(x_m: std::ops::RangeInclusive<i8>, y_m: std::ops::RangeInclusive<i8>) -> Vec<[f32; 3]> {
+    let at = |x: i8, y: i8| post(&Vector3::new(0.1 * f64::from(x), 0.1 * f64::from(y), 0.0));
+    x_m.flat_map(|x| y_m.clone().map(move |y| (x, y))).flat_map(|(x, y)| at(x, y)).collect()
+}
+
+#[test]
+fn a_search_explores_when_the_distinguishing_path_is_blocked_where_the_robot_stands() {
+    let path = [[0.0, 0.0], [0.75, 0.0]].map(|[x, y]| Vector3::new(x, y, -0.5));
+    let mut rig = searching_by(ExplorationHint { hypotheses: 2, path: Some(path.into_iter().collect()) });
+    rig.points.extend(block(5..=10, -8..=8));
+    let track = rig.run(10.0, &|_| true);
+    assert!(track.iter().any(|at| at.norm() > 1.0), "the robot must not wait for the block to leave");
+}
+
+#[test]
+fn an_enclosed_robot_reports_that_it_waits_for_a_free_path_and_walks_when_there_is_one() {
+    let mut rig = searching_by(ExplorationHint::default());
+    let free = rig.points.clone();
+    for side in [block(-9..=9, 8..=9), block(-9..=9, -9..=-8), block(8..=9, -7..=7), block(-9..=-8, -7..=7)] {
+        rig.points.extend(side);
+    }
+    let track = rig.run(10.0, &|_| true);
+    assert!(track.iter().all(|at| at.norm() < 0.5));
+    let waits_for = |rig: &Rig| {
+        rig.executive.behaviour.as_ref().and_then(|search| search.progress(&shifted(0.0, 0.0)).waits_for)
+    };
+    assert_eq!(waits_for(&rig), Some(WaitReason::FreePath));
+    rig.points = free;
+    let track = rig.run(10.0, &|_| true);
+    assert_eq!(waits_for(&rig), None);
+    assert!(track.iter().any(|at| at.norm() > 1.0));
+}
+
+#[test]
+fn a_search_follows_a_path_again_that_was_blocked_for_a_while() {
+    let mut rig = searching_by(two_hypotheses());
+    rig.run(1.0, &|_| true);
+    rig.run(15.0, &|at: &Vector3| at.y < 1.0);
+    let track = rig.run(40.0, &|_| true);
+    let to_end = track.iter().map(|at| (at.x + 3.0).hypot(at.y - 3.0)).fold(f64::INFINITY, f64::min);
+    assert!(to_end < 0.6, "{to_end} m from the end of the path");
 }

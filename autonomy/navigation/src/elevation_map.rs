@@ -464,8 +464,8 @@ impl ElevationMap {
         }
     }
 
-    /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. `is_ground` tells whether the lowest point
-    /// can be ground, as far as the cell itself does not contradict.
+    /// Updates a cell with the heights that a scan saw in it. The robot's feet are at the height `foot`. `is_ground` tells whether
+    /// the lowest point is low enough to be ground, given the feet and the neighbouring cells. An obstacle known in this cell can still rule it out.
     fn update_cell(&mut self, index: CellIndex, hits: &CellHits, foot: f32, mut is_ground: bool) {
         let config = self.config;
         let (step, clearance) = (self.shape.step as f32, self.shape.clearance as f32);

@@ -21,8 +21,9 @@ impl Default for ExplorationConfig {
 }
 
 /// Path from `from` to the cell that is farthest from all of `visited` (all in the map's frame, metres). `None` if there is no such cell. The goal
-/// lies within [`ExplorationConfig::radius_m`], on ground that was seen and away from obstacles. The path may cross unseen
-/// ground, which costs more than known ground, because a robot may have seen no ground beside itself.
+/// lies within [`ExplorationConfig::radius_m`], on ground that was seen. It lies away from obstacles if there is such a goal, and otherwise on any
+/// ground where the robot can stand. The path may cross unseen ground, which costs more than known ground, because a robot may have seen no ground
+/// beside itself.
 ///
 /// Cost grows with the ground within the radius, times the number of `visited` points.
 pub fn explore(
@@ -49,7 +50,10 @@ pub fn explore(
         .collect();
     goals.sort_by_key(|&cell| Reverse(novelty(cell)));
     let is_known = |cell: &CellIndex| terrain.cell(*cell).ground().is_some();
-    let goal = goals.into_iter().find(|cell| is_known(cell) && search.is_comfortable(*cell))?;
+    let known: Vec<CellIndex> = goals.into_iter().filter(is_known).collect();
+    let comfortable = known.iter().copied().find(|&cell| search.is_comfortable(cell));
+    // In a narrow passage, or among people, all free ground may be near obstacles.
+    let goal = comfortable.or_else(|| known.first().copied())?;
     let cells = trace(&reached, goal);
     Some(search.path(from, &cells))
 }
@@ -106,6 +110,14 @@ mod tests {
         let end =
             path.as_ref().and_then(|path| path.last()).map(|end| terrain.cell(terrain.index(end.x, end.y)));
         assert!(end.is_some_and(|end| end.ground().is_some()), "{path:?}");
+    }
+
+    #[test]
+    fn in_a_passage_without_ground_away_from_obstacles_the_path_leads_along_it() {
+        let (terrain, from, _) =
+            terrain("############\n............\n......S.....\n............\n############");
+        let Some(path) = explore_within(3.0, &terrain, &from, &[from]) else { panic!("no path") };
+        assert!((path[path.len() - 1] - from).xy().norm() > 1.0, "{path:?}");
     }
 
     #[test]

@@ -102,8 +102,8 @@ impl CellTable {
         }
     }
 
-    /// The values of several cells, as far as they lie in the first slot of their search; otherwise `None`, also for cells that are stored. The
-    /// reads do not depend on one another, so that the processor makes them at the same time.
+    /// The values of several cells, looked up only in the first slot of each cell's search. `None` for a cell that is not in that slot: it may be
+    /// stored in another one. The reads do not depend on one another, so that the processor makes them at the same time.
     #[inline]
     pub fn peek<const N: usize>(&self, keys: &[CellKey; N]) -> [Option<u32>; N] {
         let slots: [(u64, u32); N] = std::array::from_fn(|index| self.slots[self.home_slot(keys[index].0)]);
