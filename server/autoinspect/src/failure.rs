@@ -1,5 +1,6 @@
 //! Failure of a command: one sentence and an exit code.
 
+use ports::error_with_causes;
 use std::error::Error;
 use std::fmt::{self, Display};
 use std::path::Path;
@@ -17,17 +18,17 @@ pub enum Failure {
 impl Failure {
     /// Failure by bad usage or unreadable input.
     pub fn usage(reason: impl Into<Box<dyn Error>>) -> Self {
-        Self::Usage(chain(&*reason.into()))
+        Self::Usage(error_with_causes(&*reason.into()))
     }
 
     /// Any other failure.
     pub fn failed(reason: impl Into<Box<dyn Error>>) -> Self {
-        Self::Failed(chain(&*reason.into()))
+        Self::Failed(error_with_causes(&*reason.into()))
     }
 
     /// Failure by an input file that is missing or of another kind.
     pub fn unreadable(path: &Path, error: impl Error) -> Self {
-        Self::Usage(format!("{} could not be read: {}", path.display(), chain(&error)))
+        Self::Usage(format!("{} could not be read: {}", path.display(), error_with_causes(&error)))
     }
 
     /// The exit code of the process.
@@ -45,18 +46,4 @@ impl Display for Failure {
             Self::Usage(sentence) | Self::Failed(sentence) => f.write_str(sentence),
         }
     }
-}
-
-/// An error with its causes. A cause that the error prints itself is not repeated.
-fn chain(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let reason = error.to_string();
-        if !text.contains(&reason) {
-            text = format!("{text}: {reason}");
-        }
-        cause = error.source();
-    }
-    text
 }

@@ -3,15 +3,18 @@
 //! - [`RobotLink`]: the simulator, a replay and, later, real robots on one side, the runtime on the other;
 //! - [`Journal`]: the recorder on one side, the runtime on the other;
 //! - [`MapImporter`]: the program that imports point clouds on one side, the runtime on the other;
-//! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads.
+//! - [`DataDir`]: the layout of the data directory, for the store that writes and the gateway that reads;
+//! - [`error_with_causes`]: an error as a text for people, for all parts that report errors.
 
 mod data_dir;
+mod error_text;
 mod journal;
 mod map_importer;
 mod robot_link;
 
 pub use api::SimulatedFault;
 pub use data_dir::DataDir;
+pub use error_text::error_with_causes;
 pub use journal::{Journal, JournalError};
 pub use map_importer::MapImporter;
 pub use robot_link::{Arrival, LinkError, RobotEvent, RobotLink};

@@ -5,13 +5,12 @@
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
 use crate::map_list::publish_map_list;
-use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts::{self, ImportVerb};
 use api::{Event, Import, ImportStage};
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::Severity;
-use ports::MapImporter;
+use ports::{MapImporter, error_with_causes};
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -222,7 +221,7 @@ impl ImportWorker {
 fn store_reason(error: &StoreError) -> String {
     match error {
         StoreError::MapExists { .. } => texts::MAP_EXISTS.to_owned(),
-        error => format!("{}.", sentence(error)),
+        error => format!("{}.", error_with_causes(error)),
     }
 }
 

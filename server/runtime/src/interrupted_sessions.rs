@@ -2,11 +2,11 @@
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
-use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{Event, InterruptedSession};
 use messages::{Command, CommandKind, Principal, Severity};
+use ports::error_with_causes;
 use std::sync::Arc;
 use store::Store;
 use vocab::{ClientId, CommandId, MapId, SessionId};
@@ -74,17 +74,17 @@ impl InterruptedSessionWorker {
             return Err(texts::MAP_NEEDS_NAME.to_owned());
         }
         let saved = self.store.save_interrupted_session(session, map, &name);
-        let (_, problems) = saved.map_err(|error| texts::session_not_saved(&sentence(&error)))?;
+        let (_, problems) = saved.map_err(|error| texts::session_not_saved(&error_with_causes(&error)))?;
         for problem in problems {
             self.mailbox.notice(self.clock.now(), Severity::Warning, problem);
         }
         match self.store.maps() {
             Ok(maps) => self.state_publisher.publish(Event::Maps(maps)),
-            Err(error) => tracing::error!("{}", sentence(&error)),
+            Err(error) => tracing::error!("{}", error_with_causes(&error)),
         }
         // The session's map is on the disk, so a session that cannot be removed now is removed at the next start.
         if let Err(error) = self.store.discard_session(session) {
-            tracing::warn!("files of session {session} are left over: {}", sentence(&error));
+            tracing::warn!("files of session {session} are left over: {}", error_with_causes(&error));
         }
         self.forget(session);
         self.mailbox.notice(self.clock.now(), Severity::Info, texts::session_saved(&name));
@@ -95,7 +95,7 @@ impl InterruptedSessionWorker {
         self.check_is_interrupted(session)?;
         self.store
             .discard_session(session)
-            .map_err(|error| texts::session_not_discarded(&sentence(&error)))?;
+            .map_err(|error| texts::session_not_discarded(&error_with_causes(&error)))?;
         self.forget(session);
         Ok(())
     }

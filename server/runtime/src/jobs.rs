@@ -7,12 +7,12 @@ use crate::clock::RobotClock;
 use crate::interrupted_sessions::{InterruptedSessionWorker, SessionRequest};
 use crate::mailbox::Mailbox;
 use crate::map_list::publish_map_list;
-use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::TileHash;
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use messages::{FinishedMap, Job, JobDone, JobId, JobResult, Keyframe, PriorMap, Severity};
+use ports::error_with_causes;
 use stack::{ComputeJob, MapPreparation, PreparedMap, Stack};
 use std::path::Path;
 use std::sync::Arc;
@@ -252,8 +252,8 @@ impl DiskWorker {
                 JobDone { number: job.number, result: JobResult::MapSaving(Ok(map.map)) }
             }
             Err(error) => {
-                tracing::error!("map {} was not saved: {}", map.map, sentence(&error));
-                job.failed(sentence(&error))
+                tracing::error!("map {} was not saved: {}", map.map, error_with_causes(&error));
+                job.failed(error_with_causes(&error))
             }
         }
     }
@@ -271,14 +271,14 @@ impl DiskWorker {
                 }
                 None => self.done(job.map_read(Arc::new(known))),
             },
-            Err(error) => return self.done(job.failed(sentence(&error))),
+            Err(error) => return self.done(job.failed(error_with_causes(&error))),
         }
         if let Some(session) = session
             && let Err(error) = self.store.copy_map_clouds_to_session(map, session)
         {
             let text = format!(
                 "The extended map will not be whole: {}. Discard it and free some disk.",
-                sentence(&error)
+                error_with_causes(&error)
             );
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
@@ -286,7 +286,7 @@ impl DiskWorker {
 
     fn list_maps(&self) {
         if let Err(error) = publish_map_list(&self.store, &self.state_publisher) {
-            tracing::error!("{}", sentence(&error));
+            tracing::error!("{}", error_with_causes(&error));
         }
     }
 
@@ -295,7 +295,7 @@ impl DiskWorker {
             let text = format!(
                 "The cloud of keyframe {} will be missing from the saved map: {}.",
                 keyframe.id.0,
-                sentence(&error)
+                error_with_causes(&error)
             );
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }
@@ -305,7 +305,7 @@ impl DiskWorker {
         let forgotten =
             self.store.discard_session(session).and_then(|()| self.store.remove_session_tiles(tiles));
         if let Err(error) = forgotten {
-            tracing::warn!("files of session {session} are left over: {}", sentence(&error));
+            tracing::warn!("files of session {session} are left over: {}", error_with_causes(&error));
         }
     }
 }

@@ -5,10 +5,10 @@
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
-use crate::recording::sentence;
 use crate::texts;
 use crossbeam_channel::Sender;
 use messages::{Input, LedgerEvent, Severity, StopLatch};
+use ports::error_with_causes;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 use store::Store;
@@ -125,7 +125,7 @@ impl LedgerWorker {
                 }
                 Err(error) => {
                     if !std::mem::replace(&mut is_failing, true) {
-                        let text = texts::stop_not_durable(&sentence(&error));
+                        let text = texts::stop_not_durable(&error_with_causes(&error));
                         tracing::error!("{text}");
                         self.mailbox.notice(self.clock.now(), Severity::Error, text);
                     }

@@ -8,12 +8,12 @@ use crate::live_map::LiveMap;
 use crate::mailbox::Mailbox;
 use crate::platform::{BatteryForecast, PlatformProbe};
 use crate::pose_persistence::PosePersistence;
-use crate::recording::sentence;
 use crate::state_publisher::StatePublisher;
 use crate::texts;
 use api::{CoreMessage, Event, Goal, Graph, LoopsChanged, MAX_GOALS, Quality, TilesChanged};
 use crossbeam_channel::Sender;
 use messages::{CorrectedScan, Estimate, GraphDelta, Keyframe, PoseInMap, Publication, Severity};
+use ports::error_with_causes;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use store::StoreError;
@@ -177,7 +177,7 @@ impl PublisherWorker {
         match shown {
             Ok(events) => events.into_iter().for_each(|event| self.state_publisher.publish(event)),
             Err(error) => {
-                let text = texts::map_not_shown(&sentence(&error));
+                let text = texts::map_not_shown(&error_with_causes(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
         }
@@ -187,7 +187,7 @@ impl PublisherWorker {
         match self.live_map.insert_keyframe(keyframe) {
             Ok(tiles) => self.state_publisher.publish(tiles),
             Err(error) => {
-                let text = texts::keyframe_not_shown(&sentence(&error));
+                let text = texts::keyframe_not_shown(&error_with_causes(&error));
                 self.mailbox.notice(self.clock.now(), Severity::Warning, text);
             }
         }

@@ -8,7 +8,7 @@ use crate::mailbox::Mailbox;
 use crate::texts;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError};
 use messages::{Input, Severity};
-use ports::Journal;
+use ports::{Journal, error_with_causes};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -95,7 +95,7 @@ impl Recorder {
             return;
         }
         if let Err(error) = self.target.journal.finish() {
-            tracing::error!("{}", sentence(&error));
+            tracing::error!("{}", error_with_causes(&error));
         }
     }
 
@@ -104,7 +104,7 @@ impl Recorder {
         loop {
             match self.inputs.recv_deadline(maintenance_at) {
                 Ok((at, input)) => {
-                    self.target.journal.append(at, &input).map_err(|error| sentence(&error))?
+                    self.target.journal.append(at, &input).map_err(|error| error_with_causes(&error))?
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -121,7 +121,7 @@ impl Recorder {
         match self.target.recordings.evict_oldest(&self.target.path) {
             Ok(RecordingSpace::Available) => Ok(()),
             Ok(RecordingSpace::Exhausted) => Err(texts::RECORDINGS_FILL_THEIR_SHARE.to_owned()),
-            Err(error) => Err(sentence(&error)),
+            Err(error) => Err(error_with_causes(&error)),
         }
     }
 
@@ -136,17 +136,6 @@ impl Recorder {
         tracing::warn!("{text}");
         self.mailbox.notice(self.clock.now(), severity, text);
     }
-}
-
-/// An error with its causes as one clause, for a sentence in [`crate::texts`].
-pub fn sentence(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]

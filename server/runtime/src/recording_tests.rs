@@ -83,10 +83,3 @@ fn a_failing_disk_ends_the_recording_with_one_notice_and_the_queue_blocks_nobody
     assert_eq!(notices[0].0, Severity::Error);
     assert!(notices[0].1.contains("the disk is full"), "{notices:?}");
 }
-
-#[test]
-fn an_error_is_a_clause_with_all_its_causes() {
-    let error = JournalError("the disk is full".into());
-    let text = sentence(&error);
-    assert!(text.contains(": the disk is full") && !text.ends_with('.'), "{text}");
-}

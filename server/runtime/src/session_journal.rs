@@ -6,10 +6,10 @@
 
 use crate::clock::RobotClock;
 use crate::mailbox::Mailbox;
-use crate::recording::sentence;
 use crate::texts;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use messages::{MappingState, Publication, Severity};
+use ports::error_with_causes;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -191,7 +191,7 @@ impl SessionJournalWorker {
         if let Err(error) = &done
             && !was_failing
         {
-            let text = texts::session_not_durable(&sentence(error));
+            let text = texts::session_not_durable(&error_with_causes(error));
             tracing::error!("{text}");
             self.mailbox.notice(self.clock.now(), Severity::Error, text);
         }

@@ -1,7 +1,7 @@
 //! Texts for people, by key, English. The constants say what is wrong with a broken file: the middle of [`StoreError::Broken`]'s sentence.
 
 use crate::StoreError;
-use std::error::Error;
+use ports::error_with_causes;
 use std::path::{Path, PathBuf};
 
 /// tiles.json with a tile that does not decode.
@@ -27,10 +27,10 @@ pub(crate) const BROKEN_VIEWPOINT: &str = "has a viewpoint whose points cannot b
 
 /// A stop of motion is in a file that could not be read for this reason. It was put aside, or could not be.
 pub(crate) fn stop_latch_damaged(error: &StoreError, aside: &Result<PathBuf, StoreError>) -> String {
-    let reason = clause(error);
+    let reason = error_with_causes(error);
     let kept = match aside {
         Ok(path) => format!("The file is kept as {}", path.display()),
-        Err(failure) => format!("The file could not be put aside: {}", clause(failure)),
+        Err(failure) => format!("The file could not be put aside: {}", error_with_causes(failure)),
     };
     format!(
         "{reason}. It says whether motion is stopped, so motion counts as stopped. {kept}. Allow motion when the robot may move."
@@ -45,17 +45,6 @@ pub(crate) fn stop_latch_lost(path: &Path) -> String {
     )
 }
 
-/// An error with its causes, without a full stop.
-fn clause(error: &StoreError) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
-}
-
 /// A session's journal is damaged from some record on.
 pub(crate) fn journal_damaged(path: &Path, keyframes: usize) -> String {
     format!(
@@ -68,7 +57,7 @@ pub(crate) fn journal_damaged(path: &Path, keyframes: usize) -> String {
 pub(crate) fn journal_unreadable(error: &StoreError) -> String {
     format!(
         "{}, so this interrupted mapping session cannot be saved. Its files are kept until it is discarded.",
-        clause(error)
+        error_with_causes(error)
     )
 }
 
@@ -77,6 +66,6 @@ pub(crate) fn cloud_damaged(error: &StoreError, aside: &Path) -> String {
     let name = aside.file_name().unwrap_or_default().display();
     format!(
         "{}. The map was saved without this cloud; it is kept in the map's folder as clouds/{name}.",
-        clause(error)
+        error_with_causes(error)
     )
 }
