@@ -8,6 +8,7 @@ mod control;
 mod localisation_phase;
 mod loop_texts;
 mod map_loading;
+mod map_name;
 mod mapping_events;
 mod mapping_messages;
 mod mapping_phase;
@@ -19,6 +20,7 @@ mod sensor_monitor;
 mod texts;
 mod work;
 
+pub use map_name::map_name;
 pub use prior_map::{MapPreparation, PreparedMap, encode_prior_keyframe};
 pub use work::ComputeJob;
 

@@ -2,6 +2,7 @@
 //! transitions; what a session does while it runs is in [`crate::running_session`].
 
 use crate::map_loading::MapLoading;
+use crate::map_name::map_name;
 use crate::mapping_events::{MapUpdate, MappingEvents};
 use crate::odometry_adapter::LocatedScan;
 use crate::prior_map::{BaseMap, PreparedMap};
@@ -23,13 +24,11 @@ struct MappingConfig {
     /// Time that a finished map waits for its last comparisons, and then for its relinearisation. Walks mostly end where they began. Far longer than all
     /// comparisons that may wait take.
     max_closing_time: Span,
-    /// Longest name of a map, characters; longer names are cut. Chosen: lists show fewer.
-    max_name_chars: usize,
 }
 
 impl Default for MappingConfig {
     fn default() -> Self {
-        Self { max_closing_time: Span::from_millis(10_000), max_name_chars: 120 }
+        Self { max_closing_time: Span::from_millis(10_000) }
     }
 }
 
@@ -211,11 +210,7 @@ impl MappingPhase {
         if session.is_empty() {
             return Err(texts::MAP_EMPTY.to_owned());
         }
-        let name = name.trim();
-        if name.is_empty() {
-            return Err(texts::MAP_NEEDS_NAME.to_owned());
-        }
-        let name = name.chars().take(self.config.max_name_chars).collect();
+        let name = map_name(name).ok_or_else(|| texts::MAP_NEEDS_NAME.to_owned())?;
         if let Phase::Running(session) = std::mem::take(&mut self.phase) {
             self.phase = Phase::Closing { map, name, since: at, relinearisation: None, session };
         }

@@ -139,9 +139,10 @@ impl Core {
         };
         let (ledger, commits) = LedgerQueue::new();
         let graph_requests = command_sender.clone();
-        let (session_journal, session_records) = SessionJournalQueue::new();
+        let journal_config = SessionJournalConfig::default();
+        let (session_journal, session_records) = SessionJournalQueue::new(journal_config);
         let session_journal_worker = SessionJournalWorker {
-            config: SessionJournalConfig::default(),
+            config: journal_config,
             store: Arc::clone(&store),
             records: session_records,
             request_graph: Box::new(move || graph_requests.try_send(LoopRequest::WholeGraph).is_ok()),

@@ -11,9 +11,6 @@ use std::sync::Arc;
 use store::Store;
 use vocab::{ClientId, CommandId, MapId, SessionId};
 
-/// Longest name of a map, characters, as the stack cuts it.
-const NAME_CHARS_MAX: usize = 120;
-
 /// A decision of a person.
 pub struct SessionRequest {
     /// Made by the client.
@@ -69,10 +66,7 @@ impl InterruptedSessionWorker {
 
     fn save(&mut self, session: SessionId, map: MapId, name: &str) -> Result<(), String> {
         self.check_is_interrupted(session)?;
-        let name: String = name.trim().chars().take(NAME_CHARS_MAX).collect();
-        if name.is_empty() {
-            return Err(texts::MAP_NEEDS_NAME.to_owned());
-        }
+        let name = stack::map_name(name).ok_or_else(|| texts::MAP_NEEDS_NAME.to_owned())?;
         let saved = self.store.save_interrupted_session(session, map, &name);
         let (_, problems) = saved.map_err(|error| texts::session_not_saved(&error_with_causes(&error)))?;
         for problem in problems {

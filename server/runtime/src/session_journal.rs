@@ -16,21 +16,20 @@ use std::time::{Duration, Instant};
 use store::{SessionJournal, SessionRecord, Store, StoreError};
 use vocab::SessionId;
 
-/// Parameters of the [`SessionJournalWorker`].
+/// Parameters of the [`SessionJournalQueue`] and the [`SessionJournalWorker`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionJournalConfig {
     /// Longest time between a record and its being on the disk. A power cut loses that much.
     pub sync_period: Duration,
+    /// Records that may wait for the disk: a minute of scans, loops and changes of the graph.
+    pub max_queued_records: usize,
 }
 
 impl Default for SessionJournalConfig {
     fn default() -> Self {
-        Self { sync_period: Duration::from_secs(1) }
+        Self { sync_period: Duration::from_secs(1), max_queued_records: 2_000 }
     }
 }
-
-/// Records that may wait for the disk: a minute of scans, loops and changes of the graph.
-const QUEUE_MAX: usize = 2_000;
 
 /// What the thread is told.
 pub enum SessionEntry {
@@ -59,8 +58,8 @@ pub struct SessionJournalQueue {
 
 impl SessionJournalQueue {
     /// Both ends.
-    pub fn new() -> (Self, SessionEntries) {
-        let (sender, entries) = crossbeam_channel::bounded(QUEUE_MAX);
+    pub fn new(config: SessionJournalConfig) -> (Self, SessionEntries) {
+        let (sender, entries) = crossbeam_channel::bounded(config.max_queued_records);
         let has_lost = Arc::<AtomicBool>::default();
         let queue = Self { entries: sender, has_lost: Arc::clone(&has_lost), is_in_map: false };
         (queue, SessionEntries { entries, has_lost })

@@ -9,6 +9,7 @@ mod dynamic_points;
 mod error;
 mod files;
 mod keyframe_descriptors;
+mod keyframe_grid;
 mod map_cloud;
 mod map_clouds;
 mod map_files;

@@ -14,8 +14,19 @@ use vocab::{MapId, SessionId};
 /// Version of [`SavingDocument`].
 const SAVING_FORMAT_VERSION: u32 = 1;
 
-/// Greatest number of keyframes that a session makes in a second: one a metre, at the greatest speed of a legged robot.
-const KEYFRAMES_A_SECOND: usize = 4;
+/// Parameters of [`Store::interrupted_sessions`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct SessionRecoveryConfig {
+    /// Clouds without a keyframe in the journal from which on the journal has lost records. A cloud may be written up to a second before the pose of its
+    /// keyframe, and a session makes at most this many keyframes in a second: one a metre, at the greatest speed of a legged robot, 4 m/s.
+    min_clouds_without_keyframe: usize,
+}
+
+impl Default for SessionRecoveryConfig {
+    fn default() -> Self {
+        Self { min_clouds_without_keyframe: 4 }
+    }
+}
 
 /// `saving.json` of a session: the map as which it is being saved. Once that map is on the disk, the session is not needed any more.
 #[derive(Serialize, Deserialize)]
@@ -49,6 +60,7 @@ impl Store {
     /// # Errors
     /// When the directory of sessions cannot be read.
     pub fn interrupted_sessions(&self) -> Result<InterruptedSessions, StoreError> {
+        let config = SessionRecoveryConfig::default();
         let mut found = InterruptedSessions::default();
         for folder in files::entries(&self.dir().sessions())? {
             let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -58,9 +70,9 @@ impl Store {
             let (read, problem) = match RecoveredJournal::read(&journal, ScanPoses::Ignored) {
                 Ok(read) => {
                     let keyframes = read.graph.nodes.len();
-                    // A cloud may be written up to a second before the pose of its keyframe.
-                    let ends_early =
-                        clouds.is_some_and(|last| last.0 as usize >= keyframes + KEYFRAMES_A_SECOND);
+                    let ends_early = clouds.is_some_and(|last| {
+                        last.0 as usize >= keyframes + config.min_clouds_without_keyframe
+                    });
                     let is_damaged = read.damaged_at.is_some() || ends_early;
                     let problem = is_damaged.then(|| texts::journal_damaged(&journal, keyframes));
                     (read, problem)
